@@ -1,0 +1,46 @@
+"""lensbench: lenses and cameras, their rays and their pictures.
+
+    import lensbench as lb
+    from lensbench import lenses
+
+Lengths are millimetres, angles radians, wavelengths micrometres. The lens frame
+has its origin at the first vertex and light travels along +z, from the scene to
+the film; a camera looks along −z, x to the right and y up.
+"""
+
+import hashlib as _hashlib
+import os as _os
+import tempfile as _tempfile
+from pathlib import Path as _Path
+
+import numba as _numba
+
+
+def _cache_folder() -> str:
+    """A folder for compiled kernels, named by every source of the core.
+
+    Numba sees an edit to the file of a function, but neither to what that
+    function calls nor to the constants that it uses from elsewhere.
+    """
+    here = _Path(__file__).parent
+    sources = sorted(path for path in here.rglob("*") if path.suffix in (".py", ".npy"))
+    name = _hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
+    try:
+        home = _Path(_os.environ.get("XDG_CACHE_HOME") or _Path.home() / ".cache") / "lensbench"
+        (home / name).mkdir(parents=True, exist_ok=True)
+        if _os.access(home / name, _os.W_OK):
+            return str(home / name)
+    except (OSError, RuntimeError):                     # nowhere to keep it: compile anew each time
+        pass
+    return _tempfile.mkdtemp(prefix="lensbench-")
+
+
+_numba.config.CACHE_DIR = _cache_folder()               # before any kernel is declared
+
+from lensbench.film import FORMATS, Film, FilmError                     # noqa: E402
+from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass          # noqa: E402
+from lensbench.prescription import Lens, LensError, Surface             # noqa: E402
+
+__all__ = [
+    "AIR", "C_LINE", "D_LINE", "F_LINE", "FORMATS", "Film", "FilmError", "Glass", "Lens", "LensError", "Surface",
+]

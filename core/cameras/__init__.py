@@ -1,0 +1,1 @@
+"""Camera models, one a file."""

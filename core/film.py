@@ -1,0 +1,61 @@
+"""The film: its size in millimetres, its pixels, and its common formats.
+
+Raster (x, y) are pixels with the origin at the top left corner of the picture
+and pixel centres at +0.5. A raster point lies on the film, in the camera frame,
+at ((0.5 − x/w) width, (y/h − 0.5) height) mm: inverted, as optics does it.
+"""
+
+from dataclasses import dataclass
+from math import hypot, isfinite
+
+FULL_FRAME_DIAGONAL = hypot(36.0, 24.0)     # mm, to which equivalent focal lengths refer
+MAX_PIXELS = 200_000_000
+
+FORMATS: dict[str, tuple[float, float]] = {     # width, height in mm
+    "Full frame 36 × 24": (36.0, 24.0),
+    "APS-C 23.5 × 15.6": (23.5, 15.6),
+    "Micro Four Thirds 17.3 × 13": (17.3, 13.0),
+    "1 inch 13.2 × 8.8": (13.2, 8.8),
+    "1/1.7 inch 7.6 × 5.7": (7.6, 5.7),
+    "1/2.55 inch 5.6 × 4.2": (5.6, 4.2),
+    "Super 35 24.9 × 18.7": (24.89, 18.66),
+    "Super 16 12.5 × 7.4": (12.52, 7.41),
+    "Medium 44 × 33": (43.8, 32.9),
+    "6 × 6 cm 56 × 56": (56.0, 56.0),
+    "6 × 7 cm 70 × 56": (70.0, 56.0),
+    "Large 4 × 5 inch": (127.0, 101.6),
+}
+
+
+class FilmError(ValueError):
+    """A film that cannot be; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film or sensor of width × height mm, divided into pixels_x × pixels_y pixels (need not be square)."""
+
+    width: float = 36.0
+    height: float = 24.0
+    pixels_x: int = 960
+    pixels_y: int = 640
+
+    def __post_init__(self):
+        for side, size in (("width", self.width), ("height", self.height)):
+            if not (isfinite(size) and size > 0.0):
+                raise FilmError(f"film {side} {size:g} mm: it must be a positive number")
+        for side, pixels in (("across", self.pixels_x), ("down", self.pixels_y)):
+            if int(pixels) != pixels or pixels < 1:
+                raise FilmError(f"{pixels} pixels {side}: it must be a whole number of at least 1")
+        if self.pixels_x * self.pixels_y > MAX_PIXELS:
+            raise FilmError(f"{self.pixels_x} × {self.pixels_y} pixels: at most {MAX_PIXELS // 10**6} million are possible")
+
+    @property
+    def diagonal(self) -> float:
+        """mm."""
+        return hypot(self.width, self.height)
+
+    @property
+    def pitch(self) -> float:
+        """The size of a pixel (mm): the geometric mean of its sides."""
+        return (self.width / self.pixels_x * self.height / self.pixels_y) ** 0.5

@@ -1,0 +1,100 @@
+"""The workbench: what a stage is, and where it finds the samples that it works on.
+
+A *lane* is one sample on its way from a pixel to a colour. B lanes travel
+together as a *block*: B consecutive pixels of the flattened film, one sample
+each. All that is known of a block lies in one flat array, cut into rows of B
+numbers; a row holds one quantity for every lane. A *stage* reads some rows and
+writes others, and a picture is a list of stages.
+
+    @stage
+    def pinhole(lanes, p, key):
+        row = rows(lanes)
+        x, y = row[X], row[Y]
+        for i in range(B):
+            ...
+
+lanes  the workbench, float32 or float64
+p      the parameters of this stage, numbers of the same type
+key    which block this is (uint32): PIXEL, SAMPLE, SEED, and ALIVE, which a
+       stage may set to 0 to have the gated steps after it skipped
+
+What makes a stage fast: one loop over range(B) for each idea, no branch
+(choose by `a if c else b`), a lost ray is a NaN, a look-up in a table gets a
+loop of its own, and a number that is neither lane nor parameter is written
+real(0.5), where real = lanes.dtype.type. So float32 and float64 come from one
+source, and float32 never widens by accident.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit, types
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array, populate_array
+
+B = 512
+
+(U0, U1,                        # where in the pupil: two numbers in [0, 1)
+ V0, V1,                        # where on a light: two numbers in [0, 1)
+ TIME,                          # when, in [0, 1) of the shutter
+ X, Y, Z, L, M, N,              # first X, Y in raster pixels; then the ray, a point (mm) and a unit direction
+ WEIGHT,                        # what the camera lets through: 0 where the ray is lost
+ MARGIN,                        # greatest (r / semi-diameter)² on the way through a lens; NaN or > 1 is blocked
+ DEPTH, NX, NY, NZ,             # the nearest surface: distance along the ray (mm) and unit normal towards the ray
+ GLOW,                          # 1 where RED, GREEN, BLUE are emitted radiance, 0 where they are albedo
+ GLOSS,                         # 0 matte, (0, 1] a clear coat over it, METAL, GLASS
+ RED, GREEN, BLUE,              # albedo, or radiance; at last the colour of the sample
+ TR, TG, TB,                    # what a mirrored path carries on to its next surface
+ SR, SG, SB,                    # what a mirrored path has gathered so far
+ A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11   # anyone's scratch: worth nothing after the stage
+ ) = range(40)
+ROWS = 40
+
+METAL, GLASS = 2.0, 3.0         # values of GLOSS
+
+PIXEL, SAMPLE, SEED, ALIVE = range(4)       # the entries of key
+KEYS = 4
+
+
+class Step(NamedTuple):
+    """One stage of a picture with its parameters; a gated step is skipped while key[ALIVE] is 0."""
+
+    kernel: Any
+    parameters: Any
+    gated: bool = False
+
+
+def stage(kernel):
+    """Compile a stage: NaN and infinity keep their meaning, the rest is for speed."""
+    return njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy", nogil=True, cache=True)(kernel)
+
+
+def bench(real=np.float32) -> np.ndarray:
+    """A fresh workbench for one thread: ROWS * B numbers, on a cache line of its own."""
+    size = np.dtype(real).itemsize
+    raw = np.zeros(ROWS * B + 64 // size, real)
+    skip = -raw.ctypes.data % 64 // size
+    return raw[skip:skip + ROWS * B]
+
+
+@intrinsic
+def rows(typing, lanes):
+    """See the workbench as ROWS rows whose places are known when compiling.
+
+    To the compiler an ordinary two-dimensional array might overlap itself, and
+    its loops then run one lane at a time: fifteen times slower.
+    """
+    view = types.Array(lanes.dtype, 2, "C")
+
+    def build(context, builder, signature, arguments):
+        def number(n):
+            return context.get_constant(types.intp, n)
+
+        size = lanes.dtype.bitwidth // 8
+        flat = make_array(lanes)(context, builder, arguments[0])
+        table = make_array(view)(context, builder)
+        populate_array(table, data=flat.data, meminfo=None, parent=None, itemsize=number(size),
+                       shape=[number(ROWS), number(B)], strides=[number(B * size), number(size)])
+        return table._getvalue()
+
+    return view(lanes), build

@@ -1,0 +1,1 @@
+"""Lens prescriptions as data, and the readers and writers of lens files."""

@@ -1,0 +1,1 @@
+"""Lens files shipped with lensbench."""

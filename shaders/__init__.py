@@ -1,0 +1,1 @@
+"""GLSL of the viewer."""
