@@ -1,0 +1,159 @@
+"""Everything that a person can set, as one frozen value, and the camera and scene that follow from it.
+
+The window, the command line and an exported picture's metadata all hold the
+same Settings; a picture is a pure function of them. Lengths in mm, angles in
+radians, exposure in stops.
+"""
+
+import math
+from dataclasses import asdict, dataclass, fields, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lensbench as lb
+from lensbench import lenses
+
+VERSION = 1                     # of the settings in a picture's metadata
+MODELS = {                      # the cameras that the bench offers
+    "trace": "Full lens trace",
+    "thin": "Thin lens",
+    "pinhole": "Pinhole",
+    "perspective": "Perspective, no lens",
+}
+TONES = {"none": "None", "filmic": "Filmic", "agx": "AgX-like"}
+OVERLAYS = {"none": "None", "coc": "Circle of confusion", "peaking": "Focus peaking", "clipping": "Clipping zebra"}
+LIMITS = {"diagonal": "Diagonal / 1500", "pixel": "One pixel"}
+
+
+class SettingsError(ValueError):
+    """Settings that cannot be; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a person set. Fields after `exposure` never restart a render."""
+
+    lens: str = "pbrt-dgauss-50mm"          # a library name, or a path
+    focal_length: float | None = None       # scale the whole prescription to this EFL; None: as it was designed
+    scene: str = "still-life"               # a built-in name, or a path to a scene file
+    model: str = "trace"                    # a key of MODELS
+    film_width: float = 36.0
+    film_height: float = 24.0
+    crop: float = 1.0                       # part of the film that is used, (0, 1]: the field of view
+    fov: float = 0.6                        # of the perspective camera alone, along the shorter side
+    pixels_x: int = 960
+    pixels_y: int = 640
+    f_number: float | None = 2.8            # None: wide open
+    focus_distance: float = 1200.0          # from the film; math.inf is allowed
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)     # of the camera in the world
+    yaw: float = 0.0                        # to the left is positive
+    pitch: float = 0.0                      # up is positive
+    samples: int = 256                      # where the render stops
+    seed: int = 0
+    exposure: float = 0.0
+    tone: str = "filmic"
+    overlay: str = "none"
+    limit: str = "diagonal"                 # of the circle of confusion, for the depth of field
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words, with the version; infinity becomes "inf"."""
+        plain = {name: "inf" if value == math.inf else value for name, value in asdict(self).items()}
+        return {"version": VERSION, **plain}
+
+    @classmethod
+    def from_dict(cls, plain: dict[str, Any]) -> "Settings":
+        """Read what to_dict wrote; SettingsError for a newer version, unknown names or values of a wrong kind."""
+        version = plain.get("version")
+        if not isinstance(version, int):
+            raise SettingsError("these settings carry no version: they are not of lensbench")
+        if version > VERSION:
+            raise SettingsError(f"these settings are of version {version}, newer than this lensbench reads ({VERSION}): "
+                                "update lensbench")
+        known = {f.name for f in fields(cls)}
+        unknown = sorted(set(plain) - known - {"version"})
+        if unknown:
+            raise SettingsError(f"these settings have names that lensbench does not know: {', '.join(unknown)}")
+        values = {name: math.inf if value == "inf" else value for name, value in plain.items() if name != "version"}
+        if "position" in values:
+            values["position"] = tuple(values["position"])
+        try:
+            return replace(cls(), **values).checked()
+        except TypeError as error:
+            raise SettingsError(f"these settings hold a value of a wrong kind: {error}") from error
+
+    def checked(self) -> "Settings":
+        """Itself, or a SettingsError that says which value cannot be."""
+        for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS)):
+            if getattr(self, name) not in choices:
+                raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(choices)}")
+        for name in ("film_width", "film_height", "crop", "fov", "yaw", "pitch", "exposure", *(
+                ("focal_length",) if self.focal_length is not None else ())):
+            if not math.isfinite(getattr(self, name)):
+                raise SettingsError(f"{name} is {getattr(self, name)}: it must be a finite number")
+        if not (len(self.position) == 3 and all(math.isfinite(x) for x in self.position)):
+            raise SettingsError(f"position {self.position}: it must be three finite numbers")
+        if self.focal_length is not None and self.focal_length <= 0.0:
+            raise SettingsError(f"focal length {self.focal_length:g} mm: it must be positive")
+        if not 0.0 < self.crop <= 1.0:
+            raise SettingsError(f"crop {self.crop:g}: it must lie between 0 and 1")
+        if not 0.0 < self.fov < math.pi:
+            raise SettingsError(f"field of view {math.degrees(self.fov):g}°: it must lie between 0° and 180°")
+        if self.f_number is not None and not (math.isfinite(self.f_number) and self.f_number > 0.0):
+            raise SettingsError(f"f-number {self.f_number:g}: it must be a positive number")
+        if math.isnan(self.focus_distance) or self.focus_distance <= 0.0:
+            raise SettingsError(f"focus distance {self.focus_distance:g} mm: it must be positive")
+        if self.samples < 1:
+            raise SettingsError(f"{self.samples} samples: at least 1 is needed")
+        return self
+
+    @property
+    def film(self) -> lb.Film:
+        """The part of the film that is used, with its pixels."""
+        return lb.Film(self.film_width * self.crop, self.film_height * self.crop, self.pixels_x, self.pixels_y)
+
+    @property
+    def world_from_camera(self) -> np.ndarray:
+        """(4, 4): yaw about y, then pitch about the camera's x, at `position`."""
+        cy, sy, cp, sp = math.cos(self.yaw), math.sin(self.yaw), math.cos(self.pitch), math.sin(self.pitch)
+        matrix = np.eye(4)
+        matrix[:3, :3] = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]]) @ [[1, 0, 0], [0, cp, -sp], [0, sp, cp]]
+        matrix[:3, 3] = self.position
+        return matrix
+
+    @property
+    def picture(self) -> "Settings":
+        """What the rendered film depends on: everything else is set to its default."""
+        default = Settings()
+        return replace(self, samples=default.samples, exposure=default.exposure, tone=default.tone,
+                       overlay=default.overlay, limit=default.limit)
+
+
+@lru_cache(maxsize=64)
+def _load(lens: str, stamp: float) -> lb.Lens:
+    return lenses.load(lens)
+
+
+def design(settings: Settings) -> lb.Lens:
+    """The lens wide open, scaled to the focal length that is set."""
+    path = Path(settings.lens)
+    lens = _load(settings.lens, path.stat().st_mtime if path.is_file() else 0.0)
+    if settings.focal_length is None:
+        return lens
+    return lens.scaled(settings.focal_length / lb.first_order(lens).efl)
+
+
+def camera(settings: Settings):
+    """The camera of these settings: a LensCamera, or a PerspectiveCamera where no prescription is used."""
+    if settings.model == "perspective":
+        film = settings.film
+        focal_length = min(film.width, film.height) / 2.0 / math.tan(settings.fov / 2.0)
+        radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
+        return lb.PerspectiveCamera(film, fov=settings.fov, lens_radius=radius,
+                                    focus_distance=settings.focus_distance,
+                                    world_from_camera=settings.world_from_camera)
+    return lb.LensCamera(design(settings), settings.film, focus_distance=settings.focus_distance,
+                         f_number=settings.f_number, model=settings.model,
+                         world_from_camera=settings.world_from_camera)
