@@ -37,10 +37,12 @@ def _cache_folder() -> str:
 
 _numba.config.CACHE_DIR = _cache_folder()               # before any kernel is declared
 
-from lensbench.film import FORMATS, Film, FilmError                     # noqa: E402
-from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass          # noqa: E402
-from lensbench.prescription import Lens, LensError, Surface             # noqa: E402
+from lensbench.film import FORMATS, Film, FilmError  # noqa: E402
+from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass  # noqa: E402
+from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
+from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
 
 __all__ = [
-    "AIR", "C_LINE", "D_LINE", "F_LINE", "FORMATS", "Film", "FilmError", "Glass", "Lens", "LensError", "Surface",
+    "AIR", "C_LINE", "D_LINE", "F_LINE", "FORMATS", "Film", "FilmError", "FirstOrder", "Glass", "Lens", "LensError",
+    "Surface", "first_order", "stopped_down",
 ]
