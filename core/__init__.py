@@ -37,12 +37,15 @@ def _cache_folder() -> str:
 
 _numba.config.CACHE_DIR = _cache_folder()               # before any kernel is declared
 
+from lensbench.confusion import circle_of_confusion, depth_of_field, hyperfocal, thick_circle_of_confusion  # noqa: E402
 from lensbench.film import FORMATS, Film, FilmError  # noqa: E402
+from lensbench.focus import FocusError, film_distance, focused_distance, nearest_focus  # noqa: E402
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
 
 __all__ = [
-    "AIR", "C_LINE", "D_LINE", "F_LINE", "FORMATS", "Film", "FilmError", "FirstOrder", "Glass", "Lens", "LensError",
-    "Surface", "first_order", "stopped_down",
+    "AIR", "C_LINE", "D_LINE", "F_LINE", "FORMATS", "Film", "FilmError", "FirstOrder", "FocusError", "Glass", "Lens",
+    "LensError", "Surface", "circle_of_confusion", "depth_of_field", "film_distance", "first_order", "focused_distance",
+    "hyperfocal", "nearest_focus", "stopped_down", "thick_circle_of_confusion",
 ]

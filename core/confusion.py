@@ -1,0 +1,93 @@
+"""Circles of confusion and depth of field.
+
+A circle of confusion is a diameter on the film, in mm. The closed forms of the
+thin lens measure distances from the lens; those of a real lens measure from the
+film, as focusing does. Every distance may be math.inf, every one may be an array.
+"""
+
+from math import isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lensbench.focus import FocusError
+from lensbench.paraxial import ray_matrix
+from lensbench.prescription import Lens, LensError
+
+
+def circle_of_confusion(focal_length: float, f_number: float, focus_distance: ArrayLike, distance: ArrayLike):
+    """CoC diameter (mm) of a thin lens focused at focus_distance for points at distance, both mm from the lens.
+
+    A f |s − s_f| / (s (s_f − f)), A = f / N. A float for floats, an array for
+    arrays. FocusError where the focus lies within f or a distance is not positive;
+    LensError where f or the f-number is not a positive number.
+    """
+    s_f, s = np.asarray(focus_distance, dtype=np.float64), np.asarray(distance, dtype=np.float64)
+    _check_thin_lens(focal_length, f_number, s_f)
+    if not np.all(s > 0.0):
+        raise FocusError("a distance from the lens must be positive")
+    # |s − s_f| / (s (s_f − f)) = |1/s_f − 1/s| / (1 − f/s_f): good at either infinity
+    aperture = focal_length / f_number
+    return _plain(aperture * focal_length * np.abs(1.0 / s_f - 1.0 / s) / (1.0 - focal_length / s_f))
+
+
+def hyperfocal(focal_length: float, f_number: float, limit: float) -> float:
+    """The focus (mm from the lens) whose far limit is just inf, f² / (N C) + f, for a CoC limit C (mm)."""
+    _check_thin_lens(focal_length, f_number, np.asarray(np.inf))
+    _check_limit(limit)
+    return focal_length**2 / (f_number * limit) + focal_length
+
+
+def depth_of_field(focal_length: float, f_number: float, focus_distance: ArrayLike, limit: float):
+    """(near, far): the distances (mm from the lens) between which the CoC of a thin lens stays below limit (mm).
+
+    far is inf from the hyperfocal on. Floats for a float, arrays for an array.
+    FocusError where the focus lies within f; LensError where f, the f-number or
+    the limit is not a positive number.
+    """
+    s_f = np.asarray(focus_distance, dtype=np.float64)
+    _check_thin_lens(focal_length, f_number, s_f)
+    _check_limit(limit)
+    # near, far = s f² / (f² ± N C (s − f)), divided by s so that inf needs no case of its own
+    blur = f_number * limit / focal_length**2 * (1.0 - focal_length / s_f)
+    remainder = 1.0 / s_f - blur
+    far = np.full(s_f.shape, np.inf)
+    np.divide(1.0, remainder, out=far, where=remainder > 0.0)
+    return _plain(1.0 / (1.0 / s_f + blur)), _plain(far)
+
+
+def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> np.ndarray:
+    """CoC diameters (mm), paraxially, of axis points at distances (n,) mm from the film.
+
+    The marginal ray of the stop, carried to the film by the ABCD matrix. nan for a
+    point that lies within the lens.
+    """
+    a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
+    a_stop, b_stop, _, _ = ray_matrix(lens, 0, lens.stop_index)
+    film_gap = film_distance / lens.indices()[-1]
+    before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
+    with np.errstate(divide="ignore", invalid="ignore"):
+        nearness = 1.0 / before                         # of the first vertex; 0 at infinity
+        at_film = (a + film_gap * c) + (b + film_gap * d) * nearness    # heights per unit height at the first vertex
+        at_stop = a_stop + b_stop * nearness
+        coc = 2.0 * lens.stop.semi_diameter * np.abs(at_film / at_stop)
+    return np.where(before > 0.0, coc, np.nan)
+
+
+def _plain(values: np.ndarray):
+    return values if np.ndim(values) else float(values)
+
+
+def _check_thin_lens(focal_length: float, f_number: float, focus_distance: np.ndarray) -> None:
+    if not (isfinite(focal_length) and focal_length > 0.0):
+        raise LensError(f"focal length {focal_length:g} mm: it must be a positive finite number")
+    if not (isfinite(f_number) and f_number > 0.0):
+        raise LensError(f"f-number {f_number:g}: it must be a positive finite number")
+    if not np.all(focus_distance > focal_length):
+        raise FocusError(f"focus at {np.min(focus_distance) / 1000.0:.4g} m: a thin lens of {focal_length:g} mm "
+                         f"focuses only beyond its focal length, {focal_length / 1000.0:.4g} m")
+
+
+def _check_limit(limit: float) -> None:
+    if not (isfinite(limit) and limit > 0.0):
+        raise LensError(f"limit {limit:g} mm of the circle of confusion: it must be a positive finite number")
