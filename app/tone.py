@@ -1,0 +1,93 @@
+"""From linear light to the screen: exposure, a tone curve, sRGB; and the curves' constants.
+
+`develop` is the numpy twin of `shaders/develop.frag`: the shader is handed the
+constants of this file by `glsl_constants`, so that both draw the same curves.
+Every curve leaves middle grey (0.18) where it is.
+
+filmic    the rational curve of Hable (2010), with the gain that keeps middle grey
+agx       in the spirit of Sobotka's AgX: the channels are drawn towards each
+          other, a sigmoid in log2 joins black, middle grey and white, and
+          the channels are parted again, so that very bright colours turn pale
+"""
+
+from math import log2
+
+import numpy as np
+from numpy.typing import NDArray
+
+GREY = 0.18
+
+# --- filmic: f(x) = (x (A x + C B) + D E) / (x (A x + B) + D F) − E / F
+A, B, C, D, E, F = 0.15, 0.50, 0.10, 0.20, 0.02, 0.30
+WHITE = 11.2                                    # the light that the curve takes to 1, before the gain
+
+# --- agx: stops around middle grey, sigmoid exponent and slope, and how far the channels are drawn together
+STOPS_BELOW, STOPS_ABOVE = 10.0, 6.5
+POWER, SLOPE = 1.5, 2.4
+DISPLAY_GAMMA = 2.2
+INSET = 0.12
+
+
+def _hable(x):
+    return (x * (A * x + C * B) + D * E) / (x * (A * x + B) + D * F) - E / F
+
+
+def _filmic_gain() -> float:
+    """The gain g with _hable(0.18 g) = 0.18 _hable(WHITE): the positive root of a quadratic."""
+    y = GREY * _hable(WHITE) + E / F
+    a, b, c = A * (1.0 - y), B * (C - y), D * (E - y * F)
+    return float((-b + np.sqrt(b * b - 4.0 * a * c)) / (2.0 * a)) / GREY
+
+
+GAIN = _filmic_gain()
+PIVOT_IN = STOPS_BELOW / (STOPS_BELOW + STOPS_ABOVE)
+PIVOT_OUT = GREY ** (1.0 / DISPLAY_GAMMA)
+
+
+def _reach(length: float, height: float) -> float:
+    """The scale of a sigmoid of this slope that arrives at `height` after `length`."""
+    return float((height ** -POWER - (SLOPE * length) ** -POWER) ** (-1.0 / POWER))
+
+
+TOE = _reach(PIVOT_IN, PIVOT_OUT)
+SHOULDER = _reach(1.0 - PIVOT_IN, 1.0 - PIVOT_OUT)
+
+
+def glsl_constants() -> str:
+    """The constants above as GLSL, for the shader that develops the picture."""
+    names = ("GREY", "A", "B", "C", "D", "E", "F", "WHITE", "GAIN", "STOPS_BELOW", "STOPS_ABOVE", "POWER", "SLOPE",
+             "DISPLAY_GAMMA", "INSET", "PIVOT_IN", "PIVOT_OUT", "TOE", "SHOULDER")
+    return "".join(f"const float {name} = {float(globals()[name])!r};\n" for name in names)
+
+
+def _sigmoid(t):
+    """From the place in the range of stops, 0 to 1, to the display's value before its gamma."""
+    scale = np.where(t < PIVOT_IN, TOE, SHOULDER)
+    x = SLOPE * np.abs(t - PIVOT_IN) / scale
+    return PIVOT_OUT + np.sign(t - PIVOT_IN) * scale * x / (1.0 + x ** POWER) ** (1.0 / POWER)
+
+
+def _mixed(rgb, part: float):
+    return (1.0 - part) * rgb + part * np.mean(rgb, axis=-1, keepdims=True)
+
+
+def _agx(rgb):
+    stops = np.log2(np.maximum(_mixed(rgb, INSET), 1e-10)) - log2(GREY)
+    t = np.clip((stops + STOPS_BELOW) / (STOPS_BELOW + STOPS_ABOVE), 0.0, 1.0)
+    return _mixed(np.maximum(_sigmoid(t), 0.0) ** DISPLAY_GAMMA, -INSET / (1.0 - INSET))
+
+
+def srgb(linear):
+    """The sRGB transfer function, IEC 61966-2-1, of values in [0, 1]."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0031308) ** (1.0 / 2.4) - 0.055)
+
+
+def develop(image: NDArray[np.floating], exposure: float, tone: str) -> NDArray[np.float64]:
+    """A linear picture (..., 3) as sRGB values in [0, 1]; exposure in stops, tone a key of settings.TONES."""
+    rgb = np.maximum(np.asarray(image, np.float64), 0.0) * 2.0 ** exposure
+    rgb = np.minimum(rgb, 1e9)
+    if tone == "filmic":
+        rgb = _hable(GAIN * np.minimum(rgb, WHITE / GAIN)) / _hable(WHITE)
+    elif tone == "agx":
+        rgb = _agx(rgb)
+    return srgb(np.clip(rgb, 0.0, 1.0))
