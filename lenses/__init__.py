@@ -1,1 +1,14 @@
-"""Lens prescriptions as data, and the readers and writers of lens files."""
+"""Lens prescriptions as data: the shipped library, and readers and writers of lens files.
+
+    from lensbench import lenses
+    lens = lenses.load("pbrt-dgauss-50mm")
+    lenses.save(lens, "mine.toml")
+
+Lengths are millimetres; a file of another unit is converted as it is read.
+"""
+
+from lensbench.lenses.catalogue import Card, describe, names
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.lens_file import READERS, WRITERS, load, save
+
+__all__ = ["READERS", "WRITERS", "Card", "LensFileError", "describe", "load", "names", "save"]

@@ -1,0 +1,72 @@
+"""The lenses that are shipped: their names, their headers, and the nearest to a name that is none of them."""
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import lru_cache
+from pathlib import Path
+
+from lensbench.lenses import toml_format
+from lensbench.lenses.file_error import LensFileError
+
+LIBRARY = Path(__file__).parent / "library"
+
+
+@dataclass(frozen=True)
+class Card:
+    """What a list of lenses shows of one: from its header alone. Lengths in mm; None: not published."""
+
+    name: str                               # what `load` takes
+    title: str
+    kind: str = ""
+    year: int | None = None
+    source: str = ""
+    efl: float | None = None                # as computed
+    f_number: float | None = None           # as stated
+    stated_efl: float | None = None
+    image_circle: float | None = None       # diameter that the design covers, focused at infinity
+    notes: str = ""
+
+
+@lru_cache(maxsize=1)
+def _names() -> tuple[str, ...]:
+    return tuple(sorted(path.stem for path in LIBRARY.glob("*.toml")))
+
+
+def names() -> list[str]:
+    """The names of the library's lenses, in order of the alphabet."""
+    return list(_names())
+
+
+def path_of(name: str) -> Path:
+    """The file of a library lens."""
+    return LIBRARY / f"{name}.toml"
+
+
+@lru_cache(maxsize=1)
+def describe() -> tuple[Card, ...]:
+    """A card of each library lens, in the order of `names`; read once, from the headers alone."""
+    return tuple(_card(name) for name in _names())
+
+
+def _card(name: str) -> Card:
+    path = path_of(name)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise LensFileError(path, None, f"cannot be read: {error.strerror}") from None
+    head = text.partition("\ncolumns")[0]
+    header = toml_format.check_header(toml_format.parse(head, str(path)), head, str(path))
+    return Card(name, header["title"], header["kind"], header.get("year"), header["source"],
+                header.get("computed_efl"), header.get("stated_f_number"), header.get("stated_efl"),
+                header.get("image_circle"), header.get("notes", ""))
+
+
+def suggestion(name: str) -> str:
+    """The library names nearest to one that is none of them, as the end of a sentence."""
+    word = name.strip().lower()
+    titles = {card.name: f"{card.title} {card.kind}".lower() for card in describe()}
+    near = [known for known, title in titles.items() if len(word) > 2 and (word in known or word in title)]
+    near += [known for known in get_close_matches(word, titles, n=4, cutoff=0.45) if known not in near]
+    if not near:
+        return f"`lensbench lenses` lists the {len(titles)} there are"
+    return f"did you mean {' or '.join(near[:4])}?"

@@ -1,0 +1,121 @@
+"""Opening and saving lens files: the format by suffix, a file whole or not at all."""
+
+import os
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from lensbench.lenses import catalogue, toml_format
+from lensbench.lenses.file_error import LensFileError
+from lensbench.prescription import Lens
+
+LARGEST_FILE = 1_000_000    # bytes; the longest known prescriptions have a hundredth of that
+
+READERS: dict[str, Callable[[str, str], Lens]] = {
+    ".toml": toml_format.read,
+}
+WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
+    ".toml": toml_format.write,
+}
+
+
+def load(name_or_path: str | os.PathLike[str]) -> Lens:
+    """The lens of a library name ("pbrt-dgauss-50mm") or of a file, by its suffix.
+
+    What had to be assumed to read the file stands in `findings`. LensFileError:
+    an unknown name, or a file that holds no lens; it names the line.
+    """
+    text = os.fspath(name_or_path)
+    if isinstance(name_or_path, str) and text in catalogue.names():
+        path = catalogue.path_of(text)
+    else:
+        path = Path(text)
+        if isinstance(name_or_path, str) and not _is_path(text):
+            raise LensFileError(text or '""', None, f"no library lens has this name; {catalogue.suggestion(text)}")
+    content = _content(path)
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise LensFileError(path, None, f"lens files of type {path.suffix or 'none'} are not supported; "
+                                        f"supported are {', '.join(READERS)}")
+    return reader(content, str(path))
+
+
+def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Write a lens in the format of the suffix; returns what the format could not hold, one sentence each.
+
+    The file is written beside its place and then moved there: an old one
+    survives whatever goes wrong. LensFileError: a suffix without a writer, a
+    place that cannot be written.
+    """
+    path = Path(path)
+    writer = WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise LensFileError(path, None, f"lens files of type {path.suffix or 'none'} cannot be written; "
+                                        f"supported are {', '.join(WRITERS)}")
+    text, remarks = writer(lens)
+    beside = None
+    try:
+        with tempfile.NamedTemporaryFile("w", encoding="utf-8", errors="replace", newline="\n", delete=False,
+                                         dir=path.parent, prefix=f".{path.name[:100]}.") as file:
+            beside = Path(file.name)
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.chmod(path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask())
+        beside.replace(path)
+    except OSError as error:
+        raise LensFileError(path, None, f"cannot be written: {error.strerror or error}") from None
+    finally:
+        if beside is not None:
+            with suppress(OSError):
+                beside.unlink()
+    return remarks
+
+
+def _umask() -> int:
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask
+
+
+def _is_path(text: str) -> bool:
+    """Whether a text is meant as a path: a separator or a suffix in it, or something of that name there."""
+    separators = {os.sep, os.altsep or os.sep}
+    try:
+        return any(sep in text for sep in separators) or bool(Path(text).suffix) or (text != "" and Path(text).exists())
+    except (OSError, ValueError):           # a name too long, or with a NUL in it
+        return False
+
+
+def _content(path: Path) -> str:
+    """The text of a file. LensFileError: not there, not a file, too large, not text."""
+    try:
+        if path.is_dir():
+            raise LensFileError(path, None, "this is a folder, not a lens file")
+        if not path.exists():
+            raise LensFileError(path, None, "there is no such file")
+        if not path.is_file():
+            raise LensFileError(path, None, "this is not an ordinary file")
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise LensFileError(path, None, f"{size / 1e6:.1f} MB is no lens file: at most {LARGEST_FILE / 1e6:g} MB")
+        data = path.read_bytes()
+    except OSError as error:
+        raise LensFileError(path, None, f"cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        if isinstance(error, LensFileError):
+            raise
+        raise LensFileError(repr(str(path)), None, f"cannot be read: {error}") from None
+    if not data.strip():
+        raise LensFileError(path, None, "the file is empty")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        what = "a binary file" if b"\0" in data else "not UTF-8"
+        raise LensFileError(path, line, f"this is {what}: lens files are UTF-8 text") from None
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        raise LensFileError(path, line, "this is a binary file: lens files are UTF-8 text")
+    return text.replace("\r\n", "\n").replace("\r", "\n")

@@ -1,0 +1,85 @@
+"""The rows of a lens table as surfaces: numbers checked, radii made curvatures, the stop found.
+
+Lengths in mm. A reader of any format brings its rows here, so that each kind
+of mistake is refused, or told, in the same words.
+"""
+
+from decimal import Context, Decimal
+from math import inf, isinf, isnan
+
+from lensbench.glass import Glass
+from lensbench.lenses.soundness import axial_heights
+from lensbench.prescription import Surface
+
+SMALLEST_RADIUS = 1e-6      # mm
+
+
+class RowError(ValueError):
+    """One value of a row that cannot be; the reader adds the file and the line."""
+
+
+def number(value: object, name: str, infinite: bool = False) -> float:
+    """The value as a float: a number or its text. RowError where it is none, NaN, or (unless allowed) infinite."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str | Decimal):
+        raise RowError(f"{name} is {value!r}: it must be a number")
+    try:
+        result = float(value)
+    except OverflowError:
+        result = inf
+    except ValueError:
+        raise RowError(f"{name} is {str(value)[:40]!r}: it must be a number") from None
+    if isnan(result) or (isinf(result) and not infinite):
+        raise RowError(f"{name} is {result}: it must be a finite number")
+    return result
+
+
+def curvature(radius: object) -> float:
+    """1/mm, correctly rounded from the digits of the radius; 0 and inf are a plane."""
+    size = number(radius, "radius", infinite=True)
+    if size == 0.0 or isinf(size):
+        return 0.0
+    if abs(size) < SMALLEST_RADIUS:
+        raise RowError(f"radius is {size:g} mm: it must be at least {SMALLEST_RADIUS:g} mm (0 or inf: a plane)")
+    return float(1 / Decimal(radius)) if isinstance(radius, str | Decimal) else 1.0 / size
+
+
+def radius_text(c: float) -> str:
+    """The shortest decimal radius (mm) that `curvature` turns back into c, to the last bit; "inf" for a plane."""
+    if c == 0.0:
+        return "inf"
+    for digits in range(1, 28):
+        radius = Context(prec=digits).create_decimal(1 / Decimal(c))
+        text = f"{radius:f}" if abs(radius.adjusted()) < 12 else f"{radius:e}"
+        if curvature(text) == c:
+            break
+    return text if "." in text or "e" in text else f"{text}.0"
+
+
+def surface(radius: object, thickness: object, n_d: object, semi_diameter: object,
+            v_d: object = None, glass: str = "") -> Surface:
+    """A surface from the values of its row; v_d 0 or None: no dispersion is known. RowError: what cannot be."""
+    n = number(n_d, "index n_d")
+    if n < 1.0:
+        raise RowError(f"index n_d is {n:g}: it must be at least 1 (air)")
+    abbe = None if v_d is None else number(v_d, "Abbe number V_d") or None
+    if abbe is not None and abbe < 0.0:
+        raise RowError(f"Abbe number V_d is {abbe:g}: it must be positive, or 0 where it is not known")
+    rim = number(semi_diameter, "semi-diameter")
+    if rim <= 0.0:
+        raise RowError(f"semi-diameter is {rim:g} mm: it must be positive")
+    return Surface(curvature(radius), number(thickness, "thickness"), rim, Glass(n, abbe, glass))
+
+
+def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[str, ...]]:
+    """The index of the aperture stop, from the surfaces marked as stops, and what had to be assumed."""
+    if len(marked) == 1:
+        return marked[0], ()
+    if not marked:
+        index = min(range(len(surfaces)), key=lambda i: surfaces[i].semi_diameter)
+        return index, (f"no stop is marked: the smallest rim limits, surface {index} "
+                       f"(semi-diameter {surfaces[index].semi_diameter:g} mm)",)
+    heights = axial_heights(surfaces)
+    index = max(marked, key=lambda i: abs(heights[i]) / surfaces[i].semi_diameter)
+    return index, (f"{len(marked)} stops are marked, surfaces {', '.join(map(str, marked))}: "
+                   f"surface {index} limits the light and is the stop",)
+

@@ -1,0 +1,49 @@
+"""Whether a table of surfaces can be a lens at all: paraxial heights, focal length, surfaces that cross.
+
+Lengths in mm, in the lens frame. Only what a reader needs to tell two readings
+of one table apart; the optics proper are the core's.
+"""
+
+from collections.abc import Sequence
+from math import inf, sqrt
+
+from lensbench.prescription import Surface
+
+
+def axial_heights(surfaces: Sequence[Surface]) -> list[float]:
+    """Heights (mm) at each surface of the paraxial d-line ray that enters parallel to the axis at height 1."""
+    return _axial_ray(surfaces)[0]
+
+
+def focal_length(surfaces: Sequence[Surface]) -> float:
+    """Paraxial focal length (mm) at the d line; inf for an afocal system."""
+    slope = _axial_ray(surfaces)[1]
+    return -1.0 / slope if slope else inf
+
+
+def _axial_ray(surfaces: Sequence[Surface]) -> tuple[list[float], float]:
+    """Heights at the surfaces, and the slope behind the last one."""
+    height, slope, n, heights = 1.0, 0.0, 1.0, []
+    for surface in surfaces:
+        heights.append(height)
+        after = surface.glass.n_d
+        slope = (n * slope - height * surface.curvature * (after - n)) / after
+        height += slope * surface.thickness
+        n = after
+    return heights, slope
+
+
+def faults(surfaces: Sequence[Surface]) -> int:
+    """How many things in the table no maker could build: elements without thickness, surfaces that cross, no power."""
+    count = 0 if 0.0 < focal_length(surfaces) < inf else 1
+    for front, back in zip(surfaces, surfaces[1:], strict=False):
+        rim = min(front.semi_diameter, back.semi_diameter)
+        edge = front.thickness + _sag(back.curvature, rim) - _sag(front.curvature, rim)
+        in_glass = front.glass.n_d > 1.0
+        count += (front.thickness < 0.0) + (in_glass and front.thickness == 0.0) + (edge < -0.01 * rim)
+    return count
+
+
+def _sag(c: float, height: float) -> float:
+    """Of a sphere (mm), at its equator where the height lies beyond it."""
+    return c * height**2 / (1.0 + sqrt(max(0.0, 1.0 - (c * height) ** 2)))
