@@ -43,8 +43,11 @@ from lensbench.focus import FocusError, film_distance, focused_distance, nearest
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
+from lensbench.scene import Floor, Material, Scene, SceneError, Sky, Sphere, Sun  # noqa: E402
+from lensbench.scenery.library import SCENES, builtin_scene  # noqa: E402
 
 __all__ = [
+    "Floor", "Material", "SCENES", "Scene", "SceneError", "Sky", "Sphere", "Sun", "builtin_scene",
     "AIR", "C_LINE", "D_LINE", "F_LINE", "FORMATS", "Film", "FilmError", "FirstOrder", "FocusError", "Glass", "Lens",
     "LensError", "Surface", "circle_of_confusion", "depth_of_field", "film_distance", "first_order", "focused_distance",
     "hyperfocal", "nearest_focus", "stopped_down", "thick_circle_of_confusion",

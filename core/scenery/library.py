@@ -1,0 +1,19 @@
+"""The built-in scenes, by name."""
+
+from functools import lru_cache
+
+from lensbench.scene import Scene, SceneError
+from lensbench.scenery.benchmark import benchmark_scene
+
+_MAKERS = {"still-life": benchmark_scene}
+SCENES = tuple(_MAKERS)
+
+
+@lru_cache(maxsize=None)
+def builtin_scene(name: str) -> Scene:
+    """The scene of that name: one of SCENES, or "benchmark"; SceneError where there is none."""
+    if name == "benchmark":
+        return benchmark_scene()
+    if name not in _MAKERS:
+        raise SceneError(f"no scene is called {name!r}: choose one of {', '.join(SCENES)}")
+    return _MAKERS[name]()
