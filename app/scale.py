@@ -1,0 +1,275 @@
+"""Engraved scales: where a value stands on the ring, what is engraved there, and how people write it.
+
+A scale maps its values to u from 0 (left) to 1 (right). Lengths in mm, angles
+in radians, exposure in stops; people read and write metres and degrees.
+"""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+F_NUMBERS = (0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 3.5, 4.0, 4.5, 5.0, 5.6, 6.3, 7.1,
+             8.0, 9.0, 10.0, 11.0, 13.0, 14.0, 16.0, 18.0, 20.0, 22.0, 25.0, 29.0, 32.0, 36.0, 40.0, 45.0, 51.0, 57.0,
+             64.0, 72.0, 81.0, 90.0)             # as engraved: third stops, every third of them a whole one
+WHOLE_STOPS = F_NUMBERS[0::3]
+FOCAL_LENGTHS = (2, 3, 4, 6, 8, 10, 14, 20, 28, 35, 50, 70, 100, 135, 200, 300, 400, 600, 800, 1200)
+FIGURE_GAP = 0.08                                # of u, below which a figure is not even tried
+
+Figure = tuple[float, str]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """One engraved scale from `low` (u = 0) to `high` (u = 1; infinity is allowed).
+
+    warp makes the scale: u is linear in warp(value), and unwarp is its inverse.
+    figures are values with their text, of which number `anchor` is engraved even
+    where there is room for few; minor are the values of the short ticks; snaps the values that click
+    and wheel go to, none for a continuous scale. reset is the value that a
+    double click brings back. amber: the scale of focus.
+    """
+
+    low: float
+    high: float
+    warp: Callable[[float], float]
+    unwarp: Callable[[float], float]
+    format: Callable[[float], str]
+    read: Callable[[str], float]
+    figures: tuple[Figure, ...]
+    minor: tuple[float, ...] = ()
+    snaps: tuple[float, ...] = ()
+    reset: float | None = None
+    anchor: int = 0
+    amber: bool = False
+
+    def to_unit(self, value: float) -> float:
+        """Where a value stands, from 0 to 1; values beyond the ends stand at the ends."""
+        if math.isnan(value):
+            return 0.0
+        low, high = self.warp(self.low), self.warp(self.high)
+        if high == low:
+            return 0.0
+        return min(max((self.warp(min(max(value, self.low), self.high)) - low) / (high - low), 0.0), 1.0)
+
+    def from_unit(self, u: float) -> float:
+        """The value at u, the ends exactly."""
+        if u <= 0.0:
+            return self.low
+        if u >= 1.0:
+            return self.high
+        low, high = self.warp(self.low), self.warp(self.high)
+        return min(max(self.unwarp(low + u * (high - low)), self.low), self.high)
+
+    def snapped(self, value: float) -> float:
+        """The nearest snap along the ring, or the value itself on a continuous scale."""
+        u = self.to_unit(value)
+        return min(self.snaps, key=lambda snap: abs(self.to_unit(snap) - u), default=value)
+
+    def stepped(self, value: float, steps: int) -> float:
+        """The value so many snaps to the right, or so many hundredths of the ring where there are none."""
+        if not self.snaps:
+            return self.from_unit(self.to_unit(value) + 0.01 * steps)
+        u, ladder = self.to_unit(value), sorted(self.to_unit(snap) for snap in self.snaps)
+        beyond = [v for v in ladder if v > u + 1e-6] if steps > 0 else [v for v in reversed(ladder) if v < u - 1e-6]
+        if not beyond:
+            return value
+        target = beyond[min(abs(steps), len(beyond)) - 1]
+        return min(self.snaps, key=lambda snap: abs(self.to_unit(snap) - target))
+
+    def parse(self, text: str) -> float:
+        """The value that a person typed; ValueError says what to type, or between which values."""
+        value = self.read(text)
+        # A typed end may be the rounded figure of the ring's own end
+        for end in (self.low, self.high):
+            if self.format(value) == self.format(end):
+                return end
+        if not self.low <= value <= self.high:
+            raise ValueError(f"{self.format(value)} is out of reach: "
+                             f"{self.format(self.low)} to {self.format(self.high)}")
+        return value
+
+
+# Text
+
+
+def format_distance(distance: float) -> str:
+    """A distance in mm as people read a focus scale: 0.205 m, 1.20 m, 12.5 m, 250 m, ∞."""
+    if math.isinf(distance):
+        return "∞"
+    metres = distance / 1000.0
+    for limit, digits in ((0.0995, 4), (0.5, 3), (9.995, 2), (99.95, 1)):
+        if abs(metres) < limit:
+            return f"{metres:.{digits}f} m"
+    return f"{metres:.0f} m"
+
+
+def format_f_number(f_number: float) -> str:
+    """f/0.95, f/2, f/2.8, f/11."""
+    if f_number < 0.995:
+        return f"f/{f_number:.2f}"
+    return f"f/{f_number:.1f}".removesuffix(".0") if f_number < 9.95 else f"f/{f_number:.0f}"
+
+
+def format_exposure(stops: float) -> str:
+    """+0.3 EV, 0 EV, −1 EV."""
+    tenths = round(stops * 10)
+    sign = "+" if tenths > 0 else "−" if tenths < 0 else ""
+    return f"{sign}{abs(tenths) / 10:g} EV"
+
+
+def format_angle(angle: float) -> str:
+    """Radians as degrees: 47.2°, 4.72°."""
+    degrees = math.degrees(angle)
+    return f"{degrees:.1f}°" if degrees >= 9.95 else f"{degrees:.2f}°"
+
+
+def format_length(length: float) -> str:
+    """A length in mm: 4.25 mm, 50.4 mm, 250 mm."""
+    digits = 2 if length < 9.995 else 1 if length < 99.95 else 0
+    return f"{length:.{digits}f} mm"
+
+
+NUMBER = r"([-+−]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?)"
+
+
+def _number(pattern: str, text: str, example: str) -> tuple[float, str]:
+    """The number and the unit in the text."""
+    match = re.fullmatch(pattern.replace("#", NUMBER), text.strip().lower())
+    if match is None:
+        raise ValueError(f"“{text.strip()}”: type {example}")
+    return float(match[1].replace(",", ".").replace("−", "-")), match[2] if match.re.groups > 1 and match[2] else ""
+
+
+def read_distance(text: str) -> float:
+    """“1.2”, “1.2 m”, “120cm”, “1200 mm”, “inf”, “∞” in mm; a bare number is in metres."""
+    if text.strip().lower() in ("inf", "infinity", "∞"):
+        return math.inf
+    number, unit = _number(r"#\s*(m|cm|mm|km)?", text, "a distance such as 1.2 m, 120 cm or inf")
+    return number * {"": 1000.0, "m": 1000.0, "cm": 10.0, "mm": 1.0, "km": 1e6}[unit]
+
+
+def read_f_number(text: str) -> float:
+    """“f/2.8”, “2.8”, “f 2.8”."""
+    return _number(r"(?:f\s*[/:]?\s*)?#", text, "an f-number such as f/2.8")[0]
+
+
+def read_exposure(text: str) -> float:
+    """“+0.3 EV”, “-1”."""
+    return _number(r"#\s*(ev|stops?)?", text, "an exposure such as +0.3 EV")[0]
+
+
+def read_angle(text: str) -> float:
+    """“47.2°”, “47.2”, “47 deg”, “0.8 rad” in radians; a bare number is in degrees."""
+    number, unit = _number(r"#\s*(°|deg|degrees|rad)?", text, "an angle such as 47.2°")
+    return number if unit == "rad" else math.radians(number)
+
+
+def read_length(text: str) -> float:
+    """“50 mm”, “50”, “5 cm” in mm."""
+    number, unit = _number(r"#\s*(mm|cm)?", text, "a focal length such as 50 mm")
+    return number * (10.0 if unit == "cm" else 1.0)
+
+
+# The scales of the bench
+
+
+def _spaced(figures: list[Figure], to_unit: Callable[[float], float]) -> tuple[Figure, ...]:
+    """From the right, every figure that stands clear of the one before."""
+    kept: list[Figure] = []
+    for value, text in sorted(figures, reverse=True):
+        if not kept or to_unit(kept[-1][0]) - to_unit(value) >= FIGURE_GAP:
+            kept.append((value, text))
+    return tuple(reversed(kept))
+
+
+def _decades(low: float, high: float, series: tuple[float, ...]) -> list[float]:
+    """The series times every power of ten, from low to high."""
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    values = (m * 10.0**e for e in range(first, last + 1) for m in series)
+    return [float(f"{v:.6g}") for v in values if low * (1 - 1e-6) <= v <= high * (1 + 1e-6)]
+
+
+@lru_cache(maxsize=64)
+def focus_scale(nearest: float, reset: float | None = None) -> Scale:
+    """Distances (mm) from the nearest that the lens can focus to infinity: u = (d − n)/(d − n + k).
+
+    k is 1.2 m, or four times the nearest distance of a lens that cannot come close.
+    """
+    n = max(nearest, 1.0)
+    k = max(1200.0, 4.0 * n)
+
+    def warp(distance: float) -> float:
+        return -k / (distance - n + k)
+
+    def unwarp(w: float) -> float:
+        return n - k - k / w if w < 0.0 else math.inf
+
+    bare = Scale(n, math.inf, warp, unwarp, format_distance, read_distance, ())
+    series = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
+    figures = _spaced([(d, f"{d / 1000:g}") for d in _decades(n, 40.0 * k, series)] + [(math.inf, "∞")], bare.to_unit)
+    minor = _decades(n, 40.0 * k, (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5,
+                                   5.0, 6.0, 7.0, 8.0, 9.0))
+    return Scale(n, math.inf, warp, unwarp, format_distance, read_distance, figures, tuple(minor),
+                 reset=reset, anchor=len(figures) - 1, amber=True)
+
+
+@lru_cache(maxsize=64)
+def aperture_scale(widest: float, reset: float | None = None) -> Scale:
+    """From the widest f-number that the lens can open to six stops above (f/22 at least), snapping to third stops."""
+    high = next((n for n in WHOLE_STOPS if n >= max(21.9, 7.8 * widest)), F_NUMBERS[-1])
+    high = max(high, 2.0 * widest)
+    bare = Scale(widest, high, math.log, math.exp, format_f_number, read_f_number, ())
+    snaps = tuple(n for n in F_NUMBERS if widest * 1.02 < n <= high)
+    figures = [(n, f"{n:g}") for n in WHOLE_STOPS if widest * 0.99 <= n <= high]
+    if not figures or bare.to_unit(figures[0][0]) > FIGURE_GAP:
+        figures.insert(0, (widest, format_f_number(widest).removeprefix("f/")))
+    return Scale(widest, high, math.log, math.exp, format_f_number, read_f_number, tuple(figures),
+                 snaps, (widest, *snaps), reset)
+
+
+@lru_cache(maxsize=8)
+def exposure_scale(stops: float = 5.0, reset: float | None = 0.0) -> Scale:
+    """Stops from −`stops` to +`stops`, snapping to thirds."""
+    whole = range(-math.floor(stops), math.floor(stops) + 1)
+    thirds = tuple(i / 3.0 for i in range(3 * whole.start, 3 * whole.stop - 2))
+    figures = tuple((float(i), format_exposure(i).removesuffix(" EV")) for i in whole)
+    return Scale(-stops, stops, float, float, format_exposure, read_exposure, figures, thirds, thirds, reset,
+                 anchor=len(figures) // 2)
+
+
+@lru_cache(maxsize=64)
+def fov_scale(narrowest: float, widest: float, reset: float | None = None) -> Scale:
+    """Angles of view (radians) on a logarithmic ring."""
+    low, high = math.degrees(narrowest), math.degrees(widest)
+    bare = Scale(narrowest, widest, math.log, math.exp, format_angle, read_angle, ())
+    series = _decades(low, high, (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 9.0))
+    figures = _spaced([(math.radians(d), f"{d:g}") for d in (*series, 120.0, 180.0) if low <= d <= high], bare.to_unit)
+    minor = tuple(math.radians(d) for d in _decades(low, high, tuple(1.0 + 0.25 * i for i in range(4))
+                                                    + tuple(2.0 + 0.5 * i for i in range(16))))
+    return Scale(narrowest, widest, math.log, math.exp, format_angle, read_angle, figures, minor, reset=reset)
+
+
+@lru_cache(maxsize=64)
+def focal_length_scale(low: float = 8.0, high: float = 800.0, reset: float | None = None) -> Scale:
+    """Focal lengths (mm) on a logarithmic ring, snapping to those usually engraved."""
+    snaps = tuple(float(f) for f in FOCAL_LENGTHS if low <= f <= high)
+    figures = tuple((f, f"{f:g}") for f in snaps)
+    minor = tuple(_decades(low, high, (1.0, 1.2, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0, 8.0, 9.0)))
+    return Scale(low, high, math.log, math.exp, format_length, read_length, figures, minor, snaps, reset)
+
+
+def figures_that_fit(scale: Scale, width: float, widths: tuple[float, ...], gap: float) -> tuple[Figure, ...]:
+    """The figures at the first stride at which none touch on a ring of this width; `widths` are those of the texts.
+
+    The stride counts from the anchor, which always stays.
+    """
+    places = [scale.to_unit(value) * width for value, _ in scale.figures]
+    for stride in range(1, len(places) + 1):
+        chosen = range(scale.anchor % stride, len(places), stride) if places else range(0)
+        touching = any(places[b] - places[a] < 0.5 * (widths[a] + widths[b]) + gap
+                       for a, b in zip(chosen, chosen[1:], strict=False))
+        if not touching:
+            return tuple(scale.figures[i] for i in chosen)
+    return ()
