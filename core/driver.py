@@ -16,6 +16,7 @@ from lensbench.lanes import (
     BLUE,
     GREEN,
     KEYS,
+    LOST,
     PIXEL,
     RED,
     SAMPLE,
@@ -105,6 +106,8 @@ def develop(lanes, film):
 def _perform(lanes, code, gated, data, ends, key):
     key[ALIVE] = uint32(1)
     for s in range(code.size):
+        if key[ALIVE] == LOST:
+            return
         if key[ALIVE] != 0 or not gated[s]:
             _call(code[s], lanes, data[ends[s]:ends[s + 1]], key)
 

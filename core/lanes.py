@@ -16,7 +16,8 @@ writes others, and a picture is a list of stages.
 lanes  the workbench, float32 or float64
 p      the parameters of this stage, numbers of the same type
 key    which block this is (uint32): PIXEL, SAMPLE, SEED, and ALIVE, which a
-       stage may set to 0 to have the gated steps after it skipped
+       stage may set to 0 to have the gated steps after it skipped, or to LOST
+       where no lane has any WEIGHT left: then all steps after it are
 
 What makes a stage fast: one loop over range(B) for each idea, no branch
 (choose by `a if c else b`), a lost ray is a NaN, a look-up in a table gets a
@@ -54,6 +55,7 @@ METAL, GLASS = 2.0, 3.0         # values of GLOSS
 
 PIXEL, SAMPLE, SEED, ALIVE = range(4)       # the entries of key
 KEYS = 4
+LOST = 2                        # a value of key[ALIVE]
 
 
 class Step(NamedTuple):

@@ -1,0 +1,193 @@
+"""Where the samples of a picture fall: scrambled Sobol points, keyed per pixel by blue noise.
+
+Point k of dimension d is Sobol's, Owen-scrambled once for the whole picture;
+each pixel then takes it XORed with a key of its own, which keeps its net
+properties and costs two operations. The keys of the first four dimensions come
+from a 64 × 64 tile chosen so that neighbouring pixels err against each other
+(the eye, and a little blur, average them out); further dimensions take a hash
+of the pixel. Everything is stateless: a number depends on (pixel, sample,
+dimension, seed) alone, so a picture is the same for any number of threads.
+
+Sources: Joe and Kuo 2008 (direction numbers); Laine and Karras 2011, with the
+constants of Vegdahl (the hashed Owen scrambling); the tile was found here by
+exchanging pixels so that the blurred error over random half-planes is least.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numba import njit, uint32
+
+from lensbench.lanes import KEYS, PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
+
+# Primitive polynomials and first direction numbers of dimensions 1 … (dimension 0 is van der Corput's).
+_JOE_KUO = [(1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)), (3, 2, (1, 1, 1)), (4, 1, (1, 1, 3, 3)),
+            (4, 4, (1, 3, 5, 13))]
+DIMENSIONS = 1 + len(_JOE_KUO)
+PUPIL, RASTER, CLOCK, LIGHT = 0, 2, 4, 5      # first dimension of each pair (the clock is one alone)
+
+
+def _directions() -> np.ndarray:
+    """(DIMENSIONS, 32) uint32: the number that bit b of the sample's index turns on."""
+    table = np.zeros((DIMENSIONS, 32), np.uint32)
+    table[0] = [1 << (31 - b) for b in range(32)]
+    for d, (s, a, m) in enumerate(_JOE_KUO, start=1):
+        v = [m[b] << (31 - b) for b in range(s)]
+        for b in range(s, 32):
+            x = v[b - s] ^ (v[b - s] >> s)
+            for k in range(1, s):
+                if a >> (s - 1 - k) & 1:
+                    x ^= v[b - k]
+            v.append(x)
+        table[d] = v
+    return table
+
+
+_SOBOL = _directions()
+_TILE = np.ascontiguousarray(np.load(Path(__file__).parent / "blue_noise_keys_64.npy").transpose(2, 0, 1)).reshape(-1)
+_TILE_SIZE = 64 * 64
+
+_u = np.uint32
+
+
+@njit(inline="always")
+def _mix(s):
+    """Scatter the bits of a number over all 32."""
+    s = uint32((s ^ (s >> _u(16))) * _u(0x7FEB352D))
+    s = uint32((s ^ (s >> _u(15))) * _u(0x846CA68B))
+    return uint32(s ^ (s >> _u(16)))
+
+
+@njit(inline="always")
+def _reverse(n):
+    """The 32 bits in opposite order."""
+    n = uint32((n << _u(16)) | (n >> _u(16)))
+    n = uint32(((n & _u(0x00FF00FF)) << _u(8)) | ((n & _u(0xFF00FF00)) >> _u(8)))
+    n = uint32(((n & _u(0x0F0F0F0F)) << _u(4)) | ((n & _u(0xF0F0F0F0)) >> _u(4)))
+    n = uint32(((n & _u(0x33333333)) << _u(2)) | ((n & _u(0xCCCCCCCC)) >> _u(2)))
+    return uint32(((n & _u(0x55555555)) << _u(1)) | ((n & _u(0xAAAAAAAA)) >> _u(1)))
+
+
+@njit(cache=True)
+def sobol(k, d, seed):
+    """Point k (uint32) of dimension d, Owen-scrambled by the seed: 32 bits."""
+    n = uint32(0)
+    for b in range(32):
+        if (k >> _u(b)) & _u(1):
+            n = uint32(n ^ _SOBOL[d, b])
+    s = _mix(uint32(seed * _u(0x9E3779B9) + _u(d) * _u(0x85EBCA6B) + _u(1)))
+    n = _reverse(n)
+    n = uint32(n ^ uint32(n * _u(0x3D20ADEA)))
+    n = uint32(n + s)
+    n = uint32(n * uint32((s >> _u(16)) | _u(1)))
+    n = uint32(n ^ uint32(n * _u(0x05526C56)))
+    n = uint32(n ^ uint32(n * _u(0x53A22864)))
+    return _reverse(n)
+
+
+@stage
+def pixels(lanes, p, key):
+    """One sample in each pixel of the block: raster X, Y and the place in the pupil U0, U1. p: pixels across."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u0, u1, x, y = row[U0], row[U1], row[X], row[Y]
+    width = p[0]
+    columns = np.uint32(width)
+    top, left = key[PIXEL] // columns, key[PIXEL] % columns
+    turn, start = real(1) / width, real(np.int32(left)) + real(0.5)
+    line = real(np.int32(top))
+    k, seed = key[SAMPLE], key[SEED]
+    d0, d1, d2, d3 = sobol(k, 0, seed), sobol(k, 1, seed), sobol(k, 2, seed), sobol(k, 3, seed)
+    unit = real(1 / 16777216)
+    for i in range(B):
+        across = start + real(np.int32(i))
+        down = math.floor(across * turn)                    # lines begun since the block began
+        x[i] = across - down * width - real(0.5)
+        y[i] = line + down
+    for i in range(B):
+        j = (np.int32(y[i]) & np.int32(63)) * np.int32(64) + (np.int32(x[i]) & np.int32(63))
+        a, b = _TILE[j], _TILE[j + _TILE_SIZE]
+        u0[i] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
+        u1[i] = real(np.int32(uint32(b ^ d1) >> _u(8))) * unit
+    for i in range(B):
+        j = (np.int32(y[i]) & np.int32(63)) * np.int32(64) + (np.int32(x[i]) & np.int32(63))
+        a, b = _TILE[j + 2 * _TILE_SIZE], _TILE[j + 3 * _TILE_SIZE]
+        x[i] += real(np.int32(uint32(a ^ d2) >> _u(8))) * unit
+        y[i] += real(np.int32(uint32(b ^ d3) >> _u(8))) * unit
+
+
+@stage
+def lights(lanes, p, key):
+    """Where on a light, V0 and V1: for pictures with soft shadows."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    v0, v1 = row[V0], row[V1]
+    k, seed = key[SAMPLE], key[SEED]
+    d0, d1 = sobol(k, LIGHT, seed), sobol(k, LIGHT + 1, seed)
+    unit = real(1 / 16777216)
+    for i in range(B):
+        a = _mix(uint32(key[PIXEL] + uint32(i)))
+        v0[i] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
+        v1[i] = real(np.int32(uint32(_mix(uint32(a + _u(0x9E3779B9))) ^ d1) >> _u(8))) * unit
+
+
+@stage
+def independent(lanes, p, key):
+    """White noise in place of `pixels` and `lights`: every number on its own, to measure the others against."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u0, u1, x, y, v0, v1, time = row[U0], row[U1], row[X], row[Y], row[V0], row[V1], row[TIME]
+    width = p[0]
+    columns = np.uint32(width)
+    top, left = key[PIXEL] // columns, key[PIXEL] % columns
+    turn, begin = real(1) / width, real(np.int32(left)) + real(0.5)
+    line = real(np.int32(top))
+    start = _mix(uint32(key[SEED] * _u(0x9E3779B9) + key[SAMPLE]))
+    unit = real(1 / 16777216)
+    step = _u(0x9E3779B9)
+    for i in range(B):
+        a = _mix(uint32(_mix(uint32(key[PIXEL] + uint32(i))) + start))
+        b = _mix(uint32(a + step))
+        c = _mix(uint32(b + step))
+        d = _mix(uint32(c + step))
+        across = begin + real(np.int32(i))
+        down = math.floor(across * turn)
+        u0[i] = real(np.int32(a >> _u(8))) * unit
+        u1[i] = real(np.int32(b >> _u(8))) * unit
+        x[i] = across - down * width - real(0.5) + real(np.int32(c >> _u(8))) * unit
+        y[i] = line + down + real(np.int32(d >> _u(8))) * unit
+    for i in range(B):
+        e = _mix(uint32(_mix(uint32(_mix(uint32(key[PIXEL] + uint32(i))) + start)) ^ _u(0x68E31DA4)))
+        f = _mix(uint32(e + step))
+        v0[i] = real(np.int32(e >> _u(8))) * unit
+        v1[i] = real(np.int32(f >> _u(8))) * unit
+        time[i] = real(np.int32(_mix(uint32(f + step)) >> _u(8))) * unit
+
+
+def sampler(pixels_x: int, lit: bool) -> list[Step]:
+    """The steps that place the samples of a film; lit: the scene samples its lights."""
+    steps = [Step(pixels, [pixels_x])]
+    return [*steps, Step(lights, [])] if lit else steps
+
+
+@njit(inline="always")
+def concentric(real, u, v):
+    """The unit square to the unit disk by Shirley and Chiu's concentric map, in numbers of the type `real`.
+
+    Equal areas stay equal. No branch: the angle within an octant is at most
+    π/4, where short polynomials give sine and cosine to 2e-9 and 3e-8.
+    """
+    a, b = real(2) * u - real(1), real(2) * v - real(1)
+    steep = abs(b) > abs(a)
+    far, near = (b, a) if steep else (a, b)
+    safe = far if far != real(0) else real(1)
+    t = near / safe * real(math.pi / 4)
+    s = t * t
+    sine = t * (real(1) + s * (real(-1 / 6) + s * (real(1 / 120) + s * (real(-1 / 5040) + s * real(1 / 362880)))))
+    cosine = real(1) + s * (real(-1 / 2) + s * (real(1 / 24) + s * (real(-1 / 720) + s * real(1 / 40320))))
+    x, y = (sine, cosine) if steep else (cosine, sine)
+    return far * x, far * y
+
+
+__all__ = ["DIMENSIONS", "KEYS", "concentric", "independent", "lights", "pixels", "sampler", "sobol"]
