@@ -1,0 +1,170 @@
+"""The picture on the graphics card: a linear film goes in, a texture ready for the screen comes out.
+
+Knows moderngl and nothing of the window. Textures hold the picture's first row
+first, so that imgui shows them upright without turning.
+"""
+
+from dataclasses import dataclass, replace
+from importlib.resources import files
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from lensbench.app import tone
+
+TONES = {"none": 0, "filmic": 1, "agx": 2}
+OVERLAYS = {"none": 0, "coc": 1, "peaking": 2, "clipping": 3}
+SOFTENING = 0.35            # radius of the first passes' softening, of the circle of confusion's diameter
+SOFTENED_SAMPLES = 16       # from here on the picture is shown as it is
+
+Rgb = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Development:
+    """All that the shaders need beside the picture; two equal ones give the same screen.
+
+    The circle of confusion in pixels is coc_gain |1/s − coc_focus|, s (mm) being the distance from the front principal
+    plane and coc_focus the reciprocal of the one in focus.
+    """
+
+    exposure: float = 0.0
+    tone: str = "filmic"
+    overlay: str = "none"
+    coc_gain: float = 0.0
+    coc_focus: float = 0.0
+    sharp: float = 1.5
+    stripe: float = 6.0
+    amber: Rgb = (0.91, 0.64, 0.24)
+    nearer: Rgb = (0.34, 0.71, 0.91)
+    farther: Rgb = (0.80, 0.47, 0.65)
+    share: float = 0.0          # of the softening, see `softening`
+
+
+def softening(samples: int) -> float:
+    """The share of the circle of confusion by which a picture of so many samples is softened."""
+    return SOFTENING * max(0.0, 1.0 - (samples - 1) / (SOFTENED_SAMPLES - 1.0))
+
+
+class _Target:
+    """A texture that can be drawn into."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int], components: int, dtype: str):
+        self.texture = _texture(context, size, components, dtype)
+        self.framebuffer = context.framebuffer([self.texture])
+
+
+class Screen:
+    """Holds the textures of one picture in one GL context (3.3 core or later)."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context = context
+        self._programs: dict[tuple[str, ...], moderngl.VertexArray] = {}
+        self._picture: moderngl.Texture | None = None
+        self._depth = context.texture((1, 1), 1, np.zeros(1, np.float32).tobytes(), dtype="f4")
+        self._soft: _Target | None = None
+        self._shown: _Target | None = None
+        self._done: Development | None = None
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Pixels across and down; (0, 0) before the first picture."""
+        return (0, 0) if self._picture is None else self._picture.size
+
+    def load(self, image: NDArray[np.float32]) -> None:
+        """Take a linear picture (h, w, 3)."""
+        height, width = image.shape[:2]
+        if self._picture is None or self._picture.size != (width, height):
+            self._release()
+            self._picture = _texture(self._context, (width, height), 3)
+            self._soft = _Target(self._context, (width, height), 3, "f2")
+            self._shown = _Target(self._context, (width, height), 4, "f1")
+        self._picture.write(np.ascontiguousarray(image, np.float32))
+        self._done = None
+
+    def load_depth(self, reciprocal: NDArray[np.float32]) -> None:
+        """Take the reciprocal distances (h, w) from the front principal plane, 1/mm; 0 is infinitely far."""
+        height, width = reciprocal.shape
+        if self._depth.size != (width, height):
+            self._depth.release()
+            self._depth = _texture(self._context, (width, height), 1)
+            self._depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._depth.write(np.ascontiguousarray(reciprocal, np.float32))
+        self._done = None
+
+    def developed(self, development: Development) -> int:
+        """The GL name of a texture with the developed picture; 0 before the first picture. Draws only what is new."""
+        if self._picture is None or self._soft is None or self._shown is None:
+            return 0
+        if development != self._done:
+            before = self._context.detect_framebuffer()
+            source = self._picture
+            if development.share > 0.0 and development.coc_gain > 0.0:
+                self._draw(self._program("soften.frag"), self._soft, source, coc_gain=development.coc_gain,
+                           coc_focus=development.coc_focus, share=development.share)
+                source = self._soft.texture
+            develop = self._program("develop.frag", f"#define TONE {TONES[development.tone]}\n",
+                                    f"#define OVERLAY {OVERLAYS[development.overlay]}\n", tone.glsl_constants())
+            self._draw(develop, self._shown, source, gain=2.0 ** development.exposure,
+                       coc_gain=development.coc_gain, coc_focus=development.coc_focus,
+                       sharp=development.sharp, stripe=development.stripe,
+                       amber=development.amber, nearer=development.nearer, farther=development.farther)
+            before.use()
+            self._shown.texture.build_mipmaps()
+            self._done = replace(development)
+        return self._shown.texture.glo
+
+    def read(self) -> NDArray[np.uint8]:
+        """The developed picture (h, w, 3)."""
+        if self._shown is None:
+            raise ValueError("nothing has been developed yet")
+        width, height = self._shown.texture.size
+        pixels = self._shown.framebuffer.read(components=3, alignment=1)
+        return np.frombuffer(pixels, np.uint8).reshape(height, width, 3)
+
+    def enlarge_by_pixels(self, whole: bool) -> None:
+        """Show the pixels of an enlarged picture as squares, or blend between them."""
+        if self._shown is not None:
+            above = moderngl.NEAREST if whole else moderngl.LINEAR
+            self._shown.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, above)
+
+    def _program(self, name: str, *inserted: str) -> moderngl.VertexArray:
+        """A compiled shader of the package, with lines inserted after its version; made once."""
+        key = (name, *inserted)
+        if key not in self._programs:
+            source = _source(name).replace("#version 330\n", "#version 330\n" + "".join(inserted), 1)
+            self._programs[key] = self._context.vertex_array(
+                self._context.program(_source("triangle.vert"), source), [])
+        return self._programs[key]
+
+    def _draw(self, array: moderngl.VertexArray, target: _Target, source: moderngl.Texture, **uniforms) -> None:
+        target.framebuffer.use()
+        self._context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        source.use(0)
+        self._depth.use(1)
+        program = array.program
+        for name, value in {"picture": 0, "depth": 1, **uniforms}.items():
+            uniform = program.get(name, None)
+            if isinstance(uniform, moderngl.Uniform):
+                uniform.value = value
+        array.render(moderngl.TRIANGLES, vertices=3)
+
+    def _release(self) -> None:
+        if self._picture is not None:
+            self._picture.release()
+        for target in (self._soft, self._shown):
+            if target is not None:
+                target.texture.release()
+                target.framebuffer.release()
+
+
+def _source(name: str) -> str:
+    return files("lensbench.shaders").joinpath(name).read_text(encoding="utf-8")
+
+
+def _texture(context: moderngl.Context, size: tuple[int, int], components: int, dtype: str = "f4") -> moderngl.Texture:
+    texture = context.texture(size, components, dtype=dtype)
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    texture.repeat_x = texture.repeat_y = False
+    return texture

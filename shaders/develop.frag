@@ -1,0 +1,109 @@
+#version 330
+// Develop the picture: exposure, tone curve, sRGB, and what is laid over it.
+//
+// in   picture   linear radiance, relative, RGB; the picture's first row first
+//      depth     reciprocal distance from the front principal plane, 1/mm; 0 is infinitely far
+//      gain      2^exposure
+// out  sRGB in [0, 1]
+//
+// The constants of the curves stand in app/tone.py, with their meaning; they are inserted after #version, and so are
+// TONE and OVERLAY: software renderers compute both sides of every branch, so that a program holds only what it shows.
+
+#define FILMIC 1
+#define AGX 2
+#define COC 1
+#define PEAKING 2
+#define CLIPPING 3
+
+const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
+
+uniform sampler2D picture;
+uniform sampler2D depth;
+uniform float gain;
+uniform float coc_gain;                 // pixels · mm:  CoC = coc_gain |1/depth − coc_focus|, a diameter
+uniform float coc_focus;                // 1/mm
+uniform float sharp;                    // diameter in pixels below which a thing counts as in focus
+uniform float stripe;                   // width of a zebra stripe, pixels of the picture
+uniform vec3 amber, nearer, farther;    // colours of what is in focus, before and behind it, sRGB
+
+in vec2 place;
+out vec4 colour;
+
+vec3 hable(vec3 x) {
+    return (x * (A * x + C * B) + D * E) / (x * (A * x + B) + D * F) - E / F;
+}
+
+vec3 mixed(vec3 rgb, float part) {
+    return (1.0 - part) * rgb + part * vec3((rgb.r + rgb.g + rgb.b) / 3.0);
+}
+
+vec3 sigmoid(vec3 t) {
+    vec3 scale = mix(vec3(SHOULDER), vec3(TOE), lessThan(t, vec3(PIVOT_IN)));
+    vec3 x = SLOPE * abs(t - PIVOT_IN) / scale;
+    return PIVOT_OUT + sign(t - PIVOT_IN) * scale * x / pow(1.0 + pow(x, vec3(POWER)), vec3(1.0 / POWER));
+}
+
+vec3 agx(vec3 rgb) {
+    vec3 stops = log2(max(mixed(rgb, INSET), vec3(1e-10))) - log2(GREY);
+    vec3 t = clamp((stops + STOPS_BELOW) / (STOPS_BELOW + STOPS_ABOVE), 0.0, 1.0);
+    return mixed(pow(max(sigmoid(t), vec3(0.0)), vec3(DISPLAY_GAMMA)), -INSET / (1.0 - INSET));
+}
+
+vec3 srgb(vec3 x) {
+    return mix(1.055 * pow(max(x, vec3(0.0031308)), vec3(1.0 / 2.4)) - 0.055, 12.92 * x,
+               lessThanEqual(x, vec3(0.0031308)));
+}
+
+vec3 developed(ivec2 at) {
+    at = clamp(at, ivec2(0), textureSize(picture, 0) - 1);
+    vec3 rgb = min(max(texelFetch(picture, at, 0).rgb, vec3(0.0)) * gain, vec3(1e9));
+#if TONE == FILMIC
+    rgb = hable(GAIN * min(rgb, vec3(WHITE / GAIN))) / hable(vec3(WHITE)).r;
+#elif TONE == AGX
+    rgb = agx(rgb);
+#endif
+    return srgb(clamp(rgb, 0.0, 1.0));
+}
+
+// The circle of confusion in pixels, negative for what lies before the focus.
+float circle(vec2 at) {
+    return coc_gain * (coc_focus - texture(depth, at).r);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 rgb = developed(pixel);
+    float grey = dot(rgb, LUMINANCE);
+
+    // Circle of confusion: colour tells the side, its strength tells the size on a log scale from 1 to 64 pixels.
+#if OVERLAY == COC
+    float c = circle(place);
+    float strength = clamp(log2(max(abs(c), 1.0)) / 6.0, 0.0, 1.0);
+    vec3 side = c < 0.0 ? nearer : farther;
+    vec3 veil = abs(c) < sharp ? amber : mix(vec3(0.5), side, 0.25 + 0.75 * strength);
+    rgb = veil * (0.35 + 0.65 * grey) * (abs(c) < sharp ? 1.0 : 0.55 + 0.45 * strength);
+#endif
+
+    // Focus peaking: edges of what is in focus, in amber.
+#if OVERLAY == PEAKING
+    float right = dot(developed(pixel + ivec2(1, 0)), LUMINANCE);
+    float left = dot(developed(pixel - ivec2(1, 0)), LUMINANCE);
+    float below = dot(developed(pixel + ivec2(0, 1)), LUMINANCE);
+    float above = dot(developed(pixel - ivec2(0, 1)), LUMINANCE);
+    float edge = length(vec2(right - left, below - above));
+    float focused = 1.0 - smoothstep(0.5 * sharp, sharp, abs(circle(place)));
+    rgb = mix(mix(rgb, vec3(grey), 0.6), amber, focused * smoothstep(0.06, 0.16, edge));
+#endif
+
+    // Clipping: stripes where a channel has no more to give, leaning right for white and left for black.
+#if OVERLAY == CLIPPING
+    vec2 at = gl_FragCoord.xy / stripe;
+    bool white = max(rgb.r, max(rgb.g, rgb.b)) > 0.996;
+    bool black = max(rgb.r, max(rgb.g, rgb.b)) < 0.012;
+    if (white && mod(at.x + at.y, 2.0) < 1.0)
+        rgb = vec3(0.84, 0.37, 0.0);
+    if (black && mod(at.x - at.y, 2.0) < 1.0)
+        rgb = vec3(0.0, 0.45, 0.70);
+#endif
+    colour = vec4(rgb, 1.0);
+}
