@@ -45,10 +45,11 @@ from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E4
 from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
 from lensbench.scene import Floor, Material, Scene, SceneError, Sky, Sphere, Sun  # noqa: E402
 from lensbench.scenery.library import SCENES, builtin_scene  # noqa: E402
+from lensbench.tracing import Fate, Trace, trace  # noqa: E402
 
 __all__ = [
-    "Floor", "Material", "SCENES", "Scene", "SceneError", "Sky", "Sphere", "Sun", "builtin_scene",
-    "AIR", "C_LINE", "D_LINE", "F_LINE", "FORMATS", "Film", "FilmError", "FirstOrder", "FocusError", "Glass", "Lens",
-    "LensError", "Surface", "circle_of_confusion", "depth_of_field", "film_distance", "first_order", "focused_distance",
-    "hyperfocal", "nearest_focus", "stopped_down", "thick_circle_of_confusion",
+    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Fate", "Film", "FilmError", "FirstOrder", "Floor",
+    "FocusError", "Glass", "Lens", "LensError", "Material", "Scene", "SceneError", "Sky", "Sphere", "Sun", "Surface",
+    "Trace", "builtin_scene", "circle_of_confusion", "depth_of_field", "film_distance", "first_order",
+    "focused_distance", "hyperfocal", "nearest_focus", "stopped_down", "thick_circle_of_confusion", "trace",
 ]
