@@ -1,0 +1,56 @@
+# make run     make the environment, install, open the bench
+# make test    install what the tests need, run them all
+# make lint    style (ruff) and types (mypy)
+#
+# Another Python: make PYTHON=python3.13 run. The user's own pip configuration is used as it is.
+
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6
+
+.PHONY: run test lint needs clean
+
+run: $(VENV)/.installed
+	@$(BIN)/lensbench
+
+test: needs $(VENV)/.installed-test
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.installed-test
+	$(BIN)/ruff check .
+	@# The rooms as the one package that they are installed as: mypy does not see an editable install
+	@rm -rf build/typed && mkdir -p build/typed/lensbench
+	@ln -s $(CURDIR)/core/* $(CURDIR)/lenses $(CURDIR)/shaders $(CURDIR)/app build/typed/lensbench/
+	MYPYPATH=build/typed $(BIN)/mypy -p lensbench
+
+# The stamps depend on pyproject.toml: a new dependency or package is installed at the next run
+$(VENV)/.installed: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install -e .
+	@touch $@
+
+$(VENV)/.installed-test: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install -e '.[test]'
+	@touch $@ $(VENV)/.installed
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+		echo "lensbench needs Python 3.11 or newer: make PYTHON=python3.13 $(MAKECMDGOALS)" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+		echo "$(PYTHON) cannot make environments: on Debian or Ubuntu, apt-get install python3-venv" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+# The libraries of the window on Debian-like systems: installed for root, named for others
+needs:
+	@if command -v dpkg-query >/dev/null; then \
+		missing=$$(for package in $(PACKAGES); do \
+			dpkg-query -W -f='$${Status}' $$package 2>/dev/null | grep -q 'ok installed' || echo $$package; done); \
+		if [ -n "$$missing" ] && [ "$$(id -u)" = 0 ]; then \
+			apt-get update -q && apt-get install -q -y --no-install-recommends $$missing; \
+		elif [ -n "$$missing" ]; then \
+			echo "the window's tests need: sudo apt-get install" $$missing >&2; \
+		fi; \
+	fi
+
+clean:
+	rm -rf build dist $(VENV) *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,194 @@
+"""What people write on the command line, with its units, and the Settings that follow from it.
+
+Each `read_…` takes a text and returns a number in the units of the core (mm,
+radians, stops), or raises a ValueError that says what to type.
+"""
+
+import argparse
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from lensbench.app.scale import (
+    read_angle,
+    read_distance,
+    read_exposure,
+    read_f_number,
+    read_length,
+)
+from lensbench.app.settings import MODELS, TONES, Settings, SettingsError, design
+
+PICTURES = (".png", ".exr")
+
+
+def read_size(text: str) -> tuple[int, int]:
+    """“960x640” in pixels across and down."""
+    match = re.fullmatch(r"\s*(\d{1,9})\s*[x×]\s*(\d{1,9})\s*", text.lower())
+    if match is None:
+        raise ValueError(f"“{text}”: type pixels across and down, such as 960x640")
+    return int(match[1]), int(match[2])
+
+
+def read_film(text: str) -> tuple[float, float]:
+    """“36x24” in mm, or the beginning of a format's name, such as “aps-c”, “6x7” or “full frame”."""
+    from lensbench import FORMATS
+
+    plain = {_plain(name): size for name, size in FORMATS.items()}
+    found = [size for name, size in plain.items() if _plain(text) and name.startswith(_plain(text))]
+    if len(found) == 1:
+        return found[0]
+    match = re.fullmatch(r"\s*(\d+\.?\d*)\s*[x×]\s*(\d+\.?\d*)\s*(?:mm)?\s*", text.lower())
+    if match is not None:
+        return float(match[1]), float(match[2])
+    near = get_close_matches(_plain(text), plain, n=3, cutoff=0.3)
+    names = [name for name in FORMATS if not near or _plain(name) in near]
+    raise ValueError(f"“{text}”: type a size in mm such as 36x24, or a format: {', '.join(names)}")
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s_-]", "", name.lower()).replace("×", "x")
+
+
+def read_aperture(text: str) -> float | None:
+    """“2.8”, “f/2.8”, or “open” for as wide as the lens goes (None)."""
+    return None if text.strip().lower() in ("open", "wide", "wide open") else read_f_number(text)
+
+
+def read_position(text: str) -> tuple[float, float, float]:
+    """“0,0.2,-1.5m”: x, y, z in the world, metres where no unit is given."""
+    parts = text.split(",")
+    if len(parts) != 3:
+        raise ValueError(f"“{text}”: type three distances with commas, such as 0,20cm,-1.5m")
+    x, y, z = (read_distance(part) for part in parts)
+    return x, y, z
+
+
+def read_count(text: str) -> int:
+    """A whole number of at least 1."""
+    if not re.fullmatch(r"\s*\d{1,9}\s*", text) or int(text) < 1:
+        raise ValueError(f"“{text}”: type a whole number of at least 1")
+    return int(text)
+
+
+def read_seed(text: str) -> int:
+    """A whole number from 0 to 2³² − 1."""
+    if not re.fullmatch(r"\s*\d{1,10}\s*", text) or int(text) >= 1 << 32:
+        raise ValueError(f"“{text}”: type a whole number from 0 to {(1 << 32) - 1}")
+    return int(text)
+
+
+def option(read: Callable[[str], Any]) -> Callable[[str], Any]:
+    """A reader for argparse, whose message reaches the user."""
+    def convert(text: str) -> Any:
+        try:
+            return read(text)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+    return convert
+
+
+def add_lens_options(parser: argparse.ArgumentParser) -> None:
+    """The options that change the lens itself."""
+    parser.add_argument("--focal-length", type=option(read_length), metavar="LENGTH",
+                        help="scale the whole prescription to this focal length, such as 35mm")
+    parser.add_argument("--f-number", type=option(read_aperture), metavar="N", default=argparse.SUPPRESS,
+                        help="aperture, such as 2.8 or f/2.8; “open” for as wide as the lens goes")
+
+
+def add_picture_options(parser: argparse.ArgumentParser) -> None:
+    """The options of `view` and `render`."""
+    add_lens_options(parser)
+    add = parser.add_argument
+    add("--focus", type=option(read_distance), metavar="DISTANCE",
+        help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given")
+    add("--scene", metavar="SCENE", help="a built-in scene, or a scene file (.toml)")
+    add("--model", choices=MODELS, help="how the lens forms the picture: " + ", ".join(
+        f"{key} ({name[0].lower() + name[1:]})" for key, name in MODELS.items()))
+    add("--film", type=option(read_film), metavar="FILM",
+        help="width x height in mm, such as 36x24, or a format's name, such as aps-c")
+    add("--size", type=option(read_size), metavar="WxH",
+        help="pixels across and down; without --film, the film is cut to their shape")
+    add("--fov", type=option(read_angle), metavar="ANGLE",
+        help="field of view along the shorter side, such as 30deg: crops the film, or sets the perspective camera")
+    add("--position", type=option(read_position), metavar="X,Y,Z", help="of the camera, such as 0,20cm,1m")
+    add("--yaw", type=option(read_angle), metavar="ANGLE", help="turn the camera to the left")
+    add("--pitch", type=option(read_angle), metavar="ANGLE", help="turn the camera up")
+    add("--samples", type=option(read_count), metavar="N", help="samples a pixel, where the render stops")
+    add("--seed", type=option(read_seed), metavar="N", help="of the noise")
+    add("--exposure", type=option(read_exposure), metavar="STOPS", help="such as +1 or -0.5")
+    add("--tone", choices=TONES, help="tone curve of the developed picture")
+
+
+def settings_from(arguments: argparse.Namespace) -> Settings:
+    """The Settings that the options describe, checked.
+
+    They start from an exported picture where one is given in place of the lens, else
+    from the bench's own; an aperture or a focus distance that nobody asked for gives
+    way to what the lens can do. SettingsError, LensError, LensFileError, ExportError.
+    """
+    lens = arguments.lens
+    if lens is not None and Path(lens).suffix.lower() in PICTURES:
+        from lensbench.app.export import read_settings
+        settings = read_settings(lens)
+    else:
+        settings = Settings() if lens is None else replace(Settings(), lens=lens)
+        settings = _within_reach(settings, arguments)
+    asked = {name: getattr(arguments, option) for name, option in (
+        ("scene", "scene"), ("model", "model"), ("focal_length", "focal_length"), ("focus_distance", "focus"),
+        ("position", "position"), ("yaw", "yaw"), ("pitch", "pitch"), ("samples", "samples"), ("seed", "seed"),
+        ("exposure", "exposure"), ("tone", "tone")) if getattr(arguments, option) is not None}
+    if "f_number" in arguments:
+        asked["f_number"] = arguments.f_number
+    settings = _shaped(replace(settings, **asked), arguments.film, arguments.size)
+    return _framed(settings, arguments.fov).checked()
+
+
+def _within_reach(settings: Settings, arguments: argparse.Namespace) -> Settings:
+    """Default aperture and focus that this lens, at the focal length asked for, can do."""
+    import lensbench as lb
+
+    if arguments.model == "perspective":
+        return settings
+    lens = design(replace(settings, focal_length=arguments.focal_length).checked())
+    reaches = settings.f_number is not None and lb.first_order(lens).f_number <= settings.f_number
+    return replace(settings,
+                   f_number=settings.f_number if reaches else None,
+                   focus_distance=max(settings.focus_distance, 1.01 * lb.nearest_focus(lens)))
+
+
+def _shaped(settings: Settings, film: tuple[float, float] | None, size: tuple[int, int] | None) -> Settings:
+    """With the film and the pixels that are asked for; of one alone, the other takes its shape."""
+    if film is not None:
+        settings = replace(settings, film_width=film[0], film_height=film[1])
+    if size is not None:
+        settings = replace(settings, pixels_x=size[0], pixels_y=size[1])
+    width, height = settings.film_width, settings.film_height
+    if film is None and size is not None and min(size) > 0:
+        shape = size[0] / size[1]
+        return replace(settings, film_width=min(width, height * shape), film_height=min(height, width / shape))
+    if size is None and film is not None and min(film) > 0.0:
+        longer = max(settings.pixels_x, settings.pixels_y)
+        pixels = [max(1, round(longer * side / max(film))) for side in film]
+        return replace(settings, pixels_x=pixels[0], pixels_y=pixels[1])
+    return settings
+
+
+def _framed(settings: Settings, fov: float | None) -> Settings:
+    """With the field of view that is asked for: a crop of the film, or the perspective camera's own."""
+    if fov is None or settings.model == "perspective":
+        return settings if fov is None else replace(settings, fov=fov)
+    import lensbench as lb
+
+    settings = replace(settings, fov=fov).checked()
+    shorter = min(settings.film_width, settings.film_height)
+    efl = lb.first_order(design(settings)).efl
+    crop = 2.0 * efl * math.tan(0.5 * fov) / shorter
+    if not 0.0 < crop <= 1.0 + 1e-9:
+        widest = math.degrees(2.0 * math.atan(0.5 * shorter / efl))
+        raise SettingsError(f"field of view {math.degrees(fov):.1f}°: this film behind this lens sees {widest:.1f}° "
+                            "along its shorter side: take a larger --film or a shorter --focal-length")
+    return replace(settings, crop=min(crop, 1.0))

@@ -1,0 +1,287 @@
+"""The command `lensbench`: open the bench, render a picture, print the data of a lens.
+
+Bad input ends with 2 and one line on stderr, a failure of the program with 1 (its
+traceback is shown where LENSBENCH_DEBUG is set), Ctrl-C with 130. Whatever is heavy
+is imported by the command that needs it.
+"""
+
+import argparse
+import ctypes
+import json
+import math
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from time import perf_counter
+from typing import Any, NoReturn
+
+SCREENSHOT = "lensbench-window.png"     # where there is no display
+LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libXext.so.6")
+PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6"     # that bring them, on Debian and Ubuntu
+
+
+class UsageError(ValueError):
+    """What was asked for cannot be; the message says what to do."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message} (see {self.prog} --help)")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with these arguments (those of the process when None) and return its exit code."""
+    try:
+        return _run(list(sys.argv[1:] if argv is None else argv))
+    except SystemExit as ended:                         # --help, --version, a termination
+        return ended.code if isinstance(ended.code, int) else 0
+    except KeyboardInterrupt:
+        return _end("stopped", 130)
+    except BrokenPipeError:                             # the reader of our output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:
+        if os.environ.get("LENSBENCH_DEBUG"):
+            raise
+        if isinstance(error, _mistakes()):
+            return _end(str(error), 2)
+        return _end(f"failed: {type(error).__name__}: {error} (LENSBENCH_DEBUG=1 shows where)", 1)
+
+
+def _run(argv: list[str]) -> int:
+    if argv[:1] == ["bench"]:
+        from lensbench.app import bench
+        return bench.main(argv[1:]) or 0
+    arguments = _parser().parse_args(argv or ["view"])
+    return arguments.command(arguments)
+
+
+def _end(message: str, code: int) -> int:
+    print("lensbench: " + " ".join(message.split()), file=sys.stderr)
+    return code
+
+
+def _mistakes() -> tuple[type[Exception], ...]:
+    """The errors that a person's input can cause: each has a message that says what to do."""
+    import lensbench as lb
+    from lensbench import lenses
+    from lensbench.app.export import ExportError
+    from lensbench.app.scene_file import SceneFileError
+    from lensbench.app.settings import SettingsError
+
+    return (UsageError, SettingsError, ExportError, SceneFileError, lenses.LensFileError, lb.LensError, lb.FilmError,
+            lb.SceneError)
+
+
+def _parser() -> argparse.ArgumentParser:
+    from lensbench.app.arguments import add_lens_options, add_picture_options, option, read_count
+
+    parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
+                     "section. Without a command it opens the bench.")
+    parser.add_argument("--version", action="version", version=f"lensbench {version('lensbench')}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+
+    def command(name: str, run, summary: str) -> argparse.ArgumentParser:
+        made = commands.add_parser(name, help=summary, description=summary)
+        made.set_defaults(command=run)
+        return made
+
+    lens_help = "a lens of the library (see `lensbench lenses`), a lens file, or an exported picture with its settings"
+    view = command("view", _view, "Open the bench on a lens and a scene.")
+    view.add_argument("lens", nargs="?", metavar="LENS", help=lens_help)
+    add_picture_options(view)
+    view.add_argument("--screenshot", metavar="FILE.png",
+                      help="write a picture of the whole window and end; needs no display")
+
+    render = command("render", _render, "Render a picture through a lens.")
+    render.add_argument("lens", metavar="LENS", help=lens_help)
+    add_picture_options(render)
+    render.add_argument("-o", "--output", required=True, metavar="FILE",
+                        help="developed picture (.png) or linear light (.exr)")
+    render.add_argument("--bits", type=int, choices=(8, 16), default=8, help="depth of a PNG")
+    render.add_argument("--threads", type=option(read_count), metavar="N", help="as many as there are cores by default")
+    render.add_argument("--json", action="store_true", help="print what was done as JSON")
+
+    info = command("info", _info, "Print the first-order data of a lens.")
+    info.add_argument("lens", metavar="LENS", help="a lens of the library, or a lens file")
+    add_lens_options(info)
+    info.add_argument("--json", action="store_true", help="print JSON: lengths in mm, angles in degrees")
+
+    library = command("lenses", _lenses, "List the lenses of the library.")
+    library.add_argument("--json", action="store_true", help="print JSON: lengths in mm")
+
+    commands.add_parser("bench", help="Measure the program's speed on this machine.", add_help=False)
+    return parser
+
+
+def _view(arguments: argparse.Namespace) -> int:
+    from lensbench.app.arguments import settings_from
+
+    settings = settings_from(arguments)
+    missing = [name for name in LIBRARIES if not _loads(name)] if sys.platform == "linux" else []
+    if missing:
+        raise UsageError(f"the window needs {', '.join(missing)}: on Debian or Ubuntu, apt-get install {PACKAGES}")
+    from lensbench.app import window
+
+    screenshot = arguments.screenshot or (None if _has_display() else SCREENSHOT)
+    if screenshot is None:
+        window.run(settings)
+        return 0
+    window.run(settings, screenshot=Path(screenshot))
+    why = "" if arguments.screenshot else "no display: "
+    print(f"{why}wrote the window to {screenshot}")
+    return 0
+
+
+def _has_display() -> bool:
+    if sys.platform != "linux":
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _loads(library: str) -> bool:
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def _render(arguments: argparse.Namespace) -> int:
+    from lensbench.app.arguments import settings_from
+    from lensbench.app.export import export_render
+
+    settings = settings_from(arguments)
+    # Let a termination unwind, so that a half-written file is removed
+    former = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
+    started = perf_counter()
+    show = _Progress(started) if sys.stderr.isatty() else lambda fraction: None
+    try:
+        export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads)
+    finally:
+        signal.signal(signal.SIGTERM, former)
+        if isinstance(show, _Progress):
+            show.clear()
+    seconds = perf_counter() - started
+    across, down = settings.pixels_x, settings.pixels_y
+    if arguments.json:
+        _print_json({"path": arguments.output, "pixels": [across, down], "samples": settings.samples,
+                     "seconds": seconds, "samples_per_second": across * down * settings.samples / seconds})
+    else:
+        print(f"{arguments.output}: {across} × {down} pixels, {settings.samples} samples each, {seconds:.1f} s")
+    return 0
+
+
+class _Progress:
+    """A bar on the last line of the terminal."""
+
+    WIDTH = 30
+
+    def __init__(self, started: float):
+        self.started = started
+
+    def __call__(self, fraction: float) -> None:
+        done = round(self.WIDTH * fraction)
+        passed = perf_counter() - self.started
+        left = f"{passed / fraction - passed:5.0f} s left" if fraction > 0.02 else ""
+        print(f"\r[{'#' * done}{'.' * (self.WIDTH - done)}] {100 * fraction:3.0f} %  {left:12}",
+              end="", file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        print("\r" + " " * (self.WIDTH + 24) + "\r", end="", file=sys.stderr, flush=True)
+
+
+def _info(arguments: argparse.Namespace) -> int:
+    import lensbench as lb
+    from lensbench.app.settings import Settings, design
+
+    lens = design(replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked())
+    if getattr(arguments, "f_number", None) is not None:
+        lens = lb.stopped_down(lens, arguments.f_number)
+    data = _lens_data(lens)
+    if arguments.json:
+        _print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
+        return 0
+    rows = [(label, form.format(data[key]) if data[key] is not None else "not known") for key, label, form in (
+        ("efl", "Effective focal length", "{:.3f} mm"), ("stated_efl", "  as published", "{:g} mm"),
+        ("f_number", "f-number", "f/{:.2f}"), ("t_number", "T-number, uncoated", "T/{:.2f}"),
+        ("bfl", "Back focus", "{:.3f} mm"), ("ffl", "Front focus", "{:.3f} mm"),
+        ("front_principal", "Front principal plane, from the first vertex", "{:.3f} mm"),
+        ("rear_principal", "Rear principal plane, from the last vertex", "{:.3f} mm"))]
+    rows += [(label, f"{data[key]['z']:.3f} mm, radius {data[key]['radius']:.3f} mm") for key, label in (
+        ("entrance_pupil", "Entrance pupil, from the first vertex"),
+        ("exit_pupil", "Exit pupil, from the first vertex"))]
+    view = data["field_of_view"]
+    rows += [("Petzval radius", f"{data['petzval_radius']:.1f} mm"),
+             ("Nearest focus, from the film", f"{data['nearest_focus'] / 1000.0:.3f} m"),
+             ("Field of view on 36 × 24, h × v, diagonal",
+              f"{view['horizontal']:.1f}° × {view['vertical']:.1f}°, {view['diagonal']:.1f}°")]
+    print(", ".join(str(data[key]) for key in ("name", "kind", "year") if data[key]))
+    print("\n".join(f"{label:46}{text}" for label, text in rows))
+    print("".join(f"Found: {finding}\n" for finding in data["findings"]), end="")
+    return 0
+
+
+def _lens_data(lens) -> dict[str, Any]:
+    """The figures of `lensbench info`: lengths in mm, angles in degrees (by efl, distortion left out)."""
+    import lensbench as lb
+
+    fo = lb.first_order(lens)
+    transmission = lb.transmission(lens)
+    sides = {"horizontal": 36.0, "vertical": 24.0, "diagonal": math.hypot(36.0, 24.0)}
+    return {
+        "name": lens.name, "kind": lens.kind, "year": lens.year, "source": lens.source,
+        "stated_efl": lens.stated_efl, "stated_f_number": lens.stated_f_number,
+        "surfaces": len(lens.surfaces), "stop_index": lens.stop_index, "length": lens.length,
+        "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl, "f_number": fo.f_number,
+        "t_number": fo.f_number / math.sqrt(transmission), "transmission": transmission,
+        "front_principal": fo.front_principal, "rear_principal": fo.rear_principal,
+        "entrance_pupil": {"z": fo.entrance_pupil.z, "radius": fo.entrance_pupil.radius},
+        "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},
+        "petzval_radius": fo.petzval_radius, "stop_radius": fo.stop_radius,
+        "nearest_focus": lb.nearest_focus(lens),
+        "field_of_view": {name: math.degrees(2.0 * math.atan(0.5 * side / abs(fo.efl)))
+                          for name, side in sides.items()},
+        "findings": list(lens.findings),
+    }
+
+
+def _lenses(arguments: argparse.Namespace) -> int:
+    from lensbench import lenses
+
+    cards = lenses.describe()
+    if arguments.json:
+        _print_json([{"name": card.name, "title": card.title, "kind": card.kind, "year": card.year,
+                      "efl": card.efl, "f_number": card.f_number} for card in cards])
+        return 0
+    table = [("Name", "EFL", "f/", "Year", "Kind", "Title")]
+    table += [(card.name, f"{card.efl:.1f}" if card.efl else "", f"{card.f_number:.2g}" if card.f_number else "",
+               str(card.year or ""), card.kind, card.title) for card in cards]
+    widths = [max(len(row[column]) for row in table) for column in range(5)]
+    for row in table:
+        numbers = "  ".join(text.rjust(width) for text, width in zip(row[1:4], widths[1:4], strict=True))
+        print(f"{row[0]:{widths[0]}}  {numbers}  {row[4]:{widths[4]}}  {row[5]}")
+    return 0
+
+
+def _print_json(data: Any) -> None:
+    print(json.dumps(_plain(data), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def _plain(data: Any) -> Any:
+    """With the infinite as "inf" or "-inf", as in a picture's settings, and what is not a number as null."""
+    if isinstance(data, dict):
+        return {key: _plain(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_plain(value) for value in data]
+    if isinstance(data, float) and not math.isfinite(data):
+        return None if math.isnan(data) else str(data)
+    return data
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,250 @@
+"""Pictures on disk: PNG as developed, EXR in linear light, both with the settings that made them.
+
+A picture is written beside its place and moved there when it is whole and on the
+disk: whatever happens, a file of that name is either the old one or the new one.
+
+PNG is written here, chunk by chunk: Pillow has no 16-bit RGB, and one writer serves
+both depths. The settings are JSON, in PNG as an iTXt chunk and in EXR as a header
+attribute, each named `lensbench`.
+"""
+
+import json
+import os
+import secrets
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from threading import Event
+from time import perf_counter
+from typing import BinaryIO
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app import tone
+from lensbench.app.scene_file import find_scene
+from lensbench.app.settings import Settings, camera
+
+SUFFIXES = {".png": "developed picture, 8 or 16 bits", ".exr": "linear light, float"}
+BITS = (8, 16)
+KEY = "lensbench"                       # of the settings in a picture's metadata
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+EXR_SIGNATURE = b"\x76\x2f\x31\x01"
+MAX_TEXT = 1 << 20                      # bytes of settings that a picture may carry
+BAND = 64                               # rows developed at once
+PASS_SECONDS = 0.2                      # of rendering between two steps of the progress
+
+
+class ExportError(ValueError):
+    """A picture that cannot be written, or that holds no settings; the message says what to do."""
+
+
+def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
+    """The picture that the window shows: (h, w, 3) linear radiance to sRGB code values in [0, 1].
+
+    Takes exposure and tone from the settings; overlays are the window's alone. A value
+    that is not a number comes out black.
+    """
+    return tone.develop(np.nan_to_num(image, nan=0.0, posinf=1e9, neginf=0.0), settings.exposure, settings.tone)
+
+
+def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: int = 8) -> None:
+    """Write a linear picture (h, w, 3): developed as .png of 8 or 16 bits, or as it is as .exr of float32.
+
+    ExportError for another suffix or depth, and where the disk does not take it; the
+    file that was there before is then untouched.
+    """
+    path = Path(path)
+    write = _write_exr if _suffix(path) == ".exr" else _write_png
+    if bits not in BITS:
+        raise ExportError(f"{bits} bits: choose 8 or 16")
+    with _replacing(path) as part:
+        write(part, image, settings, bits)
+
+
+def read_settings(path: str | Path) -> Settings:
+    """The settings that an exported picture was made with.
+
+    ExportError where there are none (another program's picture), where the file is cut
+    off or damaged, and for settings of a newer version.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            signature = file.read(len(PNG_SIGNATURE))
+            if signature == PNG_SIGNATURE:
+                text = _png_text(file, path)
+            elif signature.startswith(EXR_SIGNATURE):
+                text = _exr_text(path)
+            else:
+                raise ExportError(f"{path}: this is neither a PNG nor an EXR picture")
+    except OSError as error:
+        raise ExportError(f"{path}: {error.strerror}") from error
+    if text is None:
+        raise ExportError(f"{path}: this picture holds no settings: it was not exported by lensbench")
+    try:
+        return Settings.from_dict(dict(json.loads(text)))
+    except (ValueError, TypeError) as error:
+        raise ExportError(f"{path}: {error}") from error
+
+
+def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | None = None, samples: int | None = None,
+                  bits: int = 8, progress: Callable[[float], object] = lambda fraction: None,
+                  cancelled: Callable[[], bool] = lambda: False, threads: int | None = None) -> bool:
+    """Render the settings at a size (pixels across, down) and a number of samples, and save the picture.
+
+    `progress` is told the finished part, 0 to 1; `cancelled` is asked many times a second
+    from the rendering threads. False where it was cancelled: nothing is written then.
+    The place is tried before the work begins.
+    """
+    path = Path(path)
+    _suffix(path)
+    with _replacing(path, keep=False) as part:
+        part.touch()
+    across, down = size or (settings.pixels_x, settings.pixels_y)
+    settings = replace(settings, pixels_x=across, pixels_y=down, samples=samples or settings.samples).checked()
+    image = render(settings, progress, cancelled, threads)
+    if image is None:
+        return False
+    save_picture(path, image, settings, bits)
+    return True
+
+
+def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
+           cancelled: Callable[[], bool] = lambda: False, threads: int | None = None) -> np.ndarray | None:
+    """Render all samples of the settings: (h, w, 3) float32 linear, or None where it was cancelled."""
+    rendering = lb.Rendering(camera(settings), find_scene(settings.scene), seed=settings.seed)
+    stopped = Event()
+    batch = 1
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        try:
+            while rendering.samples < settings.samples:
+                progress(rendering.samples / settings.samples)
+                started = perf_counter()
+                batch = min(batch, settings.samples - rendering.samples)
+                if not rendering.add(batch, pool, wanted=lambda: not (stopped.is_set() or cancelled())):
+                    return None
+                if perf_counter() - started < 0.5 * PASS_SECONDS:
+                    batch *= 2
+        finally:
+            stopped.set()               # so that the threads end soon after Ctrl-C
+    progress(1.0)
+    return rendering.image()
+
+
+def _suffix(path: Path) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        known = ", ".join(f"{suffix} ({what})" for suffix, what in SUFFIXES.items())
+        raise ExportError(f"{path}: pictures are written as {known}")
+    return suffix
+
+
+@contextmanager
+def _replacing(path: Path, keep: bool = True) -> Iterator[Path]:
+    """A place beside `path` to write to; what stands there at the end becomes `path`, unless it is not to be kept."""
+    path = path.resolve()               # a link stays, and what it points to is replaced
+    part = path.with_name(f".lensbench-{secrets.token_hex(4)}.part")
+    if not path.parent.is_dir():
+        raise ExportError(f"{path}: there is no folder {path.parent}")
+    if path.is_dir():
+        raise ExportError(f"{path}: this is a folder")
+    try:
+        yield part
+        if keep:
+            with part.open("r+b") as file:
+                os.fsync(file.fileno())
+            os.replace(part, path)
+            _sync_folder(path.parent)
+    except OSError as error:
+        raise ExportError(f"{path}: {error.strerror}: nothing was written") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Bring the new name to the disk too, where the system can."""
+    if os.name == "posix":
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _settings_text(settings: Settings) -> str:
+    return json.dumps(settings.to_dict(), ensure_ascii=True, allow_nan=False)
+
+
+def _write_png(path: Path, image: np.ndarray, settings: Settings, bits: int) -> None:
+    """PNG (ISO/IEC 15948): RGB, sRGB, every row filtered as its difference from the row above."""
+    height, width = image.shape[:2]
+    deepest, kind = (255, ">u1") if bits == 8 else (65535, ">u2")
+    packer = zlib.compressobj(6)
+    above = np.zeros((1, 3 * width * bits // 8), np.uint8)
+    with path.open("wb") as file:
+        file.write(PNG_SIGNATURE)
+        _write_chunk(file, b"IHDR", struct.pack(">IIBBBBB", width, height, bits, 2, 0, 0, 0))
+        _write_chunk(file, b"sRGB", b"\0")
+        _write_chunk(file, b"tEXt", b"Software\0lensbench " + version("lensbench").encode("latin-1"))
+        _write_chunk(file, b"iTXt", KEY.encode() + b"\0\0\0\0\0" + _settings_text(settings).encode())
+        for first in range(0, height, BAND):
+            codes = np.rint(develop(image[first:first + BAND], settings) * deepest).astype(kind)
+            rows = codes.view(np.uint8).reshape(len(codes), -1)
+            lines = np.empty((len(rows), rows.shape[1] + 1), np.uint8)
+            lines[:, 0] = 2             # the filter "Up"
+            lines[:, 1:] = rows - np.concatenate([above, rows[:-1]])
+            above = rows[-1:]
+            _write_chunk(file, b"IDAT", packer.compress(lines.tobytes()))
+        _write_chunk(file, b"IDAT", packer.flush())
+        _write_chunk(file, b"IEND", b"")
+
+
+def _write_chunk(file: BinaryIO, kind: bytes, data: bytes) -> None:
+    file.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
+
+
+def _png_text(file: BinaryIO, path: Path) -> str | None:
+    """The text under our key, after all chunks to the last were found in place; None where it is missing."""
+    size, text = os.fstat(file.fileno()).st_size, None
+    while True:
+        head = file.read(8)
+        end = file.tell() + 4 + (struct.unpack(">I", head[:4])[0] if len(head) == 8 else 0)
+        if len(head) < 8 or end > size:
+            raise ExportError(f"{path}: this PNG is cut off: export it again")
+        kind, length = head[4:], end - 4 - file.tell()
+        if kind == b"IEND":
+            return text
+        if kind == b"iTXt" and length <= MAX_TEXT:
+            data = file.read(length)
+            if data.startswith(KEY.encode() + b"\0"):
+                if zlib.crc32(kind + data) != struct.unpack(">I", file.read(4))[0]:
+                    raise ExportError(f"{path}: the settings in this PNG are damaged")
+                text = data[len(KEY) + 5:].decode("utf-8", "replace")
+        file.seek(end)
+
+
+def _write_exr(path: Path, image: np.ndarray, settings: Settings, bits: int) -> None:
+    """OpenEXR: scan lines of linear RGB in float32, whatever `bits` says."""
+    import OpenEXR
+
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, KEY: _settings_text(settings)}
+    pixels = np.ascontiguousarray(image, np.float32)        # the library takes strides for granted
+    try:
+        OpenEXR.File(header, {"RGB": pixels}).write(str(path))
+    except RuntimeError as error:
+        raise OSError(0, str(error).rstrip(".").rpartition(". ")[2]) from error
+
+
+def _exr_text(path: Path) -> str | None:
+    import OpenEXR
+
+    try:
+        return OpenEXR.File(str(path), header_only=True).header().get(KEY)
+    except RuntimeError as error:
+        raise ExportError(f"{path}: this EXR is cut off or damaged") from error
