@@ -37,11 +37,18 @@ def _cache_folder() -> str:
 
 _numba.config.CACHE_DIR = _cache_folder()               # before any kernel is declared
 
-from lensbench.confusion import circle_of_confusion, depth_of_field, hyperfocal, thick_circle_of_confusion  # noqa: E402
+from lensbench.confusion import (  # noqa: E402
+    circle_of_confusion,
+    depth_of_field,
+    hyperfocal,
+    real_circle_of_confusion,
+    thick_circle_of_confusion,
+)
 from lensbench.film import FORMATS, Film, FilmError  # noqa: E402
 from lensbench.focus import FocusError, film_distance, focused_distance, nearest_focus  # noqa: E402
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
+from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402
 from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
 from lensbench.scene import Floor, Material, Scene, SceneError, Sky, Sphere, Sun  # noqa: E402
 from lensbench.scenery.library import SCENES, builtin_scene  # noqa: E402
@@ -51,5 +58,6 @@ __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Fate", "Film", "FilmError", "FirstOrder", "Floor",
     "FocusError", "Glass", "Lens", "LensError", "Material", "Scene", "SceneError", "Sky", "Sphere", "Sun", "Surface",
     "Trace", "builtin_scene", "circle_of_confusion", "depth_of_field", "film_distance", "first_order",
-    "focused_distance", "hyperfocal", "nearest_focus", "stopped_down", "thick_circle_of_confusion", "trace",
+    "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion", "stopped_down", "t_number",
+    "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
 ]

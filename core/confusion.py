@@ -10,9 +10,11 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lensbench.axial_bundle import WITHIN_THE_RIM, trace_bundles, zone_rule
 from lensbench.focus import FocusError
 from lensbench.paraxial import ray_matrix
 from lensbench.prescription import Lens, LensError
+from lensbench.tracing import surface_table
 
 
 def circle_of_confusion(focal_length: float, f_number: float, focus_distance: ArrayLike, distance: ArrayLike):
@@ -72,6 +74,27 @@ def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: Array
         at_stop = a_stop + b_stop * nearness
         coc = 2.0 * lens.stop.semi_diameter * np.abs(at_film / at_stop)
     return np.where(before > 0.0, coc, np.nan)
+
+
+def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """(2√2 rms radius, full extent) in mm on the film of the traced spots of axis points at distances (n,) mm.
+
+    Distances from the film; the bundle fills the pupil that all rims leave, evenly
+    over the plane of the first vertex. For a uniform disk both are its diameter.
+    nan for a point that lies within the lens.
+    """
+    before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
+    outside = before > 0.0
+    nearness = 1.0 / before[outside]
+    zones, weights = zone_rule()
+    with_margin = np.append(zones, WITHIN_THE_RIM)
+    heights, slopes = np.empty((2, len(nearness), len(with_margin)))
+    trace_bundles(surface_table(lens), nearness, with_margin, heights, slopes)
+    radii = np.abs(heights + film_distance * slopes)
+    spread, extent = np.full((2, len(before)), np.nan)
+    spread[outside] = 2.0 * np.sqrt(2.0 * (radii[:, :-1] ** 2 @ weights))
+    extent[outside] = 2.0 * radii.max(axis=1)
+    return spread, extent
 
 
 def _plain(values: np.ndarray):

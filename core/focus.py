@@ -5,10 +5,15 @@ measured from the film plane, as engraved on a lens, and math.inf is allowed. Th
 film distance runs from the last vertex to the film. Both sides are in air.
 """
 
+from collections.abc import Callable
 from math import ceil, floor, inf, isinf, log10, sqrt
 
+import numpy as np
+
+from lensbench.axial_bundle import ZONES, trace_bundles, zone_rule
 from lensbench.paraxial import FirstOrder, first_order
 from lensbench.prescription import Lens, LensError
+from lensbench.tracing import surface_table
 
 
 class FocusError(LensError):
@@ -18,9 +23,13 @@ class FocusError(LensError):
 def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -> float:
     """Last vertex → film (mm) for an object at focus_distance (mm) from the film.
 
-    "paraxial": the thick lens in closed form. FocusError where the object is nearer
-    than nearest_focus(lens), or where the lens forms no real image behind itself.
+    "paraxial": the thick lens in closed form. "real": the film stands where the real
+    bundle of the object, over the full pupil, has its least rms blur. FocusError
+    where the object is nearer than the lens can focus, or where the lens forms no
+    real image.
     """
+    if method == "real":
+        return _real_film_distance(lens, focus_distance)
     if method != "paraxial":
         raise ValueError(f"focus method {method!r}: it must be 'paraxial' or 'real'")
     fo = _focusable(lens)
@@ -55,6 +64,39 @@ def focused_distance(lens: Lens, film_distance: float) -> float:
     return _hiatus(lens, fo) + 2.0 * fo.efl + extension + fo.efl**2 / extension
 
 
+def _real_film_distance(lens: Lens, focus_distance: float) -> float:
+    """By the object's distance x before the first vertex: x + length + image distance(x) = focus_distance."""
+    fo = _focusable(lens)
+    table = surface_table(lens)
+    if isinf(focus_distance) and focus_distance > 0.0:
+        return _least_blur(table, 0.0)
+
+    def excess(x: float) -> float:
+        return x + lens.length + _least_blur(table, 1.0 / x) - focus_distance
+
+    # The sum of the conjugates is least near magnification −1; the object lies on the far side of that
+    near = max(2.0 * fo.efl, fo.front_principal) - fo.front_principal
+    near = max(near, 1e-6 * fo.efl)
+    if not focus_distance > 2.0 * nearest_focus(lens):
+        near = _least(excess, 0.5 * near, 2.0 * near)
+    nearest = excess(near) + focus_distance
+    _check_distance(focus_distance, nearest)
+    if focus_distance == nearest:
+        return _least_blur(table, 1.0 / near)
+    far = focus_distance - lens.length
+    while excess(far) < 0.0:                            # an image before the last vertex: the object is farther still
+        far *= 2.0
+    return _least_blur(table, 1.0 / _root(excess, near, far))
+
+
+def _least_blur(table: np.ndarray, nearness: float) -> float:
+    """Last vertex → plane of the least rms radius (mm), for the axis point of this nearness."""
+    zones, weights = zone_rule()
+    heights, slopes = np.empty((1, ZONES)), np.empty((1, ZONES))
+    trace_bundles(table, np.array([nearness]), zones, heights, slopes)
+    return float(-(weights * heights[0] * slopes[0]).sum() / (weights * slopes[0] ** 2).sum())
+
+
 def _hiatus(lens: Lens, fo: FirstOrder) -> float:
     """Front → rear principal plane (mm)."""
     return lens.length + fo.rear_principal - fo.front_principal
@@ -77,3 +119,34 @@ def _rounded_up(value: float) -> float:
     """To four digits, upwards, so that a named limit is itself allowed."""
     unit = 10.0 ** (floor(log10(value)) - 3)
     return ceil(value / unit) * unit
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Root of a rising function within a bracket, to the rounding of its values: false position, Illinois form."""
+    at_low, at_high = function(low), function(high)
+    side, tolerance = 0, 1e-15 * high
+    x = low
+    for _ in range(60):
+        x = high - at_high * (high - low) / (at_high - at_low)
+        value = function(x)
+        if abs(value) <= tolerance or high - low <= tolerance:
+            break
+        if value > 0.0:
+            high, at_high = x, value
+            at_low, side = (0.5 * at_low if side > 0 else at_low), 1
+        else:
+            low, at_low = x, value
+            at_high, side = (0.5 * at_high if side < 0 else at_high), -1
+    return x
+
+
+def _least(function: Callable[[float], float], low: float, high: float) -> float:
+    """Place of the least value of a function with one valley, by golden section."""
+    golden = 0.5 * (sqrt(5.0) - 1.0)
+    for _ in range(48):                                 # to 1e-10 of the interval; the value is flat there
+        left, right = high - golden * (high - low), low + golden * (high - low)
+        if function(left) < function(right):
+            high = right
+        else:
+            low = left
+    return 0.5 * (low + high)

@@ -1,0 +1,38 @@
+"""How much light a lens passes: working f-number, transmission, T-number.
+
+Lengths in mm; the scene and the film are in air.
+"""
+
+from math import hypot, inf, sqrt
+
+from lensbench.axial_bundle import marginal_height
+from lensbench.glass import D_LINE
+from lensbench.paraxial import first_order
+from lensbench.prescription import Lens, LensError
+from lensbench.tracing import surface_table
+
+
+def working_f_number(lens: Lens, film_distance: float) -> float:
+    """1 / (2 sin θ′) of the real marginal ray at the axis point of a film this far (mm) behind the last vertex.
+
+    Every rim counts, and so does the magnification. LensError where the film does
+    not stand behind the last vertex.
+    """
+    if not film_distance > 0.0:
+        raise LensError(f"film distance {film_distance:g} mm: the film must stand behind the last vertex")
+    height = marginal_height(surface_table(lens), 1.0 / film_distance, False)
+    return hypot(height, film_distance) / (2.0 * height) if height > 0.0 else inf
+
+
+def transmission(lens: Lens, wavelength: float = D_LINE) -> float:
+    """Part of the light on the axis that uncoated surfaces let through: Π (1 − ((n′ − n) / (n′ + n))²), by Fresnel."""
+    n = lens.indices(wavelength)
+    passed = 1.0
+    for before, after in zip(n[:-1], n[1:], strict=True):
+        passed *= 1.0 - ((after - before) / (after + before)) ** 2
+    return passed
+
+
+def t_number(lens: Lens) -> float:
+    """The f-number of a lens without losses that would pass as much light: N / √(transmission)."""
+    return first_order(lens).f_number / sqrt(transmission(lens))
