@@ -37,6 +37,9 @@ def _cache_folder() -> str:
 
 _numba.config.CACHE_DIR = _cache_folder()               # before any kernel is declared
 
+from lensbench.cameras.camera import Camera, CameraError, Rays  # noqa: E402
+from lensbench.cameras.lens import LensCamera  # noqa: E402
+from lensbench.cameras.perspective import PerspectiveCamera  # noqa: E402
 from lensbench.confusion import (  # noqa: E402
     circle_of_confusion,
     depth_of_field,
@@ -50,14 +53,18 @@ from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402
 from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
+from lensbench.pupil import ExitPupil, exit_pupil  # noqa: E402
+from lensbench.render import Rendering, depth_map, render  # noqa: E402
 from lensbench.scene import Floor, Material, Scene, SceneError, Sky, Sphere, Sun  # noqa: E402
 from lensbench.scenery.library import SCENES, builtin_scene  # noqa: E402
 from lensbench.tracing import Fate, Trace, trace  # noqa: E402
+from lensbench.transform import TransformError  # noqa: E402
 
 __all__ = [
-    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Fate", "Film", "FilmError", "FirstOrder", "Floor",
-    "FocusError", "Glass", "Lens", "LensError", "Material", "Scene", "SceneError", "Sky", "Sphere", "Sun", "Surface",
-    "Trace", "builtin_scene", "circle_of_confusion", "depth_of_field", "film_distance", "first_order",
-    "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion", "stopped_down", "t_number",
-    "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
+    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Camera", "CameraError", "ExitPupil", "Fate", "Film",
+    "FilmError", "FirstOrder", "Floor", "FocusError", "Glass", "Lens", "LensCamera", "LensError", "Material",
+    "PerspectiveCamera", "Rays", "Rendering", "Scene", "SceneError", "Sky", "Sphere", "Sun", "Surface", "Trace",
+    "TransformError", "builtin_scene", "circle_of_confusion", "depth_map", "depth_of_field", "exit_pupil",
+    "film_distance", "first_order", "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion",
+    "render", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
 ]

@@ -8,6 +8,8 @@ at ((0.5 − x/w) width, (y/h − 0.5) height) mm: inverted, as optics does it.
 from dataclasses import dataclass
 from math import hypot, isfinite
 
+from lensbench.lanes import B, Step, X, Y, Z, rows, stage
+
 FULL_FRAME_DIAGONAL = hypot(36.0, 24.0)     # mm, to which equivalent focal lengths refer
 MAX_PIXELS = 200_000_000
 
@@ -48,14 +50,34 @@ class Film:
             if int(pixels) != pixels or pixels < 1:
                 raise FilmError(f"{pixels} pixels {side}: it must be a whole number of at least 1")
         if self.pixels_x * self.pixels_y > MAX_PIXELS:
-            raise FilmError(f"{self.pixels_x} × {self.pixels_y} pixels: at most {MAX_PIXELS // 10**6} million are possible")
+            raise FilmError(f"{self.pixels_x} × {self.pixels_y} pixels: "
+                            f"at most {MAX_PIXELS // 10**6} million are possible")
 
     @property
     def diagonal(self) -> float:
-        """mm."""
+        """Mm."""
         return hypot(self.width, self.height)
 
     @property
     def pitch(self) -> float:
         """The size of a pixel (mm): the geometric mean of its sides."""
         return (self.width / self.pixels_x * self.height / self.pixels_y) ** 0.5
+
+    @property
+    def step(self) -> Step:
+        """The step from raster pixels to millimetres on the film."""
+        return Step(film_plane, [self.width / self.pixels_x, self.width / 2.0, self.height / self.pixels_y,
+                                 self.height / 2.0])
+
+
+@stage
+def film_plane(lanes, p, key):
+    """Raster X, Y become the point of the film in the camera frame: X, Y in mm, Z = 0."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z = row[X], row[Y], row[Z]
+    across, right, down, bottom = p[0], p[1], p[2], p[3]
+    for i in range(B):
+        x[i] = right - x[i] * across
+        y[i] = y[i] * down - bottom
+        z[i] = real(0)

@@ -1,0 +1,88 @@
+"""A camera with a real lens, in as much detail as is wanted: the full trace, a thin lens, or a pinhole."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from lensbench.blocktracer import tracer
+from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.thin import axis_irradiance, ideal
+from lensbench.film import Film
+from lensbench.focus import film_distance
+from lensbench.lanes import Step
+from lensbench.paraxial import FirstOrder, first_order, stopped_down
+from lensbench.prescription import Lens
+from lensbench.pupil import PupilTable, exit_pupil
+
+MODELS = ("trace", "thin", "pinhole")
+
+
+@dataclass(frozen=True, eq=False)
+class LensCamera(Camera):
+    """A prescription before a film, focused as a whole.
+
+    The camera's origin is the film's centre, in every model. focus_distance:
+    from the film (mm), math.inf allowed; FocusError where the lens cannot come
+    so near. f_number: None is wide open; LensError where it cannot open so far.
+    model: "trace" follows every ray through every surface; "thin" puts a thin
+    lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole.
+    """
+
+    lens: Lens
+    film: Film
+    focus_distance: float = math.inf
+    f_number: float | None = None
+    model: str = "trace"
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.model not in MODELS:
+            raise CameraError(f"camera model {self.model!r}: choose one of {', '.join(MODELS)}")
+        if self.f_number is not None:
+            object.__setattr__(self, "lens", stopped_down(self.lens, self.f_number))
+        _ = self.film_distance          # what cannot be focused is refused here
+
+    @cached_property
+    def first_order(self) -> FirstOrder:
+        """Of the lens as it is stopped down."""
+        return first_order(self.lens)
+
+    @cached_property
+    def film_distance(self) -> float:
+        """From the last vertex to the film (mm)."""
+        return film_distance(self.lens, self.focus_distance)
+
+    @cached_property
+    def pupil(self) -> PupilTable:
+        """The exit-pupil regions that the trace samples, for every radius of the film."""
+        return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0)
+
+    @cached_property
+    def axis_irradiance(self) -> float:
+        """∫ cos⁴θ dA over the region that the film's centre sees (mm²), by the trapezium rule over a solved rim."""
+        rim = exit_pupil(self.lens, self.film_distance, [0.0]).rims[0]
+        z2 = self.film_distance**2
+        each = 0.5 * z2 * rim**2 / (z2 + rim**2)            # ∫ ρ cos⁴ dρ, the region being a disk about the axis
+        return float(2.0 * math.pi * np.trapezoid(each, dx=1.0 / (len(rim) - 1)))
+
+    @property
+    def pupil_centre(self) -> tuple[float, float]:
+        """The U0, U1 of the ray through the middle of the pupil."""
+        return (0.0, 0.0) if self.model == "trace" else (0.5, 0.5)
+
+    def camera_steps(self) -> list[Step]:
+        """Aim and trace, or the one step of the ideal lens."""
+        if self.model == "trace":
+            on_axis = self.axis_irradiance
+            normaliser = self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
+            aiming = self.pupil.step(normaliser)
+            return [aiming, tracer(self.lens, self.film_distance)]
+        fo = self.first_order
+        pupil_z = fo.entrance_pupil.z - self.lens.length - self.film_distance
+        s_e = self.focus_distance + pupil_z
+        s_p = s_e - fo.entrance_pupil.z + fo.front_principal
+        behind = fo.efl if math.isinf(s_e) else fo.efl * s_e / (s_p - fo.efl)
+        radius = fo.entrance_pupil.radius if self.model == "thin" else 0.0
+        return [ideal(pupil_z, radius, behind, s_e, self._normaliser(axis_irradiance(radius, behind), behind))]

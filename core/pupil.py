@@ -1,0 +1,445 @@
+"""The exit-pupil region: from where on the rear plane a film point receives light.
+
+The region is a set of points of the plane through the last vertex. Seen from a
+point inside it is star-shaped, so one radius per direction describes it; by the
+lens's rotational symmetry it is solved for film points (+r, 0) only, and for
+directions 0 … π, its lower half being the mirror image. A point is inside
+where the greatest (r / semi-diameter)² along its ray, the *margin*, is at
+most 1; that smooth function is what the solver follows to the rim.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+
+from lensbench.blocktracer import packed, trace
+from lensbench.driver import Program, _address, _call
+from lensbench.glass import D_LINE
+from lensbench.lanes import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    A6,
+    A7,
+    ALIVE,
+    KEYS,
+    LOST,
+    MARGIN,
+    U0,
+    U1,
+    WEIGHT,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    bench,
+    rows,
+    stage,
+)
+from lensbench.prescription import Lens, LensError
+
+REACH = 1.2             # × the rear semi-diameter: how far the region is looked for (rims have sag)
+SCAN = 32               # points along the meridian in one look for the region
+ZOOMS = 6               # looks, each SCAN / 2 times as fine
+RINGS, SECTORS = 64, 32         # of the table that a camera samples: film radii, triangles in half the region
+DIRECTIONS = 33                 # solved between 0 and π for that table
+SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _margins(film_radius, px, py, distance, out, n, lanes, code, p, key):
+    """The square root of the margin of the rays from (film_radius, 0) to (px, py), inf where there is none."""
+    for start in range(0, n, B):
+        for i in range(B):
+            j = min(start + i, n - 1)
+            dx, dy = px[j] - film_radius[j], py[j]
+            size = 1.0 / math.sqrt(dx * dx + dy * dy + distance * distance)
+            lanes[X * B + i], lanes[Y * B + i], lanes[Z * B + i] = film_radius[j], 0.0, 0.0
+            lanes[L * B + i], lanes[M * B + i], lanes[N * B + i] = dx * size, dy * size, -distance * size
+        _call(code, lanes, p, key)
+        for i in range(min(B, n - start)):
+            v = lanes[MARGIN * B + i]
+            out[start + i] = math.sqrt(v) if v < math.inf else math.inf
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _centres(radii, distance, reach, centre, level, lanes, code, p, key):
+    """For each film radius a point (centre, 0) well inside its region; level is its root margin, ≥ 1: none found.
+
+    The meridian is scanned ever more finely about the least margin until some
+    points pass; the centre is then the middle of those that do.
+    """
+    n = radii.size
+    low, high = np.full(n, -reach), np.full(n, reach)
+    level[:] = math.inf
+    film, px, py, out = np.empty(n * SCAN), np.empty(n * SCAN), np.zeros(n * SCAN), np.empty(n * SCAN)
+    for _ in range(ZOOMS):
+        count = 0
+        for k in range(n):
+            if not level[k] < 1.0:
+                for j in range(SCAN):
+                    film[count] = radii[k]
+                    px[count] = low[k] + (high[k] - low[k]) * (j + 0.5) / SCAN
+                    count += 1
+        if count == 0:
+            return
+        _margins(film, px, py, distance, out, count, lanes, code, p, key)
+        at = 0
+        for k in range(n):
+            if not level[k] < 1.0:
+                least, first, last = 0, -1, -1
+                for j in range(SCAN):
+                    if out[at + j] < out[at + least]:
+                        least = j
+                    if out[at + j] <= 1.0:
+                        first, last = (j if first < 0 else first), j
+                if first >= 0:
+                    middle = (first + last) // 2
+                    if out[at + middle] < 1.0:
+                        least = middle
+                centre[k], level[k] = px[at + least], out[at + least]
+                width = (high[k] - low[k]) / SCAN
+                low[k], high[k] = centre[k] - width, centre[k] + width
+                at += SCAN
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _rims(radii, centre, level, cosine, sine, guess, distance, reach, tolerance, rim, lanes, code, p, key):
+    """Distance from each centre to the rim of its region in each direction: rim (radii, directions).
+
+    A bracketed secant (Illinois) on root margin − 1, which is nearly linear;
+    where the far end of the bracket is no number it is halved instead.
+    """
+    m = cosine.size
+    size = radii.size * m
+    film, px, py, out = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    which, waiting = np.empty(size, np.int64), np.empty(size, np.int64)
+    inner, f_inner = np.zeros(size), np.empty(size)
+    outer, f_outer = np.full(size, math.inf), np.full(size, math.inf)
+    trial, side = np.empty(size), np.zeros(size)
+    count = 0
+    for i in range(size):
+        k, j = i // m, i % m
+        f_inner[i], trial[i], rim[k, j] = level[k] - 1.0, guess[k, j], 0.0
+        if level[k] < 1.0:
+            which[count] = i
+            count += 1
+    for _ in range(100):
+        if count == 0:
+            return
+        for q in range(count):
+            i = which[q]
+            k, j = i // m, i % m
+            film[q] = radii[k]
+            px[q], py[q] = centre[k] + trial[i] * cosine[j], trial[i] * sine[j]
+        _margins(film, px, py, distance, out, count, lanes, code, p, key)
+        left = 0
+        for q in range(count):
+            i = which[q]
+            x, f = trial[i], out[q] - 1.0
+            slope = (f - f_inner[i]) / (x - inner[i]) if x > inner[i] else 0.0
+            # Keep the bracket, and halve the value at an end that stays for the second time.
+            if f <= 0.0:
+                inner[i], f_inner[i] = x, f
+                f_outer[i] *= 0.5 if side[i] == 1.0 else 1.0
+                side[i] = 1.0
+            else:
+                outer[i], f_outer[i] = x, f
+                f_inner[i] *= 0.5 if side[i] == -1.0 else 1.0
+                side[i] = -1.0
+            # Where to look next.
+            if outer[i] == math.inf:
+                ahead = -f / slope if slope > 0.0 else x
+                x_next = x + min(ahead * 1.02 + 0.1 * tolerance, x + tolerance)
+            elif f_outer[i] == math.inf:
+                x_next = 0.5 * (inner[i] + outer[i])
+            else:
+                x_next = inner[i] - f_inner[i] * (outer[i] - inner[i]) / (f_outer[i] - f_inner[i])
+            trial[i] = x_next
+            rim[i // m, i % m] = x_next
+            if abs(x_next - x) > tolerance and x_next < 3.0 * reach:
+                waiting[left] = i
+                left += 1
+        which, waiting = waiting, which
+        count = left
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _solve(radii, cosine, sine, distance, reach, tolerance, centre, rim, lanes, code, p):
+    """Centres, rims seen from them, the centroids, and the rims seen from those."""
+    key = np.zeros(KEYS, np.uint32)
+    n, m = radii.size, cosine.size
+    level, guess, shifts = np.empty(n), np.empty((n, m)), np.empty(n)
+    _centres(radii, distance, reach, centre, level, lanes, code, p, key)
+    for k in range(n):
+        guess[k, :] = 0.6 * reach * (1.0 - level[k])
+    _rims(radii, centre, level, cosine, sine, guess, distance, reach, 0.02 * reach, rim, lanes, code, p, key)
+    # Move to the centroid of the region, on the meridian by symmetry, and begin from the rims as they look from there.
+    for k in range(n):
+        area, moment = 0.0, 0.0
+        for j in range(m - 1):
+            x0, y0 = rim[k, j] * cosine[j], rim[k, j] * sine[j]
+            x1, y1 = rim[k, j + 1] * cosine[j + 1], rim[k, j + 1] * sine[j + 1]
+            cross = x0 * y1 - x1 * y0
+            area += cross
+            moment += cross * (x0 + x1) / 3.0
+        shift = moment / area if area > 0.0 else 0.0
+        start = 0
+        for j in range(m):
+            # The chord that the new direction crosses.
+            across = -1.0
+            while start < m - 1:
+                x0, y0 = rim[k, start] * cosine[start] - shift, rim[k, start] * sine[start]
+                x1, y1 = rim[k, start + 1] * cosine[start + 1] - shift, rim[k, start + 1] * sine[start + 1]
+                if x1 * sine[j] - y1 * cosine[j] <= 0.0 or start == m - 2:
+                    turn = (y1 - y0) * cosine[j] - (x1 - x0) * sine[j]
+                    across = (x0 * y1 - x1 * y0) / turn if turn != 0.0 else -1.0
+                    break
+                start += 1
+            guess[k, j] = across if across > 0.0 else 0.5 * rim[k, j]
+        shifts[k] = shift
+    film, moved, out = radii.copy(), centre + shifts, np.empty(n)
+    _margins(film, moved, np.zeros(n), distance, out, n, lanes, code, p, key)
+    for k in range(n):
+        if out[k] < 1.0:
+            centre[k] = moved[k]
+        else:                           # its centroid is not in the region: stay where light is known
+            out[k] = level[k]
+            guess[k, :] = rim[k, :]
+    _rims(radii, centre, out, cosine, sine, guess, distance, reach, tolerance, rim, lanes, code, p, key)
+    return level
+
+
+def solve(lens: Lens, film_distance: float, film_radii, directions: int, tolerance: float,
+          wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (n,) on the meridian and rims (n, directions) at equal angles 0 … π about them, in mm.
+
+    A radius whose region is empty has rims 0. tolerance: of a rim, in mm.
+    """
+    radii = np.ascontiguousarray(film_radii, float)
+    angles = np.linspace(0.0, math.pi, directions)
+    cosine, sine = np.cos(angles), np.sin(angles)
+    sine[-1] = 0.0
+    centre, rim = np.zeros(radii.size), np.zeros((radii.size, directions))
+    reach = REACH * lens.surfaces[-1].semi_diameter
+    level = _solve(radii, cosine, sine, film_distance, reach, tolerance, centre, rim, bench(np.float64),
+                   _address(trace, np.float64), packed(lens, film_distance, wavelength))
+    centre[~(level < 1.0)] = 0.0
+    return centre, rim
+
+
+@dataclass(frozen=True, eq=False)
+class ExitPupil:
+    """The exit-pupil region of a lens for film points (+r, 0), r in film_radii, on the plane of the last vertex.
+
+    Lens frame, mm. A film point at another azimuth sees the region turned with it.
+    """
+
+    lens: Lens
+    film_distance: float
+    film_radii: np.ndarray          # (n,)
+    centres: np.ndarray             # (n,) on the meridian: the x that the rims are measured from
+    rims: np.ndarray                # (n, m) distance of the rim at m equal angles 0 … π; 0 where no light passes
+
+    def boundary(self, i: int) -> np.ndarray:
+        """(2 m − 2, 2) points of the rim, counter-clockwise from the one furthest in +x."""
+        angles = np.linspace(0.0, math.pi, self.rims.shape[1])
+        half = self.rims[i][:, None] * np.stack([np.cos(angles), np.sin(angles)], 1) + [self.centres[i], 0.0]
+        return np.concatenate([half, half[-2:0:-1] * [1.0, -1.0]])
+
+    @property
+    def area(self) -> np.ndarray:
+        """(n,) mm²: ∫ r²/2 over all directions, by the trapezium rule."""
+        squares = self.rims**2
+        return (squares.sum(1) - 0.5 * (squares[:, 0] + squares[:, -1])) * math.pi / (self.rims.shape[1] - 1)
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """(n, 4) x0, y0, x1, y1: the box about the region that pbrt samples."""
+        tops = np.array([_peak(self.rims[i] * np.sin(np.linspace(0.0, math.pi, self.rims.shape[1])))
+                         for i in range(len(self.rims))])
+        x = np.array([[b[:, 0].min(), b[:, 0].max()] for b in map(self.boundary, range(len(self.rims)))])
+        return np.stack([x[:, 0], -tops, x[:, 1], tops], 1)
+
+    @cached_property
+    def _table(self) -> "PupilTable":
+        return PupilTable.of(self.lens, self.film_distance, float(self.film_radii.max()))
+
+    def sample(self, film_xy, uv) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, 2) of the regions that film_xy (n, 2) mm sees, and those regions' areas (n,) mm².
+
+        uv (n, 2) in [0, 1): equal areas stay equal. The very sampling that a
+        LensCamera uses: its region is a hair larger than the true one.
+        """
+        film_xy, uv = np.asarray(film_xy, float), np.asarray(uv, float)
+        n = len(film_xy)
+        x, y, l, m, n_, weight = Program([self._table.step(1.0)], np.float64).run(
+            {X: film_xy[:, 0], Y: film_xy[:, 1], U0: uv[:, 0], U1: uv[:, 1], WEIGHT: np.ones(n)},
+            [X, Y, L, M, N, WEIGHT], n)
+        along = self.film_distance / -n_
+        return np.stack([x + along * l, y + along * m], 1), weight / n_**4
+
+
+def _peak(values: np.ndarray) -> float:
+    """The maximum of a curve known at equal steps: of the parabola through the three highest neighbours."""
+    i = int(np.argmax(values))
+    if not 0 < i < len(values) - 1:
+        return float(values[i])
+    before, at, after = values[i - 1:i + 2]
+    bend = before - 2.0 * at + after
+    return float(at - (after - before) ** 2 / (8.0 * bend)) if bend < 0.0 else float(at)
+
+
+def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE,
+               directions: int = 257) -> ExitPupil:
+    """Solve the exit-pupil region for film points at these radii (mm); LensError for radii or distances that cannot be.
+
+    film_distance: last vertex → film, mm. Rims to 1e-10 of the rear semi-diameter.
+    """
+    radii = np.atleast_1d(np.asarray(film_radii, float))
+    if not (np.isfinite(radii).all() and (radii >= 0.0).all() and math.isfinite(film_distance) and film_distance > 0.0):
+        raise LensError("the exit pupil needs film radii of at least 0 mm and a film behind the lens")
+    tolerance = 1e-10 * lens.surfaces[-1].semi_diameter
+    return ExitPupil(lens, film_distance, radii, *solve(lens, film_distance, radii, directions, tolerance, wavelength))
+
+
+@dataclass(frozen=True, eq=False)
+class PupilTable:
+    """The regions of RINGS film radii, each cut into 2 SECTORS triangles of equal area, for a camera to sample.
+
+    outline: (RINGS, SECTORS + 1, 2) corners in the upper half, from the region's
+    centre; centres: (RINGS,); radius: of the last ring (mm). No light reaches the
+    film beyond it if it is less than the radius that was asked for.
+    """
+
+    film_distance: float
+    radius: float
+    dark_beyond: float
+    outline: np.ndarray
+    centres: np.ndarray
+
+    @classmethod
+    def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE) -> "PupilTable":
+        """Solve the table for film radii 0 … film_radius, or to where the light ends."""
+        tolerance = 2e-4 * REACH * lens.surfaces[-1].semi_diameter
+
+        def solved(radii, accuracy=tolerance):
+            return solve(lens, film_distance, radii, DIRECTIONS, accuracy, wavelength)
+
+        radius, dark = film_radius, math.inf
+        radii = np.linspace(0.0, radius, RINGS)
+        centres, rims = solved(radii)
+        lit = np.nonzero(rims[:, 0] + rims[:, -1] > 0.0)[0]
+        if lit.size and lit[-1] < RINGS - 1:    # find where the light ends, spread the rings to there
+            low, high = radii[lit[-1]], radii[lit[-1] + 1]
+            for _ in range(3):
+                between = np.linspace(low, high, 18)[1:-1]
+                alive = np.nonzero(solved(between)[1][:, 0] > 0.0)[0]
+                last = alive[-1] if alive.size else -1
+                low, high = (between[last] if last >= 0 else low), (between[last + 1] if last < 15 else high)
+            radius = dark = high
+            centres, rims = solved(np.linspace(0.0, radius, RINGS))
+            centres[-1] = centres[-2]
+        return cls(film_distance, radius, dark if lit.size else 0.0, _equal_areas(rims * SPREAD), centres)
+
+    def step(self, normaliser: float) -> Step:
+        """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
+        scale = (RINGS - 1) / self.radius if self.radius > 0.0 else 0.0
+        return Step(aim, np.concatenate([[self.film_distance, scale, self.dark_beyond, 1.0 / normaliser],
+                                         self.outline[:, :, 0].ravel(), self.outline[:, :, 1].ravel(), self.centres]))
+
+
+def _equal_areas(rims: np.ndarray) -> np.ndarray:
+    """(rings, directions) rims at equal angles → (rings, SECTORS + 1, 2) corners at equal areas on the same chords."""
+    angles = np.linspace(0.0, math.pi, rims.shape[1])
+    x, y = rims * np.cos(angles), rims * np.sin(angles)
+    y[:, -1] = 0.0
+    cross = x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]
+    area = np.concatenate([np.zeros((len(rims), 1)), np.cumsum(cross, 1)], 1)
+    corners = np.zeros((len(rims), SECTORS + 1, 2))
+    for ring in range(len(rims)):
+        if area[ring, -1] > 0.0:
+            wanted = np.linspace(0.0, area[ring, -1], SECTORS + 1)
+            corners[ring, :, 0] = np.interp(wanted, area[ring], x[ring])
+            corners[ring, :, 1] = np.interp(wanted, area[ring], y[ring])
+    return corners
+
+
+_NODES = np.uint64(SECTORS + 1)
+_PLANE = np.uint64(RINGS * (SECTORS + 1))
+_ONE = np.uint64(1)
+
+
+@stage
+def aim(lanes, p, key):
+    """From a film point X, Y (mm, Z = 0) aim into the region that it sees: L, M, N and WEIGHT.
+
+    p: film distance, rings per mm of film radius, the radius beyond which no
+    light falls, 1 / normaliser, then the table: x of all corners, y of all, centres.
+    The weight holds the exact area of the triangle that was sampled, so that
+    interpolation between rings leaves no error, and no rings in the picture.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, u, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U0], row[U1], row[WEIGHT]
+    inverse, ring, turn, flip = row[A0], row[A1], row[A2], row[A3]
+    ax, ay, bx, by = row[A4], row[A5], row[A6], row[A7]
+    distance, scale, dark, gain = p[0], p[1], p[2], p[3]
+    table = p[4:]
+    last = real(RINGS - 1.001)
+    for i in range(B):
+        r2 = x[i] * x[i] + y[i] * y[i] + real(1e-12)
+        r = math.sqrt(r2)
+        inverse[i] = real(1) / r
+        k = r * scale
+        ring[i] = k if k < last else last
+        s = u[i] * real(2 * SECTORS)
+        lower = s >= real(SECTORS)
+        flip[i] = real(-1) if lower else real(1)
+        turn[i] = s - real(SECTORS) if lower else s
+        weight[i] = gain if r <= dark else real(0)
+    for i in range(B):
+        k, j = np.uint32(ring[i]), np.uint32(turn[i])
+        f = ring[i] - real(k)
+        e = real(1) - f
+        a = np.uint64(k) * _NODES + np.uint64(j)
+        b = a + _NODES
+        ax[i] = e * table[a] + f * table[b]
+        bx[i] = e * table[a + _ONE] + f * table[b + _ONE]
+        ay[i] = e * table[a + _PLANE] + f * table[b + _PLANE]
+        by[i] = e * table[a + _PLANE + _ONE] + f * table[b + _PLANE + _ONE]
+    for i in range(B):
+        k = np.uint32(ring[i])
+        f = ring[i] - real(k)
+        c = np.uint64(k) + _PLANE + _PLANE
+        ring[i] = (real(1) - f) * table[c] + f * table[c + _ONE]
+    for i in range(B):
+        g = turn[i] - math.floor(turn[i])
+        h = real(1) - g
+        reach = math.sqrt(v[i])
+        a = ring[i] + reach * (h * ax[i] + g * bx[i])
+        b = reach * (h * ay[i] + g * by[i]) * flip[i]
+        area = real(SECTORS) * (ax[i] * by[i] - bx[i] * ay[i])
+        cosine, sine = x[i] * inverse[i], y[i] * inverse[i]
+        dx, dy = a * cosine - b * sine - x[i], a * sine + b * cosine - y[i]
+        size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)
+        l[i], m[i], n[i] = dx * size, dy * size, -distance * size
+        c2 = distance * size
+        c2 = c2 * c2
+        weight[i] *= c2 * c2 * area
+        z[i] = real(0)
+    alive = np.int32(0)
+    for i in range(B):
+        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
+    if alive == 0:
+        key[ALIVE] = np.uint32(LOST)

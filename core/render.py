@@ -1,0 +1,105 @@
+"""Pictures: a camera and a scene become one list of stages, run over the film band by band."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import Executor, ThreadPoolExecutor
+from itertools import count
+
+import numpy as np
+
+from lensbench.cameras.camera import Camera
+from lensbench.driver import Program
+from lensbench.lanes import GREEN, RED, U0, U1, WEIGHT, B, L, M, N, X, Y, Z, bench
+from lensbench.sampling import sampler
+from lensbench.scene import Scene
+
+BAND = 16               # blocks that a thread takes at a time
+
+
+def _always() -> bool:
+    return True
+
+
+class Rendering:
+    """A picture that is being taken: the film's sums, to which samples are added.
+
+    Every block is worked on by one thread, and its random numbers depend on the
+    pixel alone: the film is the same bit for bit for any number of threads.
+    """
+
+    def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None):
+        film = camera.film
+        self.shape = (film.pixels_y, film.pixels_x)
+        self.seed = np.uint32(seed & 0xFFFFFFFF)
+        self.samples = 0
+        before = sampler(film.pixels_x, lit=True) if steps is None else steps
+        self._program = Program([*before, *camera.steps(), *scene.steps()], real)
+        self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
+
+    def add(self, samples: int = 1, pool: Executor | None = None, wanted: Callable[[], bool] = _always,
+            threads: int | None = None) -> bool:
+        """Add samples to every pixel; False where `wanted` said no on the way, and the film is to be thrown away.
+
+        pool: the threads to use, `threads` tasks at a time (all cores by default); None: threads of its own.
+        """
+        bands, stop = count(0, BAND), len(self._sums)
+
+        def work(_: int) -> bool:
+            lanes = bench(self._program.real)
+            while (first := next(bands)) < stop:
+                if not wanted():
+                    return False
+                last = min(first + BAND, stop)
+                self._program.expose(self._sums, lanes, first, last, self.samples, samples, self.seed)
+            return True
+
+        threads = threads or os.cpu_count() or 1
+        if pool is not None:
+            done = list(pool.map(work, range(threads)))
+        elif threads == 1:
+            done = [work(0)]
+        else:
+            with ThreadPoolExecutor(threads) as own:
+                done = list(own.map(work, range(threads)))
+        self.samples += samples
+        return all(done)
+
+    def image(self) -> np.ndarray:
+        """The mean of the samples so far: float32 (h, w, 3), linear, a fresh array."""
+        h, w = self.shape
+        rows = self._sums.reshape(-1, 3, B).transpose(0, 2, 1).reshape(-1, 3)[:w * h]
+        return np.ascontiguousarray(rows.reshape(h, w, 3) * (1.0 / max(self.samples, 1)), dtype=np.float32)
+
+
+def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threads: int | None = None) -> np.ndarray:
+    """Take a picture: float32 (h, w, 3), linear. ValueError for fewer than one sample.
+
+    The same for any number of threads.
+    """
+    if samples < 1:
+        raise ValueError(f"{samples} samples a pixel: at least 1 is needed")
+    rendering = Rendering(camera, scene, seed)
+    rendering.add(samples, threads=threads)
+    return rendering.image()
+
+
+def depth_map(camera: Camera, scene: Scene) -> np.ndarray:
+    """How far before the camera's origin, along −z, each pixel's centre looks: float32 (h, w) mm.
+
+    Along the ray through the middle of the pupil; inf where there is only sky,
+    NaN where the camera is dark.
+    """
+    film = camera.film
+    h, w = film.pixels_y, film.pixels_x
+    y, x = np.mgrid[0:h, 0:w] + 0.5
+    n = w * h
+    program = Program([*camera.steps(), *scene.depth_steps()])
+    middle = camera.pupil_centre
+    out = program.run({X: x.ravel(), Y: y.ravel(), U0: np.full(n, middle[0]), U1: np.full(n, middle[1])},
+                      [X, Y, Z, L, M, N, RED, GREEN, WEIGHT], n)
+    axis, origin = -camera.world_from_camera[:3, 2], camera.world_from_camera[:3, 3]
+    with np.errstate(invalid="ignore", over="ignore"):
+        points = out[:3] + out[3:6] * out[6]
+        depth = ((points - origin[:, None]) * axis[:, None]).sum(0)
+    depth = np.where(out[7] > 0.0, depth, np.inf)
+    return np.where(out[8] > 0.0, depth, np.nan).reshape(h, w).astype(np.float32)
