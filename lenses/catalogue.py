@@ -21,7 +21,7 @@ class Card:
     year: int | None = None
     source: str = ""
     efl: float | None = None                # as computed
-    f_number: float | None = None           # as stated
+    f_number: float | None = None           # wide open: as stated, else as computed
     stated_efl: float | None = None
     image_circle: float | None = None       # diameter that the design covers, focused at infinity
     notes: str = ""
@@ -57,8 +57,10 @@ def _card(name: str) -> Card:
     head = text.partition("\ncolumns")[0]
     header = toml_format.check_header(toml_format.parse(head, str(path)), head, str(path))
     return Card(name, header["title"], header["kind"], header.get("year"), header["source"],
-                header.get("computed_efl"), header.get("stated_f_number"), header.get("stated_efl"),
-                header.get("image_circle"), header.get("notes", ""))
+                efl=header.get("computed_efl"),
+                f_number=header.get("stated_f_number", header.get("computed_f_number")),
+                stated_efl=header.get("stated_efl"), image_circle=header.get("image_circle"),
+                notes=header.get("notes", ""))
 
 
 def suggestion(name: str) -> str:

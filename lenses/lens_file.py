@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from lensbench.lenses import catalogue, toml_format
+from lensbench.lenses import catalogue, pbrt_format, toml_format
 from lensbench.lenses.file_error import LensFileError
 from lensbench.prescription import Lens
 
@@ -14,9 +14,11 @@ LARGEST_FILE = 1_000_000    # bytes; the longest known prescriptions have a hund
 
 READERS: dict[str, Callable[[str, str], Lens]] = {
     ".toml": toml_format.read,
+    ".dat": pbrt_format.read,
 }
 WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
     ".toml": toml_format.write,
+    ".dat": pbrt_format.write,
 }
 
 

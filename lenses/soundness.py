@@ -21,6 +21,12 @@ def focal_length(surfaces: Sequence[Surface]) -> float:
     return -1.0 / slope if slope else inf
 
 
+def f_number(surfaces: Sequence[Surface], stop_index: int) -> float:
+    """Focal length over the entrance pupil's diameter, as the stop alone sets it; inf for an afocal system."""
+    height = axial_heights(surfaces)[stop_index]
+    return abs(focal_length(surfaces) * height) / (2.0 * surfaces[stop_index].semi_diameter)
+
+
 def _axial_ray(surfaces: Sequence[Surface]) -> tuple[list[float], float]:
     """Heights at the surfaces, and the slope behind the last one."""
     height, slope, n, heights = 1.0, 0.0, 1.0, []

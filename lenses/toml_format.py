@@ -26,15 +26,15 @@ from typing import Any
 
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
-from lensbench.lenses.soundness import focal_length
+from lensbench.lenses.soundness import f_number, focal_length
 from lensbench.prescription import Lens, Surface
 
 FORMAT = 1
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "glass")
 TEXTS = ("title", "kind", "source", "notes")
-LENGTHS = ("stated_efl", "stated_f_number", "computed_efl", "image_circle")
-KEYS = ("format", "units", "year", "columns", "surfaces", *TEXTS, *LENGTHS)
+NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_f_number", "image_circle")
+KEYS = ("format", "units", "year", "columns", "surfaces", *TEXTS, *NUMBERS)
 
 
 def read(text: str, path: str) -> Lens:
@@ -90,7 +90,7 @@ def check_header(data: dict[str, Any], text: str, path: str) -> dict[str, Any]:
                 raise RowError(f"{key} must be a text in quotes")
             if key == "year" and type(value) is not int:
                 raise RowError("year must be a whole number")
-            if key in LENGTHS:
+            if key in NUMBERS:
                 value = number(value, key)
         except RowError as error:
             raise LensFileError(path, line_of(text, key), str(error)) from None
@@ -153,7 +153,9 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         lines.append(f"stated_efl = {_digits(lens.stated_efl)}")
     if lens.stated_f_number is not None:
         lines.append(f"stated_f_number = {_digits(lens.stated_f_number)}")
-    lines.append(f"computed_efl = {_digits(float(f'{focal_length(lens.surfaces):.8g}'))}")
+    for key, value in (("computed_efl", focal_length(lens.surfaces)),
+                       ("computed_f_number", f_number(lens.surfaces, lens.stop_index))):
+        lines.append(f"{key} = {_digits(float(f'{value:.6g}'))}")
     if lens.notes:
         lines.append(f"notes = {_quoted(lens.notes)}")
     lines.append('units = "mm"')

@@ -1,0 +1,137 @@
+"""pbrt's lens files (.dat): rows of radius, gap, index and *diameter*, from the scene to the film.
+
+    # radius  thickness  index  diameter
+    29.475    3.76       1.67   25.2
+    …
+    0         4.5        1      17.1
+
+Lengths in mm, unless a comment says metres or centimetres. Radius 0 is a plane:
+with air on both sides the aperture stop. pbrt gives the gap *after* each
+surface; older files, with a column "axpos", give the gap *before* it. Headers
+cannot be trusted to tell the two apart (there are files with the old header and
+the new gaps), so that the reading which gives a lens that could be made is taken.
+"""
+
+import re
+
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
+from lensbench.lenses.soundness import faults
+from lensbench.prescription import Lens, Surface
+
+COLUMNS = "radius, thickness, index, diameter"
+FLAT_RADIUS = "1e6"     # mm: a plane that refracts; radius 0 would be a stop to pbrt
+MM = {"m": 1000.0, "cm": 10.0, "mm": 1.0}
+
+
+def read(text: str, path: str) -> Lens:
+    """The lens of a file's text; `path` is named in errors. LensFileError: the line and what is wrong in it."""
+    comments, rows, lines = _split(text, path)
+    findings = []
+    unit = _unit(comments)
+    if unit != "mm":
+        findings.append(f"lengths are in {unit}, as a comment says, and were converted to mm")
+        for row in rows:
+            row[0], row[1], row[3] = row[0] * MM[unit], row[1] * MM[unit], row[3] * MM[unit]
+
+    # The gap after or before the surface: whichever makes a lens
+    old_header = any("axpos" in comment.lower() for comment in comments)
+    surfaces = _surfaces(rows, lines, path)
+    if len(rows) > 1 and (old_header or rows[0][1] == 0.0):
+        gaps = [row[1] for row in rows[1:]] + [0.0]
+        shifted = _surfaces([[r, gap, n, d] for (r, _, n, d), gap in zip(rows, gaps, strict=True)], lines, path)
+        new, old = faults(surfaces), faults(shifted)
+        if old < new or (old == new and rows[0][1] == 0.0 and rows[-1][1] != 0.0):
+            surfaces = shifted
+            findings.append("gaps stand before their surfaces (the older pbrt convention) and were read so")
+        elif old_header:
+            findings.append("the header says axpos, the older convention, but only gaps after their surfaces "
+                            "make a sound lens: read so")
+
+    # A plane between air and air is the stop
+    media = [1.0, *(s.glass.n_d for s in surfaces)]
+    marked = [i for i, row in enumerate(rows) if row[0] == 0.0 and media[i] == media[i + 1] == 1.0]
+    for i, row in enumerate(rows):
+        if row[0] == 0.0 and i not in marked:
+            findings.append(f"surface {i} has radius 0 beside glass: read as a plane, where pbrt would see a stop")
+    stop_index, assumed = stop_of(surfaces, marked)
+    texts = [comment for comment in comments if not re.search(r"radius|\baxpos\b", comment, re.IGNORECASE)]
+    return Lens(surfaces, stop_index, name=texts[0] if texts else "", notes="; ".join(texts[1:]),
+                findings=(*findings, *assumed))
+
+
+def _split(text: str, path: str) -> tuple[list[str], list[list[float]], list[int]]:
+    """Comments, rows of four numbers (mm), and the line of each row."""
+    comments, rows, lines = [], [], []
+    for line, content in enumerate(text.split("\n"), start=1):
+        values, _, comment = content.partition("#")
+        if comment.strip(" \t\"#"):
+            comments.append(" ".join(comment.strip(" \t\"#").split()))
+        words = values.split()
+        if not words:
+            continue
+        if len(words) != 4:
+            count = f"{len(words)} value{'s' if len(words) > 1 else ''}"
+            raise LensFileError(path, line, f"a row has four columns ({COLUMNS}), this one has {count}")
+        try:
+            rows.append([number(word, name) for word, name in zip(words, COLUMNS.split(", "), strict=True)])
+        except RowError as error:
+            raise LensFileError(path, line, f"surface {len(rows)}: {error}") from None
+        lines.append(line)
+    if not rows:
+        raise LensFileError(path, None, f"there are no surfaces: a row has four columns ({COLUMNS})")
+    return comments, rows, lines
+
+
+def _unit(comments: list[str]) -> str:
+    """The unit of length that a comment names: "in metres", "units: m", "(cm)"; else mm."""
+    for comment in comments:
+        if re.search(r"\b(in|units?:?)\s+(m|met(re|er)s?)\b|\((m|met(re|er)s?)\)", comment, re.IGNORECASE):
+            return "m"
+        if re.search(r"\b(in|units?:?)\s+(cm|centimet(re|er)s?)\b|\((cm|centimet(re|er)s?)\)", comment, re.IGNORECASE):
+            return "cm"
+    return "mm"
+
+
+def _surfaces(rows: list[list[float]], lines: list[int], path: str) -> tuple[Surface, ...]:
+    made = []
+    for i, ((radius, gap, index, diameter), line) in enumerate(zip(rows, lines, strict=True)):
+        if radius == 0.0 and index == 0.0:              # how older files write the air behind a stop
+            index = 1.0
+        try:
+            if diameter <= 0.0:
+                raise RowError(f"diameter is {diameter:g}: it must be positive")
+            made.append(surface(repr(radius), gap, index, diameter / 2.0))
+        except RowError as error:
+            raise LensFileError(path, line, f"surface {i}: {error}") from None
+    return tuple(made)
+
+
+def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
+    """The text of a .dat file, and what it could not hold, one sentence each."""
+    remarks = []
+    comments = [lens.name, lens.kind, str(lens.year or ""), lens.source, lens.notes]
+    lines = [f"# {' '.join(comment.split())}" for comment in comments if comment.strip()]
+    lines.append(f"# {'radius':>20} {'thickness':>20} {'index':>20} {'diameter':>20}   (mm)")
+    media = [1.0, *(s.glass.n_d for s in lens.surfaces)]
+    for i, s in enumerate(lens.surfaces):
+        is_stop = i == lens.stop_index
+        in_air = media[i] == media[i + 1] == 1.0
+        radius = radius_text(s.curvature)
+        if s.curvature == 0.0:
+            radius = "0" if is_stop and in_air else FLAT_RADIUS
+            if radius == FLAT_RADIUS:
+                remarks.append(f"surface {i} is a plane: written with a radius of 1 km, because 0 is pbrt's stop")
+        if is_stop and radius != "0":
+            remarks.append(f"the stop is the rim of surface {i}: pbrt marks only planes in air, "
+                           "and the smallest rim will be taken for it")
+        lines.append(f"  {radius:>20} {s.thickness!r:>20} {media[i + 1]!r:>20} {2.0 * s.semi_diameter!r:>20}")
+    if any(s.glass.v_d is not None for s in lens.surfaces):
+        remarks.append("Abbe numbers are left out: pbrt's files have one index, at the d line")
+    if any(s.glass.name for s in lens.surfaces):
+        remarks.append("names of glasses are left out")
+    if lens.name or lens.kind or lens.year or lens.source or lens.notes:
+        remarks.append("name, kind, year, source and notes are written as comments")
+    if lens.stated_efl is not None or lens.stated_f_number is not None:
+        remarks.append("the stated focal length and f-number are left out")
+    return "\n".join([*lines, ""]), tuple(remarks)
