@@ -1,0 +1,188 @@
+"""What the optics of the bench say about its settings: every figure that a panel shows.
+
+Pure functions of Settings, kept by value: asking again in every frame costs
+next to nothing. Lengths in mm, angles in radians. Distances of objects are
+measured from the film, as engraved on a lens; those of the perspective camera,
+which has no lens of its own, from its centre of projection.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import lensbench as lb
+from lensbench.app.settings import Settings, design
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The lens as it stands before the film: stopped down, with its film distance (mm).
+
+    `reason` says why it is not quite what was asked for: the lens is then wide
+    open, or focused as near as it can be.
+    """
+
+    lens: lb.Lens
+    first_order: lb.FirstOrder
+    film: lb.Film
+    film_distance: float
+    reason: str = ""
+
+    @property
+    def film_z(self) -> float:
+        """The film plane in the lens frame (mm)."""
+        return self.lens.length + self.film_distance
+
+    @property
+    def principal_offset(self) -> float:
+        """Film → front principal plane (mm): what an engraved distance is longer than one from the lens."""
+        return self.film_z - self.first_order.front_principal
+
+
+@dataclass(frozen=True)
+class Readings:
+    """The read-outs; None where a figure has no meaning for the model, `reason` where something cannot be."""
+
+    efl: float | None = None
+    bfl: float | None = None
+    ffl: float | None = None
+    f_number: float | None = None
+    widest_f_number: float | None = None
+    working_f_number: float | None = None
+    t_number: float | None = None
+    fov_horizontal: float | None = None
+    fov_vertical: float | None = None
+    fov_diagonal: float | None = None
+    equivalent: float | None = None
+    limit: float | None = None
+    near_limit: float | None = None
+    far_limit: float | None = None
+    hyperfocal: float | None = None
+    magnification: float | None = None
+    film_distance: float | None = None
+    nearest_focus: float | None = None
+    entrance_pupil: float | None = None         # diameters
+    exit_pupil: float | None = None
+    airy: float | None = None                   # diameter of the first dark ring at the d line
+    reason: str = ""
+
+
+def optical(settings: Settings) -> Settings:
+    """What lens and film depend on: everything else is set to its default."""
+    plain = Settings()
+    return replace(settings, scene=plain.scene, position=plain.position, yaw=plain.yaw, pitch=plain.pitch,
+                   samples=plain.samples, seed=plain.seed, exposure=plain.exposure, tone=plain.tone,
+                   overlay=plain.overlay)
+
+
+def blur_limit(settings: Settings) -> float:
+    """The circle of confusion (mm) up to which a point counts as sharp."""
+    film = settings.film
+    return film.pitch if settings.limit == "pixel" else film.diagonal / 1500.0
+
+
+def setup(settings: Settings) -> Setup:
+    """The lens of the settings before its film; a ValueError or OSError where there is no lens to set up."""
+    return _setup(design(settings), optical(settings))
+
+
+@lru_cache(maxsize=64)
+def _setup(lens: lb.Lens, settings: Settings) -> Setup:
+    reasons = []
+    if settings.f_number is not None:
+        try:
+            lens = lb.stopped_down(lens, settings.f_number)
+        except lb.LensError as error:
+            reasons.append(str(error))
+    try:
+        film_distance = lb.film_distance(lens, settings.focus_distance)
+    except lb.LensError as error:
+        reasons.append(str(error))
+        film_distance = _nearest_film_distance(lens)
+    return Setup(lens, lb.first_order(lens), settings.film, film_distance, "; ".join(reasons))
+
+
+def _nearest_film_distance(lens: lb.Lens) -> float:
+    """The film as far from the lens as focusing brings it, or somewhere behind a lens that cannot focus."""
+    try:
+        return lb.film_distance(lens, lb.nearest_focus(lens))
+    except lb.LensError:
+        return max(lens.length, lens.surfaces[-1].semi_diameter)
+
+
+def readings(settings: Settings) -> Readings:
+    """All read-outs of these settings; a bad state gives its reason, never an exception."""
+    try:
+        lens = None if settings.model == "perspective" else design(settings)
+        return _readings(lens, optical(settings))
+    except (ValueError, OSError) as error:
+        return Readings(reason=str(error))
+
+
+@lru_cache(maxsize=64)
+def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
+    if lens is None:
+        return _of_perspective(settings)
+    stand = _setup(lens, settings)
+    fo, film, limit = stand.first_order, stand.film, blur_limit(settings)
+    pinhole = settings.model == "pinhole"
+    plain = Readings(
+        **_angles(film, fo.efl), efl=_finite(fo.efl), bfl=_finite(fo.bfl), ffl=_finite(fo.ffl), limit=limit,
+        widest_f_number=_finite(lb.first_order(lens).f_number), film_distance=stand.film_distance,
+        entrance_pupil=_finite(2.0 * fo.entrance_pupil.radius), exit_pupil=_finite(2.0 * fo.exit_pupil.radius),
+        reason=stand.reason,
+    )
+    if not (math.isfinite(fo.efl) and fo.efl > 0.0):
+        return plain
+
+    # The closed forms measure from the front principal plane, the focus ring from the film
+    offset, nearest = stand.principal_offset, lb.nearest_focus(stand.lens)
+    focus = max(settings.focus_distance, nearest) - offset
+    plain = replace(plain, nearest_focus=nearest, magnification=fo.efl / (focus - fo.efl))
+    if pinhole:
+        return replace(plain, f_number=None)
+    near, far = lb.depth_of_field(fo.efl, fo.f_number, focus, limit)
+    working = lb.working_f_number(stand.lens, stand.film_distance)
+    return replace(
+        plain, f_number=fo.f_number, working_f_number=_finite(working), airy=_airy(working),
+        t_number=lb.t_number(stand.lens),
+        near_limit=near + offset, far_limit=far + offset,
+        hyperfocal=lb.hyperfocal(fo.efl, fo.f_number, limit) + offset,
+    )
+
+
+def _of_perspective(settings: Settings) -> Readings:
+    """The perspective camera: an ideal thin lens of the focal length that its field of view implies."""
+    film, limit = settings.film, blur_limit(settings)
+    efl = min(film.width, film.height) / 2.0 / math.tan(settings.fov / 2.0)
+    plain = Readings(**_angles(film, efl), efl=efl, limit=limit)
+    if settings.f_number is None:
+        return plain
+    plain = replace(plain, f_number=settings.f_number, entrance_pupil=efl / settings.f_number,
+                    hyperfocal=lb.hyperfocal(efl, settings.f_number, limit))
+    try:
+        near, far = lb.depth_of_field(efl, settings.f_number, settings.focus_distance, limit)
+    except lb.LensError as error:
+        return replace(plain, reason=str(error))
+    magnification = efl / (settings.focus_distance - efl)
+    working = settings.f_number * (1.0 + magnification)
+    return replace(plain, near_limit=near, far_limit=far, magnification=magnification, working_f_number=working,
+                   airy=_airy(working))
+
+
+def _angles(film: lb.Film, efl: float) -> dict[str, float]:
+    """Fields of view at infinity, 2 atan(h / 2f), and the focal length that sees the same diagonal on full frame."""
+    if not (math.isfinite(efl) and efl > 0.0):
+        return {}
+    sides = (("fov_horizontal", film.width), ("fov_vertical", film.height), ("fov_diagonal", film.diagonal))
+    angles = {name: 2.0 * math.atan(side / (2.0 * efl)) for name, side in sides}
+    return {**angles, "equivalent": efl * lb.film.FULL_FRAME_DIAGONAL / film.diagonal}
+
+
+def _airy(working_f_number: float) -> float | None:
+    """Diameter (mm) of the first dark ring of a point, 2.44 λ N."""
+    return _finite(2.44 * lb.D_LINE * 1e-3 * working_f_number)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
