@@ -119,15 +119,16 @@ def render(settings: Settings, progress: Callable[[float], object] = lambda frac
            cancelled: Callable[[], bool] = lambda: False, threads: int | None = None) -> np.ndarray | None:
     """Render all samples of the settings: (h, w, 3) float32 linear, or None where it was cancelled."""
     rendering = lb.Rendering(camera(settings), find_scene(settings.scene), seed=settings.seed)
+    threads = threads or os.cpu_count() or 1
     stopped = Event()
     batch = 1
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         try:
             while rendering.samples < settings.samples:
                 progress(rendering.samples / settings.samples)
                 started = perf_counter()
                 batch = min(batch, settings.samples - rendering.samples)
-                if not rendering.add(batch, pool, wanted=lambda: not (stopped.is_set() or cancelled())):
+                if not rendering.add(batch, pool, lambda: not (stopped.is_set() or cancelled()), threads):
                     return None
                 if perf_counter() - started < 0.5 * PASS_SECONDS:
                     batch *= 2
