@@ -1,0 +1,53 @@
+"""Lenses and reference values of tests/data, and random lenses, for the tests of the optics."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from hypothesis import settings
+from hypothesis import strategies as st
+
+import lensbench as lb
+
+DATA = Path(__file__).parents[1] / "data"
+REFERENCE = json.loads((DATA / "oracles.json").read_text(encoding="utf-8"))
+PBRT_FOCUS = json.loads((DATA / "pbrt_focus.json").read_text(encoding="utf-8"))
+LAW = settings(deadline=None, max_examples=60)
+NAMES = ("dgauss", "fisheye", "cooke")
+WAVELENGTHS = [(name, line) for name in NAMES for line in REFERENCE[name]["paraxial"]]
+
+
+def lens(name: str, line: str = "d") -> lb.Lens:
+    """The reference lens with the indices of one spectral line."""
+    data = REFERENCE[name]
+    surfaces = [lb.Surface(1.0 / radius if radius else 0.0, thickness, semi_diameter,
+                           lb.Glass(n[line]) if n else lb.AIR)
+                for radius, thickness, semi_diameter, n in data["surfaces"]]
+    return lb.Lens(tuple(surfaces), data["stop"], name=name)
+
+
+def pbrt_rays(name: str, film: np.ndarray, direction: np.ndarray, rear_z: float) -> tuple[np.ndarray, np.ndarray]:
+    """Rays of pbrt's camera space (metres, film at z = 0, +z towards the scene) in the lens frame (mm)."""
+    last_vertex = lens(name).length
+    origins = np.column_stack([1000.0 * film, np.full(len(film), last_vertex + 1000.0 * rear_z)])
+    return origins, np.column_stack([direction[:, :2], -direction[:, 2]])
+
+
+def biconvex(curvature: float = 0.01, thickness: float = 4.0, index: float = 1.5,
+             semi_diameter: float = 10.0) -> lb.Lens:
+    """One lens in air; its first surface is the stop."""
+    return lb.Lens((lb.Surface(curvature, thickness, semi_diameter, lb.Glass(index)),
+                    lb.Surface(-curvature, 0.0, 2.0 * semi_diameter)), 0)
+
+
+@st.composite
+def lenses(draw, most: int = 8) -> lb.Lens:
+    """Random stacks of surfaces, rims well within every sphere; the last medium is air."""
+    count = draw(st.integers(1, most))
+    radius = st.one_of(st.floats(12.0, 300.0), st.floats(-300.0, -12.0))
+    curvature = st.one_of(st.just(0.0), radius.map(lambda r: 1.0 / r))
+    surfaces = tuple(
+        lb.Surface(draw(curvature), draw(st.floats(0.5, 8.0)), draw(st.floats(4.0, 9.0)),
+                   lb.AIR if i % 2 or i == count - 1 else lb.Glass(draw(st.floats(1.4, 1.95))))
+        for i in range(count))
+    return lb.Lens(surfaces, draw(st.integers(0, count - 1)))
