@@ -1,0 +1,252 @@
+"""Render in the background: settings in, the newest picture out.
+
+One thread of the worker prepares cameras and scenes (and compiles kernels, the
+first time), a pool of them fills the film. `restart` returns at once, abandons
+what is under way within a millisecond and never waits; a picture is only ever
+replaced by a later one.
+"""
+
+import os
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lensbench.app.settings import Settings
+
+NICE = 10                   # of the rendering threads, so that the window keeps its pace
+PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
+PAUSED_SAMPLES = 4          # that new settings get while the render is paused
+
+
+class News(NamedTuple):
+    """A picture as far as it has come."""
+
+    generation: int                             # counts the restarts
+    image: NDArray[np.float32]                  # (h, w, 3) linear
+    samples: int                                # a pixel
+    seconds: float                              # since the restart, without pauses
+    settings: Settings
+    rate: float                                 # samples a second, over the whole picture
+    depth: NDArray[np.float32] | None = None    # (h, w) mm from the film along the axis, inf for the sky
+
+
+class Failure(NamedTuple):
+    """Settings from which no picture can be made, and why."""
+
+    generation: int
+    settings: Settings
+    error: Exception
+
+
+@dataclass
+class _Job:
+    """One picture on its way."""
+
+    generation: int
+    settings: Settings
+    camera: Any
+    scene: Any
+    rendering: Any
+    seconds: float = 0.0
+    rate: float = 0.0
+    pass_samples: int = 1
+    depth: NDArray[np.float32] | None = None
+
+
+def prepare(settings: Settings) -> tuple[Any, Any]:
+    """The camera and the scene of the settings."""
+    from lensbench.app.scene_file import find_scene
+    from lensbench.app.settings import camera
+
+    return camera(settings), find_scene(settings.scene)
+
+
+def lower_priority() -> None:
+    """Let the calling thread alone step back behind the window, where the system can do that."""
+    if sys.platform == "linux":
+        try:
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
+        except OSError:                         # not allowed here: as it was
+            pass
+
+
+def thread_count() -> int:
+    """The cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class Worker:
+    """Renders the latest settings until their samples are reached; see the module."""
+
+    def __init__(self, settings: Settings, woken: Callable[[], None] = lambda: None, threads: int | None = None):
+        """Begin with these settings; `woken` is called from the worker's thread at every piece of news."""
+        self._woken = woken
+        self._threads = threads or thread_count()
+        self._change = threading.Condition()
+        self._settings = settings
+        self._generation = 1
+        self._target = settings.samples
+        self._paused = self._stopped = self._depth_wanted = False
+        self._news: News | None = None
+        self._failure: Failure | None = None
+        self._started = perf_counter()
+        self._thread = threading.Thread(target=self._work, name="lensbench render", daemon=True)
+        self._thread.start()
+
+    # The window's side
+
+    def restart(self, settings: Settings) -> int:
+        """Render these settings from now on.
+
+        Where only the number of samples differs, the picture goes on. Returns the generation.
+        """
+        with self._change:
+            if settings.picture != self._settings.picture:
+                self._generation += 1
+                self._started = perf_counter()
+            self._settings, self._target = settings, settings.samples
+            self._change.notify_all()
+            return self._generation
+
+    def again(self) -> None:
+        """Begin the same picture anew."""
+        with self._change:
+            self._generation += 1
+            self._started = perf_counter()
+            self._change.notify_all()
+
+    def newest(self) -> News | None:
+        """The newest picture, perhaps of an older generation; None before the first."""
+        return self._news
+
+    @property
+    def generation(self) -> int:
+        """Counts the restarts; news of another generation are of older settings."""
+        return self._generation
+
+    @property
+    def error(self) -> Failure | None:
+        """Why there is no picture of the present generation; None while all is well."""
+        failure = self._failure
+        return failure if failure is not None and failure.generation == self._generation else None
+
+    @property
+    def waiting(self) -> float:
+        """Seconds since the restart without a picture of the present generation; 0 where there is one."""
+        news = self._news
+        current = news is not None and news.generation == self._generation
+        return 0.0 if current or self.error is not None else perf_counter() - self._started
+
+    @property
+    def busy(self) -> bool:
+        """Whether more samples are to come."""
+        news = self._news
+        if self._paused or self.error is not None:
+            return False
+        return news is None or news.generation != self._generation or news.samples < self._target
+
+    @property
+    def paused(self) -> bool:
+        """Whether the render is held."""
+        return self._paused
+
+    def pause(self) -> None:
+        """Hold the render; new settings still get their first samples."""
+        with self._change:
+            self._paused = True
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        with self._change:
+            self._paused = False
+            self._change.notify_all()
+
+    def want_depth(self, wanted: bool) -> None:
+        """Whether pictures shall come with their depth map."""
+        with self._change:
+            self._depth_wanted = wanted
+            self._change.notify_all()
+
+    def stop(self) -> None:
+        """End; returns when the threads have ended."""
+        with self._change:
+            self._stopped = True
+            self._change.notify_all()
+        self._thread.join()
+
+    # The worker's side
+
+    def _work(self) -> None:
+        with ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:
+            job: _Job | None = None
+            while True:
+                with self._change:
+                    while not self._stopped and not self._due(job):
+                        self._change.wait()
+                    if self._stopped:
+                        return
+                    generation, settings = self._generation, self._settings
+                try:
+                    if job is None or job.generation != generation:
+                        job = self._begun(generation, settings)
+                    self._advance(job, pool)
+                except Exception as error:              # whatever it was, the window has to say so and live on
+                    self._failure = Failure(generation, settings, error)
+                    job = None
+                    self._woken()
+
+    def _due(self, job: _Job | None) -> bool:
+        """Whether there is anything to do."""
+        if self.error is not None:
+            return False
+        if job is None or job.generation != self._generation:
+            return True
+        if self._depth_wanted and job.depth is None and job.rendering.samples:
+            return True
+        target = min(self._target, PAUSED_SAMPLES) if self._paused else self._target
+        return job.rendering.samples < target
+
+    @staticmethod
+    def _begun(generation: int, settings: Settings) -> _Job:
+        import lensbench as lb
+
+        camera, scene = prepare(settings.checked())
+        return _Job(generation, settings, camera, scene, lb.Rendering(camera, scene, seed=settings.seed))
+
+    def _advance(self, job: _Job, pool: ThreadPoolExecutor) -> None:
+        """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""
+        begun = perf_counter()
+
+        def wanted() -> bool:
+            return job.generation == self._generation and not self._stopped
+
+        if self._depth_wanted and job.depth is None and job.rendering.samples:
+            import lensbench as lb
+
+            job.depth = lb.depth_map(job.camera, job.scene, pool)
+            if self._news is not None and self._news.generation == job.generation:
+                self._news = self._news._replace(depth=job.depth)
+                self._woken()
+            return
+
+        count = max(1, min(job.pass_samples, self._target - job.rendering.samples))
+        if not job.rendering.add(count, pool, wanted):
+            return
+        seconds = perf_counter() - begun
+        image = job.rendering.image()
+        pixels = image.shape[0] * image.shape[1]
+        rate = pixels * count / max(seconds, 1e-9)
+        job.seconds += perf_counter() - begun
+        job.rate = rate if job.rate == 0.0 else 0.7 * job.rate + 0.3 * rate
+        job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
+        if wanted():
+            self._news = News(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate,
+                              job.depth)
+            self._woken()
