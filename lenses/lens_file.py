@@ -1,7 +1,7 @@
 """Opening and saving lens files: the format by suffix, a file whole or not at all."""
 
 import os
-import tempfile
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -56,36 +56,29 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[str, ...]:
         raise LensFileError(path, None, f"lens files of type {path.suffix or 'none'} cannot be written; "
                                         f"supported are {', '.join(WRITERS)}")
     text, remarks = writer(lens)
-    beside = None
+    beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
     try:
-        with tempfile.NamedTemporaryFile("w", encoding="utf-8", errors="replace", newline="\n", delete=False,
-                                         dir=path.parent, prefix=f".{path.name[:100]}.") as file:
-            beside = Path(file.name)
+        with open(beside, "w", encoding="utf-8", errors="replace", newline="\n") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
-        beside.chmod(path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask())
         beside.replace(path)
-    except OSError as error:
-        raise LensFileError(path, None, f"cannot be written: {error.strerror or error}") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise LensFileError(path, None, f"cannot be written: {reason}") from None
     finally:
-        if beside is not None:
-            with suppress(OSError):
-                beside.unlink()
+        with suppress(OSError, ValueError):
+            beside.unlink()
     return remarks
-
-
-def _umask() -> int:
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask
 
 
 def _is_path(text: str) -> bool:
     """Whether a text is meant as a path: a separator or a suffix in it, or something of that name there."""
     separators = {os.sep, os.altsep or os.sep}
     try:
-        return any(sep in text for sep in separators) or bool(Path(text).suffix) or (text != "" and Path(text).exists())
+        if any(sep in text for sep in separators) or re.search(r"\.[A-Za-z]\w*$", text):
+            return True
+        return text != "" and Path(text).exists()
     except (OSError, ValueError):           # a name too long, or with a NUL in it
         return False
 

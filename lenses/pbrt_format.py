@@ -13,10 +13,11 @@ the new gaps), so that the reading which gives a lens that could be made is take
 """
 
 import re
+from dataclasses import replace
 
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
-from lensbench.lenses.soundness import faults
+from lensbench.lenses.soundness import faults, sag
 from lensbench.prescription import Lens, Surface
 
 COLUMNS = "radius, thickness, index, diameter"
@@ -83,6 +84,29 @@ def _split(text: str, path: str) -> tuple[list[str], list[list[float]], list[int
     return comments, rows, lines
 
 
+def _plane_stop(lens: Lens) -> tuple[list[Surface], int | None, list[str]]:
+    """The surfaces with the stop as a plane in air, the only one that pbrt knows; its index (None: not possible)."""
+    surfaces, i, stop = list(lens.surfaces), lens.stop_index, lens.stop
+    air_before = i == 0 or surfaces[i - 1].glass.n_d == 1.0
+    air_after = stop.glass.n_d == 1.0
+    if air_before and air_after and stop.curvature == 0.0:
+        return surfaces, i, []
+    depth = sag(stop.curvature, stop.semi_diameter)
+    told = [f"the stop is the rim of surface {i}: written as a plane of its own through the rim or the vertex"]
+    if air_after:
+        gap = max(depth, 0.0)
+        surfaces[i] = replace(stop, thickness=gap)
+        surfaces.insert(i + 1, Surface(0.0, stop.thickness - gap, stop.semi_diameter))
+        return surfaces, i + 1, told
+    if air_before:
+        gap = max(-depth, 0.0)
+        if i > 0:
+            surfaces[i - 1] = replace(surfaces[i - 1], thickness=surfaces[i - 1].thickness - gap)
+        surfaces.insert(i, Surface(0.0, gap, stop.semi_diameter))
+        return surfaces, i, told
+    return surfaces, None, [f"the stop is the cemented surface {i}, which pbrt cannot mark: the smallest rim limits"]
+
+
 def _unit(comments: list[str]) -> str:
     """The unit of length that a comment names: "in metres", "units: m", "(cm)"; else mm."""
     for comment in comments:
@@ -112,20 +136,18 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     remarks = []
     comments = [lens.name, lens.kind, str(lens.year or ""), lens.source, lens.notes]
     lines = [f"# {' '.join(comment.split())}" for comment in comments if comment.strip()]
-    lines.append(f"# {'radius':>20} {'thickness':>20} {'index':>20} {'diameter':>20}   (mm)")
-    media = [1.0, *(s.glass.n_d for s in lens.surfaces)]
-    for i, s in enumerate(lens.surfaces):
-        is_stop = i == lens.stop_index
-        in_air = media[i] == media[i + 1] == 1.0
+    lines.append("#" + "".join(f"{name:>21}" for name in COLUMNS.split(", ")) + "   (mm)")
+    surfaces, stop_index, told = _plane_stop(lens)
+    remarks += told
+    for i, s in enumerate(surfaces):
         radius = radius_text(s.curvature)
-        if s.curvature == 0.0:
-            radius = "0" if is_stop and in_air else FLAT_RADIUS
-            if radius == FLAT_RADIUS:
-                remarks.append(f"surface {i} is a plane: written with a radius of 1 km, because 0 is pbrt's stop")
-        if is_stop and radius != "0":
-            remarks.append(f"the stop is the rim of surface {i}: pbrt marks only planes in air, "
-                           "and the smallest rim will be taken for it")
-        lines.append(f"  {radius:>20} {s.thickness!r:>20} {media[i + 1]!r:>20} {2.0 * s.semi_diameter!r:>20}")
+        if i == stop_index:
+            radius = "0"
+        elif s.curvature == 0.0:
+            radius = FLAT_RADIUS
+            remarks.append(f"a plane, row {i}, is written with a radius of 1 km: a radius of 0 is pbrt's stop")
+        cells = (radius, repr(s.thickness), repr(s.glass.n_d), repr(2.0 * s.semi_diameter))
+        lines.append(" " + "".join(f"{cell:>21}" for cell in cells))
     if any(s.glass.v_d is not None for s in lens.surfaces):
         remarks.append("Abbe numbers are left out: pbrt's files have one index, at the d line")
     if any(s.glass.name for s in lens.surfaces):

@@ -44,12 +44,12 @@ def faults(surfaces: Sequence[Surface]) -> int:
     count = 0 if 0.0 < focal_length(surfaces) < inf else 1
     for front, back in zip(surfaces, surfaces[1:], strict=False):
         rim = min(front.semi_diameter, back.semi_diameter)
-        edge = front.thickness + _sag(back.curvature, rim) - _sag(front.curvature, rim)
+        edge = front.thickness + sag(back.curvature, rim) - sag(front.curvature, rim)
         in_glass = front.glass.n_d > 1.0
         count += (front.thickness < 0.0) + (in_glass and front.thickness == 0.0) + (edge < -0.01 * rim)
     return count
 
 
-def _sag(c: float, height: float) -> float:
-    """Of a sphere (mm), at its equator where the height lies beyond it."""
-    return c * height**2 / (1.0 + sqrt(max(0.0, 1.0 - (c * height) ** 2)))
+def sag(c: float, height: float) -> float:
+    """Sag of a sphere (mm) at a height, at its equator where the height lies beyond it."""
+    return c * height * height / (1.0 + sqrt(max(0.0, 1.0 - c * height * c * height)))

@@ -22,6 +22,7 @@ import json
 import re
 import tomllib
 from decimal import Decimal
+from math import isfinite
 from typing import Any
 
 from lensbench.lenses.file_error import LensFileError
@@ -155,7 +156,8 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         lines.append(f"stated_f_number = {_digits(lens.stated_f_number)}")
     for key, value in (("computed_efl", focal_length(lens.surfaces)),
                        ("computed_f_number", f_number(lens.surfaces, lens.stop_index))):
-        lines.append(f"{key} = {_digits(float(f'{value:.6g}'))}")
+        if isfinite(value):
+            lines.append(f"{key} = {_digits(float(f'{value:.6g}'))}")
     if lens.notes:
         lines.append(f"notes = {_quoted(lens.notes)}")
     lines.append('units = "mm"')
