@@ -120,6 +120,9 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray):
         z_foot = z - vertex
         back = (p * x + q * y + r * z_foot) / squared
         x_foot, y_foot, z_foot = x - back * p, y - back * q, z_foot - back * r
+        if step == 0:                                   # of a far origin it is rounded coarsely: drop it again
+            back = (p * x_foot + q * y_foot + r * z_foot) / squared
+            x_foot, y_foot, z_foot = x_foot - back * p, y_foot - back * q, z_foot - back * r
         d = c * (x_foot * x_foot + y_foot * y_foot + z_foot * z_foot) - z_foot - z_foot
         cos2_in = r * r - squared * c * d
         if not cos2_in >= zero:
