@@ -74,7 +74,7 @@ def _mistakes() -> tuple[type[Exception], ...]:
     from lensbench.app.settings import SettingsError
 
     return (UsageError, SettingsError, ExportError, SceneFileError, lenses.LensFileError, lb.LensError, lb.FilmError,
-            lb.SceneError)
+            lb.CameraError, lb.SceneError)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -231,14 +231,13 @@ def _lens_data(lens) -> dict[str, Any]:
     import lensbench as lb
 
     fo = lb.first_order(lens)
-    transmission = lb.transmission(lens)
     sides = {"horizontal": 36.0, "vertical": 24.0, "diagonal": math.hypot(36.0, 24.0)}
     return {
         "name": lens.name, "kind": lens.kind, "year": lens.year, "source": lens.source,
         "stated_efl": lens.stated_efl, "stated_f_number": lens.stated_f_number,
         "surfaces": len(lens.surfaces), "stop_index": lens.stop_index, "length": lens.length,
         "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl, "f_number": fo.f_number,
-        "t_number": fo.f_number / math.sqrt(transmission), "transmission": transmission,
+        "t_number": lb.t_number(lens), "transmission": lb.transmission(lens),
         "front_principal": fo.front_principal, "rear_principal": fo.rear_principal,
         "entrance_pupil": {"z": fo.entrance_pupil.z, "radius": fo.entrance_pupil.radius},
         "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},
