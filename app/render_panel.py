@@ -7,6 +7,7 @@ its top left corner.
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
@@ -106,7 +107,7 @@ def _tools(settings: Settings, picture: Picture, view: View) -> Settings:
              "Drag to orbit about what is in focus, Shift or right drag to pan, wheel to dolly", view.focus_pick):
         view.focus_pick = not view.focus_pick
     for icon, key, name, tooltip in (
-            (fa.ICON_FA_HIGHLIGHTER, "peaking", "Focus peaking", "Focus peaking: edges in focus are drawn in amber (P)"),
+            (fa.ICON_FA_HIGHLIGHTER, "peaking", "Focus peaking", "Focus peaking: edges in focus are amber (P)"),
             (fa.ICON_FA_BULLSEYE, "coc", "CoC overlay",
              "Circle of confusion in pixels as false colour: amber in focus, blue before it, pink behind it (C)"),
             (fa.ICON_FA_CIRCLE_HALF_STROKE, "clipping", "Clipping",
@@ -273,7 +274,7 @@ def _zoom(view: View, at: tuple[float, float], factor: float) -> None:
 
 
 def _length_per_pixel(settings: Settings, extent: ImVec2) -> float:
-    """mm in the plane of the pivot for a pixel of the screen."""
+    """How many mm in the plane of the pivot stand for a pixel of the screen."""
     view = readings(settings).fov_horizontal or 0.7
     return 2.0 * pivot_distance(settings) * math.tan(0.5 * view) / max(extent.x, 1.0)
 
@@ -299,7 +300,7 @@ def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
 
 def _draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
     """Four corners around the place in focus, and its distance."""
-    pixel, colour = theme.scale(), theme.colours()
+    pixel = theme.scale()
     half, leg = round(16.0 * pixel), round(7.0 * pixel)
     amber, shade = (0.91, 0.64, 0.24, 1.0), (0.0, 0.0, 0.0, 0.45)
     x, y = round(at.x), round(at.y)
@@ -308,7 +309,7 @@ def _draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
             for sy in (-1, 1):
                 cx, cy = x + sx * half + offset, y + sy * half + offset
                 draw.add_polyline([ImVec2(cx - sx * leg, cy), ImVec2(cx, cy), ImVec2(cx, cy - sy * leg)],
-                                  theme.packed(tint), 1.5 * pixel)
+                                  theme.packed(tint), 1.5 * pixel, 0)
     text = format_distance(mark.distance)
     theme.small()
     size = imgui.calc_text_size(text)
@@ -318,7 +319,6 @@ def _draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
                          theme.packed((0.09, 0.075, 0.05, 0.78)), 3.0 * pixel)
     draw.add_text(ImVec2(left, top), theme.packed(theme.DARK.amber_text), text)
     imgui.pop_font()
-    del colour
 
 
 def _draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner: ImVec2) -> None:
@@ -338,8 +338,8 @@ def _draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner:
                              theme.packed((0.8, 0.8, 0.8, 0.25)))
     for row, tint in zip(shares, ((0.90, 0.42, 0.36, 0.9), (0.45, 0.78, 0.45, 0.9), (0.45, 0.62, 0.95, 0.9)),
                          strict=False):
-        points = [ImVec2(x, bottom - y * size.y) for x, y in zip(across, row, strict=True)]
-        draw.add_polyline(points, theme.packed(tint), 1.2 * pixel)
+        points: list[Any] = [ImVec2(x, bottom - y * size.y) for x, y in zip(across, row, strict=True)]
+        draw.add_polyline(points, theme.packed(tint), 1.2 * pixel, 0)
 
 
 def _draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
@@ -364,7 +364,8 @@ def _draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
             tint = (0.91, 0.64, 0.24)
         else:
             part = 0.25 + 0.75 * share
-            tint = tuple((0.5 * (1 - part) + part * c) * (0.55 + 0.45 * share) for c in side)
+            red, green, blue = ((0.5 * (1 - part) + part * c) * (0.55 + 0.45 * share) for c in side)
+            tint = (red, green, blue)
         draw.add_rect_filled(ImVec2(left + i * width / steps, y), ImVec2(left + (i + 1) * width / steps, y + bar),
                              theme.packed((*tint, 1.0)))
     for place, name in ((0.0, "64 nearer"), (0.333, "4"), (0.5, "1"), (0.667, "4"), (1.0, "64 farther")):
@@ -392,8 +393,9 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
     y, thick = top + size.y + round(theme.em(0.55)), round(3.0 * pixel)
     draw.add_rect_filled(ImVec2(left, y), ImVec2(left + width, y + thick), theme.packed(colour.frame), 1.5 * pixel)
     phase = 0.5 - 0.5 * math.cos(2.0 * picture.waiting)
-    draw.add_rect_filled(ImVec2(left + 0.75 * width * phase, y), ImVec2(left + (0.75 * phase + 0.25) * width, y + thick),
-                         theme.packed(colour.text), 1.5 * pixel)
+    begin = left + 0.75 * width * phase
+    draw.add_rect_filled(ImVec2(begin, y), ImVec2(begin + 0.25 * width, y + thick), theme.packed(colour.text),
+                         1.5 * pixel)
 
 
 def _messages(view: View, corner: ImVec2, room: ImVec2) -> None:
