@@ -1,0 +1,63 @@
+"""What the exit-pupil panel shows of a setting: the regions that pass light, and samples of the box around one.
+
+Lengths in mm on the plane of the last vertex; a film point stands at (0, +r), as
+in the section. Pure functions of values.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+import lensbench as lb
+
+SAMPLES = 1024                  # of the box, for the pass rate
+SHOWN = 256                     # of them drawn
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """The region of one film point: outline (m, 2) as (x, y), its box x0 y0 x1 y1, area (mm²); empty where dark."""
+
+    film_radius: float
+    outline: np.ndarray
+    box: tuple[float, float, float, float]
+    area: float
+
+
+@dataclass(frozen=True, eq=False)
+class BoxSamples:
+    """Points spread evenly over the box of a region: passed and blocked (n, 2), and the part that passes."""
+
+    passed: np.ndarray
+    blocked: np.ndarray
+    rate: float
+
+
+@lru_cache(maxsize=64)
+def region(lens: lb.Lens, film_distance: float, film_radius: float) -> Region:
+    """The region that passes light from a film point; LensError where the film stands in the lens."""
+    pupil = lb.exit_pupil(lens, film_distance, [film_radius])
+    area = float(pupil.area[0])
+    # exit_pupil has its film point at (+r, 0): turn it upright
+    outline = pupil.boundary(0)[:, ::-1] * [-1.0, 1.0] if area > 0.0 else np.zeros((0, 2))
+    x0, y0, x1, y1 = (float(v) for v in pupil.bounds[0])
+    return Region(film_radius, outline, (y0, x0, y1, x1), area)
+
+
+@lru_cache(maxsize=16)
+def box_samples(lens: lb.Lens, film_distance: float, film_radius: float) -> BoxSamples:
+    """Trace an even grid of samples of pbrt's box from the film point, and see which pass."""
+    seen = region(lens, film_distance, film_radius)
+    if seen.area <= 0.0:
+        return BoxSamples(np.zeros((0, 2)), np.zeros((0, 2)), 0.0)
+    # The R2 sequence: even, and in no rows that the eye would see
+    k = np.arange(1, SAMPLES + 1)
+    uv = np.stack([k * 0.7548776662466927, k * 0.5698402909980532], axis=1) % 1.0
+    x0, y0, x1, y1 = seen.box
+    points = [x0, y0] + uv * [x1 - x0, y1 - y0]
+    film = np.array([0.0, film_radius, lens.length + film_distance])
+    ways = np.column_stack([points, np.full(SAMPLES, lens.length)]) - film
+    passes = lb.trace(lens, film[None, :], ways).fate == lb.Fate.PASSED
+    few, alive = points[:SHOWN], passes[:SHOWN]
+    return BoxSamples(few[alive], few[~alive], float(passes.mean()))

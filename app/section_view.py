@@ -1,0 +1,55 @@
+"""The window of the section onto the lens: millimetres to pixels, fitted, panned and zoomed."""
+
+from dataclasses import dataclass, replace
+from math import floor, log10
+
+from imgui_bundle import ImVec2
+
+MARGIN = 1.16               # of the tallest thing, above and below
+LEFT, RIGHT = 0.16, 0.16    # of the width, kept for the rays that come in and for the labels of the film
+ZOOM_STEP = 1.15
+MIN_SCALE, MAX_SCALE = 1e-3, 1e5
+
+
+@dataclass(frozen=True)
+class View:
+    """Pixels per mm, and where the first vertex lies in the panel (pixels from its upper left corner)."""
+
+    scale: float
+    x: float
+    y: float
+
+    def to_screen(self, corner: ImVec2, z: float, y: float) -> ImVec2:
+        """A point (z, y) of the lens frame on the screen; corner: of the panel."""
+        return ImVec2(corner.x + self.x + z * self.scale, corner.y + self.y - y * self.scale)
+
+    def to_lens(self, corner: ImVec2, point: ImVec2) -> tuple[float, float]:
+        """The other way: (z, y) in mm."""
+        return (point.x - corner.x - self.x) / self.scale, (corner.y + self.y - point.y) / self.scale
+
+    def moved(self, dx: float, dy: float) -> "View":
+        """Panned by pixels."""
+        return replace(self, x=self.x + dx, y=self.y + dy)
+
+    def zoomed(self, steps: float, x: float, y: float) -> "View":
+        """Zoomed so that the point at x, y (pixels in the panel) stays."""
+        scale = min(max(self.scale * ZOOM_STEP**steps, MIN_SCALE), MAX_SCALE)
+        factor = scale / self.scale
+        return View(scale, x + factor * (self.x - x), y + factor * (self.y - y))
+
+
+def fitted(width: float, height: float, z0: float, z1: float, half_height: float, label: float) -> View:
+    """All from z0 to z1 and ±half_height in a panel of this size; label: pixels below that the row of signs needs."""
+    width, height = max(width, 1.0), max(height - label, 1.0)
+    length = max(z1 - z0, 1e-6)
+    scale = min((1.0 - LEFT - RIGHT) * width / length, height / (2.0 * MARGIN * max(half_height, 1e-6)))
+    scale = min(max(scale, MIN_SCALE), MAX_SCALE)
+    spare = width - length * scale
+    # Where room is left the incoming rays have the most of it
+    return View(scale, 0.6 * spare - z0 * scale, 0.5 * height + 0.15 * label)
+
+
+def round_length(most: float) -> float:
+    """The longest of 1, 2, 5 × 10ⁿ that is no longer than this."""
+    decade = 10.0 ** floor(log10(most))
+    return next(step * decade for step in (5.0, 2.0, 1.0) if step * decade <= most * (1.0 + 1e-9))
