@@ -65,10 +65,13 @@ def _card(name: str) -> Card:
 
 def suggestion(name: str) -> str:
     """The library names nearest to one that is none of them, as the end of a sentence."""
-    word = name.strip().lower()
-    titles = {card.name: f"{card.title} {card.kind}".lower() for card in describe()}
-    near = [known for known, title in titles.items() if len(word) > 2 and (word in known or word in title)]
-    near += [known for known in get_close_matches(word, titles, n=4, cutoff=0.45) if known not in near]
+    typed = name.strip().lower()[:80]
+    titles = {card.name: f"{card.name} {card.title} {card.kind}".lower() for card in describe()}
+    near = [known for known, title in titles.items() if len(typed) > 2 and typed in title]
+    near += get_close_matches(typed, titles, n=4, cutoff=0.7)
+    for word in get_close_matches(typed, sorted({word for title in titles.values() for word in title.split()})):
+        near += [known for known, title in titles.items() if word in title.split()]
+    near = list(dict.fromkeys(near))
     if not near:
         return f"`lensbench lenses` lists the {len(titles)} there are"
     return f"did you mean {' or '.join(near[:4])}?"

@@ -42,7 +42,7 @@ def read(text: str, path: str) -> Lens:
         gaps = [row[1] for row in rows[1:]] + [0.0]
         shifted = _surfaces([[r, gap, n, d] for (r, _, n, d), gap in zip(rows, gaps, strict=True)], lines, path)
         new, old = faults(surfaces), faults(shifted)
-        if old < new or (old == new and rows[0][1] == 0.0 and rows[-1][1] != 0.0):
+        if old < new or (old == new and old_header and rows[0][1] == 0.0 != rows[-1][1]):
             surfaces = shifted
             findings.append("gaps stand before their surfaces (the older pbrt convention) and were read so")
         elif old_header:

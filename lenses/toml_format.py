@@ -111,7 +111,7 @@ def _row_line(text: str, row: int) -> int | None:
     if first is None:
         return None
     lines = text.split("\n")[first:]
-    starts = [first + 1 + i for i, line in enumerate(lines) if re.match(r"\s*\[", line)]
+    starts = [first + 1 + i for i, line in enumerate(lines) if re.match(r"\s*[^\s#\]]", line)]
     return starts[row] if row < len(starts) else first
 
 

@@ -1,0 +1,127 @@
+"""The project's lens file: what is written reads back equal to the last bit; each mistake names its line."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lensbench import AIR, Glass, Lens, Surface, lenses
+
+ROWS = """format = 1
+title = "Two lenses"
+units = "mm"
+columns = ["radius", "thickness", "n_d", "semi_diameter"]
+surfaces = [
+    [50.0, 4.0, 1.5, 10.0],
+    [inf, 3.0, 1.0, 10.0],
+    [0, 2.0, 1.0, 8.0, "stop"],
+    [-50.0, 40.0, 1.0, 9.0],
+]
+"""
+
+lengths = st.floats(-1e4, 1e4)
+texts = st.text(st.characters(codec="utf-8"), max_size=20)
+glasses = st.just(AIR) | st.builds(Glass, st.floats(1.0, 4.0), st.none() | st.floats(1.0, 120.0), texts)
+surfaces = st.builds(Surface, st.just(0.0) | st.floats(1e-12, 1e5) | st.floats(-1e5, -1e-12), lengths,
+                     st.floats(1e-6, 1e6), glasses)
+
+
+@st.composite
+def prescriptions(draw):
+    table = tuple(draw(st.lists(surfaces, min_size=1, max_size=6)))
+    numbers = st.none() | st.floats(-1e6, 1e6)
+    return Lens(table, draw(st.integers(0, len(table) - 1)), draw(texts), draw(texts),
+                draw(st.none() | st.integers(1, 9999)), draw(texts), draw(numbers), draw(numbers), draw(texts))
+
+
+@given(prescriptions())
+@settings(deadline=None, max_examples=150)
+def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, lens):
+    path = tmp_path_factory.getbasetemp() / "any.toml"
+    assert lenses.save(lens, path) == ()
+    assert lenses.load(path) == lens
+
+
+@pytest.mark.parametrize("name", lenses.names())
+def test_a_library_lens_survives_scaling_saving_and_loading(tmp_path, name):
+    lens = lenses.load(name).scaled(0.7351)
+    lenses.save(lens, tmp_path / "scaled.toml")
+    assert lenses.load(tmp_path / "scaled.toml") == lens
+
+
+def test_a_plane_is_radius_zero_or_inf_and_the_stop_is_marked(tmp_path):
+    lens = load_text(tmp_path, ROWS)
+    assert lens.surfaces[1].curvature == lens.surfaces[2].curvature == 0.0
+    assert lens.stop_index == 2 and lens.name == "Two lenses" and not lens.findings
+    assert lens.surfaces[0] == Surface(0.02, 4.0, 10.0, Glass(1.5))
+
+
+def test_an_immense_radius_is_no_trouble(tmp_path):
+    lens = load_text(tmp_path, ROWS.replace("[50.0,", "[1e9,"))
+    assert lens.surfaces[0].curvature == 1e-9
+
+
+def test_columns_may_stand_in_any_order(tmp_path):
+    names = '"radius", "thickness", "n_d", "semi_diameter"'
+    text = ROWS.replace(names, '"n_d", "radius", "semi_diameter", "thickness"')
+    for old, new in (("50.0, 4.0, 1.5, 10.0", "1.5, 50.0, 10.0, 4.0"), ("inf, 3.0, 1.0, 10.0", "1, inf, 10.0, 3.0"),
+                     ("0, 2.0, 1.0, 8.0", "1.0, 0, 8.0, 2.0"), ("-50.0, 40.0, 1.0, 9.0", "1.0, -50.0, 9.0, 40.0")):
+        text = text.replace(old, new)
+    assert load_text(tmp_path, text) == load_text(tmp_path, ROWS)
+
+
+def test_without_a_stop_the_smallest_rim_limits_and_it_is_said(tmp_path):
+    lens = load_text(tmp_path, ROWS.replace(', "stop"', ""))
+    assert lens.stop_index == 2
+    assert len(lens.findings) == 1 and "no stop" in lens.findings[0] and "surface 2" in lens.findings[0]
+
+
+def test_of_two_stops_the_one_that_limits_the_axial_beam_is_the_stop(tmp_path):
+    # the beam has 0.94 of its height at the second stop: a rim of 8 there limits, one of 9.9 leaves it to the 10
+    two = ROWS.replace("[50.0, 4.0, 1.5, 10.0]", '[50.0, 4.0, 1.5, 10.0, "stop"]')
+    lens = load_text(tmp_path, two)
+    assert lens.stop_index == 2 and "2 stops" in lens.findings[0]
+    wide = two.replace("[0, 2.0, 1.0, 8.0,", "[0, 2.0, 1.0, 9.9,")
+    assert load_text(tmp_path, wide).stop_index == 0
+
+
+MISTAKES = {
+    "too few columns": ("[50.0, 4.0, 1.5, 10.0]", "[50.0, 4.0, 1.5]", 6, "3 values"),
+    "too many columns": ("[50.0, 4.0, 1.5, 10.0]", "[50.0, 4.0, 1.5, 10.0, 7.0]", 6, "5 values"),
+    "nan": ("[50.0, 4.0,", "[50.0, nan,", 6, "thickness is nan"),
+    "infinite gap": ("[inf, 3.0,", "[inf, inf,", 7, "thickness is inf"),
+    "nan radius": ("[-50.0,", "[nan,", 9, "radius is nan"),
+    "negative rim": ("1.0, 9.0]", "1.0, -9.0]", 9, "must be positive"),
+    "no rim": ("1.0, 9.0]", "1.0, 0]", 9, "must be positive"),
+    "index below one": ("4.0, 1.5,", "4.0, 0.9,", 6, "at least 1"),
+    "text for a number": ("[50.0, 4.0,", '[50.0, "thick",', 6, "must be a number"),
+    "truth for a number": ("[50.0, 4.0,", "[50.0, true,", 6, "must be a number"),
+    "radius too small": ("[50.0,", "[1e-9,", 6, "radius"),
+    "immense number": ("[50.0, 4.0,", "[50.0, 1e999,", 6, "finite"),
+    "row without brackets": ("[inf, 3.0, 1.0, 10.0]", "7", 7, "brackets"),
+    "unknown column": ('"n_d", ', '"n_e", ', 4, "'n_e' is unknown"),
+    "missing column": ('"n_d", ', "", 4, "one column 'n_d'"),
+    "unknown key": ("title", "tilte", 2, "'tilte' is unknown"),
+    "unit": ('"mm"', '"inch"', 3, "units"),
+    "title of the wrong type": ('"Two lenses"', "7", 2, "title must be a text"),
+    "later format": ("format = 1", "format = 9", 1, "format 9"),
+    "syntax": ("columns = [", "columns = ]", 4, "not valid TOML"),
+    "broken off": ("    [-50.0, 40.0, 1.0, 9.0],\n]\n", "    [-50.0, 40", 9, "breaks off"),
+    "no surfaces": (ROWS[ROWS.index("surfaces"):], "", None, "no surfaces"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_one_clear_line_with_its_place(tmp_path, mistake):
+    old, new, line, reason = MISTAKES[mistake]
+    assert old in ROWS
+    with pytest.raises(lenses.LensFileError) as caught:
+        load_text(tmp_path, ROWS.replace(old, new))
+    error = caught.value
+    assert error.line == line and reason in error.reason and "\n" not in str(error)
+    assert error.path == str(tmp_path / "lens.toml") and str(error).startswith(error.path)
+
+
+def load_text(folder, text):
+    path = folder / "lens.toml"
+    path.write_text(text, encoding="utf-8")
+    return lenses.load(path)
