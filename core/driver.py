@@ -18,6 +18,7 @@ from lensbench.lanes import (
     KEYS,
     LOST,
     PIXEL,
+    PITCH,
     RED,
     SAMPLE,
     SEED,
@@ -133,8 +134,8 @@ def _run(table, given, out, wanted, lanes, code, gated, data, ends):
         lanes[:] = 0
         for j in range(given.size):
             for i in range(B):
-                lanes[given[j] * B + i] = table[j, min(start + i, n - 1)]
+                lanes[given[j] * PITCH + i] = table[j, min(start + i, n - 1)]
         _perform(lanes, code, gated, data, ends, key)
         for j in range(wanted.size):
             for i in range(min(B, n - start)):
-                out[j, start + i] = lanes[wanted[j] * B + i]
+                out[j, start + i] = lanes[wanted[j] * PITCH + i]

@@ -21,7 +21,7 @@ key    which block this is (uint32): PIXEL, SAMPLE, SEED, and ALIVE, which a
 
 What makes a stage fast: one loop over range(B) for each idea, no branch
 (choose by `a if c else b`), a lost ray is a NaN, a look-up in a table gets a
-loop of its own, and a number that is neither lane nor parameter is written
+`gather` of its own, and a number that is neither lane nor parameter is written
 real(0.5), where real = lanes.dtype.type. So float32 and float64 come from one
 source, and float32 never widens by accident.
 """
@@ -29,11 +29,14 @@ source, and float32 never widens by accident.
 from typing import Any, NamedTuple
 
 import numpy as np
+from llvmlite import ir
 from numba import njit, types
+from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
 B = 512
+PITCH = B + 16                  # from a row to the next: not a power of two, or all rows fall on the same cache lines
 
 (U0, U1,                        # where in the pupil: two numbers in [0, 1)
  V0, V1,                        # where on a light: two numbers in [0, 1)
@@ -72,11 +75,11 @@ def stage(kernel):
 
 
 def bench(real=np.float32) -> np.ndarray:
-    """A fresh workbench for one thread: ROWS * B numbers, on a cache line of its own."""
+    """A fresh workbench for one thread: ROWS * PITCH numbers, on a cache line of its own."""
     size = np.dtype(real).itemsize
-    raw = np.zeros(ROWS * B + 64 // size, real)
+    raw = np.zeros(ROWS * PITCH + 64 // size, real)
     skip = -raw.ctypes.data % 64 // size
-    return raw[skip:skip + ROWS * B]
+    return raw[skip:skip + ROWS * PITCH]
 
 
 @intrinsic
@@ -96,7 +99,50 @@ def rows(typing, lanes):
         flat = make_array(lanes)(context, builder, arguments[0])
         table = make_array(view)(context, builder)
         populate_array(table, data=flat.data, meminfo=None, parent=None, itemsize=number(size),
-                       shape=[number(ROWS), number(B)], strides=[number(B * size), number(size)])
+                       shape=[number(ROWS), number(PITCH)], strides=[number(PITCH * size), number(size)])
         return table._getvalue()
 
     return view(lanes), build
+
+
+class _Addresses(ir.Instruction):
+    """The addresses of many elements of one table, which the builder has no call for."""
+
+    def __init__(self, block, number, table, index):
+        super().__init__(block, ir.VectorType(table.type, index.type.count), "getelementptr", [table, index])
+        self.number = number
+
+    def descr(self, buf):
+        """Write the instruction."""
+        table, index = self.operands
+        buf.append(f"getelementptr {self.number}, {table.type} {table.get_reference()}, "
+                   f"{index.type} {index.get_reference()}\n")
+
+
+@intrinsic
+def gather(typing, out, table, index):
+    """out[i] = table[int(index[i])] for all lanes; every index must be finite and within the table.
+
+    A loop of this kind is not vectorised, for the compiler cannot know that
+    the table does not overlap the lanes; the instruction for it exists.
+    """
+    def build(context, builder, signature, arguments):
+        number, bits = context.get_value_type(signature.args[0].dtype), signature.args[0].dtype.bitwidth
+        width, size, word = 512 // bits, bits // 8, ir.IntType(32)
+        o, t, x = (make_array(kind)(context, builder, value).data
+                   for kind, value in zip(signature.args, arguments, strict=True))
+        many, chosen = ir.VectorType(number, width), ir.VectorType(ir.IntType(1), width)
+        places = ir.VectorType(t.type, width)
+        fetch = cgutils.get_or_insert_function(builder.module, ir.FunctionType(many, [places, word, chosen, many]),
+                                               f"llvm.masked.gather.v{width}f{bits}.v{width}p0")
+        with cgutils.for_range(builder, context.get_constant(types.intp, B // width)) as loop:
+            at = builder.mul(loop.index, context.get_constant(types.intp, width))
+            wanted = builder.load(builder.bitcast(builder.gep(x, [at]), many.as_pointer()), align=size)
+            address = _Addresses(builder.block, number, t, builder.fptosi(wanted, ir.VectorType(word, width)))
+            builder._insert(address)
+            found = builder.call(fetch, [address, word(size), ir.Constant(chosen, [1] * width),
+                                         ir.Constant(many, ir.Undefined)])
+            builder.store(found, builder.bitcast(builder.gep(o, [at]), many.as_pointer()), align=size)
+        return context.get_dummy_value()
+
+    return types.none(out, table, index), build

@@ -27,10 +27,13 @@ from lensbench.lanes import (
     A5,
     A6,
     A7,
+    A8,
+    A9,
     ALIVE,
     KEYS,
     LOST,
     MARGIN,
+    PITCH,
     U0,
     U1,
     WEIGHT,
@@ -43,6 +46,7 @@ from lensbench.lanes import (
     Y,
     Z,
     bench,
+    gather,
     rows,
     stage,
 )
@@ -53,6 +57,7 @@ SCAN = 32               # points along the meridian in one look for the region
 ZOOMS = 6               # looks, each SCAN / 2 times as fine
 RINGS, SECTORS = 64, 32         # of the table that a camera samples: film radii, triangles in half the region
 DIRECTIONS = 33                 # solved between 0 and π for that table
+GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
 SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
 
 
@@ -64,11 +69,11 @@ def _margins(film_radius, px, py, distance, out, n, lanes, code, p, key):
             j = min(start + i, n - 1)
             dx, dy = px[j] - film_radius[j], py[j]
             size = 1.0 / math.sqrt(dx * dx + dy * dy + distance * distance)
-            lanes[X * B + i], lanes[Y * B + i], lanes[Z * B + i] = film_radius[j], 0.0, 0.0
-            lanes[L * B + i], lanes[M * B + i], lanes[N * B + i] = dx * size, dy * size, -distance * size
+            lanes[X * PITCH + i], lanes[Y * PITCH + i], lanes[Z * PITCH + i] = film_radius[j], 0.0, 0.0
+            lanes[L * PITCH + i], lanes[M * PITCH + i], lanes[N * PITCH + i] = dx * size, dy * size, -distance * size
         _call(code, lanes, p, key)
         for i in range(min(B, n - start)):
-            v = lanes[MARGIN * B + i]
+            v = lanes[MARGIN * PITCH + i]
             out[start + i] = math.sqrt(v) if v < math.inf else math.inf
 
 
@@ -355,8 +360,11 @@ class PupilTable:
     def step(self, normaliser: float) -> Step:
         """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
         scale = (RINGS - 1) / self.radius if self.radius > 0.0 else 0.0
-        return Step(aim, np.concatenate([[self.film_distance, scale, self.dark_beyond, 1.0 / normaliser],
-                                         self.outline[:, :, 0].ravel(), self.outline[:, :, 1].ravel(), self.centres]))
+        size = max(float(np.abs(self.outline).max()), 1e-30)
+        cells = np.round((self.outline / size + 1.0) * (0.5 * (GRID - 1)))
+        return Step(aim, np.concatenate([
+            [self.film_distance, scale, self.dark_beyond, 1.0 / normaliser, 2.0 * size / (GRID - 1), -size],
+            (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.centres]))
 
 
 def _equal_areas(rims: np.ndarray) -> np.ndarray:
@@ -375,9 +383,7 @@ def _equal_areas(rims: np.ndarray) -> np.ndarray:
     return corners
 
 
-_NODES = np.uint64(SECTORS + 1)
-_PLANE = np.uint64(RINGS * (SECTORS + 1))
-_ONE = np.uint64(1)
+_NODES = SECTORS + 1
 
 
 @stage
@@ -385,58 +391,62 @@ def aim(lanes, p, key):
     """From a film point X, Y (mm, Z = 0) aim into the region that it sees: L, M, N and WEIGHT.
 
     p: film distance, rings per mm of film radius, the radius beyond which no
-    light falls, 1 / normaliser, then the table: x of all corners, y of all, centres.
+    light falls, 1 / normaliser, the size and origin of the corners' grid, then
+    the table: both coordinates of every corner in one number, and the centres.
     The weight holds the exact area of the triangle that was sampled, so that
-    interpolation between rings leaves no error, and no rings in the picture.
+    neither the interpolation between rings nor the grid leaves an error, or a
+    ring in the picture.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, u, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U0], row[U1], row[WEIGHT]
-    inverse, ring, turn, flip = row[A0], row[A1], row[A2], row[A3]
-    ax, ay, bx, by = row[A4], row[A5], row[A6], row[A7]
-    distance, scale, dark, gain = p[0], p[1], p[2], p[3]
-    table = p[4:]
+    ring, between, turn, corner = row[A0], row[A1], row[A2], row[A3]
+    inner0, inner1, outer0, outer1 = row[A4], row[A5], row[A6], row[A7]
+    centre0, centre1 = row[A8], row[A9]
+    distance, scale, dark, gain, cell, origin = p[0], p[1], p[2], p[3], p[4], p[5]
+    table = p[6:]
     last = real(RINGS - 1.001)
     for i in range(B):
-        r2 = x[i] * x[i] + y[i] * y[i] + real(1e-12)
-        r = math.sqrt(r2)
-        inverse[i] = real(1) / r
+        r = math.sqrt(x[i] * x[i] + y[i] * y[i])
         k = r * scale
-        ring[i] = k if k < last else last
+        k = k if k < last else last
         s = u[i] * real(2 * SECTORS)
-        lower = s >= real(SECTORS)
-        flip[i] = real(-1) if lower else real(1)
-        turn[i] = s - real(SECTORS) if lower else s
+        t = s - real(SECTORS) if s >= real(SECTORS) else s
+        ring[i] = np.floor(k)
+        between[i] = k - np.floor(k)
+        turn[i] = t
+        corner[i] = np.floor(k) * real(_NODES) + np.floor(t)
         weight[i] = gain if r <= dark else real(0)
+    gather(inner0, table, corner)
+    gather(inner1, table[1:], corner)
+    gather(outer0, table[_NODES:], corner)
+    gather(outer1, table[_NODES + 1:], corner)
+    gather(centre0, table[RINGS * _NODES:], ring)
+    gather(centre1, table[RINGS * _NODES + 1:], ring)
+    unit = real(1 / GRID)
     for i in range(B):
-        k, j = np.uint32(ring[i]), np.uint32(turn[i])
-        f = ring[i] - real(k)
+        f = between[i]
         e = real(1) - f
-        a = np.uint64(k) * _NODES + np.uint64(j)
-        b = a + _NODES
-        ax[i] = e * table[a] + f * table[b]
-        bx[i] = e * table[a + _ONE] + f * table[b + _ONE]
-        ay[i] = e * table[a + _PLANE] + f * table[b + _PLANE]
-        by[i] = e * table[a + _PLANE + _ONE] + f * table[b + _PLANE + _ONE]
-    for i in range(B):
-        k = np.uint32(ring[i])
-        f = ring[i] - real(k)
-        c = np.uint64(k) + _PLANE + _PLANE
-        ring[i] = (real(1) - f) * table[c] + f * table[c + _ONE]
-    for i in range(B):
-        g = turn[i] - math.floor(turn[i])
+        y0, y1, y2, y3 = (np.floor(inner0[i] * unit), np.floor(inner1[i] * unit),
+                          np.floor(outer0[i] * unit), np.floor(outer1[i] * unit))
+        x0, x1, x2, x3 = (inner0[i] - y0 * real(GRID), inner1[i] - y1 * real(GRID),
+                          outer0[i] - y2 * real(GRID), outer1[i] - y3 * real(GRID))
+        ax, bx = (e * x0 + f * x2) * cell + origin, (e * x1 + f * x3) * cell + origin
+        ay, by = (e * y0 + f * y2) * cell + origin, (e * y1 + f * y3) * cell + origin
+        g = turn[i] - np.floor(turn[i])
         h = real(1) - g
         reach = math.sqrt(v[i])
-        a = ring[i] + reach * (h * ax[i] + g * bx[i])
-        b = reach * (h * ay[i] + g * by[i]) * flip[i]
-        area = real(SECTORS) * (ax[i] * by[i] - bx[i] * ay[i])
-        cosine, sine = x[i] * inverse[i], y[i] * inverse[i]
+        a = e * centre0[i] + f * centre1[i] + reach * (h * ax + g * bx)
+        b = reach * (h * ay + g * by)
+        b = -b if u[i] >= real(0.5) else b
+        inverse = real(1) / math.sqrt(x[i] * x[i] + y[i] * y[i] + real(1e-12))
+        cosine, sine = x[i] * inverse, y[i] * inverse
         dx, dy = a * cosine - b * sine - x[i], a * sine + b * cosine - y[i]
         size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)
         l[i], m[i], n[i] = dx * size, dy * size, -distance * size
         c2 = distance * size
         c2 = c2 * c2
-        weight[i] *= c2 * c2 * area
+        weight[i] *= c2 * c2 * real(SECTORS) * (ax * by - bx * ay)
         z[i] = real(0)
     alive = np.int32(0)
     for i in range(B):

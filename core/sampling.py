@@ -46,7 +46,7 @@ def _directions() -> np.ndarray:
 
 _SOBOL = _directions()
 _TILE = np.ascontiguousarray(np.load(Path(__file__).parent / "blue_noise_keys_64.npy").transpose(2, 0, 1)).reshape(-1)
-_TILE_SIZE = 64 * 64
+_TILE_SIZE = np.uint64(64 * 64)
 
 _u = np.uint32
 
@@ -95,26 +95,25 @@ def pixels(lanes, p, key):
     width = p[0]
     columns = np.uint32(width)
     top, left = key[PIXEL] // columns, key[PIXEL] % columns
-    turn, start = real(1) / width, real(np.int32(left)) + real(0.5)
-    line = real(np.int32(top))
     k, seed = key[SAMPLE], key[SEED]
     d0, d1, d2, d3 = sobol(k, 0, seed), sobol(k, 1, seed), sobol(k, 2, seed), sobol(k, 3, seed)
     unit = real(1 / 16777216)
-    for i in range(B):
-        across = start + real(np.int32(i))
-        down = math.floor(across * turn)                    # lines begun since the block began
-        x[i] = across - down * width - real(0.5)
-        y[i] = line + down
-    for i in range(B):
-        j = (np.int32(y[i]) & np.int32(63)) * np.int32(64) + (np.int32(x[i]) & np.int32(63))
-        a, b = _TILE[j], _TILE[j + _TILE_SIZE]
-        u0[i] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
-        u1[i] = real(np.int32(uint32(b ^ d1) >> _u(8))) * unit
-    for i in range(B):
-        j = (np.int32(y[i]) & np.int32(63)) * np.int32(64) + (np.int32(x[i]) & np.int32(63))
-        a, b = _TILE[j + 2 * _TILE_SIZE], _TILE[j + 3 * _TILE_SIZE]
-        x[i] += real(np.int32(uint32(a ^ d2) >> _u(8))) * unit
-        y[i] += real(np.int32(uint32(b ^ d3) >> _u(8))) * unit
+    i = np.uint64(0)
+    while i < np.uint64(B):             # a run of pixels that lie in one line of the film and of the tile
+        column, line = left % columns, top + left // columns
+        across = np.uint64(column & _u(63))
+        run = min(np.uint64(B) - i, np.uint64(columns - column), np.uint64(64) - across)
+        j = np.uint64(line & _u(63)) * np.uint64(64) + across
+        x0, y0 = real(np.int32(column)), real(np.int32(line))
+        for q in range(run):
+            a, b = _TILE[j + q], _TILE[j + q + _TILE_SIZE]
+            c, d = _TILE[j + q + _TILE_SIZE * np.uint64(2)], _TILE[j + q + _TILE_SIZE * np.uint64(3)]
+            u0[i + q] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
+            u1[i + q] = real(np.int32(uint32(b ^ d1) >> _u(8))) * unit
+            x[i + q] = real(np.int32(q)) + real(np.int32(uint32(c ^ d2) >> _u(8))) * unit + x0
+            y[i + q] = real(np.int32(uint32(d ^ d3) >> _u(8))) * unit + y0
+        i += run
+        left += uint32(run)
 
 
 @stage
@@ -152,7 +151,7 @@ def independent(lanes, p, key):
         c = _mix(uint32(b + step))
         d = _mix(uint32(c + step))
         across = begin + real(np.int32(i))
-        down = math.floor(across * turn)
+        down = np.floor(across * turn)
         u0[i] = real(np.int32(a >> _u(8))) * unit
         u1[i] = real(np.int32(b >> _u(8))) * unit
         x[i] = across - down * width - real(0.5) + real(np.int32(c >> _u(8))) * unit
