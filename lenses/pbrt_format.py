@@ -22,7 +22,8 @@ from lensbench.prescription import Lens, Surface
 
 COLUMNS = "radius, thickness, index, diameter"
 FLAT_RADIUS = "1e6"     # mm: a plane that refracts; radius 0 would be a stop to pbrt
-MM = {"m": 1000.0, "cm": 10.0, "mm": 1.0}
+MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
+UNITS = {"mm": "mm|millimet(re|er)s?", "cm": "cm|centimet(re|er)s?", "m": "m|met(re|er)s?"}
 
 
 def read(text: str, path: str) -> Lens:
@@ -108,12 +109,11 @@ def _plane_stop(lens: Lens) -> tuple[list[Surface], int | None, list[str]]:
 
 
 def _unit(comments: list[str]) -> str:
-    """The unit of length that a comment names: "in metres", "units: m", "(cm)"; else mm."""
-    for comment in comments:
-        if re.search(r"\b(in|units?:?)\s+(m|met(re|er)s?)\b|\((m|met(re|er)s?)\)", comment, re.IGNORECASE):
-            return "m"
-        if re.search(r"\b(in|units?:?)\s+(cm|centimet(re|er)s?)\b|\((cm|centimet(re|er)s?)\)", comment, re.IGNORECASE):
-            return "cm"
+    """The unit of length that a comment names: "in metres", "units: m", "(cm)"; mm where one says so, or none does."""
+    for unit, words in UNITS.items():
+        named = re.compile(rf"\b(in|units?:?)\s+({words})\b|\(({words})\)", re.IGNORECASE)
+        if any(named.search(comment) for comment in comments):
+            return unit
     return "mm"
 
 

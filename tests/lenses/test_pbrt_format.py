@@ -1,5 +1,7 @@
 """pbrt's lens files: both conventions of the gap, the stop by radius 0, units, mistakes, and the way back."""
 
+from dataclasses import replace
+
 import pytest
 
 import lensbench as lb
@@ -87,6 +89,12 @@ def test_a_comment_may_name_the_unit(tmp_path, words, factor):
         assert read.semi_diameter == pytest.approx(known.semi_diameter, rel=1e-14)
         assert read.curvature == pytest.approx(known.curvature, rel=1e-14)
     assert any("converted" in finding for finding in lens.findings) == (factor != 1.0)
+
+
+def test_notes_that_speak_of_metres_do_not_scale_what_was_saved(tmp_path):
+    lens = replace(load_text(tmp_path, NEW), notes="distances in metres")
+    lenses.save(lens, tmp_path / "noted.dat")
+    assert lenses.load(tmp_path / "noted.dat").surfaces == lens.surfaces
 
 
 def test_without_a_stop_the_smallest_rim_limits_and_it_is_said(tmp_path):
