@@ -68,8 +68,10 @@ def _real_film_distance(lens: Lens, focus_distance: float) -> float:
     """By the object's distance x before the first vertex: x + length + image distance(x) = focus_distance."""
     fo = _focusable(lens)
     table = surface_table(lens)
-    if isinf(focus_distance) and focus_distance > 0.0:
+    if focus_distance == inf:
         return _least_blur(table, 0.0)
+    if not focus_distance > 0.0:
+        _check_distance(focus_distance, nearest_focus(lens))
 
     def excess(x: float) -> float:
         return x + lens.length + _least_blur(table, 1.0 / x) - focus_distance
@@ -111,7 +113,7 @@ def _focusable(lens: Lens) -> FirstOrder:
 
 def _check_distance(focus_distance: float, nearest: float) -> None:
     if not focus_distance >= nearest:
-        raise FocusError(f"focus at {focus_distance / 1000.0:.4g} m: "
+        raise FocusError(f"focus at {focus_distance / 1000.0:.6g} m: "
                          f"the nearest distance of this lens is {_rounded_up(nearest / 1000.0):.4g} m from the film")
 
 

@@ -15,7 +15,7 @@ Matrix = tuple[float, float, float, float]
 """(A, B, C, D): y' = A y + B w, w' = C y + D w."""
 
 _ROUNDING = 1e-13               # what is no larger than this beside the terms of its sum is zero
-_ENGRAVED = 0.05                # an engraved f-number is rounded, rarely by more than this (ISO 517's tolerance)
+_ENGRAVED = 0.05                # an engraved f-number is rounded; by more than this it is taken for an error
 
 
 @dataclass(frozen=True)
