@@ -1,5 +1,7 @@
 """A checkered floor without end."""
 
+import math
+
 import numpy as np
 
 from lensbench.lanes import (
@@ -24,32 +26,49 @@ from lensbench.lanes import (
 )
 
 
+def floor_axes(floor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unit normal, and the two unit axes along the tiles."""
+    normal = np.asarray(floor.normal, np.float64)
+    normal = normal / math.sqrt(normal @ normal)
+    along = np.cross(normal, (0.0, 0.0, 1.0) if abs(normal[2]) < 0.9 else (1.0, 0.0, 0.0))
+    along /= math.sqrt(along @ along)
+    across = np.cross(along, normal)
+    c, s = math.cos(floor.turn), math.sin(floor.turn)
+    return normal, c * along + s * across, c * across - s * along
+
+
+def floor_parameters(floor) -> np.ndarray:
+    """What the stage `floor` reads."""
+    normal, a, b = floor_axes(floor)
+    light, dark = np.array(floor.light), np.array(floor.dark)
+    return np.array([*normal, floor.height, *(a / floor.tile), *(b / floor.tile), *floor.offset,
+                     *(light + dark) / 2, *(light - dark) / 2, floor.gloss, floor.fade / floor.tile])
+
+
 @stage
 def floor(lanes, p, key):
-    """Offer the floor where it is nearer.
+    """Offer the floor where it is nearer; it is seen from above only.
 
-    p: unit normal (3), its distance from the origin along that normal (mm), two unit axes in the plane over
-    the tile's edge (6, 1/mm), their offsets (2, tiles), mean colour (3), half the colours' difference (3), gloss,
-    fade: the angle of a pixel over the tile's edge (rad/mm); seen so finely the tiles run together to their mean.
+    p: unit normal (3), distance from the origin along it (mm), two unit axes over the tile's edge (6, 1/mm), their
+    offsets (2, tiles), mean colour (3), half the difference of the colours (3), gloss, and the angle of a pixel
+    over the tile's edge (rad/mm): tiles seen as finely as that show their mean.
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
     ux, uy, uz, height = p[0], p[1], p[2], p[3]
     ax, ay, az, bx, by, bz, a0, b0 = p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11]
     mr, mg, mb, hr, hg, hb, shine, fade = p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19]
     for i in range(B):
-        px, py, pz, dx, dy, dz, near = x[i], y[i], z[i], l[i], m[i], n[i], depth[i]
-        steep = real(1) / (ux * dx + uy * dy + uz * dz)
-        t = (height - (ux * px + uy * py + uz * pz)) * steep
+        steep = real(1) / (ux * dx[i] + uy * dy[i] + uz * dz[i])
+        t, near = (height - (ux * x[i] + uy * y[i] + uz * z[i])) * steep, depth[i]
         hit = (t > real(0)) & (t < near) & (steep < real(0))
-        hx, hy, hz = px + t * dx, py + t * dy, pz + t * dz
+        hx, hy, hz = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
         k = np.floor(a0 + ax * hx + ay * hy + az * hz) + np.floor(b0 + bx * hx + by * hy + bz * hz)
         odd = k * real(0.5) - np.floor(k * real(0.5))
-        blur = t * steep * fade
-        sharp = real(1) + blur
+        sharp = real(1) + t * steep * fade
         sharp = sharp if sharp > real(0) else real(0)
         side = (real(4) * odd - real(1)) * sharp
         depth[i] = t if hit else near

@@ -1,15 +1,16 @@
 """The built-in scenes, by name."""
 
-from functools import lru_cache
+from functools import cache
 
 from lensbench.scene import Scene, SceneError
 from lensbench.scenery.benchmark import benchmark_scene
+from lensbench.scenery.still_life import still_life
 
-_MAKERS = {"still-life": benchmark_scene}
+_MAKERS = {"still-life": still_life}
 SCENES = tuple(_MAKERS)
 
 
-@lru_cache(maxsize=None)
+@cache
 def builtin_scene(name: str) -> Scene:
     """The scene of that name: one of SCENES, or "benchmark"; SceneError where there is none."""
     if name == "benchmark":

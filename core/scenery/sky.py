@@ -1,4 +1,4 @@
-"""The sky: the farthest thing there is, a gradient of three colours.
+"""The sky, the farthest thing there is: a gradient of three colours, and the sun's disk.
 
 Radiance along a unit direction whose part along `up` is m:
 horizon + m (zenith − horizon) for m ≥ 0, and `ground` below the horizon.
@@ -13,9 +13,16 @@ from lensbench.lanes import BLUE, DEPTH, GLOSS, GLOW, GREEN, NX, NY, NZ, RED, B,
 FAR = 1e9               # mm: DEPTH of the sky
 
 
-def sky_parameters(zenith, horizon, ground, up) -> np.ndarray:
-    """Zenith, horizon, ground (radiance), up (unit): 12 numbers."""
-    return np.array([*zenith, *horizon, *ground, *up], np.float64)
+def sky_parameters(sky) -> np.ndarray:
+    """Radiance at zenith, horizon and ground (9), unit up (3)."""
+    up = np.asarray(sky.up, np.float64)
+    return np.array([*sky.zenith, *sky.horizon, *sky.ground, *(up / math.sqrt(up @ up))])
+
+
+def sky_radiance(directions, p) -> np.ndarray:
+    """Radiance (n, 3) of the sky along unit directions (n, 3); p: sky_parameters."""
+    up = directions @ p[9:12]
+    return np.where(up[:, None] >= 0.0, p[3:6] + up[:, None] * (p[0:3] - p[3:6]), p[6:9])
 
 
 @stage
@@ -23,7 +30,7 @@ def sky(lanes, p, key):
     """Nothing nearer than the sky.  p: sky_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
-    l, m, n = row[L], row[M], row[N]
+    dx, dy, dz = row[L], row[M], row[N]
     depth, glow, gloss = row[DEPTH], row[GLOW], row[GLOSS]
     nx, ny, nz = row[NX], row[NY], row[NZ]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
@@ -31,7 +38,7 @@ def sky(lanes, p, key):
     gr, gg, gb = p[6], p[7], p[8]
     ux, uy, uz = p[9], p[10], p[11]
     for i in range(B):
-        up = ux * l[i] + uy * m[i] + uz * n[i]
+        up = ux * dx[i] + uy * dy[i] + uz * dz[i]
         above = up >= real(0)
         depth[i], glow[i], gloss[i] = real(FAR), real(1), real(0)
         nx[i], ny[i], nz[i] = real(0), real(0), real(0)
@@ -40,13 +47,19 @@ def sky(lanes, p, key):
         blue[i] = b + up * db if above else gb
 
 
-def sky_irradiance(up, p):
-    """Irradiance / π on a surface whose normal has the part `up` along the sky's up; p: sky_parameters.
+@stage
+def sun_disk(lanes, p, key):
+    """The sun on the sky, directly after it.  p: unit direction (3), (2 sin of half its angular radius)², radiance (3).
 
-    ∫ (w·u)₊ (w·n)₊ dw = ⅔ (sin θ + (π − θ) cos θ), the arc-cosine kernel of degree one.
+    The chord |d − s| is exact in float32 where the cosine of so small an angle is not.
     """
-    theta = np.arccos(np.clip(up, -1.0, 1.0))
-    rise = 2.0 / 3.0 * (np.sin(theta) + (math.pi - theta) * np.cos(theta)) / math.pi
-    zenith, horizon, ground = (np.asarray(p[j:j + 3]) for j in (0, 3, 6))
-    up = np.asarray(up)[..., None]
-    return horizon * (1 + up) / 2 + (zenith - horizon) * rise[..., None] + ground * (1 - up) / 2
+    real = lanes.dtype.type
+    row = rows(lanes)
+    dx, dy, dz, red, green, blue = row[L], row[M], row[N], row[RED], row[GREEN], row[BLUE]
+    sx, sy, sz, chord2, r, g, b = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
+    for i in range(B):
+        ax, ay, az = dx[i] - sx, dy[i] - sy, dz[i] - sz
+        seen = ax * ax + ay * ay + az * az < chord2
+        red[i] = r if seen else red[i]
+        green[i] = g if seen else green[i]
+        blue[i] = b if seen else blue[i]

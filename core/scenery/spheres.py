@@ -1,4 +1,8 @@
-"""Spheres, seen from outside: one stage for all of them."""
+"""Spheres, seen from outside: one stage for all of them.
+
+Most spheres are far from every ray of a block, so each is first measured
+against the whole block, and only one that some ray crosses is offered.
+"""
 
 import math
 
@@ -7,19 +11,13 @@ import numpy as np
 from lensbench.lanes import (
     A0,
     A1,
-    A2,
-    A3,
-    A4,
-    A5,
-    A6,
-    A7,
-    A8,
-    A9,
     BLUE,
     DEPTH,
+    GLASS,
     GLOSS,
     GLOW,
     GREEN,
+    METAL,
     NX,
     NY,
     NZ,
@@ -36,54 +34,78 @@ from lensbench.lanes import (
 )
 
 SPHERE = 10             # numbers per sphere: centre (3), radius², 1/radius, colour (3), glow, gloss
+GROUP = 5               # numbers before a group: centre and radius² of a sphere around it, how many spheres
+CROWD = 16              # more spheres than this are split into groups of about so many
+
+
+def gloss_of(material, radius: float = 0.0) -> float:
+    """The value of GLOSS: 0 matte, (0, 1] a coat, METAL, or GLASS + radius (mm; 0 for a pane)."""
+    return {"coat": material.gloss, "metal": METAL, "glass": GLASS + radius}.get(material.kind, 0.0)
+
+
+def sphere_parameters(spheres) -> np.ndarray:
+    """What the stage `spheres` reads: groups, each with its spheres.
+
+    Spheres are grouped by their height as seen from the origin, for a block is a piece of a row of the picture.
+    """
+    order = sorted(spheres, key=lambda s: s.centre[1] / math.hypot(s.centre[0], s.centre[2], 1.0))
+    groups = [order] if len(order) <= CROWD else np.array_split(np.arange(len(order)), -(-len(order) // CROWD))
+    packed: list[float] = []
+    for group in groups:
+        members = group if group is order else [order[j] for j in group]
+        centres = np.array([s.centre for s in members])
+        middle = (centres.min(0) + centres.max(0)) / 2
+        reach = max(math.dist(s.centre, middle) + s.radius for s in members) * (1.0 + 1e-5)
+        packed += [*middle, math.inf if group is order else reach**2, len(members)]
+        for s in members:
+            packed += [*s.centre, s.radius**2, 1.0 / s.radius, *s.material.colour,
+                       float(s.material.shines), gloss_of(s.material, s.radius)]
+    return np.array(packed)
 
 
 @stage
 def spheres(lanes, p, key):
-    """Offer the spheres where they are nearer.  p: SPHERE numbers for each."""
+    """Offer the spheres where they are nearer.  p: sphere_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
-    red, green, blue, which, ahead, inside = row[RED], row[GREEN], row[BLUE], row[A0], row[A1], row[A2]
-    a, b, c, d, e, f, g, h, o = row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7], row[A8], row[A9]
-    for i in range(B):
-        which[i] = real(-1)
-    found = False
-    for s in range(0, p.size, SPHERE):
-        cx, cy, cz, r2, name = p[s], p[s + 1], p[s + 2], p[s + 3], real(s)
-        # how far each ray passes from the centre; most spheres are far from every ray of a block
-        crossed = 0
+    red, green, blue, ahead, inside = row[RED], row[GREEN], row[BLUE], row[A0], row[A1]
+    s, left = 0, 0
+    while s < p.size:
+        heading = left == 0
+        cx, cy, cz, r2 = p[s], p[s + 1], p[s + 2], p[s + 3]
+        # how far from the centre each ray passes
+        crossed = np.int32(0)
         for i in range(B):
-            dx, dy, dz = cx - x[i], cy - y[i], cz - z[i]
-            along = dx * l[i] + dy * m[i] + dz * n[i]
-            ox, oy, oz = dx - along * l[i], dy - along * m[i], dz - along * n[i]
+            ax, ay, az = cx - x[i], cy - y[i], cz - z[i]
+            along = ax * dx[i] + ay * dy[i] + az * dz[i]
+            ox, oy, oz = ax - along * dx[i], ay - along * dy[i], az - along * dz[i]
             room = r2 - (ox * ox + oy * oy + oz * oz)
             ahead[i], inside[i] = along, room
-            crossed += (room > real(0)) & (along > real(0))
+            crossed = np.int32(crossed + np.int32(room > real(0)))
+        # a group: into it, or past it
+        if heading:
+            left = int(p[s + 4])
+            s += GROUP
+            if crossed == 0:
+                s += left * SPHERE
+                left = 0
+            continue
+        scale, r, g, b, shine, coat = p[s + 4], p[s + 5], p[s + 6], p[s + 7], p[s + 8], p[s + 9]
+        s += SPHERE
+        left -= 1
         if crossed == 0:
             continue
-        found = True
         for i in range(B):
-            t, near, known = ahead[i] - math.sqrt(inside[i]), depth[i], which[i]
+            t, near = ahead[i] - math.sqrt(inside[i]), depth[i]
             hit = (t > real(0)) & (t < near)
             depth[i] = t if hit else near
-            which[i] = name if hit else known
-    if not found:
-        return
-    for i in range(B):
-        k = which[i]
-        k = np.uint64(np.uint32(k if k > real(0) else real(0)))
-        a[i], b[i], c[i], d[i] = p[k], p[k + np.uint64(1)], p[k + np.uint64(2)], p[k + np.uint64(4)]
-        e[i], f[i], g[i] = p[k + np.uint64(5)], p[k + np.uint64(6)], p[k + np.uint64(7)]
-        h[i], o[i] = p[k + np.uint64(8)], p[k + np.uint64(9)]
-    for i in range(B):
-        t, hit = depth[i], which[i] >= real(0)
-        nx[i] = (x[i] + t * l[i] - a[i]) * d[i] if hit else nx[i]
-        ny[i] = (y[i] + t * m[i] - b[i]) * d[i] if hit else ny[i]
-        nz[i] = (z[i] + t * n[i] - c[i]) * d[i] if hit else nz[i]
-        red[i] = e[i] if hit else red[i]
-        green[i] = f[i] if hit else green[i]
-        blue[i] = g[i] if hit else blue[i]
-        glow[i] = h[i] if hit else glow[i]
-        gloss[i] = o[i] if hit else gloss[i]
+            nx[i] = (x[i] + t * dx[i] - cx) * scale if hit else nx[i]
+            ny[i] = (y[i] + t * dy[i] - cy) * scale if hit else ny[i]
+            nz[i] = (z[i] + t * dz[i] - cz) * scale if hit else nz[i]
+            red[i] = r if hit else red[i]
+            green[i] = g if hit else green[i]
+            blue[i] = b if hit else blue[i]
+            glow[i] = shine if hit else glow[i]
+            gloss[i] = coat if hit else gloss[i]

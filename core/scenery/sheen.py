@@ -1,0 +1,126 @@
+"""A rough coat: the lights it mirrors, spread over its facets in closed form."""
+
+import math
+
+import numpy as np
+
+from lensbench.lanes import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    BLUE,
+    DEPTH,
+    GLOSS,
+    GREEN,
+    NX,
+    NY,
+    NZ,
+    RED,
+    SB,
+    SG,
+    SR,
+    TB,
+    TG,
+    TR,
+    B,
+    L,
+    M,
+    N,
+    X,
+    Y,
+    Z,
+    rows,
+    stage,
+)
+from lensbench.scenery.coat import SHARP
+from lensbench.scenery.light import F0
+from lensbench.scenery.plates import plate_frame
+
+GLEAM = 7               # numbers per light: centre, area of its disk / π, radiance (3)
+
+
+def sheen_parameters(sky, lights) -> np.ndarray:
+    """What `sheen` reads: sky_parameters, then every light as a disk that faces the surface."""
+    packed = [sky]
+    for light in lights:
+        if not hasattr(light, "right"):
+            size = light.radius**2
+        else:
+            _, a, b, _, disk = plate_frame(light)
+            size = math.sqrt((a @ a) * (b @ b)) * (1.0 if disk else 4.0 / math.pi)
+        packed.append(np.array([*light.centre, size, *light.material.colour]))
+    return np.concatenate(packed)
+
+
+@stage
+def sheen(lanes, p, key):
+    """Add what coats of a gloss below 1 mirror of the lights, and of the sky as if they were smooth.
+
+    The slopes of the facets are spread as 1 / (π α² (1 + tan² / α²)²) (Trowbridge, Reitz), α = 1 − gloss. A light of
+    solid angle Ω is mirrored by slopes of the area Ω / (4 cos θ cos³ δ), with δ the tilt of the facet half way; that
+    area widens α, so that a large light never gets brighter than itself. p: sheen_parameters.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
+    red, green, blue, tr, tg, tb, sr, sg, sb = (row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB],
+                                                row[SR], row[SG], row[SB])
+    hx, hy, hz, r, g, b = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
+    many = np.int32(0)
+    for i in range(B):
+        many = np.int32(many + np.int32((gloss[i] > real(0)) & (gloss[i] < real(SHARP))))
+    if many == 0:
+        return
+    for i in range(B):
+        t = depth[i]
+        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
+        view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
+        edge = real(1) - (view if view > real(0) else real(0))
+        edge2 = edge * edge
+        f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
+        mx, my, mz = dx[i] + real(2) * view * nx[i], dy[i] + real(2) * view * ny[i], dz[i] + real(2) * view * nz[i]
+        up = p[9] * mx + p[10] * my + p[11] * mz
+        above = up >= real(0)
+        r[i] = f * (p[3] + up * (p[0] - p[3]) if above else p[6])
+        g[i] = f * (p[4] + up * (p[1] - p[4]) if above else p[7])
+        b[i] = f * (p[5] + up * (p[2] - p[5]) if above else p[8])
+    for s in range(12, p.size, GLEAM):
+        cx, cy, cz, size, er, eg, eb = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6]
+        for i in range(B):
+            alpha = real(1) - gloss[i]
+            qx, qy, qz = cx - hx[i], cy - hy[i], cz - hz[i]
+            d2 = qx * qx + qy * qy + qz * qz
+            inverse = real(1) / math.sqrt(d2)
+            qx, qy, qz = qx * inverse, qy * inverse, qz * inverse
+            slant = qx * nx[i] + qy * ny[i] + qz * nz[i]
+            view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
+            kx, ky, kz = qx - dx[i], qy - dy[i], qz - dz[i]
+            k2 = kx * kx + ky * ky + kz * kz
+            long = math.sqrt(k2)
+            tilt = (slant + view) / long                    # cos δ; cos θ is half of `long`
+            tilt2 = tilt * tilt
+            area = size * inverse * inverse / (real(2) * long * tilt2 * tilt)      # of slopes, over π
+            wide = alpha * alpha + area
+            fall = real(1) + (real(1) - tilt2) / (tilt2 * wide)
+            edge = real(1) - real(0.5) * long
+            edge2 = edge * edge
+            f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
+            share = f * area * real(0.5) * long / (wide * fall * fall * tilt * (view if view > slant else slant))
+            share = share if (slant > real(0)) & (view > real(0)) else real(0)
+            r[i] += share * er
+            g[i] += share * eg
+            b[i] += share * eb
+    for i in range(B):
+        coated = (gloss[i] > real(0)) & (gloss[i] < real(SHARP))
+        sr[i] += tr[i] * r[i] if coated else real(0)
+        sg[i] += tg[i] * g[i] if coated else real(0)
+        sb[i] += tb[i] * b[i] if coated else real(0)
+        view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
+        edge = real(1) - (view if view > real(0) else real(0))
+        edge2 = edge * edge
+        under = real(1 - F0) * (real(1) - edge2 * edge2 * edge) if coated else real(1)
+        red[i], green[i], blue[i] = red[i] * under, green[i] * under, blue[i] * under
