@@ -23,6 +23,7 @@ from lensbench.app.settings import Settings
 NICE = 10                   # of the rendering threads, so that the window keeps its pace
 PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
+DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
 
 
 class News(NamedTuple):
@@ -169,7 +170,7 @@ class Worker:
             self._change.notify_all()
 
     def want_depth(self, wanted: bool) -> None:
-        """Whether pictures shall come with their depth map."""
+        """Whether the depth map shall come with the first sample, and not a little later."""
         with self._change:
             self._depth_wanted = wanted
             self._change.notify_all()
@@ -208,10 +209,14 @@ class Worker:
             return False
         if job is None or job.generation != self._generation:
             return True
-        if self._depth_wanted and job.depth is None and job.rendering.samples:
+        if self._depth_due(job):
             return True
         target = min(self._target, PAUSED_SAMPLES) if self._paused else self._target
         return job.rendering.samples < target
+
+    def _depth_due(self, job: _Job) -> bool:
+        return job.depth is None and job.rendering.samples >= (
+            1 if self._depth_wanted else min(DEPTH_SAMPLES, self._target))
 
     @staticmethod
     def _begun(generation: int, settings: Settings) -> _Job:
@@ -227,10 +232,10 @@ class Worker:
         def wanted() -> bool:
             return job.generation == self._generation and not self._stopped
 
-        if self._depth_wanted and job.depth is None and job.rendering.samples:
+        if self._depth_due(job):
             import lensbench as lb
 
-            job.depth = lb.depth_map(job.camera, job.scene, pool)
+            job.depth = pool.submit(lb.depth_map, job.camera, job.scene).result()
             if self._news is not None and self._news.generation == job.generation:
                 self._news = self._news._replace(depth=job.depth)
                 self._woken()

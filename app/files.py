@@ -1,0 +1,123 @@
+"""Opening and saving from the window: dialogs, recent and dropped files, pictures of the render and of the window.
+
+Whatever cannot be opened is said above the picture, and the settings stay as they were.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lensbench.app.dialogs import Question
+from lensbench.app.reach import within_reach
+from lensbench.app.settings import Settings
+
+if TYPE_CHECKING:
+    from lensbench.app.window import Bench
+
+RECENT = 8                      # files that are remembered
+PICTURES = (".png", ".exr")
+QUESTIONS = {
+    "lens": Question("lens", "Open lens", "Lens files", (".toml", ".dat")),
+    "scene": Question("scene", "Open scene", "Scene files", (".toml",)),
+    "picture": Question("picture", "Open the settings of a picture", "Pictures by lensbench", PICTURES),
+    "screenshot": Question("screenshot", "Save the picture", "Pictures", PICTURES, True, "lensbench.png"),
+    "window": Question("window", "Save a picture of the window", "PNG", (".png",), True, "lensbench-window.png"),
+    "export": Question("export", "Export to", "Pictures", PICTURES, True, "lensbench.png"),
+}
+
+
+class Files:
+    """What the window does with files."""
+
+    def __init__(self, bench: "Bench"):
+        self._bench = bench
+        self.recent: list[Path] = []
+
+    def ask(self, kind: str) -> None:
+        """Ask for a file: a key of QUESTIONS."""
+        self._bench.prompt.ask(QUESTIONS[kind])
+
+    def ask_screenshot(self) -> None:
+        """Ask where the picture shall be saved."""
+        self.ask("screenshot")
+
+    def ask_export(self) -> None:
+        """Ask where the export shall be written."""
+        self.ask("export")
+
+    def answer(self) -> None:
+        """Do what was asked for, once there is an answer."""
+        answer = self._bench.prompt.answer()
+        if answer is None:
+            return
+        purpose, path = answer
+        if purpose == "screenshot":
+            self.save_picture(path)
+        elif purpose == "window":
+            self._bench.photograph(path)
+        elif purpose == "export":
+            self._bench.export.take_path(path)
+        else:
+            self.open(path, purpose)
+
+    def drop(self, paths: Sequence[str]) -> None:
+        """Files have been dropped on the window: each is opened as what it is."""
+        for path in paths:
+            self.open(Path(path))
+
+    def open(self, path: Path, kind: str | None = None) -> None:
+        """Take a lens, a scene or the settings of a picture; without a kind, by what the file turns out to be."""
+        bench, path = self._bench, path.expanduser().resolve()
+        try:
+            settings = self._opened(path, kind or self._kind(path), bench.history.present)
+        except (ValueError, OSError) as error:
+            text = str(error) if not isinstance(error, OSError) else f"{path}: {error.strerror or error}"
+            bench.view.say(text)
+            return
+        bench.edited = settings
+        bench.history.edit(settings, False, 0.0)
+        bench.apply()
+        self.recent = [path, *(other for other in self.recent if other != path)][:RECENT]
+        bench.keep_recent()
+
+    @staticmethod
+    def _kind(path: Path) -> str:
+        if path.suffix.lower() in PICTURES:
+            return "picture"
+        if path.suffix.lower() == ".toml":
+            text = path.read_text(encoding="utf-8", errors="replace")
+            return "lens" if "columns" in text or "surfaces" in text else "scene"
+        return "lens"
+
+    @staticmethod
+    def _opened(path: Path, kind: str, present: Settings) -> Settings:
+        if kind == "picture":
+            from lensbench.app.export import read_settings
+
+            settings = read_settings(path)
+            within_reach(settings)              # where its lens is gone, that is said here
+            return settings
+        if kind == "scene":
+            from lensbench.app.scene_file import load_scene
+
+            load_scene(path)
+            plain = Settings()
+            return replace(present, scene=str(path), position=plain.position, yaw=plain.yaw, pitch=plain.pitch)
+        model = "trace" if present.model == "perspective" else present.model
+        return within_reach(replace(present, lens=str(path), focal_length=None, model=model))
+
+    def save_picture(self, path: Path) -> None:
+        """Save the picture that is shown, as far as it has come, with its settings."""
+        from lensbench.app.export import save_picture
+
+        news = self._bench.worker.newest()
+        if news is None:
+            self._bench.view.say("There is no picture yet")
+            return
+        present = self._bench.history.present
+        settings = replace(news.settings, exposure=present.exposure, tone=present.tone, samples=news.samples)
+        try:
+            save_picture(path, news.image, settings)
+        except (ValueError, OSError) as error:
+            self._bench.view.say(str(error))

@@ -1,0 +1,73 @@
+"""The line at the bottom of the window: what is rendered, how far, how fast, and what the mouse points at."""
+
+import math
+
+from imgui_bundle import ImVec2, hello_imgui, imgui
+
+from lensbench.app import theme
+from lensbench.app.controls import lens_title
+from lensbench.app.render_panel import View
+from lensbench.app.scale import format_distance
+from lensbench.app.settings import MODELS, Settings, design
+from lensbench.app.worker import News, Worker
+
+
+def status_bar(settings: Settings, news: News | None, worker: Worker, view: View) -> None:
+    """Draw the status into the bar that hello_imgui has begun."""
+    colour, dot = theme.colours(), theme.em(0.9)
+    theme.small()
+    corner = imgui.get_cursor_screen_pos()
+    width = imgui.get_window_width()
+    window = imgui.get_window_pos()
+    y = window.y + round(0.5 * (imgui.get_window_height() - imgui.get_text_line_height()))
+    draw = imgui.get_window_draw_list()
+
+    # From the left: model, samples, speed
+    parts = [MODELS[settings.model]]
+    if news is not None:
+        parts.append(f"{news.samples} samples")
+        parts.append(f"{news.rate / 1e6:.0f} Msamples/s")
+    parts.append(f"{hello_imgui.frame_rate():.0f} fps")
+    x = window.x + theme.em(0.78)
+    for i, text in enumerate(parts):
+        if i:
+            draw.add_text(ImVec2(round(x + dot), y), theme.packed(colour.faint), "·")
+            x += 2.0 * dot + imgui.calc_text_size("·").x
+        draw.add_text(ImVec2(round(x), y), theme.packed(colour.strong if i == 0 else colour.dim), text)
+        x += imgui.calc_text_size(text).x
+
+    # From the right: the lens, and what the mouse points at
+    right = window.x + width - theme.em(0.9)
+    texts = [_lens(settings)]
+    if view.hover is not None and news is not None and news.depth is not None:
+        texts.append(_pointed(view.hover, news))
+    for text in filter(None, texts):
+        right -= imgui.calc_text_size(text).x
+        if right < x + dot:
+            break
+        draw.add_text(ImVec2(round(right), y), theme.packed(colour.dim), text)
+        right -= 3.0 * dot
+    imgui.set_cursor_screen_pos(corner)
+    imgui.dummy(ImVec2(1.0, imgui.get_text_line_height()))
+    imgui.pop_font()
+
+
+def _lens(settings: Settings) -> str:
+    if settings.model == "perspective":
+        return ""
+    try:
+        surfaces = len(design(settings).surfaces)
+    except (ValueError, OSError):
+        return lens_title(settings.lens)
+    return f"{lens_title(settings.lens)}: {surfaces} surfaces"
+
+
+def _pointed(hover: tuple[float, float], news: News) -> str:
+    """The pixel under the mouse and how far away it lies."""
+    assert news.depth is not None
+    x, y = int(hover[0]), int(hover[1])
+    rows, columns = news.depth.shape
+    if not (0 <= y < rows and 0 <= x < columns):
+        return ""
+    depth = float(news.depth[y, x])
+    return f"({x}, {y})  {'dark' if math.isnan(depth) else format_distance(depth)}"
