@@ -320,23 +320,26 @@ def test_a_failure_of_the_program_ends_with_1_and_one_line(monkeypatch, capsys):
         main(["lenses"])
 
 
-def command(*words, **rest):
-    return subprocess.Popen([sys.executable, "-m", "lensbench.app.cli", *words], text=True, **rest)
+NEVER_DONE = """
+import sys
+from lensbench.app import cli, export
+add = export.lb.Rendering.add
+def told(*given):
+    print("rendering", flush=True)
+    return add(*given)
+export.lb.Rendering.add = told
+sys.exit(cli.main(["render", "pbrt-dgauss-50mm", "--samples", "999999999", "--size", "60x40", "-o", sys.argv[1]]))
+"""
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interrupted_render_leaves_the_old_file_and_nothing_else(tmp_path, number, code):
     (tmp_path / "a.png").write_bytes(b"the old file")
-    code_of_the_run = ("import sys; from lensbench.app import export, cli; done = export.lb.Rendering.add\n"
-                       "def add(*a, **k): print('rendering', flush=True); return done(*a, **k)\n"
-                       "export.lb.Rendering.add = add\n"
-                       "sys.exit(cli.main(sys.argv[1:]))")
-    running = subprocess.Popen([sys.executable, "-c", code_of_the_run, "render", LENS, "--samples", "999999999",
-                                "--size", "60x40", "-o", str(tmp_path / "a.png")],
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert running.stdout.readline() == "rendering\n"
-    running.send_signal(number)
-    _, err = running.communicate()
+    with subprocess.Popen([sys.executable, "-c", NEVER_DONE, str(tmp_path / "a.png")], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True) as running:
+        assert running.stdout.readline() == "rendering\n"
+        running.send_signal(number)
+        _, err = running.communicate()
     assert running.returncode == code
     assert len(err.splitlines()) <= 1
     assert os.listdir(tmp_path) == ["a.png"]
@@ -344,11 +347,11 @@ def test_an_interrupted_render_leaves_the_old_file_and_nothing_else(tmp_path, nu
 
 
 def test_a_reader_that_has_seen_enough_is_no_failure():
-    running = command("lenses", "--json", stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    running.stdout.close()
-    assert running.stderr.read() == ""
-    running.stderr.close()
-    assert running.wait() == 0
+    with subprocess.Popen([sys.executable, "-m", "lensbench.app.cli", "lenses", "--json"], text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        running.stdout.close()
+        assert running.stderr.read() == ""
+    assert running.returncode == 0
 
 
 # The README

@@ -240,10 +240,9 @@ export.save_picture(sys.argv[1], np.ones((300, 300, 3), np.float32), Settings())
 def test_the_old_file_survives_a_kill_amid_the_writing(tmp_path):
     path = tmp_path / "a.png"
     path.write_bytes(b"the old file")
-    running = subprocess.Popen([sys.executable, "-c", KILLED, str(path)], stdout=subprocess.PIPE, text=True)
-    assert running.stdout.readline() == "writing\n"
-    running.send_signal(signal.SIGKILL)
-    running.communicate()
+    with subprocess.Popen([sys.executable, "-c", KILLED, str(path)], stdout=subprocess.PIPE, text=True) as running:
+        assert running.stdout.readline() == "writing\n"
+        running.send_signal(signal.SIGKILL)
     assert path.read_bytes() == b"the old file"
 
 
