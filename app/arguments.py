@@ -13,14 +13,9 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from lensbench.app.scale import (
-    read_angle,
-    read_distance,
-    read_exposure,
-    read_f_number,
-    read_length,
-)
-from lensbench.app.settings import MODELS, TONES, Settings, SettingsError, design
+from lensbench.app.reach import full_view, with_field_of_view, with_film, within_reach
+from lensbench.app.scale import read_angle, read_distance, read_exposure, read_f_number, read_length
+from lensbench.app.settings import MODELS, TONES, Settings, SettingsError
 
 PICTURES = (".png", ".exr")
 
@@ -135,8 +130,8 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         from lensbench.app.export import read_settings
         settings = read_settings(lens)
     else:
-        settings = Settings() if lens is None else replace(Settings(), lens=lens)
-        settings = _within_reach(settings, arguments)
+        opened = replace(Settings(), model=arguments.model or "trace", focal_length=arguments.focal_length)
+        settings = within_reach(replace(opened, lens=lens or opened.lens).checked())
     asked = {name: getattr(arguments, option) for name, option in (
         ("scene", "scene"), ("model", "model"), ("focal_length", "focal_length"), ("focus_distance", "focus"),
         ("position", "position"), ("yaw", "yaw"), ("pitch", "pitch"), ("samples", "samples"), ("seed", "seed"),
@@ -147,48 +142,27 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     return _framed(settings, arguments.fov).checked()
 
 
-def _within_reach(settings: Settings, arguments: argparse.Namespace) -> Settings:
-    """Default aperture and focus that this lens, at the focal length asked for, can do."""
-    import lensbench as lb
-
-    if arguments.model == "perspective":
-        return settings
-    lens = design(replace(settings, focal_length=arguments.focal_length).checked())
-    reaches = settings.f_number is not None and lb.first_order(lens).f_number <= settings.f_number
-    return replace(settings,
-                   f_number=settings.f_number if reaches else None,
-                   focus_distance=max(settings.focus_distance, 1.01 * lb.nearest_focus(lens)))
-
-
 def _shaped(settings: Settings, film: tuple[float, float] | None, size: tuple[int, int] | None) -> Settings:
     """With the film and the pixels that are asked for; of one alone, the other takes its shape."""
-    if film is not None:
-        settings = replace(settings, film_width=film[0], film_height=film[1])
     if size is not None:
         settings = replace(settings, pixels_x=size[0], pixels_y=size[1])
-    width, height = settings.film_width, settings.film_height
-    if film is None and size is not None and min(size) > 0:
-        shape = size[0] / size[1]
+    if film is not None and size is None and min(film) > 0.0:
+        return with_film(settings, *film)
+    if film is not None:
+        return replace(settings, film_width=film[0], film_height=film[1])
+    if size is not None and min(size) > 0:
+        shape, width, height = size[0] / size[1], settings.film_width, settings.film_height
         return replace(settings, film_width=min(width, height * shape), film_height=min(height, width / shape))
-    if size is None and film is not None and min(film) > 0.0:
-        longer = max(settings.pixels_x, settings.pixels_y)
-        pixels = [max(1, round(longer * side / max(film))) for side in film]
-        return replace(settings, pixels_x=pixels[0], pixels_y=pixels[1])
     return settings
 
 
 def _framed(settings: Settings, fov: float | None) -> Settings:
     """With the field of view that is asked for: a crop of the film, or the perspective camera's own."""
-    if fov is None or settings.model == "perspective":
-        return settings if fov is None else replace(settings, fov=fov)
-    import lensbench as lb
-
-    settings = replace(settings, fov=fov).checked()
-    shorter = min(settings.film_width, settings.film_height)
-    efl = lb.first_order(design(settings)).efl
-    crop = 2.0 * efl * math.tan(0.5 * fov) / shorter
-    if not 0.0 < crop <= 1.0 + 1e-9:
-        widest = math.degrees(2.0 * math.atan(0.5 * shorter / efl))
-        raise SettingsError(f"field of view {math.degrees(fov):.1f}°: this film behind this lens sees {widest:.1f}° "
-                            "along its shorter side: take a larger --film or a shorter --focal-length")
-    return replace(settings, crop=min(crop, 1.0))
+    if fov is None:
+        return settings
+    whole = full_view(settings)[0]
+    if settings.model != "perspective" and 0.0 < whole < fov:
+        raise SettingsError(f"field of view {math.degrees(fov):.1f}°: this film behind this lens sees "
+                            f"{math.degrees(whole):.1f}° along its shorter side: take a larger --film or a shorter "
+                            "--focal-length")
+    return with_field_of_view(replace(settings, fov=fov).checked(), fov)

@@ -131,7 +131,10 @@ def _view(arguments: argparse.Namespace) -> int:
     if screenshot is None:
         window.run(settings)
         return 0
-    window.run(settings, screenshot=Path(screenshot))
+    try:
+        window.run(settings, screenshot=Path(screenshot))
+    except OSError as error:
+        raise UsageError(f"{screenshot}: {error.strerror}" if error.strerror else str(error)) from error
     why = "" if arguments.screenshot else "no display: "
     print(f"{why}wrote the window to {screenshot}")
     return 0

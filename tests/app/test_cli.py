@@ -172,6 +172,23 @@ def test_without_a_display_the_window_is_written_to_a_file(viewed, monkeypatch, 
     assert "lensbench-window.png" in capsys.readouterr().out
 
 
+def test_a_screenshot_that_cannot_be_written_ends_with_2(viewed, monkeypatch, capsys):
+    def run(settings, screenshot):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(sys.modules["lensbench.app.window"], "run", run)
+    assert main(["view", "--screenshot", "no/w.png"]) == 2
+    assert "no/w.png: Permission denied" in one_line(capsys)
+
+
+def test_the_benchmark_gets_its_own_arguments(monkeypatch):
+    bench = types.ModuleType("lensbench.app.bench")
+    bench.main = lambda words: words
+    monkeypatch.setitem(sys.modules, "lensbench.app.bench", bench)
+    monkeypatch.setattr("lensbench.app.bench", bench, raising=False)
+    assert main(["bench", "--json"]) == ["--json"]
+
+
 def test_a_missing_system_library_is_answered_by_its_package(viewed, monkeypatch, capsys):
     monkeypatch.setattr("lensbench.app.cli.LIBRARIES", ("libEGL.so.1", "libmissing.so.9"))
     monkeypatch.setattr(sys, "platform", "linux")
