@@ -109,7 +109,7 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
         help="pixels across and down; without --film, the film is cut to their shape")
     add("--fov", type=option(read_angle), metavar="ANGLE",
         help="field of view along the shorter side, such as 30deg: crops the film, or sets the perspective camera")
-    add("--position", type=option(read_position), metavar="X,Y,Z", help="of the camera, such as 0,20cm,1m")
+    add("--position", type=option(read_position), metavar="X,Y,Z", help="of the camera, such as 0,20cm,1m, or with = where it begins with a minus")
     add("--yaw", type=option(read_angle), metavar="ANGLE", help="turn the camera to the left")
     add("--pitch", type=option(read_angle), metavar="ANGLE", help="turn the camera up")
     add("--samples", type=option(read_count), metavar="N", help="samples a pixel, where the render stops")
@@ -131,15 +131,23 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         settings = read_settings(lens)
     else:
         opened = replace(Settings(), model=arguments.model or "trace", focal_length=arguments.focal_length)
-        settings = within_reach(replace(opened, lens=lens or opened.lens).checked())
+        settings = within_reach(replace(opened, lens=_name_or_file(lens or opened.lens)).checked())
     asked = {name: getattr(arguments, option) for name, option in (
-        ("scene", "scene"), ("model", "model"), ("focal_length", "focal_length"), ("focus_distance", "focus"),
+        ("model", "model"), ("focal_length", "focal_length"), ("focus_distance", "focus"),
         ("position", "position"), ("yaw", "yaw"), ("pitch", "pitch"), ("samples", "samples"), ("seed", "seed"),
         ("exposure", "exposure"), ("tone", "tone")) if getattr(arguments, option) is not None}
+    if arguments.scene is not None:
+        asked["scene"] = _name_or_file(arguments.scene)
     if "f_number" in arguments:
         asked["f_number"] = arguments.f_number
     settings = _shaped(replace(settings, **asked), arguments.film, arguments.size)
     return _framed(settings, arguments.fov).checked()
+
+
+def _name_or_file(text: str) -> str:
+    """A name as it is; a file by its whole path, so that an exported picture finds it again from anywhere."""
+    path = Path(text)
+    return str(path.resolve()) if path.suffix and path.is_file() else text
 
 
 def _shaped(settings: Settings, film: tuple[float, float] | None, size: tuple[int, int] | None) -> Settings:

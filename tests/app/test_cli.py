@@ -160,6 +160,12 @@ def test_an_exported_picture_in_place_of_a_lens_brings_its_settings(viewed, tmp_
         exported, focus_distance=2000.0, f_number=None)
 
 
+def test_a_lens_file_is_remembered_by_its_whole_path(viewed, tmp_path, monkeypatch):
+    lenses.save(lenses.load(LENS), tmp_path / "mine.toml")
+    monkeypatch.chdir(tmp_path)
+    assert settings_of(viewed, "mine.toml").lens == str(tmp_path / "mine.toml")
+
+
 # Where it goes
 
 
