@@ -53,7 +53,6 @@ def sun_disk(lanes, p, key):
 
     The chord |d − s| is exact in float32 where the cosine of so small an angle is not.
     """
-    real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, red, green, blue = row[L], row[M], row[N], row[RED], row[GREEN], row[BLUE]
     sx, sy, sz, chord2, r, g, b = p[0], p[1], p[2], p[3], p[4], p[5], p[6]

@@ -35,7 +35,7 @@ from lensbench.lanes import (
 
 SPHERE = 10             # numbers per sphere: centre (3), radius², 1/radius, colour (3), glow, gloss
 GROUP = 5               # numbers before a group: centre and radius² of a sphere around it, how many spheres
-CROWD = 16              # more spheres than this are split into groups of about so many
+CROWD = 8               # a group is split until it holds no more
 
 
 def gloss_of(material, radius: float = 0.0) -> float:
@@ -43,21 +43,29 @@ def gloss_of(material, radius: float = 0.0) -> float:
     return {"coat": material.gloss, "metal": METAL, "glass": GLASS + radius}.get(material.kind, 0.0)
 
 
-def sphere_parameters(spheres) -> np.ndarray:
-    """What the stage `spheres` reads: groups, each with its spheres.
+def _groups(spheres: list) -> list[list]:
+    """Spheres that lie together as seen from the origin: halved along the widest of two slopes and log distance."""
+    if len(spheres) <= CROWD:
+        return [spheres]
+    seen = np.array([(s.centre[0], s.centre[1], 0.0) for s in spheres])
+    distance = np.array([math.dist(s.centre, (0.0, 0.0, 0.0)) + s.radius for s in spheres])
+    seen /= distance[:, None]
+    seen[:, 2] = np.log(distance)
+    order = np.argsort(seen[:, np.argmax(np.ptp(seen, 0))], kind="stable")
+    half = len(spheres) // 2
+    return [group for part in (order[:half], order[half:]) for group in _groups([spheres[j] for j in part])]
 
-    Spheres are grouped by their height as seen from the origin, for a block is a piece of a row of the picture.
-    """
-    order = sorted(spheres, key=lambda s: s.centre[1] / math.hypot(s.centre[0], s.centre[2], 1.0))
-    groups = [order] if len(order) <= CROWD else np.array_split(np.arange(len(order)), -(-len(order) // CROWD))
+
+def sphere_parameters(spheres) -> np.ndarray:
+    """What the stage `spheres` reads: groups of neighbours, each with its spheres."""
     packed: list[float] = []
+    groups = _groups(list(spheres)) if len(spheres) > 2 * CROWD else [list(spheres)]
     for group in groups:
-        members = group if group is order else [order[j] for j in group]
-        centres = np.array([s.centre for s in members])
+        centres = np.array([s.centre for s in group])
         middle = (centres.min(0) + centres.max(0)) / 2
-        reach = max(math.dist(s.centre, middle) + s.radius for s in members) * (1.0 + 1e-5)
-        packed += [*middle, math.inf if group is order else reach**2, len(members)]
-        for s in members:
+        reach = max(math.dist(s.centre, middle) + s.radius for s in group) * (1.0 + 1e-5)
+        packed += [*middle, math.inf if len(groups) == 1 else reach**2, len(group)]
+        for s in group:
             packed += [*s.centre, s.radius**2, 1.0 / s.radius, *s.material.colour,
                        float(s.material.shines), gloss_of(s.material, s.radius)]
     return np.array(packed)

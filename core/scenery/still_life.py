@@ -30,7 +30,7 @@ def _string(left: Triple, right: Triple, sag: float, count: int, seed: int) -> l
         u = (j + 0.5 + random.uniform(-0.22, 0.22)) / count
         x, z, y = (np.asarray(left) * (1 - u) + np.asarray(right) * u)
         warm = random.uniform(0.0, 1.0)
-        colour = (11.0, 8.6 - 2.6 * warm, 5.9 - 4.0 * warm)
+        colour = (16.0, 13.0 - 4.0 * warm, 9.0 - 6.0 * warm)
         lights.append(Sphere(_place(x, z + random.uniform(-250.0, 250.0), y - 4.0 * sag * u * (1 - u)
                                     + random.uniform(-25.0, 25.0)),
                              13.0, Material(colour, "light")))
@@ -40,8 +40,8 @@ def _string(left: Triple, right: Triple, sag: float, count: int, seed: int) -> l
 def still_life() -> Scene:
     """Focus at 1.2 m on the red ball."""
     balls = (
-        _ball(-70.0, 1150.0, 81.0, Material((0.80, 0.072, 0.034), "coat")),
-        _ball(-382.0, 2010.0, 139.0, Material((0.012, 0.29, 0.34), "coat")),
+        _ball(-70.0, 1150.0, 81.0, Material((0.80, 0.055, 0.022), "coat")),
+        _ball(-382.0, 2010.0, 139.0, Material((0.010, 0.27, 0.33), "coat")),
         _ball(-1270.0, 4250.0, 308.0, Material((0.42, 0.42, 0.43))),
         _ball(34.0, 3380.0, 214.0, Material((0.74, 0.71, 0.64))),
         _ball(830.0, 3340.0, 176.0, Material((0.115, 0.072, 0.42), "coat")),
@@ -53,20 +53,21 @@ def still_life() -> Scene:
         _ball(-116.0, 630.0, 26.0, Material((0.82, 0.60, 0.022), "coat")),
     )
     lights = [
-        *_string((-1500.0, 4600.0, 1250.0), (620.0, 5200.0, 1270.0), 420.0, 15, 3),
-        *_string((-120.0, 5400.0, 1420.0), (2150.0, 4700.0, 1380.0), 520.0, 14, 8),
-        *_string((-2100.0, 6300.0, 1300.0), (2500.0, 6900.0, 1650.0), 330.0, 17, 5),
+        *_string((-1900.0, 4700.0, 1120.0), (560.0, 5200.0, 1290.0), 560.0, 15, 3),
+        *_string((-160.0, 5500.0, 1330.0), (2350.0, 4800.0, 1060.0), 500.0, 14, 8),
+        *_string((-2300.0, 6500.0, 1500.0), (2700.0, 7300.0, 1240.0), 620.0, 16, 5),
     ]
     red = balls[0].centre
     lamps = (
-        Disk((-1010.0, 700.0, -640.0), (0.72, -0.56, -0.4), 330.0, Material((15.0, 14.4, 13.4), "lamp")),
-        Rectangle.facing((1150.0, 420.0, -800.0), red, 300.0, 520.0, Material((6.4, 6.8, 7.6), "lamp")),
-        Rectangle.facing((120.0, 1150.0, -2350.0), red, 1500.0, 260.0, Material((11.0, 10.8, 10.4), "lamp")),
+        Disk((-1010.0, 700.0, -640.0), (0.72, -0.56, -0.4), 330.0, Material((38.0, 36.3, 33.6), "lamp")),
+        Rectangle.facing((1150.0, 420.0, -800.0), red, 300.0, 520.0, Material((9.0, 9.6, 10.8), "lamp")),
+        Rectangle.facing((0.0, 1500.0, -3000.0), (0.0, -100.0, -2600.0), 2400.0, 420.0,
+                         Material((15.0, 14.7, 14.2), "lamp")),
     )
     return Scene(
         "still-life",
-        sky=Sky(zenith=(0.004, 0.004, 0.005), horizon=(0.075, 0.075, 0.078), ground=(0.05, 0.05, 0.05),
+        sky=Sky(zenith=(0.0, 0.0, 0.0), horizon=(0.062, 0.062, 0.065), ground=(0.05, 0.05, 0.05),
                 up=tuple(float(x) for x in UP)),
         floor=Floor(height=-HEIGHT, tile=76.0, light=(0.66, 0.64, 0.61), dark=(0.045, 0.045, 0.048),
                     normal=tuple(float(x) for x in UP), turn=math.radians(9.0), offset=(0.3, 0.15)),
-        spheres=(*balls, *lights), plates=lamps, ambient=(0.055, 0.055, 0.058), depth_range=(400.0, 8000.0))
+        spheres=(*balls, *lights), plates=lamps, ambient=(0.05, 0.05, 0.053), depth_range=(400.0, 8000.0))
