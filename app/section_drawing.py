@@ -131,7 +131,12 @@ def draw_rays(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, dead: bool
         for fan, (field, _) in zip(sketch.fans, field_colours(), strict=True):
             line = theme.packed(field, alpha)
             for ray, path in zip(fan.rays, _paths(fan, canvas), strict=True):
-                if ray.kind == kind:
+                if ray.kind != kind:
+                    continue
+                if sketch.ideal:                            # may run back between its principal planes: no joins
+                    for a, b in zip(path, path[1:], strict=False):
+                        draw.add_line(a, b, line, weight * pixel)
+                else:
                     draw.add_polyline(path, line, weight * pixel, OPEN)
 
 
@@ -146,7 +151,7 @@ def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
     if sketch.stop_radius is None:
         return
     colour, pixel = theme.packed(theme.colours().strong), theme.scale()
-    outer = max(1.12 * (sketch.open_radius or sketch.stop_radius), 1.08 * sketch.glass_radius)
+    outer = max(1.12 * (sketch.open_radius or sketch.stop_radius), 1.08 * sketch.near_stop)
     x = floor(canvas.place(sketch.stop_z, 0.0).x)
     ring = 4.0 * pixel
     for sign in (1.0, -1.0):
@@ -221,14 +226,16 @@ def draw_marks(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
     for _, x in shown:
         draw.add_rect_filled(ImVec2(floor(x) - pixel, axis - 5.0 * pixel), ImVec2(floor(x) + pixel, axis + 5.0 * pixel),
                              theme.packed(colour.strong, 0.9))
-    names = theme.packed(colour.text)
+    names, film = theme.packed(colour.text), canvas.place(sketch.film_z, 0.0).x
     under = []
     for mark, x in shown:
         if first - line < x < last + line:
             under.append((mark, x))
         else:
-            extent = imgui.calc_text_size(mark.sign).x
-            draw.add_text(ImVec2(floor(x - 0.5 * extent), floor(axis + 7.0 * pixel)), names, mark.sign)
+            left = x - 0.5 * imgui.calc_text_size(mark.sign).x
+            if abs(x - film) < 8.0 * pixel:
+                left = min(left, film - 4.0 * pixel - imgui.calc_text_size(mark.sign).x)
+            draw.add_text(ImVec2(floor(left), floor(axis + 7.0 * pixel)), names, mark.sign)
     widths = [imgui.calc_text_size(mark.sign).x for mark, _ in under]
     centres = pushed_apart([x for _, x in under], widths, 6.0 * pixel)
     leader = theme.packed(colour.faint, 0.8)

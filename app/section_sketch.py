@@ -27,8 +27,7 @@ class Mark:
 class Sketch:
     """Everything that the section draws; `lens` is None for the perspective camera.
 
-    The stop stands at stop_z with stop_radius, wide open open_radius (both None for a pinhole); bounds is the
-    extent (y0, y1) of the exit-pupil region on the plane of the last vertex for the film point at bounds_height.
+    The stop stands at stop_z with stop_radius, wide open open_radius; both are None for a pinhole.
     """
 
     lens: lb.Lens | None
@@ -38,6 +37,7 @@ class Sketch:
     film_height: float              # half of the diagonal
     rear_z: float
     glass_radius: float             # the largest semi-diameter
+    near_stop: float                # the largest semi-diameter beside the stop
     stop_z: float
     stop_radius: float | None
     open_radius: float | None
@@ -73,7 +73,8 @@ def _of_lens(stand: Setup, wide_open: lb.Lens, settings: Settings) -> Sketch:
         lens=lens, fans=fans(stand, focus, settings.model, wide_open.stop.semi_diameter),
         marks=tuple(Mark(sign, z, meaning) for sign, z, meaning in places if math.isfinite(z)),
         film_z=stand.film_z, film_height=0.5 * stand.film.diagonal, rear_z=lens.length,
-        glass_radius=max(s.semi_diameter for s in lens.surfaces), stop_z=lens.vertices[lens.stop_index],
+        glass_radius=max(s.semi_diameter for s in lens.surfaces),
+        near_stop=max(s.semi_diameter for s in lens.surfaces[max(lens.stop_index - 2, 0):lens.stop_index + 3]), stop_z=lens.vertices[lens.stop_index],
         stop_radius=None if pinhole else lens.stop.semi_diameter,
         open_radius=None if pinhole else wide_open.stop.semi_diameter,
         ideal=settings.model != "trace", reason=stand.reason,
@@ -92,6 +93,6 @@ def _perspective(settings: Settings) -> Sketch:
                             0.0, radius, 9 if radius else 1, -8.0 * got.efl) for name, part in FIELDS)
     return Sketch(
         lens=None, fans=found, marks=(Mark("O", 0.0, "Centre of projection"),), film_z=got.efl, film_height=half,
-        rear_z=0.0, glass_radius=max(radius, 0.2 * half), stop_z=0.0, stop_radius=radius or None,
+        rear_z=0.0, glass_radius=max(radius, 0.2 * half), near_stop=radius, stop_z=0.0, stop_radius=radius or None,
         open_radius=None, ideal=True, reason=got.reason,
     )

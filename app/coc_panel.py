@@ -1,0 +1,339 @@
+"""The circle of confusion against distance: ideal thin lens, thick lens and the real one, traced.
+
+Distances are measured from the film and shown in metres, diameters on the film
+in micrometres and, on the right axis, in pixels. The amber line is the plane in
+focus and can be dragged.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui, implot
+
+import lensbench as lb
+from lensbench.app import theme
+from lensbench.app.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, pieces, text
+from lensbench.app.readings import Readings, optical, readings, setup
+from lensbench.app.scale import WHOLE_STOPS, format_distance, format_f_number
+from lensbench.app.settings import Settings
+
+NEIGHBOURS = (-1, 2, 5)         # stops from the present f-number, drawn faint
+SMALLEST = 1e-4                 # µm: a curve's dip at the focus ends here, below every plot
+THIN, THICK = (1.5, 3.0), (6.0, 3.0)             # dashes and gaps, pixels
+ROUND = (1.0, 2.0, 5.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Diameters (µm) at distances (m) from the film; real is None where nothing is traced."""
+
+    distances: np.ndarray
+    thin: np.ndarray
+    thick: np.ndarray | None
+    real: np.ndarray | None
+    neighbours: tuple[tuple[float, np.ndarray], ...]
+
+
+@dataclass
+class Frame:
+    """What the plot was fitted to, and its right axis; no part of any settings."""
+
+    fitted_to: tuple = ()
+    fit: bool = False
+    y0: float = 1.0
+    y1: float = 1000.0
+    grip: float = 0.0           # pixels from the mouse to the line while it is dragged
+
+
+_frame = Frame()
+
+
+def plot_range(settings: Settings, got: Readings) -> tuple[float, float, float, float]:
+    """Distances (m) and diameters (µm) that the plot shows of a lens, whatever its stop and focus."""
+    nearest = (got.nearest_focus or 4.0 * (got.efl or 50.0)) / 1000.0
+    widest = got.widest_f_number or min(got.f_number or 2.8, 2.8)
+    efl = got.efl or 50.0
+    reach = efl * efl / (widest * (got.limit or 0.03)) / 1000.0
+    low = _round_down(max(nearest, 0.01))
+    high = _round_up(min(max(1.1 * reach, 60.0 * low, 20.0), 1000.0))
+    top = _round_up(max(3000.0 * efl * efl / (widest * max(1000.0, 4.0 * efl)), 300.0))
+    return low, high, 2.0, top
+
+
+@lru_cache(maxsize=32)
+def curves(settings: Settings, low: float, high: float) -> Curves:
+    """The curves of these settings between two distances (m); a ValueError or OSError where there are none."""
+    got = readings(settings)
+    if got.efl is None or got.f_number is None:
+        raise ValueError(got.reason or "A pinhole has no circle of confusion")
+    focus = settings.focus_distance
+    distances = np.geomspace(low, high, 72) * 1000.0
+    if math.isfinite(focus):
+        steps = np.geomspace(1e-3, 0.3, 16)
+        distances = np.concatenate([distances, [focus], focus * (1.0 - steps), focus * (1.0 + steps)])
+        distances = np.unique(distances[(distances >= 1000.0 * low) & (distances <= 1000.0 * high)])
+    if settings.model == "perspective":
+        thin = lb.circle_of_confusion(got.efl, got.f_number, focus, distances)
+        return Curves(distances / 1000.0, _micrometres(thin), None, None, _neighbours(got, thin))
+    stand = setup(settings)
+    offset = stand.principal_offset
+    from_lens = np.maximum(distances - offset, 1e-3)
+    s_f = max(focus, got.nearest_focus or 0.0) - offset
+    thin = np.where(distances > offset, lb.circle_of_confusion(got.efl, got.f_number, s_f, from_lens), np.nan)
+    thick = lb.thick_circle_of_confusion(stand.lens, stand.film_distance, distances)
+    real = None
+    if settings.model == "trace":
+        real = _micrometres(lb.real_circle_of_confusion(stand.lens, stand.film_distance, distances)[0])
+    return Curves(distances / 1000.0, _micrometres(thin), _micrometres(thick), real, _neighbours(got, thick))
+
+
+def _micrometres(millimetres: np.ndarray) -> np.ndarray:
+    return np.maximum(1000.0 * millimetres, SMALLEST)
+
+
+def _neighbours(got: Readings, coc: np.ndarray) -> tuple[tuple[float, np.ndarray], ...]:
+    """The same curve at whole stops around, for a diameter goes as 1 / f-number."""
+    assert got.f_number is not None
+    here = min(range(len(WHOLE_STOPS)), key=lambda i: abs(math.log(WHOLE_STOPS[i] / got.f_number)))
+    found = []
+    for step in NEIGHBOURS:
+        if 0 <= here + step < len(WHOLE_STOPS):
+            f_number = WHOLE_STOPS[here + step]
+            if 0.98 * (got.widest_f_number or 0.0) <= f_number <= max(32.0, got.f_number):
+                found.append((f_number, _micrometres(coc * got.f_number / f_number)))
+    return tuple(found)
+
+
+def coc_panel(settings: Settings) -> Settings:
+    """Draw the plot in what is left of the window; settings, with another focus where its line was dragged."""
+    size = imgui.get_content_region_avail()
+    if size.x < 60.0 or size.y < 60.0:
+        return settings
+    got = readings(settings)
+    try:
+        low, high, bottom, top = plot_range(settings, got)
+        shown = curves(optical(settings), low, high)
+    except (ValueError, OSError) as error:
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_disabled(str(error))
+        imgui.pop_text_wrap_pos()
+        return settings
+
+    key = (settings.lens, settings.focal_length, settings.model == "perspective", low, high, top, size.x, size.y)
+    refit = _frame.fit or _frame.fitted_to != key
+    _frame.fitted_to, _frame.fit = key, False
+    corner = imgui.get_cursor_screen_pos()
+    theme.small()
+    plot = None
+    if implot.begin_plot("Circle of confusion plot", size, PLOT_FLAGS):
+        _set_axes(size, (low, high, bottom, top), settings.film.pitch * 1000.0, refit)
+        plot = PlotMap.current(log=True)
+        _frame.y0, _frame.y1 = 10.0**plot.y0, 10.0**plot.y1
+        implot.push_plot_clip_rect()
+        _draw(implot.get_plot_draw_list(), plot, settings, got, shown)
+        implot.pop_plot_clip_rect()
+        if implot.is_plot_hovered():
+            _frame.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+            _tell(plot, settings, shown)
+        implot.end_plot()
+    imgui.pop_font()
+    if plot is not None and plot.bottom > plot.top:
+        settings = _dragged(settings, got, plot)
+    imgui.set_cursor_screen_pos(corner)
+    imgui.dummy(size)
+    return settings
+
+
+def _set_axes(size: ImVec2, ranges: tuple[float, float, float, float], pitch: float, refit: bool) -> None:
+    low, high, bottom, top = ranges
+    x, y, pixels = implot.ImAxis_.x1, implot.ImAxis_.y1, implot.ImAxis_.y2
+    roomy = size.x > theme.em(13) and size.y > theme.em(10)
+    implot.setup_axis(x, "Distance (m)" if roomy else None, AXIS_FLAGS)
+    implot.setup_axis(y, "Circle of confusion (µm)" if roomy else None, AXIS_FLAGS)
+    implot.setup_axis(pixels, "px" if roomy else None, AXIS_FLAGS | implot.AxisFlags_.aux_default
+                      | implot.AxisFlags_.lock)
+    for axis in (x, y, pixels):
+        implot.setup_axis_scale(axis, implot.Scale_.log10)
+    condition = implot.Cond_.always if refit else implot.Cond_.once
+    implot.setup_axis_limits(x, low, high, condition)
+    implot.setup_axis_limits(y, bottom, top, condition)
+    if refit:
+        _frame.y0, _frame.y1 = bottom, top
+    implot.setup_axis_limits(pixels, _frame.y0 / pitch, _frame.y1 / pitch, implot.Cond_.always)
+    implot.setup_axis_limits_constraints(x, 1e-3, 1e5)
+    implot.setup_axis_limits_constraints(y, 1e-3, 1e6)
+    line = imgui.get_text_line_height()
+    for axis, ends, length, room in (
+            (x, (1e-3, 1e5), (0.75 * size.x) / math.log10(high / low), 2.0 * line),
+            (y, (1e-3, 1e6), (0.75 * size.y) / math.log10(top / bottom), 1.6 * line),
+            (pixels, (1e-5, 1e5), (0.75 * size.y) / math.log10(top / bottom), 3.0 * line)):
+        decades = math.log10(ends[1] / ends[0])
+        values, labels = log_ticks(*ends, length * decades, room)
+        implot.setup_axis_ticks(axis, values, labels, False)
+
+
+def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readings, shown: Curves) -> None:
+    colour, pixel, line = theme.colours(), theme.scale(), imgui.get_text_line_height()
+    limit, pitch = 1000.0 * (got.limit or 0.0), 1000.0 * settings.film.pitch
+    right = plot.right - 3.0 * pixel
+
+    # Depth of field, amber: what is in focus
+    if got.near_limit is not None and got.far_limit is not None:
+        near = max(plot.at(got.near_limit / 1000.0, 1.0).x, plot.left)
+        far = min(plot.at(min(got.far_limit, 1e9) / 1000.0, 1.0).x, plot.right)
+        draw.add_rect_filled(ImVec2(near, plot.top), ImVec2(max(far, near + pixel), plot.bottom),
+                             theme.packed(colour.amber, 0.16))
+
+    # Lines across: limit, pixel, Airy disk; and the hyperfocal distance
+    across = [(limit, f"limit {limit:.3g} µm", 5.0, 4.0), (pitch, "pixel", 1.5, 3.0)]
+    if abs(math.log(max(limit, 1e-9) / pitch)) < 1e-6:
+        across = [(limit, f"limit 1 px, {limit:.3g} µm", 5.0, 4.0)]
+    if got.airy is not None:
+        across.append((1000.0 * got.airy, "Airy", 1.5, 3.0))
+    rows = [math.floor(plot.at(1.0, value).y) + 0.5 for value, *_ in across]
+    for y, (_, _, on, off) in zip(rows, across, strict=True):
+        dashed_line(draw, ImVec2(plot.left, y), ImVec2(plot.right, y), theme.packed(colour.dim, 0.8), on, off)
+    column, focus = _focus_column(settings, plot), format_distance(settings.focus_distance)
+    if got.hyperfocal is not None:
+        x = math.floor(plot.at(got.hyperfocal / 1000.0, 1.0).x) + 0.5
+        dashed_line(draw, ImVec2(x, plot.bottom), ImVec2(x, plot.top), theme.packed(colour.faint), 1.5, 4.0)
+        for name in (f"hyperfocal {format_distance(got.hyperfocal)}", "hyperfocal"):
+            left = x - 4.0 * pixel - imgui.calc_text_size(name).x
+            if x < plot.right and not left - 8.0 * pixel < column < x and left > plot.left:
+                text(draw, ImVec2(left, plot.top + line + 3.0 * pixel), colour.dim, name)
+                break
+
+    # Curves
+    assert got.f_number is not None
+    for tone, weight, strokes in _strokes(shown, plot, pixel):
+        packed = theme.packed(getattr(colour, tone))
+        for stroke in strokes:
+            draw.add_polyline(stroke, packed, weight * pixel, imgui.ImDrawFlags_.none)
+    def end(diameters: np.ndarray) -> float:
+        return plot.at(shown.distances[-1], diameters[-1]).y
+
+    # Names at the right ends, the first the surest of its place
+    legend = _name_models(draw, plot, shown, column)
+    here = end(main(shown))
+    labels = [(here, format_f_number(got.f_number), colour.strong, False)]
+    labels += [(y, name, colour.dim, name == "pixel" and pitch > limit)
+               for y, (_, name, *_) in zip(rows, across, strict=True)]
+    labels += [(end(diameters), format_f_number(f_number), colour.dim, end(diameters) < here - 1.0)
+               for f_number, diameters in shown.neighbours]
+    _name_ends(draw, plot, right, labels, legend)
+
+    # The plane in focus
+    x = column
+    draw.add_rect_filled(ImVec2(x - pixel, plot.top), ImVec2(x + pixel, plot.bottom), theme.packed(colour.amber))
+    leftward = x + imgui.calc_text_size(focus).x + 8.0 * pixel > plot.right
+    text(draw, ImVec2(x + (-6.0 if leftward else 6.0) * pixel, plot.top + 3.0 * pixel), colour.amber_text, focus,
+         right=leftward)
+    for edge in (got.near_limit, got.far_limit):
+        if edge is not None and math.isfinite(edge) and limit > 0.0:
+            draw.add_circle_filled(plot.at(edge / 1000.0, limit), 2.5 * pixel, theme.packed(colour.amber))
+
+
+def main(shown: Curves) -> np.ndarray:
+    """The curve that the rendered picture follows."""
+    return shown.real if shown.real is not None else shown.thick if shown.thick is not None else shown.thin
+
+
+@lru_cache(maxsize=4)
+def _strokes(shown: Curves, plot: PlotMap, pixel: float) -> list[tuple[str, float, list[list[ImVec2]]]]:
+    """Colour, weight and pieces of every curve: other stops faint, thin in dots, thick in dashes, the main one full."""
+    found = [("faint", 1.0, pieces(plot.pixels(shown.distances, diameters))) for _, diameters in shown.neighbours]
+    chief = main(shown)
+    for curve, (on, off) in ((shown.thin, THIN), (shown.thick, THICK)):
+        if curve is not None and curve is not chief:
+            found.append(("text", 1.0, pieces(plot.pixels(shown.distances, curve), on * pixel, off * pixel)))
+    found.append(("strong", 2.0, pieces(plot.pixels(shown.distances, chief))))
+    return found
+
+
+def _name_ends(draw: imgui.ImDrawList, plot: PlotMap, right: float, labels: list, taken: list) -> None:
+    """Names (y of the line, text, colour, above it or below) at the right; one that would touch another is left out."""
+    line, pixel = imgui.get_text_line_height(), theme.scale()
+    for y, name, colour, above in labels:
+        left = right - imgui.calc_text_size(name).x
+        places = (y - line - pixel, y + pixel) if above else (y + pixel, y - line - pixel)
+        for top in places:
+            clear = all(top + line <= t or top >= b or left >= r for t, b, r in taken)
+            if clear and plot.top <= top and top + line <= plot.bottom:
+                text(draw, ImVec2(right, top), colour, name, right=True)
+                taken = [*taken, (top, top + line, right)]
+                break
+
+
+def _name_models(draw: imgui.ImDrawList, plot: PlotMap, shown: Curves, focus: float) -> list:
+    """Which stroke is which lens, in the lower corner beside the focus line; the space that this takes."""
+    pixel, line = theme.scale(), imgui.get_text_line_height()
+    if shown.thick is None or plot.bottom - plot.top < 9.0 * line:
+        return []
+    rows = [("thick", THICK, shown.real is None), ("thin", THIN, False)]
+    if shown.real is not None:
+        rows.insert(0, ("real", (0.0, 0.0), True))
+    colour = theme.colours()
+    x = plot.left + 5.0 * pixel if focus - plot.left > 50.0 * pixel else focus + 8.0 * pixel
+    y = plot.bottom - (len(rows) + 0.3) * line
+    for name, (on, off), strong in rows:
+        middle = math.floor(y + 0.5 * line) + 0.5
+        ends = ImVec2(x, middle), ImVec2(x + 14.0 * pixel, middle)
+        if strong:
+            draw.add_line(*ends, theme.packed(colour.strong), 2.0 * pixel)
+        else:
+            dashed_line(draw, *ends, theme.packed(colour.text), on, off)
+        text(draw, ImVec2(x + 19.0 * pixel, y), colour.dim, name)
+        y += line
+    return [(plot.bottom - (len(rows) + 0.3) * line, plot.bottom, x + 24.0 * pixel + imgui.calc_text_size("thick").x)]
+
+
+def _focus_column(settings: Settings, plot: PlotMap) -> float:
+    """Where the focus line stands: at the right edge for infinity."""
+    x = plot.at(min(settings.focus_distance, 1e12) / 1000.0, 1.0).x
+    return math.floor(min(max(x, plot.left + 1.0), plot.right - 1.0))
+
+
+def _dragged(settings: Settings, got: Readings, plot: PlotMap) -> Settings:
+    """The focus line as an item over the plot; beyond the right edge lies infinity."""
+    x, half = _focus_column(settings, plot), 5.0 * theme.scale()
+    imgui.set_cursor_screen_pos(ImVec2(x - half, plot.top))
+    imgui.invisible_button("Focus line", ImVec2(2.0 * half, plot.bottom - plot.top))
+    if imgui.is_item_hovered() or imgui.is_item_active():
+        imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
+        imgui.set_item_tooltip("Plane in focus: drag to focus")
+    mouse = imgui.get_mouse_pos().x
+    if imgui.is_item_activated():
+        _frame.grip = x - mouse
+    elif imgui.is_item_active() and imgui.get_io().mouse_delta.x != 0.0:
+        column = mouse + _frame.grip
+        focus = math.inf if column >= plot.right - 1.0 else 1000.0 * plot.x_at(column)
+        nearest = got.nearest_focus if got.nearest_focus is not None else 1.01 * (got.efl or 0.0)
+        return replace(settings, focus_distance=max(focus, nearest))
+    return settings
+
+
+def _tell(plot: PlotMap, settings: Settings, shown: Curves) -> None:
+    """The numbers under the cursor."""
+    distance = plot.x_at(imgui.get_mouse_pos().x)
+    if not shown.distances[0] <= distance <= shown.distances[-1] or imgui.is_mouse_down(imgui.MouseButton_.left):
+        return
+    pitch = 1000.0 * settings.film.pitch
+    if imgui.begin_tooltip():
+        imgui.text_unformatted(f"{format_distance(1000.0 * distance)} from the film")
+        for name, diameters in (("real", shown.real), ("thick", shown.thick), ("thin", shown.thin)):
+            if diameters is not None:
+                value = float(np.exp(np.interp(math.log(distance), np.log(shown.distances), np.log(diameters))))
+                imgui.text_disabled(f"{name} lens  {value:.3g} µm  {value / pitch:.2g} px")
+        imgui.end_tooltip()
+
+
+def _round_down(value: float) -> float:
+    decade = 10.0 ** math.floor(math.log10(value))
+    return max(step * decade for step in ROUND if step * decade <= value * 1.05)
+
+
+def _round_up(value: float) -> float:
+    decade = 10.0 ** math.floor(math.log10(value))
+    return next(step * decade for step in (*ROUND, 10.0) if step * decade >= value * 0.999)
