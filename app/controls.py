@@ -22,16 +22,13 @@ from lensbench.app.reach import (
     full_view,
     with_field_of_view,
     with_film,
-    with_longer_side,
     within_reach,
 )
 from lensbench.app.readings import readings
 from lensbench.app.ring import ring
-from lensbench.app.settings import MODELS, TONES, Settings
+from lensbench.app.settings import MODELS, Settings
 
 DEFAULT = Settings()
-LONGER_SIDES = (480, 640, 960, 1280, 1920, 2880)
-SAMPLES = (16, 64, 256, 1024, 4096)
 PERSPECTIVE_FOV = (math.radians(5.0), math.radians(120.0))
 MODEL_TIPS = {
     "trace": "Every ray is refracted at every surface",
@@ -56,9 +53,11 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     settings = _scene(settings, chooser)
     settings = _film(settings, chooser)
     settings = _model(settings)
-    settings = _picture(settings)
-    imgui.dummy(ImVec2(0.0, theme.em(0.05)))
-    return _rings(settings)
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, 0.0))
+    imgui.dummy(ImVec2(0.0, theme.em(0.3)))
+    settings = _rings(settings)
+    imgui.pop_style_var()
+    return settings
 
 
 # The lists
@@ -256,42 +255,6 @@ def _model(settings: Settings) -> Settings:
 
     _combo("Model", MODELS[settings.model], "How the camera forms the picture", content)
     return chosen if chosen == settings else within_reach(chosen)
-
-
-def _picture(settings: Settings) -> Settings:
-    chosen = settings
-
-    def content() -> None:
-        nonlocal chosen
-        keep = imgui.SelectableFlags_.no_auto_close_popups
-        theme_width = theme.em(5.0)
-        imgui.text_disabled("Size")
-        for i, longer in enumerate(LONGER_SIDES):
-            sized = with_longer_side(settings, longer)
-            imgui.same_line(theme_width) if i % 2 == 0 else imgui.same_line(theme_width + theme.em(6.2))
-            size = (sized.pixels_x, sized.pixels_y)
-            if imgui.selectable(f"{size[0]} × {size[1]}", size == (settings.pixels_x, settings.pixels_y), keep,
-                                ImVec2(theme.em(5.8), 0.0))[0]:
-                chosen = sized
-            if i % 2:
-                imgui.new_line()
-        imgui.separator()
-        imgui.text_disabled("Samples")
-        for i, samples in enumerate(SAMPLES):
-            imgui.same_line(theme_width + i * theme.em(2.7))
-            if imgui.selectable(f"{samples}", samples == settings.samples, keep, ImVec2(theme.em(2.3), 0.0))[0]:
-                chosen = replace(settings, samples=samples)
-        imgui.separator()
-        imgui.text_disabled("Tone")
-        for i, (key, name) in enumerate(TONES.items()):
-            imgui.same_line(theme_width + i * theme.em(4.2))
-            if imgui.selectable(f"{name}###{key}", key == settings.tone, keep, ImVec2(theme.em(3.8), 0.0))[0]:
-                chosen = replace(settings, tone=key)
-        imgui.set_item_tooltip("The curve from linear light to the screen")
-
-    _combo("Picture", f"{settings.pixels_x} × {settings.pixels_y}, {settings.samples} spp",
-           "Pixels, samples a pixel (spp) where the render stops, and the tone curve", content, 21.0)
-    return chosen
 
 
 # The rings

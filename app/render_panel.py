@@ -14,6 +14,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from numpy.typing import NDArray
 
 from lensbench.app import theme
+from lensbench.app.picture_menu import picture_menu
 from lensbench.app.readings import readings
 from lensbench.app.scale import format_distance
 from lensbench.app.settings import Settings
@@ -89,7 +90,7 @@ def render_panel(settings: Settings, picture: Picture, view: View) -> Settings:
 
 
 def _tools(settings: Settings, picture: Picture, view: View) -> Settings:
-    pixel, colour = theme.scale(), theme.colours()
+    pixel = theme.scale()
     corner, width = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
     height = round(theme.em(1.9))
     imgui.set_cursor_screen_pos(ImVec2(corner.x + 8.0 * pixel, corner.y + round(0.5 * (height - theme.em(1.45)))))
@@ -130,20 +131,26 @@ def _tools(settings: Settings, picture: Picture, view: View) -> Settings:
         view.requests.add("export")
     left = imgui.get_item_rect_max().x + 12.0 * pixel
 
-    # What is shown, from the right as far as there is room
-    if picture.texture:
-        theme.small()
-        right = corner.x + width - 12.0 * pixel
-        y = corner.y + round(0.5 * (height - imgui.get_text_line_height()))
-        draw = imgui.get_window_draw_list()
-        for text in (_seconds(picture.seconds), f"{picture.samples} of {settings.samples} samples",
-                     f"{picture.size[0]} × {picture.size[1]}"):
-            right -= imgui.calc_text_size(text).x
-            if right < left:
-                break
-            draw.add_text(ImVec2(round(right), y), theme.packed(colour.dim), text)
-            right -= theme.em(1.4)
-        imgui.pop_font()
+    # What is shown, from the right as far as there is room; a click opens the menu that sets it
+    theme.small()
+    samples = f"{picture.samples} of " if picture.texture else ""
+    text = f"{settings.pixels_x} × {settings.pixels_y}     {samples}{settings.samples} samples"
+    texts = [f"{text}     {_seconds(picture.seconds)}", text, f"{settings.pixels_x} × {settings.pixels_y}"]
+    room = corner.x + width - left - 2.0 * imgui.get_style().frame_padding.x
+    text = next((text for text in texts if imgui.calc_text_size(text).x <= room), fa.ICON_FA_ELLIPSIS)
+    extent = imgui.calc_text_size(text).x + 2.0 * imgui.get_style().frame_padding.x
+    imgui.set_cursor_screen_pos(ImVec2(max(corner.x + width - extent - 5.0 * pixel, left),
+                                       corner.y + round(0.5 * (height - imgui.get_frame_height()))))
+    pressed = _tool(f"{text}###Picture size", "Pixels, samples a pixel, tone curve", False)
+    imgui.pop_font()
+    if pressed:
+        imgui.open_popup("Picture menu")
+    lower = imgui.get_item_rect_max()
+    imgui.set_next_window_pos(ImVec2(lower.x, lower.y + 4.0 * pixel), imgui.Cond_.appearing, ImVec2(1.0, 0.0))
+    imgui.set_next_window_size(ImVec2(theme.em(24.0), 0.0))
+    if imgui.begin_popup("Picture menu"):
+        settings = picture_menu(settings)
+        imgui.end_popup()
     imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
     imgui.dummy(ImVec2(0.0, 0.0))
     imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))

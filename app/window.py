@@ -58,10 +58,12 @@ class Bench:
         self._good = settings                           # the latest settings of which there is a picture
         self._tried_default = False
         self._news: News | None = None
-        self._loaded: Any = None                        # what the screen holds of the depth map
+        self._deep: News | None = None                  # the newest with a depth map
+        self._loaded: Any = None                        # what the screen holds of it
         self._shares: tuple[Any, Any] = (None, None)
         self._film_radius = 0.0
-        self._broken: set[str] = set()
+        self._broken: set[str] = set()                  # what has been logged
+        self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
         self._screen: Screen | None = None
         self._shot: Path | None = None                  # a screenshot of the window that is wanted
         self._shots_taken = 0
@@ -78,9 +80,7 @@ class Bench:
             with suppress(ValueError):
                 self.files.recent = [Path(path) for path in json.loads(hello_imgui.load_lasting_pref("recent") or "[]")]
         theme.choose(self.dark)
-        io = imgui.get_io()
-        io.config_error_recovery_enable_assert = False          # a broken panel is shown, never the end
-        io.config_error_recovery_enable_tooltip = False
+        imgui.get_io().config_error_recovery_enable_tooltip = False     # a broken panel is said above the picture
         glfw.set_drop_callback(_glfw_window(), lambda _, paths: self.files.drop(paths))
         width, height = glfw.get_window_size(_glfw_window())
         hello_imgui.get_runner_params().docking_params.docking_splits = layout(
@@ -165,6 +165,8 @@ class Bench:
             if self._news is None or news.image is not self._news.image:
                 screen.load(news.image)
             self._news, self._good = news, news.settings
+            if news.depth is not None:
+                self._deep = news
             if self.view.mark is None and news.depth is not None:
                 self.view.mark = _first_mark(news)
         failure = self.worker.error
@@ -202,8 +204,10 @@ class Bench:
 
                 self._shares = (key, histogram(news.image, settings.exposure, settings.tone))
             shares = self._shares[1]
-        return Picture(texture, screen.size, news.samples, news.seconds, self.worker.paused, waiting, False,
-                       news.depth, shares)
+        deep = self._deep
+        depth = deep.depth if deep is not None and _aim(deep.settings) == _aim(settings) else None
+        return Picture(texture, screen.size, news.samples, news.seconds, self.worker.paused, waiting, False, depth,
+                       shares)
 
     def _development(self, settings: Settings, news: News, screen: Screen) -> Development:
         """What the shaders need for the picture as it is set and for the overlays of the settings it was made with."""
@@ -211,10 +215,11 @@ class Bench:
 
         blur = Blur.of(news.settings)
         share = softening(news.samples)
-        if news.depth is not None and (share > 0.0 or settings.overlay in ("coc", "peaking")):
-            key = (id(news.depth), blur.offset)
+        depth = self._deep.depth if self._deep is not None else None
+        if depth is not None and (share > 0.0 or settings.overlay in ("coc", "peaking")):
+            key = (id(depth), blur.offset)
             if key != self._loaded:
-                screen.load_depth(blur.reciprocal(news.depth))
+                screen.load_depth(blur.reciprocal(depth))
                 self._loaded = key
         amber = theme.DARK.amber
         return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus,
@@ -224,13 +229,27 @@ class Bench:
     # The panels
 
     def guarded(self, name: str, draw: Callable[[], None]) -> Callable[[], None]:
-        """A callback that cannot end the window: what goes wrong in it is shown, and logged once."""
+        """A callback that cannot end the window: what goes wrong in it is shown, and logged once.
+
+        A panel that broke is left alone until the settings change.
+        """
         def call() -> None:
+            if name in self._failed:
+                if self._failed[name] == self.edited:
+                    imgui.text_disabled("Nothing can be shown for these settings")
+                    return
+                del self._failed[name]
+            drawing = imgui.get_current_context() is not None and imgui.internal.get_current_window_read() is not None
+            state = imgui.internal.ErrorRecoveryState()
+            if drawing:
+                imgui.internal.error_recovery_store_state(state)
             try:
                 draw()
             except Exception as error:
-                if implot.internal.get_current_plot() is not None:
-                    implot.end_plot()
+                if drawing:
+                    _recover(state)
+                if name in PANELS:
+                    self._failed[name] = self.edited
                 message = f"{name}: {type(error).__name__}: {error}"
                 if message not in self._broken:
                     self._broken.add(message)
@@ -338,10 +357,26 @@ class Bench:
             and news.samples >= min(samples, news.settings.samples)
 
 
+def _recover(state: imgui.internal.ErrorRecoveryState) -> None:
+    """End what a panel had begun when it broke."""
+    if implot.internal.get_current_plot() is not None:
+        implot.end_plot()
+    io = imgui.get_io()
+    asserting, io.config_error_recovery_enable_assert = io.config_error_recovery_enable_assert, False
+    imgui.internal.error_recovery_try_to_recover_state(state)
+    io.config_error_recovery_enable_assert = asserting
+
+
 def _glfw_window() -> Any:
     from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 
     return glfw_window_hello_imgui()
+
+
+def _aim(settings: Settings) -> Settings:
+    """What the depth of a pixel depends on; a little breathing of the lens aside."""
+    plain = Settings()
+    return replace(settings.picture, focus_distance=plain.focus_distance, f_number=plain.f_number, seed=plain.seed)
 
 
 def _difference(good: Settings, bad: Settings) -> dict[str, Any]:
@@ -358,9 +393,10 @@ def _first_mark(news: News) -> Mark | None:
         return None
     rows, columns = depth.shape
     y, x = np.nonzero(np.abs(depth - focus) < 0.01 * focus)
-    if not len(x):
+    off = np.hypot(x / columns - 0.5, y / rows - 0.5)
+    if not len(x) or off.min() > 0.35:
         return None
-    at = int(np.argmin(np.hypot(x - 0.5 * columns, y - 0.5 * rows)))
+    at = int(np.argmin(off))
     return Mark((x[at] + 0.5) / columns, (y[at] + 0.5) / rows, focus)
 
 

@@ -1,0 +1,88 @@
+"""The whole bench on no display, driven by a real mouse and keyboard."""
+
+from dataclasses import replace
+from pathlib import Path
+from time import monotonic
+
+import pytest
+from imgui_bundle import ImVec2, immapp
+from imgui_bundle.immapp import testing
+
+from lensbench.app import window
+from lensbench.app.settings import Settings
+
+SMALL = replace(Settings(), pixels_x=120, pixels_y=80, samples=8)
+PATIENCE = 60.0             # seconds for a picture: the first one compiles the kernels
+
+
+class Hand:
+    """What a person does with the bench, and what stands on the screen."""
+
+    def __init__(self, ctx, bench: window.Bench):
+        self.ctx, self.bench = ctx, bench
+
+    @property
+    def settings(self) -> Settings:
+        return self.bench.history.present
+
+    def wait(self, what, why: str) -> None:
+        end = monotonic() + PATIENCE
+        while not what():
+            assert monotonic() < end, f"waited in vain for {why}"
+            self.ctx.yield_()
+
+    def picture(self) -> None:
+        """Wait until the present settings are on the screen, with all their samples and their depth."""
+        self.ctx.yield_(3)
+        self.wait(lambda: self.bench.settled(10**9), "the picture")
+        self.ctx.yield_(2)
+
+    def box(self, item: str):
+        return self.ctx.item_info(item).rect_full
+
+    def at(self, item: str, x: float, y: float) -> ImVec2:
+        """A place in an item, as parts of its width and height."""
+        box = self.box(item)
+        return ImVec2(box.min.x + x * (box.max.x - box.min.x), box.min.y + y * (box.max.y - box.min.y))
+
+    def drag(self, start: ImVec2, end: ImVec2, button: int = 0, steps: int = 4) -> None:
+        ctx = self.ctx
+        ctx.mouse_move_to_pos(start)
+        ctx.mouse_down(button)
+        ctx.yield_()
+        for i in range(1, steps + 1):
+            ctx.mouse_move_to_pos(ImVec2(start.x + (end.x - start.x) * i / steps,
+                                         start.y + (end.y - start.y) * i / steps))
+            ctx.yield_()
+        ctx.mouse_up(button)
+        ctx.yield_(2)
+
+    def press(self, chord: int) -> None:
+        self.ctx.key_press(chord)
+        self.ctx.yield_(2)
+
+    def photograph(self, path: Path) -> None:
+        taken = self.bench.shots_taken
+        self.bench.photograph(path)
+        self.wait(lambda: self.bench.shots_taken > taken, "the screenshot")
+
+
+@pytest.fixture
+def drive():
+    """Open the bench with some settings, let a test use it, and close it: drive(test, settings, size) -> the bench."""
+
+    def run(test, settings: Settings = SMALL, size: tuple[int, int] = (1280, 720), dark: bool = True) -> window.Bench:
+        bench = window.Bench(settings, remember=False, threads=2)
+        bench.dark = dark
+        window.without_display()
+        runner = window.parameters(bench, size)
+        runner.fps_idling.enable_idling = False
+        runner.fps_idling.fps_max = 0.0
+        try:
+            testing.run(test_function=lambda ctx: test(Hand(ctx, bench)), runner_params=runner,
+                        add_ons_params=immapp.AddOnsParams(with_implot=True))
+        finally:
+            bench.worker.stop()
+        return bench
+
+    return run
