@@ -11,8 +11,7 @@ import numpy as np
 
 import lensbench as lb
 
-SAMPLES = 1024                  # of the box, for the pass rate
-SHOWN = 256                     # of them drawn
+SAMPLES = 1024                  # of the box
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +26,15 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class BoxSamples:
-    """Points spread evenly over the box of a region: passed and blocked (n, 2), and the part that passes."""
+    """Points (n, 2) spread evenly over the box of a region, also the first few of them, and which pass (n,)."""
 
-    passed: np.ndarray
-    blocked: np.ndarray
-    rate: float
+    points: np.ndarray
+    passes: np.ndarray
+
+    @property
+    def rate(self) -> float:
+        """The part that passes."""
+        return float(self.passes.mean()) if len(self.passes) else 0.0
 
 
 @lru_cache(maxsize=64)
@@ -47,10 +50,10 @@ def region(lens: lb.Lens, film_distance: float, film_radius: float) -> Region:
 
 @lru_cache(maxsize=16)
 def box_samples(lens: lb.Lens, film_distance: float, film_radius: float) -> BoxSamples:
-    """Trace an even grid of samples of pbrt's box from the film point, and see which pass."""
+    """Trace an even sequence of samples of pbrt's box from the film point, and see which pass."""
     seen = region(lens, film_distance, film_radius)
     if seen.area <= 0.0:
-        return BoxSamples(np.zeros((0, 2)), np.zeros((0, 2)), 0.0)
+        return BoxSamples(np.zeros((0, 2)), np.zeros(0, bool))
     # The R2 sequence: even, and in no rows that the eye would see
     k = np.arange(1, SAMPLES + 1)
     uv = np.stack([k * 0.7548776662466927, k * 0.5698402909980532], axis=1) % 1.0
@@ -59,5 +62,4 @@ def box_samples(lens: lb.Lens, film_distance: float, film_radius: float) -> BoxS
     film = np.array([0.0, film_radius, lens.length + film_distance])
     ways = np.column_stack([points, np.full(SAMPLES, lens.length)]) - film
     passes = lb.trace(lens, film[None, :], ways).fate == lb.Fate.PASSED
-    few, alive = points[:SHOWN], passes[:SHOWN]
-    return BoxSamples(few[alive], few[~alive], float(passes.mean()))
+    return BoxSamples(points, passes)

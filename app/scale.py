@@ -260,6 +260,15 @@ def focal_length_scale(low: float = 8.0, high: float = 800.0, reset: float | Non
     return Scale(low, high, math.log, math.exp, format_length, read_length, figures, minor, snaps, reset)
 
 
+@lru_cache(maxsize=16)
+def radius_scale(high: float, reset: float | None = None) -> Scale:
+    """Radii on the film (mm) from the axis to `high`."""
+    step = next(s * 10.0**e for e in range(-3, 5) for s in (1.0, 2.0, 5.0) if high / (s * 10.0**e) <= 7.0)
+    figures = tuple((i * step, f"{i * step:g}") for i in range(int(high / step + 1e-9) + 1))
+    minor = tuple(i * step / 5.0 for i in range(int(5.0 * high / step + 1e-9) + 1))
+    return Scale(0.0, high, float, float, lambda r: f"{r:.1f} mm", read_length, figures, minor, reset=reset)
+
+
 def figures_that_fit(scale: Scale, width: float, widths: tuple[float, ...], gap: float) -> tuple[Figure, ...]:
     """The figures at the first stride at which none touch on a ring of this width; `widths` are those of the texts.
 

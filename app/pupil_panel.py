@@ -1,0 +1,211 @@
+"""The exit pupil as a film point sees it: the region of the rear plane that passes light, and pbrt's box around it.
+
+Drawn upright, the film point above the axis; x and y in mm on the plane of the
+last vertex.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui, implot
+
+import lensbench as lb
+from lensbench.app import theme
+from lensbench.app.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
+from lensbench.app.pupil_sketch import BoxSamples, Region, box_samples, region
+from lensbench.app.readings import Setup, setup
+from lensbench.app.ring import ring
+from lensbench.app.scale import radius_scale
+from lensbench.app.section_view import round_length
+from lensbench.app.settings import Settings
+
+FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))
+MARGIN, BELOW, ABOVE = 1.12, -1.08, 1.3     # of the rear rim, shown around it; regions lean up, a rim's sag beyond it
+DENSITY = 10.0                  # pixels between samples that are drawn
+SAME = 0.004                    # of the film's radius: so close a film point counts as one of the fields
+
+
+@dataclass
+class Frame:
+    """What the plot was fitted to; no part of any settings."""
+
+    fitted_to: tuple = ()
+    fit: bool = False
+    span: float = 20.0          # mm shown across
+
+
+_frame = Frame()
+
+
+def pupil_panel(settings: Settings, film_radius: float, hover_radius: float | None = None) -> float:
+    """Draw the panel in what is left of the window; film_radius (mm), changed by its ring.
+
+    hover_radius: of the film point under the mouse in the picture, shown instead while there is one.
+    """
+    size = imgui.get_content_region_avail()
+    if size.x < 60.0 or size.y < 60.0:
+        return film_radius
+    if settings.model == "perspective":
+        _say("The perspective camera has no lens and no exit pupil")
+        return film_radius
+    try:
+        stand = setup(settings)
+        reach = 0.5 * stand.film.diagonal
+        if size.y > theme.em(14):
+            film_radius = ring("Film radius", min(film_radius, reach), radius_scale(reach, 0.7 * reach),
+                               "Distance from the axis of the film point that looks at the lens")
+        shown = min(hover_radius if hover_radius is not None else film_radius, 2.0 * reach)
+        fields = [region(stand.lens, stand.film_distance, part * reach) for _, part in FIELDS]
+        seen = region(stand.lens, stand.film_distance, shown)
+        samples = box_samples(stand.lens, stand.film_distance, shown)
+    except (ValueError, OSError) as error:
+        _say(str(error))
+        return film_radius
+    _words(seen, samples, hover_radius is not None, settings.model)
+    _plot(stand, fields, seen, samples, reach)
+    return film_radius
+
+
+def _say(reason: str) -> None:
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_disabled(reason)
+    imgui.pop_text_wrap_pos()
+
+
+def _plot(stand: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float) -> None:
+    corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
+    if size.y < 40.0:
+        return
+    rear = stand.lens.surfaces[-1].semi_diameter
+    key = (rear, stand.lens.length, size.x, size.y)
+    refit = _frame.fit or _frame.fitted_to != key
+    _frame.fitted_to, _frame.fit = key, False
+    roomy = size.x > theme.em(11) and size.y > theme.em(9)
+    theme.small()
+    if implot.begin_plot("Exit pupil plot", size, PLOT_FLAGS | implot.Flags_.equal):
+        implot.setup_axes("x (mm)" if roomy else "", "y (mm)" if roomy else "", AXIS_FLAGS, AXIS_FLAGS)
+        condition = implot.Cond_.always if refit else implot.Cond_.once
+        implot.setup_axes_limits(-MARGIN * rear, MARGIN * rear, BELOW * rear, ABOVE * rear, condition)
+        if refit:
+            _frame.span = 2.0 * MARGIN * rear
+        for axis in (implot.ImAxis_.x1, implot.ImAxis_.y1):
+            implot.setup_axis_ticks(axis, *_ticks(_frame.span, rear), False)
+        plot = PlotMap.current(log=False)
+        _frame.span = plot.x1 - plot.x0
+        draw = implot.get_plot_draw_list()
+        implot.push_plot_clip_rect()
+        _draw(draw, plot, rear, fields, seen, samples, reach)
+        implot.pop_plot_clip_rect()
+        if implot.is_plot_hovered():
+            _frame.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+            _tell(plot, stand.lens, stand.film_distance, seen)
+        implot.end_plot()
+    imgui.pop_font()
+    imgui.set_cursor_screen_pos(corner)
+    imgui.dummy(size)
+
+
+def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
+    """Round steps, about five across what is shown, as far as three times the rear rim."""
+    step = max(round_length(max(span, 1e-6) / 4.0), 0.02 * rear)
+    count = math.ceil(3.0 * rear / step)
+    values = [i * step for i in range(-count, count + 1)]
+    return values, [f"{value:g}".replace("-", "−") for value in values]
+
+
+def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Region], seen: Region,
+          samples: BoxSamples, reach: float) -> None:
+    colour, pixel = theme.colours(), theme.scale()
+    turn = np.linspace(0.0, 2.0 * math.pi, 97)[:-1]
+    polyline(draw, plot.pixels(rear * np.cos(turn), rear * np.sin(turn)), theme.packed(colour.faint), 1.0, closed=True)
+    at = plot.at(-0.71 * rear, -0.71 * rear)
+    name = imgui.calc_text_size("rear rim")
+    text(draw, ImVec2(max(at.x - name.x, plot.left + 3.0 * pixel), at.y + pixel), colour.dim, "rear rim")
+
+    # The chosen region, filled, in the colour of its field if it is one of them
+    own = colour.strong
+    tints = ((colour.field0, colour.field0_text), (colour.field1, colour.field1_text),
+             (colour.field2, colour.field2_text))
+    for (_, part), pair in zip(FIELDS, tints, strict=True):
+        if abs(seen.film_radius - part * reach) <= SAME * reach:
+            own = pair[0]
+    if seen.area > 0.0:
+        outline = plot.pixels(seen.outline[:, 0], seen.outline[:, 1])
+        draw.add_convex_poly_filled([ImVec2(x, y) for x, y in outline[::4].tolist()], theme.packed(own, 0.22))
+    for (name_, _), (tint, tint_text), field in zip(FIELDS, tints, fields, strict=True):
+        if field.area > 0.0:
+            points = plot.pixels(field.outline[:, 0], field.outline[:, 1])
+            polyline(draw, points[::2], theme.packed(tint), 1.0, closed=True)
+            _name(draw, plot, name_, field, tint_text)
+    if seen.area <= 0.0:
+        return
+    polyline(draw, outline[::2], theme.packed(own), 2.0, closed=True)
+
+    # pbrt's box, and samples of it: dots that pass, crosses that do not
+    x0, y0, x1, y1 = seen.box
+    a, b = plot.at(x0, y1), plot.at(x1, y0)
+    line = theme.packed(colour.text, 0.8)
+    for p, q in ((a, ImVec2(b.x, a.y)), (ImVec2(b.x, a.y), b), (b, ImVec2(a.x, b.y)), (ImVec2(a.x, b.y), a)):
+        dashed_line(draw, p, q, line, 4.0, 3.0)
+    height = imgui.get_text_line_height()
+    text(draw, ImVec2(a.x, max(a.y - height - pixel, plot.top)), colour.text, "pbrt's box")
+    shown = min(int(abs(b.x - a.x) * abs(b.y - a.y) / (DENSITY * pixel) ** 2), len(samples.points))
+    places, radius, arm = plot.pixels(samples.points[:, 0], samples.points[:, 1]).tolist(), 0.75 * pixel, 2.0 * pixel
+    dot, cross = theme.packed(colour.strong, 0.75), theme.packed(colour.dead, 0.9)
+    for (x, y), passes in zip(places[:shown], samples.passes[:shown].tolist(), strict=True):
+        if passes:
+            draw.add_rect_filled(ImVec2(x - radius, y - radius), ImVec2(x + radius, y + radius), dot)
+        else:
+            draw.add_line(ImVec2(x - arm, y - arm), ImVec2(x + arm, y + arm), cross, pixel)
+            draw.add_line(ImVec2(x - arm, y + arm), ImVec2(x + arm, y - arm), cross, pixel)
+
+
+def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colour: theme.Colour) -> None:
+    """At the region's side; the axis below its own, where the others leave room."""
+    pixel, line = theme.scale(), imgui.get_text_line_height()
+    x0, y0, x1, y1 = field.box
+    if name == "axis":
+        at = plot.at(0.0, y0)
+        text(draw, ImVec2(at.x - 0.5 * imgui.calc_text_size(name).x, at.y + 2.0 * pixel), colour, name)
+        return
+    widest = field.outline[int(np.argmax(field.outline[:, 0]))]
+    at = plot.at(float(x1), float(widest[1]))
+    text(draw, ImVec2(at.x + 5.0 * pixel, at.y - (1.0 if name == "full" else 0.0) * line), colour, name)
+
+
+def _words(seen: Region, samples: BoxSamples, hovering: bool, model: str) -> None:
+    """One line above the plot: what passes, and of which point if it is the one under the mouse."""
+    where = f"Under the mouse, {seen.film_radius:.1f} mm:  " if hovering else ""
+    if seen.area <= 0.0:
+        what = "No light reaches this point of the film"
+    else:
+        what = f"{seen.area:.3g} mm²,  {100.0 * samples.rate:.0f} % of the box passes"
+    theme.small()
+    imgui.text_colored(theme.colours().text, where + what)
+    imgui.pop_font()
+    imgui.set_item_tooltip("Area of the exit-pupil region on the plane of the last vertex, and how many of the samples "
+                           "in its bounding box, which pbrt takes, reach the scene"
+                           + ("; the region is that of the real lens" if model != "trace" else ""))
+
+
+def _tell(plot: PlotMap, lens: lb.Lens, film_distance: float, seen: Region) -> None:
+    """Whether light passes at the point under the cursor."""
+    if imgui.is_mouse_down(imgui.MouseButton_.left):
+        return
+    mouse = imgui.get_mouse_pos()
+    x = plot.x_at(mouse.x)
+    y = plot.y0 + (plot.bottom - mouse.y) / max(plot.bottom - plot.top, 1e-6) * (plot.y1 - plot.y0)
+    film = np.array([0.0, seen.film_radius, lens.length + film_distance])
+    ray = lb.trace(lens, film, np.array([x, y, lens.length]) - film)
+    fate, surface = lb.Fate(int(ray.fate[0])), int(ray.surface[0])
+    if imgui.begin_tooltip():
+        imgui.text_unformatted(f"x {x:.2f}, y {y:.2f} mm")
+        if fate == lb.Fate.PASSED:
+            imgui.text_disabled("Light passes here")
+        elif fate == lb.Fate.CLIPPED:
+            what = "the stop" if surface == lens.stop_index else f"the rim of surface {surface + 1}"
+            imgui.text_disabled(f"Blocked by {what}")
+        else:
+            imgui.text_disabled("Blocked: " + fate.name.lower().replace("_", " "))
+        imgui.end_tooltip()
