@@ -23,7 +23,8 @@ What makes a stage fast: one loop over range(B) for each idea, no branch
 (choose by `a if c else b`), a lost ray is a NaN, a look-up in a table gets a
 `gather` of its own, and a number that is neither lane nor parameter is written
 real(0.5), where real = lanes.dtype.type. So float32 and float64 come from one
-source, and float32 never widens by accident.
+source, and float32 never widens by accident. (math.floor is such an accident: it
+gives an integer, and an integer times a float32 is a float64. Use np.floor.)
 """
 
 from typing import Any, NamedTuple

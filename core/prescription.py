@@ -67,7 +67,7 @@ class Lens:
 
     @property
     def vertices(self) -> tuple[float, ...]:
-        """z of every vertex (mm, lens frame): 0, then the running sum of the gaps."""
+        """The z of every vertex (mm, lens frame): 0, then the running sum of the gaps."""
         z, places = 0.0, []
         for surface in self.surfaces:
             places.append(z)

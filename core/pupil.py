@@ -56,7 +56,8 @@ REACH = 1.2             # × the rear semi-diameter: how far the region is looke
 SCAN = 32               # points along the meridian in one look for the region
 ZOOMS = 6               # looks, each SCAN / 2 times as fine
 RINGS, SECTORS = 64, 32         # of the table that a camera samples: film radii, triangles in half the region
-DIRECTIONS = 33                 # solved between 0 and π for that table
+POINTS = 33                     # solved on the upper half of each rim for that table
+ROUGH, ROUGH_POINTS = 0.004, 25        # how well the first rims are solved (× reach), and at how many points
 GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
 SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
 
@@ -125,7 +126,7 @@ def _rims(radii, centre, level, cosine, sine, guess, distance, reach, tolerance,
     A bracketed secant (Illinois) on root margin − 1, which is nearly linear;
     where the far end of the bracket is no number it is halved instead.
     """
-    m = cosine.size
+    m = cosine.shape[1]
     size = radii.size * m
     film, px, py, out = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     which, waiting = np.empty(size, np.int64), np.empty(size, np.int64)
@@ -146,7 +147,7 @@ def _rims(radii, centre, level, cosine, sine, guess, distance, reach, tolerance,
             i = which[q]
             k, j = i // m, i % m
             film[q] = radii[k]
-            px[q], py[q] = centre[k] + trial[i] * cosine[j], trial[i] * sine[j]
+            px[q], py[q] = centre[k] + trial[i] * cosine[k, j], trial[i] * sine[k, j]
         _margins(film, px, py, distance, out, count, lanes, code, p, key)
         left = 0
         for q in range(count):
@@ -180,67 +181,78 @@ def _rims(radii, centre, level, cosine, sine, guess, distance, reach, tolerance,
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _solve(radii, cosine, sine, distance, reach, tolerance, centre, rim, lanes, code, p):
-    """Centres, rims seen from them, the centroids, and the rims seen from those."""
+def _solve(radii, distance, reach, tolerance, centre, rim, cosine, sine, rough, lanes, code, p):
+    """Centres, the directions of m points of each rim, and their distances; returns the first centres' root margins.
+
+    A rough rim from a first centre gives the centroid, and m directions from
+    there that are evenly spaced along the rim, so that the tips of a cat's eye are met.
+    """
     key = np.zeros(KEYS, np.uint32)
-    n, m = radii.size, cosine.size
-    level, guess, shifts = np.empty(n), np.empty((n, m)), np.empty(n)
+    n, m = rim.shape
+    level, guess, moved = np.empty(n), np.empty((n, m)), np.empty(n)
+    first, turn_x, turn_y = np.empty((n, rough)), np.empty((n, rough)), np.empty((n, rough))
+    start = np.empty((n, rough))
     _centres(radii, distance, reach, centre, level, lanes, code, p, key)
     for k in range(n):
-        guess[k, :] = 0.6 * reach * (1.0 - level[k])
-    _rims(radii, centre, level, cosine, sine, guess, distance, reach, 0.02 * reach, rim, lanes, code, p, key)
-    # Move to the centroid of the region, on the meridian by symmetry, and begin from the rims as they look from there.
+        start[k, :] = 0.6 * reach * (1.0 - level[k])
+        for j in range(rough):
+            angle = math.pi * j / (rough - 1)
+            turn_x[k, j], turn_y[k, j] = math.cos(angle), math.sin(angle) if j < rough - 1 else 0.0
+    _rims(radii, centre, level, turn_x, turn_y, start, distance, reach, ROUGH * reach, first, lanes, code, p, key)
+    # The centroid of the region, on the meridian by symmetry.
+    x, y, along = np.empty(rough), np.empty(rough), np.empty(rough)
     for k in range(n):
         area, moment = 0.0, 0.0
-        for j in range(m - 1):
-            x0, y0 = rim[k, j] * cosine[j], rim[k, j] * sine[j]
-            x1, y1 = rim[k, j + 1] * cosine[j + 1], rim[k, j + 1] * sine[j + 1]
+        for j in range(rough - 1):
+            x0, y0 = first[k, j] * turn_x[k, j], first[k, j] * turn_y[k, j]
+            x1, y1 = first[k, j + 1] * turn_x[k, j + 1], first[k, j + 1] * turn_y[k, j + 1]
             cross = x0 * y1 - x1 * y0
             area += cross
             moment += cross * (x0 + x1) / 3.0
-        shift = moment / area if area > 0.0 else 0.0
-        start = 0
-        for j in range(m):
-            # The chord that the new direction crosses.
-            across = -1.0
-            while start < m - 1:
-                x0, y0 = rim[k, start] * cosine[start] - shift, rim[k, start] * sine[start]
-                x1, y1 = rim[k, start + 1] * cosine[start + 1] - shift, rim[k, start + 1] * sine[start + 1]
-                if x1 * sine[j] - y1 * cosine[j] <= 0.0 or start == m - 2:
-                    turn = (y1 - y0) * cosine[j] - (x1 - x0) * sine[j]
-                    across = (x0 * y1 - x1 * y0) / turn if turn != 0.0 else -1.0
-                    break
-                start += 1
-            guess[k, j] = across if across > 0.0 else 0.5 * rim[k, j]
-        shifts[k] = shift
-    film, moved, out = radii.copy(), centre + shifts, np.empty(n)
+        moved[k] = centre[k] + (moment / area if area > 0.0 else 0.0)
+    film, out = radii.copy(), np.empty(n)
     _margins(film, moved, np.zeros(n), distance, out, n, lanes, code, p, key)
     for k in range(n):
-        if out[k] < 1.0:
-            centre[k] = moved[k]
-        else:                           # its centroid is not in the region: stay where light is known
-            out[k] = level[k]
-            guess[k, :] = rim[k, :]
+        if not level[k] < 1.0:
+            continue
+        if not out[k] < 1.0:            # its centroid is not in the region: stay where light is known
+            out[k], moved[k] = level[k], centre[k]
+        # Points evenly spaced along the rough rim give the directions, and where to begin along them.
+        for j in range(rough):
+            x[j], y[j] = centre[k] - moved[k] + first[k, j] * turn_x[k, j], first[k, j] * turn_y[k, j]
+            along[j] = along[j - 1] + math.hypot(x[j] - x[j - 1], y[j] - y[j - 1]) if j > 0 else 0.0
+        chord = 0
+        for j in range(m):
+            target = along[rough - 1] * j / (m - 1)
+            while chord < rough - 2 and along[chord + 1] < target:
+                chord += 1
+            width = along[chord + 1] - along[chord]
+            f = (target - along[chord]) / width if width > 0.0 else 0.0
+            px, py = x[chord] + f * (x[chord + 1] - x[chord]), y[chord] + f * (y[chord + 1] - y[chord])
+            guess[k, j] = max(math.hypot(px, py), 1e-3 * tolerance)
+            cosine[k, j], sine[k, j] = px / guess[k, j], py / guess[k, j]
+        cosine[k, 0], sine[k, 0], cosine[k, m - 1], sine[k, m - 1] = 1.0, 0.0, -1.0, 0.0
+        centre[k] = moved[k]
     _rims(radii, centre, out, cosine, sine, guess, distance, reach, tolerance, rim, lanes, code, p, key)
     return level
 
 
-def solve(lens: Lens, film_distance: float, film_radii, directions: int, tolerance: float,
+def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: float,
           wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
-    """Centres (n,) on the meridian and rims (n, directions) at equal angles 0 … π about them, in mm.
+    """Centres (n,) on the meridian, and (n, points, 2) of the upper half of each rim seen from them, in mm.
 
-    A radius whose region is empty has rims 0. tolerance: of a rim, in mm.
+    From the furthest point in +x to that in −x, evenly spaced to about a
+    twentieth. A radius whose region is empty has all its points at 0.
+    tolerance: of a rim, in mm.
     """
     radii = np.ascontiguousarray(film_radii, float)
-    angles = np.linspace(0.0, math.pi, directions)
-    cosine, sine = np.cos(angles), np.sin(angles)
-    sine[-1] = 0.0
-    centre, rim = np.zeros(radii.size), np.zeros((radii.size, directions))
+    shape = (radii.size, points)
+    centre, rim, cosine, sine = np.zeros(radii.size), np.zeros(shape), np.zeros(shape), np.zeros(shape)
     reach = REACH * lens.surfaces[-1].semi_diameter
-    level = _solve(radii, cosine, sine, film_distance, reach, tolerance, centre, rim, bench(np.float64),
+    level = _solve(radii, film_distance, reach, tolerance, centre, rim, cosine, sine, ROUGH_POINTS, bench(np.float64),
                    _address(trace, np.float64), packed(lens, film_distance, wavelength))
     centre[~(level < 1.0)] = 0.0
-    return centre, rim
+    return centre, np.stack([rim * cosine, rim * sine], 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,28 +265,39 @@ class ExitPupil:
     lens: Lens
     film_distance: float
     film_radii: np.ndarray          # (n,)
-    centres: np.ndarray             # (n,) on the meridian: the x that the rims are measured from
-    rims: np.ndarray                # (n, m) distance of the rim at m equal angles 0 … π; 0 where no light passes
+    centres: np.ndarray             # (n,) on the meridian: the x that the rims are seen from
+    rims: np.ndarray                # (n, m, 2) points of the upper half, from the centre; 0 where no light passes
 
     def boundary(self, i: int) -> np.ndarray:
         """(2 m − 2, 2) points of the rim, counter-clockwise from the one furthest in +x."""
-        angles = np.linspace(0.0, math.pi, self.rims.shape[1])
-        half = self.rims[i][:, None] * np.stack([np.cos(angles), np.sin(angles)], 1) + [self.centres[i], 0.0]
+        half = self.rims[i] + [self.centres[i], 0.0]
         return np.concatenate([half, half[-2:0:-1] * [1.0, -1.0]])
 
     @property
     def area(self) -> np.ndarray:
         """(n,) mm²: ∫ r²/2 over all directions, by the trapezium rule."""
-        squares = self.rims**2
-        return (squares.sum(1) - 0.5 * (squares[:, 0] + squares[:, -1])) * math.pi / (self.rims.shape[1] - 1)
+        return _integral(self.rims, lambda r2: r2)
+
+    @property
+    def cos4_area(self) -> np.ndarray:
+        """(n,) ∫ cos⁴θ dA in mm², θ at the film point; divided by film_distance² it is the irradiance of radiance 1.
+
+        By Gauss's rule along every radius of the region and the trapezium rule around it.
+        """
+        node, weight = np.polynomial.legendre.leggauss(12)
+        total = np.zeros(len(self.rims))
+        for t, w in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):
+            offset = t * self.rims + np.stack([self.centres - self.film_radii, 0.0 * self.centres], 1)[:, None, :]
+            cos2 = self.film_distance**2 / (self.film_distance**2 + (offset**2).sum(2))
+            total += w * _integral(self.rims, lambda r2, t=t, cos2=cos2: 2.0 * t * r2 * cos2**2)
+        return total
 
     @property
     def bounds(self) -> np.ndarray:
         """(n, 4) x0, y0, x1, y1: the box about the region that pbrt samples."""
-        tops = np.array([_peak(self.rims[i] * np.sin(np.linspace(0.0, math.pi, self.rims.shape[1])))
-                         for i in range(len(self.rims))])
-        x = np.array([[b[:, 0].min(), b[:, 0].max()] for b in map(self.boundary, range(len(self.rims)))])
-        return np.stack([x[:, 0], -tops, x[:, 1], tops], 1)
+        tops = np.array([_peak(rim[:, 1]) for rim in self.rims])
+        left, right = (np.array([_peak(sign * rim[:, 0]) for rim in self.rims]) for sign in (-1.0, 1.0))
+        return np.stack([self.centres - left, -tops, self.centres + right, tops], 1)
 
     @cached_property
     def _table(self) -> "PupilTable":
@@ -295,6 +318,12 @@ class ExitPupil:
         return np.stack([x + along * l, y + along * m], 1), weight / n_**4
 
 
+def _integral(rims: np.ndarray, radial) -> np.ndarray:
+    """∫ radial(r²) dθ over whole regions, (n,): twice the integral of f r dr from 0 to the rim, for the upper half."""
+    value = radial((rims**2).sum(2))
+    return ((value[:, 1:] + value[:, :-1]) * 0.5 * np.diff(np.arctan2(rims[..., 1], rims[..., 0]))).sum(1)
+
+
 def _peak(values: np.ndarray) -> float:
     """The maximum of a curve known at equal steps: of the parabola through the three highest neighbours."""
     i = int(np.argmax(values))
@@ -306,7 +335,7 @@ def _peak(values: np.ndarray) -> float:
 
 
 def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE,
-               directions: int = 257) -> ExitPupil:
+               points: int = 257) -> ExitPupil:
     """Solve the exit-pupil region for film points at these radii (mm); LensError for radii or distances that cannot be.
 
     film_distance: last vertex → film, mm. Rims to 1e-10 of the rear semi-diameter.
@@ -315,7 +344,7 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
     if not (np.isfinite(radii).all() and (radii >= 0.0).all() and math.isfinite(film_distance) and film_distance > 0.0):
         raise LensError("the exit pupil needs film radii of at least 0 mm and a film behind the lens")
     tolerance = 1e-10 * lens.surfaces[-1].semi_diameter
-    return ExitPupil(lens, film_distance, radii, *solve(lens, film_distance, radii, directions, tolerance, wavelength))
+    return ExitPupil(lens, film_distance, radii, *solve(lens, film_distance, radii, points, tolerance, wavelength))
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,12 +352,14 @@ class PupilTable:
     """The regions of RINGS film radii, each cut into 2 SECTORS triangles of equal area, for a camera to sample.
 
     outline: (RINGS, SECTORS + 1, 2) corners in the upper half, from the region's
-    centre; centres: (RINGS,); radius: of the last ring (mm). No light reaches the
-    film beyond it if it is less than the radius that was asked for.
+    centre; centres: (RINGS,). Ring k stands where 1 − √(1 − r / end) is k / (RINGS − 1)
+    of what it is at the last: the rings crowd towards a radius `end` where the light
+    ends, for there a region shrinks as a root. No light falls beyond dark_beyond.
     """
 
     film_distance: float
-    radius: float
+    radius: float                   # of the last ring, mm
+    end: float
     dark_beyond: float
     outline: np.ndarray
     centres: np.ndarray
@@ -339,39 +370,44 @@ class PupilTable:
         tolerance = 2e-4 * REACH * lens.surfaces[-1].semi_diameter
 
         def solved(radii, accuracy=tolerance):
-            return solve(lens, film_distance, radii, DIRECTIONS, accuracy, wavelength)
+            return solve(lens, film_distance, radii, POINTS, accuracy, wavelength)
 
-        radius, dark = film_radius, math.inf
-        radii = np.linspace(0.0, radius, RINGS)
+        end, dark = 4.0 * max(film_radius, 1e-30), math.inf
+        radii = _ring_radii(film_radius, end)
         centres, rims = solved(radii)
-        lit = np.nonzero(rims[:, 0] + rims[:, -1] > 0.0)[0]
+        lit = np.nonzero(rims[:, 0, 0] > rims[:, -1, 0])[0]
         if lit.size and lit[-1] < RINGS - 1:    # find where the light ends, spread the rings to there
             low, high = radii[lit[-1]], radii[lit[-1] + 1]
             for _ in range(3):
                 between = np.linspace(low, high, 18)[1:-1]
-                alive = np.nonzero(solved(between)[1][:, 0] > 0.0)[0]
+                alive = np.nonzero(solved(between)[1][:, 0, 0] > 0.0)[0]
                 last = alive[-1] if alive.size else -1
                 low, high = (between[last] if last >= 0 else low), (between[last + 1] if last < 15 else high)
-            radius = dark = high
-            centres, rims = solved(np.linspace(0.0, radius, RINGS))
+            film_radius = end = dark = high
+            centres, rims = solved(_ring_radii(high, high))
             centres[-1] = centres[-2]
-        return cls(film_distance, radius, dark if lit.size else 0.0, _equal_areas(rims * SPREAD), centres)
+        return cls(film_distance, film_radius, end, dark if lit.size else 0.0, _equal_areas(rims * SPREAD), centres)
 
     def step(self, normaliser: float) -> Step:
         """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
-        scale = (RINGS - 1) / self.radius if self.radius > 0.0 else 0.0
+        scale = (RINGS - 1) / (1.0 - math.sqrt(1.0 - self.radius / self.end))
         size = max(float(np.abs(self.outline).max()), 1e-30)
         cells = np.round((self.outline / size + 1.0) * (0.5 * (GRID - 1)))
+        head = [self.film_distance, scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser]
         return Step(aim, np.concatenate([
-            [self.film_distance, scale, self.dark_beyond, 1.0 / normaliser, 2.0 * size / (GRID - 1), -size],
+            [*head, 2.0 * size / (GRID - 1), -size],
             (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.centres]))
 
 
+def _ring_radii(radius: float, end: float) -> np.ndarray:
+    """(RINGS,) film radii 0 … radius, ever denser towards `end`."""
+    last = 1.0 - math.sqrt(1.0 - radius / end)
+    return end * (1.0 - (1.0 - np.linspace(0.0, last, RINGS)) ** 2)
+
+
 def _equal_areas(rims: np.ndarray) -> np.ndarray:
-    """(rings, directions) rims at equal angles → (rings, SECTORS + 1, 2) corners at equal areas on the same chords."""
-    angles = np.linspace(0.0, math.pi, rims.shape[1])
-    x, y = rims * np.cos(angles), rims * np.sin(angles)
-    y[:, -1] = 0.0
+    """(rings, points, 2) of the rims → (rings, SECTORS + 1, 2) corners at equal areas along the same chords."""
+    x, y = rims[..., 0], rims[..., 1]
     cross = x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]
     area = np.concatenate([np.zeros((len(rims), 1)), np.cumsum(cross, 1)], 1)
     corners = np.zeros((len(rims), SECTORS + 1, 2))
@@ -390,8 +426,8 @@ _NODES = SECTORS + 1
 def aim(lanes, p, key):
     """From a film point X, Y (mm, Z = 0) aim into the region that it sees: L, M, N and WEIGHT.
 
-    p: film distance, rings per mm of film radius, the radius beyond which no
-    light falls, 1 / normaliser, the size and origin of the corners' grid, then
+    p: film distance, rings per unit of 1 − √(1 − r / end), 1 / end, the radius
+    beyond which no light falls, 1 / normaliser, the size and origin of the corners' grid, then
     the table: both coordinates of every corner in one number, and the centres.
     The weight holds the exact area of the triangle that was sampled, so that
     neither the interpolation between rings nor the grid leaves an error, or a
@@ -403,12 +439,13 @@ def aim(lanes, p, key):
     ring, between, turn, corner = row[A0], row[A1], row[A2], row[A3]
     inner0, inner1, outer0, outer1 = row[A4], row[A5], row[A6], row[A7]
     centre0, centre1 = row[A8], row[A9]
-    distance, scale, dark, gain, cell, origin = p[0], p[1], p[2], p[3], p[4], p[5]
-    table = p[6:]
+    distance, scale, end, dark, gain, cell, origin = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
+    table = p[7:]
     last = real(RINGS - 1.001)
     for i in range(B):
         r = math.sqrt(x[i] * x[i] + y[i] * y[i])
-        k = r * scale
+        left = real(1) - r * end
+        k = (real(1) - math.sqrt(left if left > real(0) else real(0))) * scale
         k = k if k < last else last
         s = u[i] * real(2 * SECTORS)
         t = s - real(SECTORS) if s >= real(SECTORS) else s
@@ -439,8 +476,10 @@ def aim(lanes, p, key):
         a = e * centre0[i] + f * centre1[i] + reach * (h * ax + g * bx)
         b = reach * (h * ay + g * by)
         b = -b if u[i] >= real(0.5) else b
-        inverse = real(1) / math.sqrt(x[i] * x[i] + y[i] * y[i] + real(1e-12))
-        cosine, sine = x[i] * inverse, y[i] * inverse
+        r2 = x[i] * x[i] + y[i] * y[i]
+        off = r2 > real(1e-12)                              # on the axis every azimuth is the same
+        inverse = real(1) / math.sqrt(r2 if off else real(1))
+        cosine, sine = x[i] * inverse if off else real(1), y[i] * inverse
         dx, dy = a * cosine - b * sine - x[i], a * sine + b * cosine - y[i]
         size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)
         l[i], m[i], n[i] = dx * size, dy * size, -distance * size

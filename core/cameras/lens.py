@@ -4,8 +4,6 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from lensbench.blocktracer import tracer
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.thin import axis_irradiance, ideal
@@ -61,11 +59,8 @@ class LensCamera(Camera):
 
     @cached_property
     def axis_irradiance(self) -> float:
-        """∫ cos⁴θ dA over the region that the film's centre sees (mm²), by the trapezium rule over a solved rim."""
-        rim = exit_pupil(self.lens, self.film_distance, [0.0]).rims[0]
-        z2 = self.film_distance**2
-        each = 0.5 * z2 * rim**2 / (z2 + rim**2)            # ∫ ρ cos⁴ dρ, the region being a disk about the axis
-        return float(2.0 * math.pi * np.trapezoid(each, dx=1.0 / (len(rim) - 1)))
+        """∫ cos⁴θ dA over the region that the film's centre sees (mm²)."""
+        return exit_pupil(self.lens, self.film_distance, [0.0]).cos4_area[0]
 
     @property
     def pupil_centre(self) -> tuple[float, float]:

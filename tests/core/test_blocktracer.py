@@ -1,0 +1,101 @@
+"""The block kernel against the scalar reference, and float32 against float64 on a large sensor."""
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.blocktracer import tracer
+from lensbench.driver import Program
+from lensbench.lanes import MARGIN, WEIGHT, L, M, N, X, Y, Z
+
+NAMES = ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm", "pbrt-wide-22mm", "lenshh-cooke-triplet-50"]
+
+
+def block(lens, film_distance, origins, directions, towards="scene", real=np.float64):
+    """Rows X … N, WEIGHT, MARGIN of rays given in the lens frame, and answered in it."""
+    shift = lens.length + film_distance
+    o = np.array(origins) - [0.0, 0.0, shift]
+    out = Program([tracer(lens, film_distance, towards=towards)], real).run(
+        dict(zip([X, Y, Z, L, M, N, WEIGHT], [*o.T, *np.array(directions).T, np.ones(len(o))], strict=True)),
+        [X, Y, Z, L, M, N, WEIGHT, MARGIN], len(o))
+    out[2] += shift
+    return out
+
+
+def film_rays(lens, film_distance, n, rng, spread=1.3, film=15.0):
+    """Rays from film points to the rear element and beyond, in the lens frame."""
+    rear = lens.surfaces[-1].semi_diameter * spread
+    origins = np.stack([*rng.uniform(-film, film, (2, n)), np.full(n, lens.length + film_distance)], 1)
+    targets = np.stack([*rng.uniform(-rear, rear, (2, n)), np.full(n, lens.length)], 1)
+    d = targets - origins
+    return origins, d / np.linalg.norm(d, axis=1)[:, None]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("towards", ["scene", "film"])
+def test_the_block_kernel_agrees_with_the_reference(name, towards):
+    lens = lenses.load(name)
+    distance = lb.first_order(lens).bfl
+    rng = np.random.default_rng(3)
+    if towards == "scene":
+        origins, directions = film_rays(lens, distance, 20_000, rng)
+    else:
+        a = lens.surfaces[0].semi_diameter
+        origins = np.stack([*rng.uniform(-a, a, (2, 20_000)), np.full(20_000, -5.0)], 1)
+        directions = np.stack([*rng.uniform(-0.5, 0.5, (2, 20_000)), np.ones(20_000)], 1)
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+    reference = lb.trace(lens, origins, directions)
+    out = block(lens, distance, origins, directions, towards)
+    passed = reference.fate == lb.Fate.PASSED
+    assert np.array_equal(out[6] > 0.0, passed)
+    assert 100 < passed.sum() < 19_900                              # both kinds are there
+    np.testing.assert_allclose(out[:3].T[passed], reference.points[passed], rtol=0.0, atol=1e-11)
+    np.testing.assert_allclose(out[3:6].T[passed], reference.directions[passed], rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_float32_keeps_every_fate_and_a_hundredth_of_a_pixel_at_24_megapixels(name):
+    """A 36 × 24 mm film of 6000 × 4000 pixels: the direction's error on the film is angle × focal length."""
+    lens = lenses.load(name)
+    fo = lb.first_order(lens)
+    count = 200_000
+    rng = np.random.default_rng(5)
+    # rays through the sampled region, as a camera makes them; the rim's last 1e-5 decides either way
+    camera = lb.LensCamera(lens, lb.Film(pixels_x=6000, pixels_y=4000))
+    raster, uv = rng.uniform(0.0, 1.0, (count, 2)) * [6000, 4000], rng.uniform(0.0, 1.0, (count, 2))
+    program = [camera.film.step, camera.camera_steps()[0]]
+    rows = Program(program, np.float32).run(
+        {X: raster[:, 0], Y: raster[:, 1], 0: uv[:, 0], 1: uv[:, 1]}, [X, Y, Z, L, M, N], count)
+    given = dict(zip([X, Y, Z, L, M, N, WEIGHT], [*rows, np.ones(count, np.float32)], strict=True))
+    step = camera.camera_steps()[1]
+    single = Program([step], np.float32).run(given, [L, M, N, WEIGHT, MARGIN], count).astype(float)
+    double = Program([step], np.float64).run(given, [L, M, N, WEIGHT, MARGIN], count)
+    sure = ~(np.abs(double[4] - 1.0) < 1e-5)
+    assert np.array_equal((single[3] > 0.0)[sure], (double[3] > 0.0)[sure])
+    both = (single[3] > 0.0) & (double[3] > 0.0)
+    cross = np.linalg.norm(np.cross(single[:3].T[both], double[:3].T[both]), axis=1)
+    pixels = cross * fo.efl / (36.0 / 6000)
+    assert pixels.max() < 0.01
+
+
+def test_a_plane_and_a_sphere_of_a_million_kilometres_bend_a_ray_alike():
+    for curvature in (0.0, 1e-9, -1e-9, 1e-12):
+        lens = lb.Lens((lb.Surface(0.02, 5.0, 10.0, lb.Glass(1.6)), lb.Surface(curvature, 5.0, 12.0)), 0)
+        rng = np.random.default_rng(0)
+        origins, directions = film_rays(lens, 40.0, 500, rng, spread=0.5, film=5.0)
+        for real, tolerance in ((np.float64, 1e-6), (np.float32, 2e-5)):
+            flat = block(lb.Lens((lens.surfaces[0], lb.Surface(0.0, 5.0, 12.0)), 0), 40.0, origins, directions,
+                         real=real)
+            bent = block(lens, 40.0, origins, directions, real=real)
+            assert np.abs(bent[:6] - flat[:6]).max() < tolerance
+
+
+def test_rays_that_turn_backward_are_blocked_without_a_number_that_is_not_one():
+    """A film six times too large: nothing but a blocked sample comes of it."""
+    lens = lenses.load("pbrt-fisheye-10mm")
+    origins, directions = film_rays(lens, lb.first_order(lens).bfl, 50_000, np.random.default_rng(1), 3.0, 130.0)
+    reference = lb.trace(lens, origins, directions)
+    out = block(lens, lb.first_order(lens).bfl, origins, directions)
+    assert np.array_equal(out[6] > 0.0, reference.fate == lb.Fate.PASSED)
+    assert set(np.unique(out[6])) <= {0.0, 1.0}
