@@ -15,7 +15,7 @@ from lensbench.app import section_drawing as drawing
 from lensbench.app import theme
 from lensbench.app.glass_outline import elements
 from lensbench.app.pupil_sketch import region
-from lensbench.app.readings import setup
+from lensbench.app.readings import readings
 from lensbench.app.scale import format_distance, format_f_number
 from lensbench.app.section_drawing import Canvas
 from lensbench.app.section_sketch import Sketch, sketch
@@ -153,7 +153,7 @@ def _looked_around(canvas: Canvas) -> Canvas:
 
 def _handles(shown: Sketch, canvas: Canvas) -> tuple[ImVec2 | None, tuple[ImVec2, ImVec2] | None]:
     """Where the upper edge of the stop can be taken, and the film; None where they cannot."""
-    stop = canvas.place(shown.stop_z, shown.stop_radius) if shown.stop_radius and shown.open_radius else None
+    stop = canvas.place(shown.stop_z, shown.stop_radius) if shown.stop_radius else None
     if shown.lens is None or not math.isfinite(lb.first_order(shown.lens).efl):
         return stop, None
     return stop, drawing.film_handle(shown, canvas)
@@ -171,19 +171,22 @@ def _pull(value: float, along: float, scale: float) -> float:
 
 def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float) -> Settings:
     """The item just submitted is an edge of the stop: its height is the stop's radius."""
-    assert shown.stop_radius is not None and shown.open_radius is not None
+    assert shown.stop_radius is not None
     if imgui.is_item_hovered() or imgui.is_item_active():
         imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ns)
-        _tell("Aperture stop: drag to change the f-number", _f_number_text(settings))
+        _tell("Aperture stop: drag to change the f-number", format_f_number(readings(settings).f_number or 0.0))
     if not imgui.is_item_active():
         return settings
     before = _bench.mouse
     radius = _pull(shown.stop_radius, -side * imgui.get_mouse_pos().y, canvas.view.scale)
     if imgui.is_item_activated() or _bench.mouse == before:
         return settings
-    widest = lb.first_order(design(settings)).f_number
-    radius = min(max(radius, SMALLEST_STOP * shown.open_radius), shown.open_radius)
-    return replace(settings, f_number=widest * shown.open_radius / radius)
+    if shown.lens is None or shown.open_radius is None:     # the perspective camera's, as wide as f/0.5
+        open_radius, widest = shown.film_z, 0.5
+    else:
+        open_radius, widest = shown.open_radius, lb.first_order(design(settings)).f_number
+    radius = min(max(radius, SMALLEST_STOP * open_radius), open_radius)
+    return replace(settings, f_number=widest * open_radius / radius)
 
 
 def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas) -> Settings:
@@ -207,10 +210,6 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas) -> Settings
     except lb.LensError:
         return settings
     return replace(settings, focus_distance=focus)
-
-
-def _f_number_text(settings: Settings) -> str:
-    return format_f_number(setup(settings).first_order.f_number)
 
 
 def _tell(what: str, value: str) -> None:
