@@ -33,6 +33,7 @@ class Frame:
     fitted_to: tuple = ()
     fit: bool = False
     span: float = 20.0          # mm shown across
+    shape: tuple[int, int] = (1, 1)     # pixels
 
 
 _frame = Frame()
@@ -78,7 +79,7 @@ def _plot(stand: Setup, fields: list[Region], seen: Region, samples: BoxSamples,
     if size.y < 40.0:
         return
     rear = stand.lens.surfaces[-1].semi_diameter
-    key = (rear, stand.lens.length, size.x, size.y)
+    key = (rear, stand.lens.length, size.x, size.y, _frame.shape)
     refit = _frame.fit or _frame.fitted_to != key
     _frame.fitted_to, _frame.fit = key, False
     roomy = size.x > theme.em(11) and size.y > theme.em(9)
@@ -86,13 +87,15 @@ def _plot(stand: Setup, fields: list[Region], seen: Region, samples: BoxSamples,
     if implot.begin_plot("Exit pupil plot", size, PLOT_FLAGS | implot.Flags_.equal):
         implot.setup_axes("x (mm)" if roomy else "", "y (mm)" if roomy else "", AXIS_FLAGS, AXIS_FLAGS)
         condition = implot.Cond_.always if refit else implot.Cond_.once
-        implot.setup_axes_limits(-MARGIN * rear, MARGIN * rear, BELOW * rear, ABOVE * rear, condition)
+        x0, x1, y0, y1 = _limits(rear, *_frame.shape)
+        implot.setup_axes_limits(x0, x1, y0, y1, condition)
         if refit:
-            _frame.span = 2.0 * MARGIN * rear
+            _frame.span = x1 - x0
         for axis in (implot.ImAxis_.x1, implot.ImAxis_.y1):
             implot.setup_axis_ticks(axis, *_ticks(_frame.span, rear), False)
         plot = PlotMap.current(log=False)
         _frame.span = plot.x1 - plot.x0
+        _frame.shape = (round(plot.right - plot.left), round(plot.bottom - plot.top))
         draw = implot.get_plot_draw_list()
         implot.push_plot_clip_rect()
         _draw(draw, plot, rear, fields, seen, samples, reach)
@@ -104,6 +107,13 @@ def _plot(stand: Setup, fields: list[Region], seen: Region, samples: BoxSamples,
     imgui.pop_font()
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(size)
+
+
+def _limits(rear: float, width: int, height: int) -> tuple[float, float, float, float]:
+    """x0, x1, y0, y1 (mm) that hold the rear rim and what leans over it, in the shape of the plot."""
+    mm = max(2.0 * MARGIN * rear / max(width, 1), (ABOVE - BELOW) * rear / max(height, 1))     # per pixel
+    middle = 0.5 * (ABOVE + BELOW) * rear
+    return -0.5 * width * mm, 0.5 * width * mm, middle - 0.5 * height * mm, middle + 0.5 * height * mm
 
 
 def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
