@@ -109,7 +109,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
         help="pixels across and down; without --film, the film is cut to their shape")
     add("--fov", type=option(read_angle), metavar="ANGLE",
         help="field of view along the shorter side, such as 30deg: crops the film, or sets the perspective camera")
-    add("--position", type=option(read_position), metavar="X,Y,Z", help="of the camera, such as 0,20cm,1m, or with = where it begins with a minus")
+    add("--position", type=option(read_position), metavar="X,Y,Z",
+        help="of the camera, such as 0,20cm,1m, or with = where it begins with a minus")
     add("--yaw", type=option(read_angle), metavar="ANGLE", help="turn the camera to the left")
     add("--pitch", type=option(read_angle), metavar="ANGLE", help="turn the camera up")
     add("--samples", type=option(read_count), metavar="N", help="samples a pixel, where the render stops")
