@@ -53,7 +53,7 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     settings = _scene(settings, chooser)
     settings = _film(settings, chooser)
     settings = _model(settings)
-    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, 0.0))
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
     imgui.dummy(ImVec2(0.0, theme.em(0.3)))
     settings = _rings(settings)
     imgui.pop_style_var()
@@ -111,7 +111,7 @@ def _cards() -> tuple[lenses.Card, ...]:
 
 def _plain_title(card: lenses.Card) -> str:
     """The title without the focal length and the f-number, which stand in columns of their own."""
-    return re.sub(r"\s+[\d.–]+\s*mm\b", "", re.sub(r"\s+f/[\d.]+", "", card.title)).strip()
+    return re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.]+", "", card.title).strip(" ,")
 
 
 def lens_title(name: str) -> str:
@@ -173,7 +173,8 @@ def _card(card: lenses.Card, selected: bool) -> bool:
         imgui.pop_text_wrap_pos()
         imgui.end_tooltip()
     right = imgui.get_window_width() - theme.em(0.6)
-    draw, y = imgui.get_window_draw_list(), imgui.get_item_rect_min().y
+    draw = imgui.get_window_draw_list()
+    y = round(0.5 * (imgui.get_item_rect_min().y + imgui.get_item_rect_max().y - imgui.get_text_line_height()))
     left = imgui.get_window_pos().x
     dim = theme.packed(theme.colours().dim)
     f_number = f"f/{card.f_number:.3g}" if card.f_number else ""

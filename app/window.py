@@ -72,6 +72,7 @@ class Bench:
 
     def opened(self) -> None:
         """The GL context is there."""
+        sys.setswitchinterval(0.001)            # the worker gets its turn soon, also beside a busy window
         moderngl.init_context()
         self._screen = Screen(moderngl.get_context())
         theme.style_implot()
@@ -255,21 +256,37 @@ class Bench:
                     self._broken.add(message)
                     self.view.say(message)
                     traceback.print_exc(file=sys.stderr)
+            if name in PANELS:
+                self._hurry()
         return call
+
+    def _hurry(self) -> None:
+        """Send the worker off as soon as one panel has changed the picture: the others take their time to follow."""
+        if self.edited.picture != self.history.present.picture:
+            with suppress(ValueError):
+                self.worker.restart(self.edited.checked())
 
     def draw_render(self) -> None:
         """The render, in the central node without a tab."""
         one = imgui.WindowClass()
         one.dock_node_flags_override_set = imgui.internal.DockNodeFlagsPrivate_.no_tab_bar
         imgui.set_next_window_class(one)
-        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0.0, 0.0))
         imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*theme.colours().ground))
-        shown, _ = imgui.begin("Render", None, imgui.WindowFlags_.no_scrollbar | imgui.WindowFlags_.no_scroll_with_mouse
-                               | imgui.WindowFlags_.no_collapse)
+        self._panel("Render", 0.0, self._draw_render)
         imgui.pop_style_color()
+
+    def draw_section(self) -> None:
+        """The lens, cut open, with a narrow margin."""
+        self._panel("Section", 4.0 * theme.scale(), self._draw_section)
+
+    def _panel(self, name: str, padding: float, draw: Callable[[], None]) -> None:
+        """A window of its own margin, that neither scrolls nor folds."""
+        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(padding, padding))
+        flags = imgui.WindowFlags_
+        shown, _ = imgui.begin(name, None, flags.no_scrollbar | flags.no_scroll_with_mouse | flags.no_collapse)
         imgui.pop_style_var()
         if shown:
-            self.guarded("Render", self._draw_render)()
+            self.guarded(name, draw)()
         imgui.end()
 
     def _draw_render(self) -> None:
@@ -289,11 +306,10 @@ class Bench:
         readouts_panel(self.edited, Status(news.rate if news else 0.0, hello_imgui.frame_rate(),
                                            news.samples if news else 0))
 
-    def draw_section(self) -> None:
-        """The lens, cut open."""
+    def _draw_section(self) -> None:
         from lensbench.app.section import section_panel
 
-        self.edited = section_panel(self.edited)
+        self.edited = section_panel(self.edited, self._film_radius)
 
     def draw_confusion(self) -> None:
         """The circles of confusion."""
@@ -464,7 +480,7 @@ def parameters(bench: Bench, size: tuple[int, int] = SIZE) -> hello_imgui.Runner
     runner.docking_params.dockable_windows = [
         _panel("Controls", "Left", bench, bench.draw_controls),
         _panel("Read-outs", "LeftBottom", bench, bench.draw_readouts),
-        _panel("Section", "Bottom", bench, bench.draw_section),
+        _panel("Section", "Bottom", bench, bench.draw_section, own_begin=True),
         _panel("Circle of confusion", "Right", bench, bench.draw_confusion),
         _panel("Exit pupil", "RightBottom", bench, bench.draw_pupil),
         _panel("Render", "MainDockSpace", bench, bench.draw_render, own_begin=True),

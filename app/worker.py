@@ -211,8 +211,11 @@ class Worker:
             return True
         if self._depth_due(job):
             return True
-        target = min(self._target, PAUSED_SAMPLES) if self._paused else self._target
-        return job.rendering.samples < target
+        return job.rendering.samples < self._present_target
+
+    @property
+    def _present_target(self) -> int:
+        return min(self._target, PAUSED_SAMPLES) if self._paused else self._target
 
     def _depth_due(self, job: _Job) -> bool:
         return job.depth is None and job.rendering.samples >= (
@@ -241,7 +244,7 @@ class Worker:
                 self._woken()
             return
 
-        count = max(1, min(job.pass_samples, self._target - job.rendering.samples))
+        count = max(1, min(job.pass_samples, self._present_target - job.rendering.samples))
         if not job.rendering.add(count, pool, wanted):
             return
         seconds = perf_counter() - begun
