@@ -12,28 +12,14 @@ from functools import lru_cache
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-import lensbench as lb
 from lensbench.app import theme
+from lensbench.app.coc_curves import Curves, curves, main, plot_range
 from lensbench.app.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, pieces, text
-from lensbench.app.readings import Readings, optical, readings, setup
-from lensbench.app.scale import WHOLE_STOPS, format_distance, format_f_number
+from lensbench.app.readings import Readings, optical, readings
+from lensbench.app.scale import format_distance, format_f_number
 from lensbench.app.settings import Settings
 
-NEIGHBOURS = (-1, 2, 5)         # stops from the present f-number, drawn faint
-SMALLEST = 1e-4                 # µm: a curve's dip at the focus ends here, below every plot
 THIN, THICK = (1.5, 3.0), (6.0, 3.0)             # dashes and gaps, pixels
-ROUND = (1.0, 2.0, 5.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Curves:
-    """Diameters (µm) at distances (m) from the film; real is None where nothing is traced."""
-
-    distances: np.ndarray
-    thin: np.ndarray
-    thick: np.ndarray | None
-    real: np.ndarray | None
-    neighbours: tuple[tuple[float, np.ndarray], ...]
 
 
 @dataclass
@@ -48,62 +34,6 @@ class Frame:
 
 
 _frame = Frame()
-
-
-def plot_range(settings: Settings, got: Readings) -> tuple[float, float, float, float]:
-    """Distances (m) and diameters (µm) that the plot shows of a lens, whatever its stop and focus."""
-    nearest = (got.nearest_focus or 4.0 * (got.efl or 50.0)) / 1000.0
-    widest = got.widest_f_number or min(got.f_number or 2.8, 2.8)
-    efl = got.efl or 50.0
-    reach = efl * efl / (widest * (got.limit or 0.03)) / 1000.0
-    low = _round_down(max(nearest, 0.01))
-    high = _round_up(min(max(1.1 * reach, 60.0 * low, 20.0), 1000.0))
-    top = _round_up(max(3000.0 * efl * efl / (widest * max(1000.0, 4.0 * efl)), 300.0))
-    return low, high, 2.0, top
-
-
-@lru_cache(maxsize=32)
-def curves(settings: Settings, low: float, high: float) -> Curves:
-    """The curves of these settings between two distances (m); a ValueError or OSError where there are none."""
-    got = readings(settings)
-    if got.efl is None or got.f_number is None:
-        raise ValueError(got.reason or "A pinhole has no circle of confusion")
-    focus = settings.focus_distance
-    distances = np.geomspace(low, high, 72) * 1000.0
-    if math.isfinite(focus):
-        steps = np.geomspace(1e-3, 0.3, 16)
-        distances = np.concatenate([distances, [focus], focus * (1.0 - steps), focus * (1.0 + steps)])
-        distances = np.unique(distances[(distances >= 1000.0 * low) & (distances <= 1000.0 * high)])
-    if settings.model == "perspective":
-        thin = lb.circle_of_confusion(got.efl, got.f_number, focus, distances)
-        return Curves(distances / 1000.0, _micrometres(thin), None, None, _neighbours(got, thin))
-    stand = setup(settings)
-    offset = stand.principal_offset
-    from_lens = np.maximum(distances - offset, 1e-3)
-    s_f = max(focus, got.nearest_focus or 0.0) - offset
-    thin = np.where(distances > offset, lb.circle_of_confusion(got.efl, got.f_number, s_f, from_lens), np.nan)
-    thick = lb.thick_circle_of_confusion(stand.lens, stand.film_distance, distances)
-    real = None
-    if settings.model == "trace":
-        real = _micrometres(lb.real_circle_of_confusion(stand.lens, stand.film_distance, distances)[0])
-    return Curves(distances / 1000.0, _micrometres(thin), _micrometres(thick), real, _neighbours(got, thick))
-
-
-def _micrometres(millimetres: np.ndarray) -> np.ndarray:
-    return np.maximum(1000.0 * millimetres, SMALLEST)
-
-
-def _neighbours(got: Readings, coc: np.ndarray) -> tuple[tuple[float, np.ndarray], ...]:
-    """The same curve at whole stops around, for a diameter goes as 1 / f-number."""
-    assert got.f_number is not None
-    here = min(range(len(WHOLE_STOPS)), key=lambda i: abs(math.log(WHOLE_STOPS[i] / got.f_number)))
-    found = []
-    for step in NEIGHBOURS:
-        if 0 <= here + step < len(WHOLE_STOPS):
-            f_number = WHOLE_STOPS[here + step]
-            if 0.98 * (got.widest_f_number or 0.0) <= f_number <= max(32.0, got.f_number):
-                found.append((f_number, _micrometres(coc * got.f_number / f_number)))
-    return tuple(found)
 
 
 def coc_panel(settings: Settings) -> Settings:
@@ -196,13 +126,16 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
     for y, (_, _, on, off) in zip(rows, across, strict=True):
         dashed_line(draw, ImVec2(plot.left, y), ImVec2(plot.right, y), theme.packed(colour.dim, 0.8), on, off)
     column, focus = _focus_column(settings, plot), format_distance(settings.focus_distance)
+    taken: list[tuple[float, float, float]] = []            # top, bottom and right end of what is written
     if got.hyperfocal is not None:
         x = math.floor(plot.at(got.hyperfocal / 1000.0, 1.0).x) + 0.5
         dashed_line(draw, ImVec2(x, plot.bottom), ImVec2(x, plot.top), theme.packed(colour.faint), 1.5, 4.0)
         for name in (f"hyperfocal {format_distance(got.hyperfocal)}", "hyperfocal"):
             left = x - 4.0 * pixel - imgui.calc_text_size(name).x
             if x < plot.right and not left - 8.0 * pixel < column < x and left > plot.left:
-                text(draw, ImVec2(left, plot.top + line + 3.0 * pixel), colour.dim, name)
+                top = plot.top + line + 3.0 * pixel
+                text(draw, ImVec2(left, top), colour.dim, name)
+                taken.append((top, top + line, x + 4.0 * pixel))
                 break
 
     # Curves
@@ -215,14 +148,14 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
         return plot.at(shown.distances[-1], diameters[-1]).y
 
     # Names at the right ends, the first the surest of its place
-    legend = _name_models(draw, plot, shown, column)
+    taken += _name_models(draw, plot, shown, column)
     here = end(main(shown))
     labels = [(here, format_f_number(got.f_number), colour.strong, False)]
     labels += [(y, name, colour.dim, name == "pixel" and pitch > limit)
                for y, (_, name, *_) in zip(rows, across, strict=True)]
     labels += [(end(diameters), format_f_number(f_number), colour.dim, end(diameters) < here - 1.0)
                for f_number, diameters in shown.neighbours]
-    _name_ends(draw, plot, right, labels, legend)
+    _name_ends(draw, plot, right, labels, taken)
 
     # The plane in focus
     x = column
@@ -233,11 +166,6 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
     for edge in (got.near_limit, got.far_limit):
         if edge is not None and math.isfinite(edge) and limit > 0.0:
             draw.add_circle_filled(plot.at(edge / 1000.0, limit), 2.5 * pixel, theme.packed(colour.amber))
-
-
-def main(shown: Curves) -> np.ndarray:
-    """The curve that the rendered picture follows."""
-    return shown.real if shown.real is not None else shown.thick if shown.thick is not None else shown.thin
 
 
 @lru_cache(maxsize=4)
@@ -286,7 +214,7 @@ def _name_models(draw: imgui.ImDrawList, plot: PlotMap, shown: Curves, focus: fl
             dashed_line(draw, *ends, theme.packed(colour.text), on, off)
         text(draw, ImVec2(x + 19.0 * pixel, y), colour.dim, name)
         y += line
-    return [(plot.bottom - (len(rows) + 0.3) * line, plot.bottom, x + 24.0 * pixel + imgui.calc_text_size("thick").x)]
+    return [(plot.bottom - (len(rows) + 0.1) * line, plot.bottom, x + 24.0 * pixel + imgui.calc_text_size("thick").x)]
 
 
 def _focus_column(settings: Settings, plot: PlotMap) -> float:
@@ -327,13 +255,3 @@ def _tell(plot: PlotMap, settings: Settings, shown: Curves) -> None:
                 value = float(np.exp(np.interp(math.log(distance), np.log(shown.distances), np.log(diameters))))
                 imgui.text_disabled(f"{name} lens  {value:.3g} µm  {value / pitch:.2g} px")
         imgui.end_tooltip()
-
-
-def _round_down(value: float) -> float:
-    decade = 10.0 ** math.floor(math.log10(value))
-    return max(step * decade for step in ROUND if step * decade <= value * 1.05)
-
-
-def _round_up(value: float) -> float:
-    decade = 10.0 ** math.floor(math.log10(value))
-    return next(step * decade for step in (*ROUND, 10.0) if step * decade >= value * 0.999)

@@ -12,6 +12,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 import lensbench as lb
 from lensbench.app import section_drawing as drawing
+from lensbench.app import section_marks as marks
 from lensbench.app import theme
 from lensbench.app.glass_outline import elements
 from lensbench.app.pupil_sketch import region
@@ -86,7 +87,7 @@ def section_panel(settings: Settings, film_radius: float | None = None) -> Setti
     draw.push_clip_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), True)
     theme.small()
     _draw(draw, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None)
-    over_toggle = _dead_ray_toggle(corner, size)
+    over_toggle = not shown.ideal and _dead_ray_toggle(corner, size)
     imgui.pop_font()
     draw.pop_clip_rect()
     if hovered and not (stop_lit or film_lit or over_toggle) and not imgui.is_mouse_down(imgui.MouseButton_.left):
@@ -106,7 +107,7 @@ def _draw(draw: imgui.ImDrawList, shown: Sketch, canvas: Canvas, film_radius: fl
         bounds = _region_bounds(shown.lens, shown.film_z - shown.rear_z, film_radius)
         if bounds is not None:
             drawing.draw_region(draw, shown, canvas, *bounds, film_radius)
-    drawing.draw_marks(draw, shown, canvas)
+    marks.draw_marks(draw, shown, canvas)
     drawing.draw_stop(draw, shown, canvas)
     drawing.draw_stop_handles(draw, shown, canvas, stop_lit)
     drawing.draw_film(draw, shown, canvas, film_lit, movable)
@@ -127,10 +128,10 @@ def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2) -> 
     """The view kept, or fitted anew where lens, film or panel are others than before."""
     line = imgui.get_text_line_height()
     key = (settings.lens, settings.focal_length, settings.model == "perspective", settings.film_width,
-           settings.film_height, settings.crop, size.x, size.y)
+           settings.film_height, size.x, size.y)
     if _bench.view is None or _bench.fitted_to != key:
         front = min([0.0, *(float(ray.path[1][0]) for fan in shown.fans for ray in fan.rays)])
-        half = max(shown.film_height, 1.1 * shown.glass_radius)
+        half = max(shown.film_height / settings.crop, 1.1 * shown.glass_radius)
         _bench.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line)
         _bench.fitted_to = key
     return Canvas(corner.x, corner.y, size.x, size.y, _bench.view)
@@ -220,14 +221,14 @@ def _tell(what: str, value: str) -> None:
 
 
 def _dead_ray_toggle(corner: ImVec2, size: ImVec2) -> bool:
-    """A small switch in the upper right corner; whether the mouse is over it."""
+    """A small switch in the upper left corner, where the fewest rays run; whether the mouse is over it."""
     colour = theme.colours()
     icon = icons_fontawesome_6.ICON_FA_EYE if _bench.dead_rays else icons_fontawesome_6.ICON_FA_EYE_SLASH
     text = f"{icon}  Dead rays"
     extent, pad = imgui.calc_text_size(text), theme.em(0.4)
     if size.x < extent.x + 4.0 * pad:
         return False
-    at = ImVec2(corner.x + size.x - extent.x - 2.0 * pad, corner.y + pad)
+    at = ImVec2(corner.x + 2.0 * pad, corner.y + pad)
     imgui.set_cursor_screen_pos(ImVec2(at.x - pad, at.y - 0.5 * pad))
     if imgui.invisible_button("Dead rays", ImVec2(extent.x + 2.0 * pad, extent.y + pad)):
         _bench.dead_rays = not _bench.dead_rays
@@ -247,7 +248,7 @@ def _explain(shown: Sketch, canvas: Canvas) -> None:
         if abs(at.x - mouse.x) < 4.0 * pixel and abs(at.y - mouse.y) < 7.0 * pixel:
             _tell(f"{mark.sign}  {mark.meaning}", f"z = {mark.z:.2f} mm from the first vertex")
             return
-    found = drawing.nearest_ray(shown, canvas, mouse, 4.0 * pixel, _bench.dead_rays)
+    found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, _bench.dead_rays)
     if found is not None:
         fan, i = found
         ray = fan.rays[i]

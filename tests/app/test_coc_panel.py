@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench.app import coc_panel
-from lensbench.app.coc_panel import curves, main, plot_range
+from lensbench.app.coc_curves import SMALLEST, curves, main, plot_range
 from lensbench.app.plot_axes import PlotMap, log_ticks, pieces
 from lensbench.app.readings import readings, setup
 from lensbench.app.settings import Settings
@@ -30,7 +30,7 @@ def test_the_thin_curve_is_the_closed_form_measured_from_the_lens(focus):
     s, s_f = 1000.0 * drawn.distances - offset, focus - offset
     # A f |1/s − 1/s_f| s_f / (s_f − f)
     expected = got.efl / got.f_number * got.efl * np.abs(1.0 / s - 1.0 / s_f) / (1.0 - got.efl / s_f)
-    assert drawn.thin == pytest.approx(np.maximum(1000.0 * expected, coc_panel.SMALLEST), rel=1e-9)
+    assert drawn.thin == pytest.approx(np.maximum(1000.0 * expected, SMALLEST), rel=1e-9)
 
 
 @pytest.mark.parametrize("focus", [600.0, 1200.0])
@@ -46,7 +46,7 @@ def test_thin_thick_and_real_agree_on_a_slow_lens(focus):
 def test_the_curve_dips_at_the_focus_and_the_real_one_keeps_its_aberrations():
     drawn = shown(START)
     at = int(np.argmin(np.abs(drawn.distances - 1.2)))
-    assert drawn.thin[at] == pytest.approx(coc_panel.SMALLEST, rel=1e-6)
+    assert drawn.thin[at] == pytest.approx(SMALLEST, rel=1e-6)
     assert 0.5 < drawn.real.min() < 30.0
 
 

@@ -12,8 +12,8 @@ from lensbench import lenses
 from lensbench.app import section
 from lensbench.app.glass_outline import elements, sag
 from lensbench.app.readings import setup
-from lensbench.app.section_drawing import pushed_apart
 from lensbench.app.section_fans import Ray
+from lensbench.app.section_marks import pushed_apart
 from lensbench.app.section_sketch import sketch
 from lensbench.app.section_view import fitted, round_length
 from lensbench.app.settings import Settings, design
