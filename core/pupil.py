@@ -57,6 +57,7 @@ SCAN = 32               # points along the meridian in one look for the region
 ZOOMS = 6               # looks, each SCAN / 2 times as fine
 RINGS, SECTORS = 64, 32         # of the table that a camera samples: film radii, triangles in half the region
 POINTS = 33                     # solved on the upper half of each rim for that table
+STEEP = 0.5                     # root margin − 1 beyond which it is not taken at its word
 ROUGH, ROUGH_POINTS = 0.004, 25        # how well the first rims are solved (× reach), and at how many points
 GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
 SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
@@ -82,8 +83,7 @@ def _margins(film_radius, px, py, distance, out, n, lanes, code, p, key):
 def _centres(radii, distance, reach, centre, level, lanes, code, p, key):
     """For each film radius a point (centre, 0) well inside its region; level is its root margin, ≥ 1: none found.
 
-    The meridian is scanned ever more finely about the least margin until some
-    points pass; the centre is then the middle of those that do.
+    The meridian is scanned ever more finely about the point of least margin until that passes.
     """
     n = radii.size
     low, high = np.full(n, -reach), np.full(n, reach)
@@ -103,16 +103,9 @@ def _centres(radii, distance, reach, centre, level, lanes, code, p, key):
         at = 0
         for k in range(n):
             if not level[k] < 1.0:
-                least, first, last = 0, -1, -1
-                for j in range(SCAN):
-                    if out[at + j] < out[at + least]:
-                        least = j
-                    if out[at + j] <= 1.0:
-                        first, last = (j if first < 0 else first), j
-                if first >= 0:
-                    middle = (first + last) // 2
-                    if out[at + middle] < 1.0:
-                        least = middle
+                least = 0
+                for j in range(1, SCAN):
+                    least = j if out[at + j] < out[at + least] else least
                 centre[k], level[k] = px[at + least], out[at + least]
                 width = (high[k] - low[k]) / SCAN
                 low[k], high[k] = centre[k] - width, centre[k] + width
@@ -123,8 +116,8 @@ def _centres(radii, distance, reach, centre, level, lanes, code, p, key):
 def _rims(radii, centre, level, cosine, sine, guess, distance, reach, tolerance, rim, lanes, code, p, key):
     """Distance from each centre to the rim of its region in each direction: rim (radii, directions).
 
-    A bracketed secant (Illinois) on root margin − 1, which is nearly linear;
-    where the far end of the bracket is no number it is halved instead.
+    A bracketed secant (Illinois) on root margin − 1, which is nearly linear up
+    to STEEP; beyond, and where a ray is no number, that value stands for it.
     """
     m = cosine.shape[1]
     size = radii.size * m
@@ -160,20 +153,19 @@ def _rims(radii, centre, level, cosine, sine, guess, distance, reach, tolerance,
                 f_outer[i] *= 0.5 if side[i] == 1.0 else 1.0
                 side[i] = 1.0
             else:
-                outer[i], f_outer[i] = x, f
+                outer[i], f_outer[i] = x, min(f, STEEP)
                 f_inner[i] *= 0.5 if side[i] == -1.0 else 1.0
                 side[i] = -1.0
             # Where to look next.
             if outer[i] == math.inf:
                 ahead = -f / slope if slope > 0.0 else x
-                x_next = x + min(ahead * 1.02 + 0.1 * tolerance, x + tolerance)
-            elif f_outer[i] == math.inf:
-                x_next = 0.5 * (inner[i] + outer[i])
+                x_next = x + max(min(ahead * 1.02, x), tolerance)
             else:
                 x_next = inner[i] - f_inner[i] * (outer[i] - inner[i]) / (f_outer[i] - f_inner[i])
             trial[i] = x_next
             rim[i // m, i % m] = x_next
-            if abs(x_next - x) > tolerance and x_next < 3.0 * reach:
+            found = outer[i] < math.inf and abs(x_next - x) <= tolerance
+            if not found and x_next < 3.0 * reach:
                 waiting[left] = i
                 left += 1
         which, waiting = waiting, which

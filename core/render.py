@@ -25,15 +25,17 @@ class Rendering:
 
     Every block is worked on by one thread, and its random numbers depend on the
     pixel alone: the film is the same bit for bit for any number of threads.
+    steps: what places the samples, the scrambled net by default. shadows=False
+    leaves shadows and occlusion out of the scene.
     """
 
-    def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None):
+    def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True):
         film = camera.film
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
         self.samples = 0
-        before = sampler(film.pixels_x, lit=True) if steps is None else steps
-        self._program = Program([*before, *camera.steps(), *scene.steps()], real)
+        before = sampler(film.pixels_x, lit=shadows) if steps is None else steps
+        self._program = Program([*before, *camera.steps(), *scene.steps(shadows)], real)
         self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
 
     def add(self, samples: int = 1, pool: Executor | None = None, wanted: Callable[[], bool] = _always,

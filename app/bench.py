@@ -1,0 +1,239 @@
+"""`lensbench bench`: the program's speed on this machine, each figure a ratio within one run where it can be.
+
+Timings that are compared are taken in turn, and the least of many is kept: other
+work on the machine can only add. Speeds in millions a second, lengths in mm.
+"""
+
+import argparse
+import json
+import math
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numba import njit
+
+import lensbench as lb
+from lensbench import lanes, lenses
+from lensbench.blocktracer import packed, trace, tracer
+from lensbench.driver import Program, _address, _call
+from lensbench.pupil import POINTS, PupilTable, solve
+from lensbench.sampling import independent, sampler
+from lensbench.scene import Floor, Material, Scene, Sphere, Sun
+from lensbench.scenery.benchmark import benchmark_scene
+from lensbench.tracing import surface_table, trace_rays
+
+LENS = "pbrt-dgauss-50mm"
+FILM = lb.Film(32.0, 18.0, 640, 360)
+
+
+def least(works: dict[str, Callable[[], object]], seconds: float = 0.6) -> dict[str, float]:
+    """The least time (s) of each piece of work, all taken in turn for about `seconds` each."""
+    best = dict.fromkeys(works, math.inf)
+    for work in works.values():
+        work()
+    end = time.perf_counter() + seconds * len(works)
+    while time.perf_counter() < end:
+        for name, work in works.items():
+            start = time.perf_counter()
+            work()
+            best[name] = min(best[name], time.perf_counter() - start)
+    return best
+
+
+@njit(nogil=True)
+def _blocks(bench, given, p, key, code, times):
+    """The same block of rays again and again; the rays are put back each time."""
+    for _ in range(times):
+        bench[lanes.X * lanes.PITCH:lanes.WEIGHT * lanes.PITCH + lanes.B] = given
+        _call(code, bench, p, key)
+
+
+@njit(nogil=True)
+def _rays(table, origins, directions, points, after, fate, surface, times):
+    for _ in range(times):
+        trace_rays(table, True, origins, directions, points, after, fate, surface, None)
+
+
+def block_against_scalar() -> Iterator[tuple[str, float, str]]:
+    """The block tracer against the scalar reference: 512 rays that stay in the first cache, 11 surfaces, one thread."""
+    lens = lenses.load(LENS)
+    distance = lb.first_order(lens).bfl
+    rng = np.random.default_rng(1)
+    film, rear = rng.uniform(-5.0, 5.0, (2, lanes.B)), rng.uniform(-6.0, 6.0, (2, lanes.B))
+    way = np.stack([*(rear - film), np.full(lanes.B, -distance)], 1)
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    for real in (np.float32, np.float64):
+        bench, key = lanes.bench(real), np.zeros(lanes.KEYS, np.uint32)
+        table = bench.reshape(lanes.ROWS, lanes.PITCH)[:, :lanes.B]
+        table[lanes.X], table[lanes.Y] = film
+        table[lanes.L:lanes.N + 1] = way.T
+        table[lanes.WEIGHT] = 1.0
+        given = bench[lanes.X * lanes.PITCH:lanes.WEIGHT * lanes.PITCH + lanes.B].copy()
+        numbers, code = packed(lens, distance).astype(real), _address(trace, real)
+        origins = np.stack([*film, np.full(lanes.B, lens.length + distance)], 1).astype(real)
+        out = (np.empty((lanes.B, 3), real), np.empty((lanes.B, 3), real),
+               np.empty(lanes.B, np.int32), np.empty(lanes.B, np.int32))
+        surfaces = surface_table(lens, dtype=real)
+        ways = way.astype(real)
+        best = least({
+            "block": lambda b=bench, g=given, p=numbers, k=key, c=code: _blocks(b, g, p, k, c, 60),
+            "scalar": lambda s=surfaces, o=origins, d=ways, r=out: _rays(s, o, d, *r, 2)})
+        name = np.dtype(real).name
+        block, scalar = 60 * lanes.B / best["block"] / 1e6, 2 * lanes.B / best["scalar"] / 1e6
+        yield f"block tracer {name}", block, "Mrays/s"
+        yield f"scalar reference {name}", scalar, "Mrays/s"
+        yield f"block / scalar {name}", block / scalar, "×"
+
+
+def fused() -> Iterator[tuple[str, float, str]]:
+    """Whole samples: double Gauss traced in full, ten spheres, floor, sky, sun without shadows, 640 × 360."""
+    scene, camera = benchmark_scene(), lb.LensCamera(lenses.load(LENS), FILM, 1200.0)
+    steps = [*sampler(FILM.pixels_x, lit=False), *camera.steps(), *scene.steps(shadows=False)]
+    blocks = -(-FILM.pixels_x * FILM.pixels_y // lanes.B)
+    sums, bench = np.zeros((blocks, 3 * lanes.B), np.float32), lanes.bench()
+    grown = {step.kernel.__name__: Program(steps[:i + 1]) for i, step in enumerate(steps)}
+    best = least({name: lambda p=program: p.expose(sums, bench, 0, blocks, 0, 2, 0)
+                  for name, program in grown.items()}, 0.3)
+    before = 0.0
+    for name, seconds in best.items():
+        each = seconds / (2 * blocks * lanes.B) * 1e9
+        yield f"stage {name}", each - before, "ns"
+        before = each
+    yield "fused render, one thread", 1e3 / before, "Msamples/s"
+    for model in ("trace", "thin", "pinhole"):
+        view = lb.LensCamera(lenses.load(LENS), FILM, 1200.0, model=model)
+        rendering = lb.Rendering(view, scene, shadows=False)
+        seconds = least({"add": lambda r=rendering: r.add(8, threads=2)}, 1.0)["add"]
+        yield f"fused render, two threads, {model}", FILM.pixels_x * FILM.pixels_y * 8 / seconds / 1e6, "Msamples/s"
+    for name in ("still-life", "night-lights"):
+        rendering = lb.Rendering(camera, lb.builtin_scene(name))
+        seconds = least({"add": lambda r=rendering: r.add(4, threads=2)}, 1.0)["add"]
+        yield f"{name} with shadows, two threads", FILM.pixels_x * FILM.pixels_y * 4 / seconds / 1e6, "Msamples/s"
+
+
+def pupil() -> Iterator[tuple[str, float, str]]:
+    """Solving the exit-pupil region of 64 film radii, and what of its samples passes and what light it loses."""
+    for name in (LENS, "pbrt-fisheye-10mm"):
+        lens = lenses.load(name)
+        distance = lb.first_order(lens).bfl
+        table = PupilTable.of(lens, distance, 21.6)
+        radii = np.linspace(0.0, table.radius, 64)
+        seconds = least({"solve": lambda n=lens, d=distance, r=radii: solve(
+            n, d, r, POINTS, 2e-4 * n.surfaces[-1].semi_diameter)})["solve"]
+        yield f"pupil of 64 radii, {name}", seconds * 1e3, "ms"
+        radii = np.linspace(0.0, table.radius, 24)
+        exact = lb.exit_pupil(lens, distance, radii, points=1025)
+        n = 1 << 16
+        uv = np.column_stack([(np.arange(n) + 0.5) / n, np.arange(n) * 0.6180339887498949 % 1.0])
+        passing = light = kept = 0.0
+        for r, area in zip(radii[:-1], exact.area[:-1], strict=True):
+            points, areas = exact.sample(np.tile([r, 0.0], (n, 1)), uv)
+            way = np.column_stack([points - [r, 0.0], np.full(n, -distance)])
+            passed = lb.trace(lens, [r, 0.0, lens.length + distance], way).fate == lb.Fate.PASSED
+            passing += passed.mean() * r
+            kept += (areas * passed).mean() * r
+            light += area * r
+        yield f"samples that pass, {name}", 100.0 * passing / radii[:-1].sum(), "%"
+        yield f"light lost, {name}", 100.0 * (1.0 - kept / light), "%"
+
+
+def sampling_scene() -> tuple[lb.Camera, Scene]:
+    """Blur of 5 to 40 pixels, spheres and a coarse checker without its horizon, no small lights."""
+    film = lb.Film(36.0, 24.0, 180, 120)
+    tilt = math.radians(-35.0)
+    world = np.eye(4)
+    world[1:3, 1:3] = [[math.cos(tilt), -math.sin(tilt)], [math.sin(tilt), math.cos(tilt)]]
+    camera = lb.PerspectiveCamera(film, fov=0.45, lens_radius=45.0, focus_distance=900.0, world_from_camera=world)
+    balls = tuple(Sphere((x, -520.0, z), 80.0, Material(colour)) for x, z, colour in (
+        (-160.0, -700.0, (0.8, 0.2, 0.1)), (60.0, -900.0, (0.1, 0.5, 0.5)), (-40.0, -560.0, (0.7, 0.6, 0.2)),
+        (220.0, -640.0, (0.3, 0.3, 0.7))))
+    return camera, Scene("sampling", sun=Sun((0.4, 0.8, 0.3)), floor=Floor(height=-600.0, tile=160.0, fade=1e-9),
+                         spheres=balls)
+
+
+def sampling() -> Iterator[tuple[str, float, str]]:
+    """How many samples white noise needs for the error of the default samples at 4, 16, 64 and 256."""
+    film = lb.Film(36.0, 24.0, 180, 120)
+    still = lb.LensCamera(lenses.load(LENS), film, 1200.0, 2.0, model="thin"), lb.builtin_scene("still-life")
+    for name, (camera, scene) in (("facts scene", sampling_scene()), ("still-life", still)):
+        truth = np.minimum(lb.render(camera, scene, samples=8192, seed=12345), 4.0)
+
+        def errors(steps, camera=camera, scene=scene, truth=truth) -> dict[int, float]:
+            found: dict[int, list[float]] = {}
+            for seed in range(3):
+                rendering = lb.Rendering(camera, scene, seed=seed, steps=steps)
+                for count in (1, 4, 16, 64, 256):
+                    rendering.add(count - rendering.samples)
+                    error = np.minimum(rendering.image(), 4.0) - truth
+                    found.setdefault(count, []).append(float((error.astype(float) ** 2).mean()))
+            return {count: float(np.mean(values)) for count, values in found.items()}
+
+        white = errors([lanes.Step(independent, [film.pixels_x])])
+        for count, error in errors(sampler(film.pixels_x, lit=True)).items():
+            if count > 1:
+                # white noise falls as 1 / samples: how many of its samples reach this error
+                yield f"gain over white noise at {count}, {name}", white[256] * 256 / (error * count), "×"
+
+
+def precision() -> Iterator[tuple[str, float, str]]:
+    """Single against double precision on 24 megapixels: the worst ray, and fates that differ."""
+    for name in (LENS, "pbrt-fisheye-10mm"):
+        lens, n = lenses.load(name), 200_000
+        camera = lb.LensCamera(lens, lb.Film(pixels_x=6000, pixels_y=4000))
+        rng = np.random.default_rng(5)
+        raster, uv = rng.random((n, 2)) * [6000, 4000], rng.random((n, 2))
+        aimed = [lanes.X, lanes.Y, lanes.Z, lanes.L, lanes.M, lanes.N]
+        rays = Program(camera.steps()[:2]).run({lanes.X: raster[:, 0], lanes.Y: raster[:, 1], lanes.U0: uv[:, 0],
+                                                lanes.U1: uv[:, 1]}, aimed, n)
+        step = tracer(lens, camera.film_distance)
+        given = dict(zip([*aimed, lanes.WEIGHT], [*rays, np.ones(n)], strict=True))
+        wanted = [lanes.L, lanes.M, lanes.N, lanes.WEIGHT]
+        single, double = (Program([step], real).run(given, wanted, n).astype(float) for real in (np.float32, np.float64))
+        both = (single[3] > 0.0) & (double[3] > 0.0)
+        off = np.linalg.norm(np.cross(single[:3].T[both], double[:3].T[both]), axis=1)
+        yield f"worst float32 ray at 24 MP, {name}", float(off.max()) * camera.first_order.efl / 0.006, "px"
+        yield f"fates that differ in {n:,}, {name}", float(((single[3] > 0.0) != (double[3] > 0.0)).sum()), ""
+
+
+PARTS = {"tracer": block_against_scalar, "render": fused, "pupil": pupil, "sampling": sampling, "precision": precision}
+
+
+def machine() -> str:
+    """This machine in words."""
+    name = platform.processor() or platform.machine()
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as lines:
+            name = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        pass
+    return f"{name}, {os.cpu_count()} cores, Python {platform.python_version()}, {platform.system()}"
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the parts that are named, or all; print a table, or JSON."""
+    from lensbench.app.bench_window import window
+
+    parts = {**PARTS, "window": window}
+    parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
+    parser.add_argument("part", nargs="*", help=f"of {', '.join(parts)} (all by default)")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    options = parser.parse_args(argv)
+    unknown = [name for name in options.part if name not in parts]
+    if unknown:
+        parser.error(f"no part is called {unknown[0]!r}: choose from {', '.join(parts)}")
+    figures: dict[str, dict] = {}
+    if not options.json:
+        print(f"{machine()}, {time.strftime('%Y-%m-%d')}")
+    for name in options.part or parts:
+        for figure, value, unit in parts[name]():
+            figures[figure] = {"value": value, "unit": unit}
+            if not options.json:
+                print(f"{figure:<58}{value:>10.4g} {unit}", flush=True)
+    if options.json:
+        json.dump({"machine": machine(), "date": time.strftime("%Y-%m-%d"), "figures": figures}, sys.stdout, indent=1)
+        print()
+    return 0
