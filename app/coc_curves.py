@@ -76,14 +76,15 @@ def _micrometres(millimetres: np.ndarray) -> np.ndarray:
 
 def _neighbours(got: Readings, coc: np.ndarray) -> tuple[tuple[float, np.ndarray], ...]:
     """The same curve at whole stops around, for a diameter goes as 1 / f-number."""
-    assert got.f_number is not None
-    here = min(range(len(WHOLE_STOPS)), key=lambda i: abs(math.log(WHOLE_STOPS[i] / got.f_number)))
+    present = got.f_number
+    assert present is not None
+    here = min(range(len(WHOLE_STOPS)), key=lambda i: abs(math.log(WHOLE_STOPS[i] / present)))
     found = []
     for step in NEIGHBOURS:
         if 0 <= here + step < len(WHOLE_STOPS):
             f_number = WHOLE_STOPS[here + step]
-            if 0.98 * (got.widest_f_number or 0.0) <= f_number <= max(32.0, got.f_number):
-                found.append((f_number, _micrometres(coc * got.f_number / f_number)))
+            if 0.98 * (got.widest_f_number or 0.0) <= f_number <= max(32.0, present):
+                found.append((f_number, _micrometres(coc * present / f_number)))
     return tuple(found)
 
 

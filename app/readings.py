@@ -126,8 +126,8 @@ def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
     stand = _setup(lens, settings)
     fo, film, limit = stand.first_order, stand.film, blur_limit(settings)
     pinhole = settings.model == "pinhole"
-    plain = Readings(
-        **_angles(film, fo.efl), efl=_finite(fo.efl), bfl=_finite(fo.bfl), ffl=_finite(fo.ffl), limit=limit,
+    plain = replace(
+        _angles(film, fo.efl), efl=_finite(fo.efl), bfl=_finite(fo.bfl), ffl=_finite(fo.ffl), limit=limit,
         widest_f_number=_finite(lb.first_order(lens).f_number), film_distance=stand.film_distance,
         entrance_pupil=_finite(2.0 * fo.entrance_pupil.radius), exit_pupil=_finite(2.0 * fo.exit_pupil.radius),
         reason=stand.reason,
@@ -155,7 +155,7 @@ def _of_perspective(settings: Settings) -> Readings:
     """The perspective camera: an ideal thin lens of the focal length that its field of view implies."""
     film, limit = settings.film, blur_limit(settings)
     efl = min(film.width, film.height) / 2.0 / math.tan(settings.fov / 2.0)
-    plain = Readings(**_angles(film, efl), efl=efl, limit=limit)
+    plain = replace(_angles(film, efl), efl=efl, limit=limit)
     if settings.f_number is None:
         return plain
     plain = replace(plain, f_number=settings.f_number, entrance_pupil=efl / settings.f_number,
@@ -170,13 +170,13 @@ def _of_perspective(settings: Settings) -> Readings:
                    airy=_airy(working))
 
 
-def _angles(film: lb.Film, efl: float) -> dict[str, float]:
+def _angles(film: lb.Film, efl: float) -> Readings:
     """Fields of view at infinity, 2 atan(h / 2f), and the focal length that sees the same diagonal on full frame."""
     if not (math.isfinite(efl) and efl > 0.0):
-        return {}
-    sides = (("fov_horizontal", film.width), ("fov_vertical", film.height), ("fov_diagonal", film.diagonal))
-    angles = {name: 2.0 * math.atan(side / (2.0 * efl)) for name, side in sides}
-    return {**angles, "equivalent": efl * lb.film.FULL_FRAME_DIAGONAL / film.diagonal}
+        return Readings()
+    across, down, diagonal = (2.0 * math.atan(side / (2.0 * efl)) for side in (film.width, film.height, film.diagonal))
+    return Readings(fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal,
+                    equivalent=efl * lb.film.FULL_FRAME_DIAGONAL / film.diagonal)
 
 
 def _airy(working_f_number: float) -> float | None:

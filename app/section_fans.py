@@ -115,6 +115,7 @@ def _traced(lens: lb.Lens, film_distance: float, name: str, height: float, focus
     beyond = [k * step for k in range(1, DEAD_EACH_SIDE + 1)]
     dead = [low - way for way in beyond] + [high + way for way in beyond]
     trace = shot(np.array(offsets + dead), record=True)
+    assert trace.paths is not None
 
     rays = []
     for i in range(len(offsets) + len(dead)):
@@ -150,6 +151,7 @@ def _chief_ray(lens: lb.Lens, film_distance: float, height: float):
     heights = np.linspace(-reach, reach, SCAN)
     ways = np.stack([np.full_like(heights, lens.length), heights], axis=1) - start
     free = lb.trace(lens, _in_space(start[None, :]), _in_space(ways), clip=False, record=True)
+    assert free.paths is not None
     stop_heights = free.paths[:, at_stop, 1]
     crossing = np.flatnonzero(stop_heights[:-1] * stop_heights[1:] <= 0.0)
     if crossing.size:
