@@ -56,9 +56,9 @@ REACH = 1.2             # × the rear semi-diameter: how far the region is looke
 SCAN = 32               # points along the meridian in one look for the region
 ZOOMS = 6               # looks, each SCAN / 2 times as fine
 RINGS, SECTORS = 64, 32         # of the table that a camera samples: film radii, triangles in half the region
-POINTS = 33                     # solved on the upper half of each rim for that table
+POINTS = 41                     # solved on the upper half of each rim for that table
 STEEP = 0.5                     # root margin − 1 beyond which it is not taken at its word
-ROUGH, ROUGH_POINTS = 0.004, 25        # how well the first rims are solved (× reach), and at how many points
+ROUGH, ROUGH_POINTS = 0.004, 17        # how well the first rims are solved (× reach), and at how many points
 GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
 SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
 

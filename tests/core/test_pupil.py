@@ -103,11 +103,11 @@ def test_samples_through_the_region_pass_and_little_of_it_is_lost(name):
 
 @pytest.mark.parametrize("name", lenses.names())
 def test_a_camera_and_a_close_look_find_the_same_region_at_every_radius(name):
-    """33 points at a loose tolerance against 257 at a tight one: the chords alone differ, below 1 % of the axis."""
+    """41 points at a loose tolerance against 257 at a tight one: the chords alone differ, below 1 % of the axis."""
     lens = lenses.load(name)
     distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 48)
     close = lb.exit_pupil(lens, distance, radii)
-    _, rims = solve(lens, distance, radii, 33, 2e-4 * lens.surfaces[-1].semi_diameter)
+    _, rims = solve(lens, distance, radii, 41, 2e-4 * lens.surfaces[-1].semi_diameter)
     x, y = rims[..., 0], rims[..., 1]
     area = (x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]).sum(1)
     assert np.abs(area - close.area).max() < 0.01 * close.area.max()
