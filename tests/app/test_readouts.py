@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from lensbench.app.panel_kernels import prepare
 from lensbench.app.readings import readings
 from lensbench.app.readouts import NONE, Status, readouts_panel, rows
 from lensbench.app.settings import Settings
@@ -64,3 +65,8 @@ def test_the_panel_lives_in_any_window_and_any_state(size):
             ctx.yield_(2)
 
     drive(lambda: readouts_panel(shown[0], Status()), test, size)
+
+
+@pytest.mark.parametrize("change", [{}, {"model": "perspective"}, {"model": "pinhole"}, {"lens": "no-such-lens"}])
+def test_the_panels_can_be_prepared_for_any_state(change):
+    prepare(replace(START, **change))
