@@ -8,7 +8,6 @@ relative, with 1 the radiance of a white surface under a uniform sky of 1.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from lensbench.scenery.spheres import sphere_parameters, spheres
 Triple = tuple[float, float, float]
 REACH = 1e8             # mm: farther than this counts as the sky
 BOUNCES = 3             # how often a path goes on at metal or glass
+GLEAMS = 64             # lights that a rough coat mirrors: those that are brightest from the origin
 GLEAM_RADIUS = math.radians(1.5)        # the sun in mirrors and coats is no smaller, its light the same
 MATERIALS = ("matte", "coat", "metal", "glass", "light", "lamp")
 PATTERNS = ("checker", "grid", "star", "ruler", "image")
@@ -73,9 +73,9 @@ class Image:
 class Pattern:
     """Where a rectangle or disk shows `colour` in place of its material's own.
 
-    "checker" of columns × rows; "grid" of columns × rows cells with lines `line` mm wide; "star" (Siemens) of `columns` pairs
-    of sectors; "ruler": millimetre ticks `line` mm wide along the lower edge, the longest `columns` mm long;
-    "image": the image, times the material's colour.
+    "checker" of columns × rows; "grid" of columns × rows cells with lines `line` mm wide; "star" (Siemens) of
+    `columns` pairs of sectors; "ruler": millimetre ticks `line` mm wide along the lower edge, the longest `columns`
+    mm long; "image": the image, times the material's colour.
     """
 
     kind: str
@@ -98,8 +98,9 @@ class Material:
     """What a surface is made of.
 
     kind: "matte"; "coat", a clear coat over matte that mirrors the lamps, the sky and the floor, sharply at gloss 1,
-    over facets whose slopes are 1 − gloss wide below it; "metal", a mirror tinted by `colour`; "glass" of index 1.5; "light", which emits
-    the radiance `colour` but is too small to light its surroundings; "lamp", which also lights them.
+    over facets whose slopes are 1 − gloss wide below it; "metal", a mirror tinted by `colour` (polished stone where
+    that is dark); "glass" of index 1.5; "light", which emits the radiance `colour` but is too small to light its
+    surroundings; "lamp", which also lights them.
     """
 
     colour: Triple = (0.5, 0.5, 0.5)
@@ -262,7 +263,8 @@ class Scene:
     floor: Floor | None = None
     spheres: tuple[Sphere, ...] = ()
     plates: tuple[Plate, ...] = ()
-    ambient: Triple = (0.0, 0.0, 0.0)       # radiance from everywhere on top of the sky's, as light between walls
+    ambient: Triple = (0.0, 0.0, 0.0)       # radiance from everywhere on top of the sky's, as between walls
+    enclosed: bool = False                  # the sky is only seen: it lights nothing, and no coat mirrors it
     depth_range: tuple[float, float] = (400.0, 8000.0)      # mm of interest, for scales and charts
 
     def __post_init__(self):
@@ -276,9 +278,10 @@ class Scene:
         mirrors = any(o.material.kind in ("metal", "glass") for o in self._objects)
         casters = any(not o.material.shines for o in self._objects)
         if not (mirrors or self._glosses or self._lamps or (shadows and casters)):
-            return [*self._geometry(), Step(daylight, np.concatenate([self._sky, self.ambient, self._sun]))]
+            return [*self._geometry(), Step(daylight, np.concatenate([self._surround, self.ambient, self._sun]))]
         light = self._light(shadows)
-        steps = [Step(begin, np.zeros(1)), *self._geometry(), *self._coats(last=False), Step(settle, np.zeros(1)), *light]
+        steps = [Step(begin, np.zeros(1)), *self._geometry(), *self._coats(last=False), Step(settle, np.zeros(1)),
+                 *light]
         for k in range(BOUNCES if mirrors else 0):
             onward = [Step(bounce, np.zeros(1)), *self._geometry(gleam=True), *self._coats(last=k == BOUNCES - 1),
                       Step(settle, np.zeros(1)), *light]
@@ -328,9 +331,19 @@ class Scene:
         glosses = {o.material.gloss for o in self._objects if o.material.kind == "coat"}
         return glosses | ({self.floor.gloss} if self.floor is not None and self.floor.gloss > 0.0 else set())
 
-    @cached_property
+    @property
     def _sky(self) -> np.ndarray:
         return sky_parameters(self.sky)
+
+    @property
+    def _surround(self) -> np.ndarray:
+        """The sky as far as it gives light: black where the scene is enclosed."""
+        return self._sky * 0.0 if self.enclosed else self._sky
+
+    @property
+    def _mirrored(self) -> np.ndarray:
+        """What a coat mirrors where nothing else is: the sky, or the ambient light where the scene is enclosed."""
+        return np.array([*self.ambient * 3, 0.0, 1.0, 0.0]) if self.enclosed else self._sky
 
     @property
     def _sun(self) -> np.ndarray:
@@ -363,13 +376,15 @@ class Scene:
         """What coats mirror; on the last round of a path metal is mirrored so as well."""
         steps = []
         if last or any(g >= SHARP for g in self._glosses) or any(o.material.kind == "glass" for o in self._objects):
-            disk = None if self.sun is None else self._sun_disk(max(self.sun.angular_radius, GLEAM_RADIUS))
+            disk = None if self.sun is None or self.enclosed else self._sun_disk(max(self.sun.angular_radius, GLEAM_RADIUS))
             ground = None if self.floor is None else floor_parameters(self.floor)
             steps.append(Step(coat, coat_parameters(
-                self._sky, ground, self._floor_light(), disk, [o for o in self.plates if o.material.shines],
+                self._mirrored, ground, self._floor_light(), disk, [o for o in self.plates if o.material.shines],
                 [o for o in self.spheres if o.material.kind == "lamp"], last)))
         if any(g < SHARP for g in self._glosses):
-            steps.append(Step(sheen, sheen_parameters(self._sky, [o for o in self._objects if o.material.shines])))
+            lights = [o for o in self._objects if o.material.shines and o.material.pattern is None]
+            lights = sorted(lights, key=_brightness, reverse=True)[:GLEAMS]
+            steps.append(Step(sheen, sheen_parameters(self._mirrored, lights)))
         return steps
 
     def _light(self, shadows: bool) -> list[Step]:
@@ -377,7 +392,7 @@ class Scene:
         holding = np.array([[*s.centre, s.radius**2 * (0.4 if s.material.kind == "glass" else 1.0)]
                             for s in self.spheres if shadows and not s.material.shines]).ravel()
         casters = caster_parameters(self) if shadows else np.zeros(1)
-        steps = [Step(ambient, np.concatenate([self._sky, self.ambient, holding]))]
+        steps = [Step(ambient, np.concatenate([self._surround, self.ambient, holding]))]
         if self.sun is not None:
             right, up = _across(self.sun.direction)
             size = math.tan(self.sun.angular_radius)
@@ -393,8 +408,9 @@ class Scene:
         near = [s.centre for s in self.spheres if not s.material.shines and math.dist(s.centre, (0, 0, 0)) < 3000.0]
         middle = np.mean(near, 0) if near else np.array([0.0, 0.0, -1000.0])
         here = middle + (self.floor.height - middle @ normal) * normal
+        around = self._surround
         up = float(normal @ self._sky[9:12])
-        zenith, horizon, below = self._sky[0:3], self._sky[3:6], self._sky[6:9]
+        zenith, horizon, below = around[0:3], around[3:6], around[6:9]
         rise = RISE0 + up * (RISE1 + up * (RISE2 + up * up * RISE4))
         total = np.asarray(self.ambient) + horizon * (1 + up) / 2 + below * (1 - up) / 2 + rise * (zenith - horizon)
         total = total + self._sun[3:] * max(0.0, float(normal @ self._sun[:3]))
@@ -406,7 +422,7 @@ class Scene:
                 size = light.radius**2
             else:
                 _, a, b, axis, disk = plate_frame(light)
-                size = (1.0 if disk else 4.0 / math.pi) * math.sqrt((a @ a) * (b @ b)) * abs(axis @ to) / math.sqrt(d2)
+                size = (1.0 if disk else 4.0 / math.pi) * math.sqrt((a @ a) * (b @ b) / d2) * abs(axis @ to)
             total = total + np.asarray(light.material.colour) * slant * size / d2
         return total
 
@@ -426,6 +442,12 @@ def depth_picture(lanes, p, key):
 def _unit(v) -> np.ndarray:
     v = np.asarray(v, np.float64)
     return v / math.sqrt(v @ v)
+
+
+def _brightness(light: Sphere | Plate) -> float:
+    """Of a light seen from the origin, as its radiance times its solid angle."""
+    size = light.radius**2 if isinstance(light, Sphere) else math.hypot(*light.right) * math.hypot(*light.up)
+    return sum(light.material.colour) * size / max(math.hypot(*light.centre), 1.0) ** 2
 
 
 def _triple(v) -> Triple:

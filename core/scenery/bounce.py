@@ -36,7 +36,7 @@ def bounce(lanes, p, key):
     """Send the paths that met metal or glass on, end the others; key[ALIVE] = 0 where none goes on.
 
     Metal mirrors. A glass ball is passed in one step, in closed form: refraction in, the chord 2 R cos θ′,
-    refraction out at the same angle. A pane is passed straight.
+    refraction out at the same angle. A pane is passed straight. A path that ends has no direction: it meets nothing.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -78,4 +78,4 @@ def bounce(lanes, p, key):
         qx, qy, qz = (gx, gy, gz) if ball else (u, v, w) if glass else (mx, my, mz)
         size = real(1) / math.sqrt(qx * qx + qy * qy + qz * qz)
         x[i], y[i], z[i] = px if on else x[i], py if on else y[i], pz if on else z[i]
-        dx[i], dy[i], dz[i] = qx * size if on else u, qy * size if on else v, qz * size if on else w
+        dx[i], dy[i], dz[i] = qx * size if on else real(0), qy * size if on else real(0), qz * size if on else real(0)

@@ -56,8 +56,9 @@ PANEL, BULB = 16, 7       # numbers per plate and per sphere that shine
 def coat_parameters(sky, floor, floor_light, sun, panels, bulbs, last) -> np.ndarray:
     """What `coat` reads.
 
-    sky: sky_parameters; floor: floor_parameters or None, with floor_light, the irradiance / π on it (3); sun: direction,
-    chord², radiance (7) or None; panels: plates that shine; bulbs: spheres that shine; last: metal ends here, and mirrors as a coat.
+    sky: sky_parameters; floor: floor_parameters or None, with floor_light, the irradiance / π on it (3); sun:
+    direction, chord², radiance (7) or None; panels, bulbs: plates and spheres that shine; last: a path ends here, and
+    metal mirrors as a coat does.
     """
     packed = [np.array([float(last), float(floor is not None), float(sun is not None), len(panels)]), sky]
     packed.append(np.zeros(20) if floor is None else floor)

@@ -8,6 +8,7 @@ from lensbench.scenery.lettering import lettering
 PAPER, INK = (0.82, 0.81, 0.78), (0.02, 0.02, 0.022)
 RED: Triple = (0.62, 0.05, 0.03)
 NEAR, FAR = 600.0, 2400.0               # mm from the film, the ends of the ruler
+GROUND = -420.0                         # mm, the floor below the camera
 
 
 def _printed(ink: np.ndarray, ink_colour: Triple = INK) -> Material:
@@ -22,51 +23,53 @@ def _scale() -> np.ndarray:
     length, width = int(FAR - NEAR), 96
     ink = np.zeros((width, length), np.float32)
     for d in range(10, length, 10):
-        tall = 40 if d % 100 == 0 else 30 if d % 50 == 0 else 18
-        thick = 3 if d % 100 == 0 else 2
-        ink[:tall, d - 1:d - 1 + thick] = 1.0
-        ink[width - tall // 3:, d - 1:d - 1 + thick] = 1.0
+        tall = 34 if d % 100 == 0 else 24 if d % 50 == 0 else 14
+        thick = 4 if d % 100 == 0 else 2
+        ink[:tall, d - thick // 2:d + thick // 2] = 1.0
+        ink[width - tall:, d - thick // 2:d + thick // 2] = 1.0
     for d in range(100, length, 100):
-        # figures are read from the camera: their tops point along the ruler, away from it
-        figure = np.rot90(lettering(f"{(NEAR + d) / 1000:.1f}", 2), 1)
+        # figures stand on their tick as seen from the camera; foreshortened, so drawn high
+        figure = np.kron(lettering(f"{(NEAR + d) / 1000:.1f}"), np.ones((9, 2), np.float32))
+        figure = np.rot90(figure, -1)
         h, w = figure.shape
-        top = 64 - h // 2
-        ink[top - 14:top - 14 + h, d - 1 - w - 2:d - 3] = figure
+        ink[(width - h) // 2:(width - h) // 2 + h, d - w // 2:d - w // 2 + w] = figure
     return ink
 
 
 def _star(x: float, y: float, distance: float) -> list:
     """A star on a card at a distance (mm) from the film, seen from there at the slopes x, y; its figure below it."""
-    size = 0.046 * distance
-    centre = (x * distance, y * distance, -distance)
-    text = f"{distance / 1000:g} m"
-    print_ = np.pad(lettering(text, 4), ((6, 6), (6, 6)))
-    label = 0.022 * distance
+    size = 0.042 * distance
+    cx, cy = x * distance, y * distance
+    print_ = np.pad(lettering(f"{distance / 1000:g} m", 4), ((6, 6), (6, 6)))
+    label = 0.26 * size
     wide = label * print_.shape[1] / print_.shape[0]
     ahead = 1e-3 * distance                                       # the print stands a little before its card
-    card = Rectangle((centre[0], centre[1] - 0.35 * size, -distance - ahead), (1.16 * size, 0.0, 0.0),
-                     (0.0, 1.58 * size, 0.0), Material(PAPER))
-    star = Disk(centre, (0.0, 0.0, 1.0), size, Material(PAPER, pattern=Pattern("star", INK, columns=18.0)))
-    hub = Disk((centre[0], centre[1], -distance + ahead), (0.0, 0.0, 1.0), 0.07 * size, Material(RED))
-    plate = Rectangle((centre[0], centre[1] - 1.42 * size, -distance), (wide, 0.0, 0.0), (0.0, label, 0.0),
-                      _printed(print_))
-    post = Rectangle((centre[0], centre[1] - 1.9 * size - 600.0, -distance - 2 * ahead), (0.012 * distance, 0.0, 0.0),
-                     (0.0, 600.0, 0.0), Material((0.12, 0.12, 0.13)))
-    return [card, star, hub, plate, post]
+    dark = Material((0.05, 0.05, 0.055))
+    card = Rectangle((cx, cy - 0.3 * size, -distance - ahead), (1.14 * size, 0.0, 0.0), (0.0, 1.44 * size, 0.0),
+                     Material(PAPER))
+    edge = Rectangle((cx, cy - 0.3 * size, -distance - 2 * ahead), (1.19 * size, 0.0, 0.0), (0.0, 1.49 * size, 0.0),
+                     dark)
+    star = Disk((cx, cy, -distance), (0.0, 0.0, 1.0), size, Material(PAPER, pattern=Pattern("star", INK, columns=18.0)))
+    hub = Disk((cx, cy, -distance + ahead), (0.0, 0.0, 1.0), 0.07 * size, Material(RED))
+    plate = Rectangle((cx, cy - 1.36 * size, -distance), (wide, 0.0, 0.0), (0.0, label, 0.0), _printed(print_))
+    foot = cy - 1.74 * size
+    post = Rectangle((cx, (foot + GROUND) / 2, -distance - 3 * ahead), (0.006 * distance, 0.0, 0.0),
+                     (0.0, (foot - GROUND) / 2, 0.0), dark)
+    return [card, edge, star, hub, plate, post]
 
 
 def focus_ruler() -> Scene:
     """The ruler's figures and the stars' labels are metres from the film, along the axis."""
-    start, end = np.array([0.0, -0.205 * NEAR, -NEAR]), np.array([0.0, 0.135 * FAR, -FAR])
+    start, end = np.array([0.0, -0.235 * NEAR, -NEAR]), np.array([0.0, 0.115 * FAR, -FAR])
     middle, half = (start + end) / 2, (end - start) / 2
     ruler = Rectangle(tuple(float(v) for v in middle), tuple(float(v) for v in half), (-62.0, 0.0, 0.0),
                       _printed(_scale()))
-    stars = [(-0.265, -0.085, 700.0), (0.265, -0.085, 900.0), (-0.15, 0.0, 1050.0), (0.155, 0.015, 1200.0),
-             (-0.27, 0.105, 1500.0), (0.275, 0.11, 2000.0), (-0.145, 0.17, 3000.0), (0.15, 0.175, 5000.0)]
+    stars = [(-0.262, -0.10, 700.0), (0.262, -0.10, 900.0), (-0.14, -0.03, 1050.0), (0.14, -0.03, 1200.0),
+             (-0.262, 0.065, 1500.0), (0.262, 0.065, 2000.0), (-0.14, 0.15, 3000.0), (0.14, 0.15, 5000.0)]
     cards = [plate for x, y, distance in stars for plate in _star(x, y, distance)]
-    edge = Rectangle((0.0, -0.222 * 1200.0, -1200.0), (500.0, 0.0, 0.0), (0.0, 14.0, 0.0),
-                     Material((0.85, 0.74, 0.36), pattern=Pattern("ruler", INK, columns=14.0, line=0.35)))
-    return Scene("focus-ruler", sky=Sky((0.28, 0.31, 0.36), (0.50, 0.51, 0.52), (0.22, 0.22, 0.22)),
-                 sun=Sun((-0.45, 0.8, 0.75), (0.62, 0.60, 0.56), 0.06),
-                 floor=Floor(-330.0, 400.0, (0.30, 0.31, 0.32), (0.27, 0.28, 0.29)),
+    edge = Rectangle((0.0, -0.218 * 1200.0, -1200.0), (500.0, 0.0, 0.0), (0.0, 14.0, 0.0),
+                     Material((0.80, 0.62, 0.20), pattern=Pattern("ruler", INK, columns=14.0, line=0.35)))
+    return Scene("focus-ruler", sky=Sky((0.05, 0.06, 0.075), (0.16, 0.17, 0.185), (0.05, 0.05, 0.05)),
+                 sun=Sun((-0.5, 0.75, 0.8), (0.86, 0.82, 0.76), 0.07), ambient=(0.12, 0.12, 0.125),
+                 floor=Floor(GROUND, 300.0, (0.20, 0.135, 0.085), (0.165, 0.108, 0.066), turn=0.5),
                  plates=(ruler, *cards, edge), depth_range=(500.0, 5000.0))

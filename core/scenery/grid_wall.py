@@ -8,7 +8,7 @@ CELLS = 160
 
 
 def grid_wall() -> Scene:
-    """A flat wall square to the axis, radiance 0.8, lines every 50 mm, one through the axis; stars in centre and corners."""
+    """A flat wall square to the axis, radiance 0.8, lines every 50 mm, one through the axis; nine stars."""
     half = CELLS * CELL / 2 + LINE / 2
     white, ink = (0.8, 0.8, 0.8), (0.03, 0.03, 0.03)
     wall = Rectangle((0.0, 0.0, -DISTANCE), (half, 0.0, 0.0), (0.0, half, 0.0),

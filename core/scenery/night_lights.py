@@ -19,7 +19,7 @@ def _windows(columns: int, lines: int, share: float, seed: int) -> Image:
     random = np.random.default_rng(seed)
     lit = random.random((lines, columns)) < share
     warm = random.random((lines, columns, 1))
-    glow = (np.array([2.2, 1.35, 0.62]) * warm + np.array([1.25, 1.35, 1.5]) * (1 - warm)) * lit[..., None]
+    glow = (np.array([5.0, 3.0, 1.3]) * warm + np.array([2.6, 2.9, 3.3]) * (1 - warm)) * lit[..., None]
     glow *= random.uniform(0.25, 1.0, (lines, columns, 1))
     front = np.zeros((lines * 4, columns * 4, 3))
     for dy in (1, 2):
@@ -31,7 +31,7 @@ def _windows(columns: int, lines: int, share: float, seed: int) -> Image:
 def _building(left: float, right: float, top: float, away: float, columns: int, lines: int, seed: int) -> Rectangle:
     """A front between two places across (m), from the ground to a height (m), at a distance (m)."""
     bottom = GROUND * 1e-3
-    image = Pattern("image", image=_windows(columns, lines, 0.34, seed))
+    image = Pattern("image", image=_windows(columns, lines, 0.26, seed))
     return Rectangle(((left + right) * 500.0, (top + bottom) * 500.0, -away * 1e3), ((right - left) * 500.0, 0.0, 0.0),
                      (0.0, (top - bottom) * 500.0, 0.0), Material((1.0, 1.0, 1.0), "light", pattern=image))
 
@@ -71,10 +71,11 @@ def night_lights() -> Scene:
         _building(-46.0, -27.0, 19.0, 108.0, 12, 18, 1), _building(-26.0, -15.0, 27.0, 112.0, 8, 24, 2),
         _building(-14.0, -3.0, 14.0, 105.0, 8, 12, 3), _building(4.0, 13.0, 22.0, 110.0, 7, 20, 4),
         _building(14.0, 29.0, 16.0, 106.0, 11, 14, 5), _building(30.0, 47.0, 25.0, 113.0, 12, 22, 6))
-    ledge = Rectangle((0.0, -115.0, -1180.0), (700.0, 0.0, 0.0), (0.0, 0.0, -190.0),
-                      Material((0.035, 0.036, 0.042), "coat", 0.93))
-    ball = Sphere((95.0, -115.0 + 92.0, -1180.0), 92.0, Material((0.99, 0.99, 0.99), "glass"))
-    return Scene("night-lights", sky=Sky((0.003, 0.005, 0.016), (0.034, 0.030, 0.052), (0.004, 0.004, 0.006)),
-                 floor=Floor(GROUND, 600.0, (0.030, 0.030, 0.034), (0.020, 0.020, 0.023), gloss=0.90),
+    # polished black stone: a mirror of four percent, and of all at grazing incidence
+    ledge = Rectangle((0.0, -128.0, -860.0), (900.0, 0.0, 0.0), (0.0, 0.0, -500.0),
+                      Material((0.04, 0.04, 0.044), "metal"))
+    ball = Sphere((105.0, -128.0 + 104.0, -1210.0), 104.0, Material((0.99, 0.99, 0.99), "glass"))
+    return Scene("night-lights", sky=Sky((0.002, 0.004, 0.013), (0.020, 0.018, 0.034), (0.003, 0.003, 0.005)),
+                 floor=Floor(GROUND, 600.0, (0.030, 0.030, 0.034), (0.020, 0.020, 0.023), gloss=0.955),
                  spheres=(ball, *lights), plates=(*skyline, ledge), ambient=(0.02, 0.018, 0.02),
                  depth_range=(800.0, 100e3))

@@ -8,6 +8,7 @@ or is an image; which one is decided once for a block, never for a lane.
 import math
 
 import numpy as np
+from numba import njit
 
 from lensbench.lanes import (
     A0,
@@ -36,6 +37,7 @@ from lensbench.lanes import (
     rows,
     stage,
 )
+from lensbench.scenery.bounds import outside, wedge
 from lensbench.scenery.spheres import gloss_of
 
 PLATE = 28              # numbers before the texels of a plate's image
@@ -71,6 +73,12 @@ def plate_parameters(plates) -> np.ndarray:
     return np.concatenate(packed)
 
 
+@njit(inline="always")
+def _along(seen, k, ax, ay, az):
+    """A vector's part along one of the wedge's axes."""
+    return seen[k] * ax + seen[k + 1] * ay + seen[k + 2] * az
+
+
 @stage
 def plates(lanes, p, key):
     """Offer the plates where they are nearer; the normal is turned towards the ray.  p: plate_parameters."""
@@ -80,12 +88,19 @@ def plates(lanes, p, key):
     depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
     met, u, v, second = row[A0], row[A1], row[A2], row[A3]
+    seen = wedge(lanes)
     s = 0
     while s < p.size:
         size = int(p[s])
         cx, cy, cz, ux, uy, uz = p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6]
         ax, ay, az, bx, by, bz, disk = p[s + 7], p[s + 8], p[s + 9], p[s + 10], p[s + 11], p[s + 12], p[s + 13]
         r, g, b, shine, coat, kind = p[s + 14], p[s + 15], p[s + 16], p[s + 17], p[s + 18], p[s + 19]
+        long_a, long_b = p[s + 26] * p[s + 26], p[s + 27] * p[s + 27]
+        if outside(seen, cx, cy, cz,
+                   abs(_along(seen, 4, ax, ay, az)) * long_a + abs(_along(seen, 4, bx, by, bz)) * long_b,
+                   abs(_along(seen, 7, ax, ay, az)) * long_a + abs(_along(seen, 7, bx, by, bz)) * long_b):
+            s += size
+            continue
         # where each ray meets the plane
         crossed = np.int32(0)
         for i in range(B):

@@ -40,10 +40,12 @@ from lensbench.lanes import (
     rows,
     stage,
 )
+from lensbench.scenery.bounds import apart, one_side, reach
 from lensbench.scenery.light import lit
 from lensbench.scenery.plates import plate_frame
 
-BALL, SHADE = 5, 14     # numbers per sphere: centre, radius², what it lets through; per plate: its frame, clearness
+BALL = 5                # numbers per sphere: centre, radius², what it lets through
+SHADE = 17              # per plate: its frame, what it lets through, its half-widths along x, y, z
 GLASS_BALL = 0.85       # part of the light that passes a glass ball, all incidences together
 RECTANGLE_LAMP, DISK_LAMP, SPHERE_LAMP = range(3)
 LAMP = 18               # numbers before the casters of a lamp
@@ -58,7 +60,8 @@ def caster_parameters(scene) -> np.ndarray:
     for plate in scene.plates:
         if not plate.material.shines:
             centre, a, b, normal, disk = plate_frame(plate)
-            packed += [*centre, *normal, *(a / (a @ a)), *(b / (b @ b)), disk, float(plate.material.kind == "glass")]
+            packed += [*centre, *normal, *(a / (a @ a)), *(b / (b @ b)), disk, float(plate.material.kind == "glass"),
+                       *(abs(a) + abs(b))]
     return np.array(packed)
 
 
@@ -78,9 +81,15 @@ def cast(lanes, p):
     real = lanes.dtype.type
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
+    if p.size == 1:
+        return
+    box = reach(lanes)
     end = 1 + BALL * int(p[0])
     for s in range(1, end, BALL):
         cx, cy, cz, r2, clear = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4]
+        radius = math.sqrt(r2)
+        if apart(box, cx, cy, cz, radius, radius, radius):
+            continue
         for i in range(B):
             ax, ay, az = cx - hx[i], cy - hy[i], cz - hz[i]
             along = ax * wx[i] + ay * wy[i] + az * wz[i]
@@ -94,6 +103,9 @@ def cast(lanes, p):
         cx, cy, cz, ux, uy, uz = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5]
         ax, ay, az, bx, by, bz, disk, clear = (p[s + 6], p[s + 7], p[s + 8], p[s + 9], p[s + 10], p[s + 11],
                                                p[s + 12], p[s + 13])
+        wide_x, wide_y, wide_z = p[s + 14], p[s + 15], p[s + 16]
+        if apart(box, cx, cy, cz, wide_x, wide_y, wide_z) or one_side(box, cx, cy, cz, ux, uy, uz):
+            continue
         for i in range(B):
             ox, oy, oz = hx[i] - cx, hy[i] - cy, hz[i] - cz
             off = ox * ux + oy * uy + oz * uz

@@ -1,7 +1,7 @@
 """Spheres, seen from outside: one stage for all of them.
 
-Most spheres are far from every ray of a block, so each is first measured
-against the whole block, and only one that some ray crosses is offered.
+Most spheres are far from every ray of a block: each is first held against the
+block's wedge, then against every ray, and only one that some ray crosses is offered.
 """
 
 import math
@@ -32,9 +32,10 @@ from lensbench.lanes import (
     rows,
     stage,
 )
+from lensbench.scenery.bounds import outside, wedge
 
-SPHERE = 10             # numbers per sphere: centre (3), radius², 1/radius, colour (3), glow, gloss
-GROUP = 5               # numbers before a group: centre and radius² of a sphere around it, how many spheres
+SPHERE = 10             # numbers per sphere: centre (3), radius², radius, colour (3), glow, gloss
+GROUP = 6               # numbers before a group: a sphere round it (centre, radius², radius), how many spheres
 CROWD = 8               # a group is split until it holds no more
 
 
@@ -64,9 +65,9 @@ def sphere_parameters(spheres) -> np.ndarray:
         centres = np.array([s.centre for s in group])
         middle = (centres.min(0) + centres.max(0)) / 2
         reach = max(math.dist(s.centre, middle) + s.radius for s in group) * (1.0 + 1e-5)
-        packed += [*middle, math.inf if len(groups) == 1 else reach**2, len(group)]
+        packed += [*middle, math.inf if len(groups) == 1 else reach**2, reach, len(group)]
         for s in group:
-            packed += [*s.centre, s.radius**2, 1.0 / s.radius, *s.material.colour,
+            packed += [*s.centre, s.radius**2, s.radius, *s.material.colour,
                        float(s.material.shines), gloss_of(s.material, s.radius)]
     return np.array(packed)
 
@@ -79,10 +80,15 @@ def spheres(lanes, p, key):
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
     red, green, blue, ahead, inside = row[RED], row[GREEN], row[BLUE], row[A0], row[A1]
+    seen = wedge(lanes)
     s, left = 0, 0
     while s < p.size:
         heading = left == 0
-        cx, cy, cz, r2 = p[s], p[s + 1], p[s + 2], p[s + 3]
+        cx, cy, cz, r2, radius = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4]
+        if outside(seen, cx, cy, cz, radius, radius):
+            s += SPHERE if not heading else GROUP + SPHERE * int(p[s + 5])
+            left -= 0 if heading else 1
+            continue
         # how far from the centre each ray passes
         crossed = np.int32(0)
         for i in range(B):
@@ -94,13 +100,14 @@ def spheres(lanes, p, key):
             crossed = np.int32(crossed + np.int32(room > real(0)))
         # a group: into it, or past it
         if heading:
-            left = int(p[s + 4])
+            left = int(p[s + 5])
             s += GROUP
             if crossed == 0:
                 s += left * SPHERE
                 left = 0
             continue
-        scale, r, g, b, shine, coat = p[s + 4], p[s + 5], p[s + 6], p[s + 7], p[s + 8], p[s + 9]
+        scale = real(1) / radius
+        r, g, b, shine, coat = p[s + 5], p[s + 6], p[s + 7], p[s + 8], p[s + 9]
         s += SPHERE
         left -= 1
         if crossed == 0:
