@@ -20,7 +20,8 @@ import lensbench as lb
 from lensbench import lanes, lenses
 from lensbench.blocktracer import packed, trace, tracer
 from lensbench.driver import Program, _address, _call
-from lensbench.pupil import POINTS, PupilTable, solve
+from lensbench.pupil_rim import solve
+from lensbench.pupil_table import POINTS, PupilTable
 from lensbench.sampling import independent, sampler
 from lensbench.scene import Floor, Material, Scene, Sphere, Sun
 from lensbench.scenery.benchmark import benchmark_scene
@@ -192,7 +193,8 @@ def precision() -> Iterator[tuple[str, float, str]]:
         step = tracer(lens, camera.film_distance)
         given = dict(zip([*aimed, lanes.WEIGHT], [*rays, np.ones(n)], strict=True))
         wanted = [lanes.L, lanes.M, lanes.N, lanes.WEIGHT]
-        single, double = (Program([step], real).run(given, wanted, n).astype(float) for real in (np.float32, np.float64))
+        single, double = (Program([step], real).run(given, wanted, n).astype(float)
+                          for real in (np.float32, np.float64))
         both = (single[3] > 0.0) & (double[3] > 0.0)
         off = np.linalg.norm(np.cross(single[:3].T[both], double[:3].T[both]), axis=1)
         yield f"worst float32 ray at 24 MP, {name}", float(off.max()) * camera.first_order.efl / 0.006, "px"
@@ -203,7 +205,7 @@ PARTS = {"tracer": block_against_scalar, "render": fused, "pupil": pupil, "sampl
 
 
 def machine() -> str:
-    """This machine in words."""
+    """The machine in words."""
     name = platform.processor() or platform.machine()
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as lines:

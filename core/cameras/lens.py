@@ -12,7 +12,8 @@ from lensbench.focus import film_distance
 from lensbench.lanes import Step
 from lensbench.paraxial import FirstOrder, first_order, stopped_down
 from lensbench.prescription import Lens
-from lensbench.pupil import PupilTable, exit_pupil
+from lensbench.pupil import exit_pupil
+from lensbench.pupil_table import PupilTable
 
 MODELS = ("trace", "thin", "pinhole")
 

@@ -226,7 +226,8 @@ def test_what_cannot_be_is_refused_in_one_line(make, says):
 
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])
 def test_the_irradiance_falls_off_over_the_film_as_pbrts_mean_weight_does(name):
-    """pbrt's means are of 262,144 Halton points over a box of which the region fills a fifth: a few parts in 1000."""
+    """pbrt's means are of 262,144 Halton points over a box of which the region fills a fifth: 2e-3;
+    the sampled region may lose 5e-4 of what the axis gets."""
     reference = json.loads((DATA / "pbrt_weights.json").read_text())[name]
     lens, z = lenses.load(name), reference["film_distance"]
     radii = np.array([r for r, _ in reference["falloff"]])
@@ -239,4 +240,4 @@ def test_the_irradiance_falls_off_over_the_film_as_pbrts_mean_weight_does(name):
         d = np.column_stack([points - [r, 0.0], np.full(n, -z)])
         passed = lb.trace(lens, [r, 0.0, lens.length + z], d).fate == lb.Fate.PASSED
         cos4 = (z * z / (d**2).sum(1)) ** 2
-        assert (cos4 * areas * passed).mean() / z**2 == pytest.approx(mean, abs=3e-3 * mean + 1e-4 * expected[0])
+        assert (cos4 * areas * passed).mean() / z**2 == pytest.approx(mean, abs=2e-3 * mean + 5e-4 * expected[0])

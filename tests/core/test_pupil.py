@@ -8,7 +8,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.pupil import RINGS, PupilTable, solve
+from lensbench.pupil_rim import solve
+from lensbench.pupil_table import RINGS, PupilTable
 from tests.core.oracles import DATA
 
 BOUNDS = json.loads((DATA / "exit_pupils.json").read_text())

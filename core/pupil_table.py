@@ -1,0 +1,190 @@
+"""What a camera samples: the exit-pupil regions of many film radii, cut into triangles of equal area."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.glass import D_LINE
+from lensbench.lanes import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    A6,
+    A7,
+    A8,
+    A9,
+    ALIVE,
+    LOST,
+    U0,
+    U1,
+    WEIGHT,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    gather,
+    rows,
+    stage,
+)
+from lensbench.prescription import Lens
+from lensbench.pupil_rim import REACH, solve
+
+RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
+POINTS = 41                     # solved on the upper half of each rim
+GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
+SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
+
+
+@dataclass(frozen=True, eq=False)
+class PupilTable:
+    """The regions of RINGS film radii, each cut into 2 SECTORS triangles of equal area, for a camera to sample.
+
+    outline: (RINGS, SECTORS + 1, 2) corners in the upper half, from the region's
+    centre; centres: (RINGS,). Ring k stands where 1 − √(1 − r / end) is k / (RINGS − 1)
+    of what it is at the last: the rings crowd towards a radius `end` where the light
+    ends, for there a region shrinks as a root. No light falls beyond dark_beyond.
+    """
+
+    film_distance: float
+    radius: float                   # of the last ring, mm
+    end: float
+    dark_beyond: float
+    outline: np.ndarray
+    centres: np.ndarray
+
+    @classmethod
+    def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE) -> "PupilTable":
+        """Solve the table for film radii 0 … film_radius, or to where the light ends."""
+        tolerance = 2e-4 * REACH * lens.surfaces[-1].semi_diameter
+
+        def solved(radii, accuracy=tolerance):
+            return solve(lens, film_distance, radii, POINTS, accuracy, wavelength)
+
+        end, dark = 4.0 * max(film_radius, 1e-30), math.inf
+        radii = _ring_radii(film_radius, end)
+        centres, rims = solved(radii)
+        lit = np.nonzero(rims[:, 0, 0] > rims[:, -1, 0])[0]
+        if lit.size and lit[-1] < RINGS - 1:    # find where the light ends, spread the rings to there
+            low, high = radii[lit[-1]], radii[lit[-1] + 1]
+            for _ in range(3):
+                between = np.linspace(low, high, 18)[1:-1]
+                alive = np.nonzero(solved(between)[1][:, 0, 0] > 0.0)[0]
+                last = alive[-1] if alive.size else -1
+                low, high = (between[last] if last >= 0 else low), (between[last + 1] if last < 15 else high)
+            film_radius = end = dark = high
+            centres, rims = solved(_ring_radii(high, high))
+            centres[-1] = centres[-2]
+        return cls(film_distance, film_radius, end, dark if lit.size else 0.0, _equal_areas(rims * SPREAD), centres)
+
+    def step(self, normaliser: float) -> Step:
+        """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
+        scale = (RINGS - 1) / (1.0 - math.sqrt(1.0 - self.radius / self.end))
+        size = max(float(np.abs(self.outline).max()), 1e-30)
+        cells = np.round((self.outline / size + 1.0) * (0.5 * (GRID - 1)))
+        head = [self.film_distance, scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser]
+        return Step(aim, np.concatenate([
+            [*head, 2.0 * size / (GRID - 1), -size],
+            (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.centres]))
+
+
+def _ring_radii(radius: float, end: float) -> np.ndarray:
+    """(RINGS,) film radii 0 … radius, ever denser towards `end`."""
+    last = 1.0 - math.sqrt(1.0 - radius / end)
+    return end * (1.0 - (1.0 - np.linspace(0.0, last, RINGS)) ** 2)
+
+
+def _equal_areas(rims: np.ndarray) -> np.ndarray:
+    """(rings, points, 2) of the rims → (rings, SECTORS + 1, 2) corners at equal areas along the same chords."""
+    x, y = rims[..., 0], rims[..., 1]
+    cross = x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]
+    area = np.concatenate([np.zeros((len(rims), 1)), np.cumsum(cross, 1)], 1)
+    corners = np.zeros((len(rims), SECTORS + 1, 2))
+    for ring in range(len(rims)):
+        if area[ring, -1] > 0.0:
+            wanted = np.linspace(0.0, area[ring, -1], SECTORS + 1)
+            corners[ring, :, 0] = np.interp(wanted, area[ring], x[ring])
+            corners[ring, :, 1] = np.interp(wanted, area[ring], y[ring])
+    return corners
+
+
+_NODES = SECTORS + 1
+
+
+@stage
+def aim(lanes, p, key):
+    """From a film point X, Y (mm, Z = 0) aim into the region that it sees: L, M, N and WEIGHT.
+
+    p: film distance, rings per unit of 1 − √(1 − r / end), 1 / end, the radius
+    beyond which no light falls, 1 / normaliser, the size and origin of the corners' grid, then
+    the table: both coordinates of every corner in one number, and the centres.
+    The weight holds the exact area of the triangle that was sampled, so that
+    neither the interpolation between rings nor the grid leaves an error, or a
+    ring in the picture.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, u, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U0], row[U1], row[WEIGHT]
+    ring, between, turn, corner = row[A0], row[A1], row[A2], row[A3]
+    inner0, inner1, outer0, outer1 = row[A4], row[A5], row[A6], row[A7]
+    centre0, centre1 = row[A8], row[A9]
+    distance, scale, end, dark, gain, cell, origin = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
+    table = p[7:]
+    last = real(RINGS - 1.001)
+    for i in range(B):
+        r = math.sqrt(x[i] * x[i] + y[i] * y[i])
+        left = real(1) - r * end
+        k = (real(1) - math.sqrt(left if left > real(0) else real(0))) * scale
+        k = k if k < last else last
+        s = u[i] * real(2 * SECTORS)
+        t = s - real(SECTORS) if s >= real(SECTORS) else s
+        ring[i] = np.floor(k)
+        between[i] = k - np.floor(k)
+        turn[i] = t
+        corner[i] = np.floor(k) * real(_NODES) + np.floor(t)
+        weight[i] = gain if r <= dark else real(0)
+    gather(inner0, table, corner)
+    gather(inner1, table[1:], corner)
+    gather(outer0, table[_NODES:], corner)
+    gather(outer1, table[_NODES + 1:], corner)
+    gather(centre0, table[RINGS * _NODES:], ring)
+    gather(centre1, table[RINGS * _NODES + 1:], ring)
+    unit = real(1 / GRID)
+    for i in range(B):
+        f = between[i]
+        e = real(1) - f
+        y0, y1, y2, y3 = (np.floor(inner0[i] * unit), np.floor(inner1[i] * unit),
+                          np.floor(outer0[i] * unit), np.floor(outer1[i] * unit))
+        x0, x1, x2, x3 = (inner0[i] - y0 * real(GRID), inner1[i] - y1 * real(GRID),
+                          outer0[i] - y2 * real(GRID), outer1[i] - y3 * real(GRID))
+        ax, bx = (e * x0 + f * x2) * cell + origin, (e * x1 + f * x3) * cell + origin
+        ay, by = (e * y0 + f * y2) * cell + origin, (e * y1 + f * y3) * cell + origin
+        g = turn[i] - np.floor(turn[i])
+        h = real(1) - g
+        reach = math.sqrt(v[i])
+        a = e * centre0[i] + f * centre1[i] + reach * (h * ax + g * bx)
+        b = reach * (h * ay + g * by)
+        b = -b if u[i] >= real(0.5) else b
+        r2 = x[i] * x[i] + y[i] * y[i]
+        off = r2 > real(1e-12)                              # on the axis every azimuth is the same
+        inverse = real(1) / math.sqrt(r2 if off else real(1))
+        cosine, sine = x[i] * inverse if off else real(1), y[i] * inverse
+        dx, dy = a * cosine - b * sine - x[i], a * sine + b * cosine - y[i]
+        size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)
+        l[i], m[i], n[i] = dx * size, dy * size, -distance * size
+        c2 = distance * size
+        c2 = c2 * c2
+        weight[i] *= c2 * c2 * real(SECTORS) * (ax * by - bx * ay)
+        z[i] = real(0)
+    alive = np.int32(0)
+    for i in range(B):
+        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
+    if alive == 0:
+        key[ALIVE] = np.uint32(LOST)
