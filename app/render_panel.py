@@ -135,7 +135,7 @@ def _tools(settings: Settings, picture: Picture, view: View) -> Settings:
     theme.small()
     samples = f"{picture.samples} of " if picture.texture else ""
     text = f"{settings.pixels_x} × {settings.pixels_y}     {samples}{settings.samples} samples"
-    texts = [f"{text}     {_seconds(picture.seconds)}", text, f"{settings.pixels_x} × {settings.pixels_y}"]
+    texts = [f"{text}     {_seconds(picture.seconds)}" if picture.texture else text, text, f"{settings.pixels_x} × {settings.pixels_y}"]
     room = corner.x + width - left - 2.0 * imgui.get_style().frame_padding.x
     text = next((text for text in texts if imgui.calc_text_size(text).x <= room), fa.ICON_FA_ELLIPSIS)
     extent = imgui.calc_text_size(text).x + 2.0 * imgui.get_style().frame_padding.x

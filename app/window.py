@@ -8,12 +8,13 @@ and what has changed in the end goes to the history and to the worker.
 import json
 import math
 import sys
+import threading
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,7 @@ class Bench:
         self._broken: set[str] = set()                  # what has been logged
         self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
         self._screen: Screen | None = None
+        self._prepared = threading.Event()              # the panels' kernels are compiled
         self._shot: Path | None = None                  # a screenshot of the window that is wanted
         self._shots_taken = 0
 
@@ -76,6 +78,7 @@ class Bench:
         moderngl.init_context()
         self._screen = Screen(moderngl.get_context())
         theme.style_implot()
+        threading.Thread(target=self._prepare, name="lensbench panels", daemon=True).start()
         if self.remember:
             self.dark = hello_imgui.load_lasting_pref("theme") != "light"
             with suppress(ValueError):
@@ -91,6 +94,18 @@ class Bench:
         """The window is about to go."""
         self.export.cancel()
         self.worker.stop()
+
+    def _prepare(self) -> None:
+        """In a thread of its own: compile what the panels need, after the picture, which comes first."""
+        from lensbench.app.panel_kernels import prepare
+
+        try:
+            while self.worker.newest() is None and self.worker.error is None and self.worker.alive:
+                sleep(0.01)
+            prepare(self.history.present)
+        finally:
+            self._prepared.set()
+            self._woken()
 
     def lay_out(self) -> None:
         """Put the panels back where they belong, for the window as large as it is."""
@@ -235,6 +250,8 @@ class Bench:
         A panel that broke is left alone until the settings change.
         """
         def call() -> None:
+            if name in PANELS and name != "Render" and not self._prepared.is_set():
+                return
             if name in self._failed:
                 if self._failed[name] == self.edited:
                     imgui.text_disabled("Nothing can be shown for these settings")
@@ -369,8 +386,9 @@ class Bench:
     def settled(self, samples: int) -> bool:
         """Whether the present settings are on the screen with so many samples."""
         news = self._news
-        return news is not None and news.generation == self.worker.generation and news.depth is not None \
-            and news.samples >= min(samples, news.settings.samples)
+        if news is None or news.generation != self.worker.generation or news.depth is None:
+            return False
+        return self._prepared.is_set() and news.samples >= min(samples, news.settings.samples)
 
 
 def _recover(state: imgui.internal.ErrorRecoveryState) -> None:

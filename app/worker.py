@@ -175,6 +175,11 @@ class Worker:
             self._depth_wanted = wanted
             self._change.notify_all()
 
+    @property
+    def alive(self) -> bool:
+        """Whether it has not been stopped."""
+        return not self._stopped
+
     def stop(self) -> None:
         """End; returns when the threads have ended."""
         with self._change:
