@@ -60,16 +60,29 @@ from lensbench.photometry import t_number, transmission, working_f_number  # noq
 from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
 from lensbench.pupil import ExitPupil, exit_pupil  # noqa: E402
 from lensbench.render import Rendering, depth_map, render  # noqa: E402
-from lensbench.scene import Floor, Material, Scene, SceneError, Sky, Sphere, Sun  # noqa: E402
+from lensbench.scene import Scene  # noqa: E402
 from lensbench.scenery.library import SCENES, builtin_scene  # noqa: E402
+from lensbench.scenery.objects import (  # noqa: E402
+    Disk,
+    Floor,
+    Image,
+    Material,
+    Pattern,
+    Rectangle,
+    SceneError,
+    Sky,
+    Sphere,
+    Sun,
+)
 from lensbench.tracing import Fate, Trace, trace  # noqa: E402
 from lensbench.transform import TransformError  # noqa: E402
 
 __all__ = [
-    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Camera", "CameraError", "ExitPupil", "Fate", "Film",
-    "FilmError", "FirstOrder", "Floor", "FocusError", "Glass", "Lens", "LensCamera", "LensError", "Material",
-    "PerspectiveCamera", "Rays", "Rendering", "Scene", "SceneError", "Sky", "Sphere", "Sun", "Surface", "Trace",
-    "TransformError", "builtin_scene", "circle_of_confusion", "depth_map", "depth_of_field", "exit_pupil",
-    "film_distance", "first_order", "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion",
-    "render", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
+    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Camera", "CameraError", "Disk", "ExitPupil", "Fate",
+    "Film", "FilmError", "FirstOrder", "Floor", "FocusError", "Glass", "Image", "Lens", "LensCamera", "LensError",
+    "Material", "Pattern", "PerspectiveCamera", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Sky",
+    "Sphere", "Sun", "Surface", "Trace", "TransformError", "builtin_scene", "circle_of_confusion", "depth_map",
+    "depth_of_field", "exit_pupil", "film_distance", "first_order", "focused_distance", "hyperfocal", "nearest_focus",
+    "real_circle_of_confusion", "render", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
+    "transmission", "working_f_number",
 ]

@@ -1,6 +1,7 @@
 """The scene of the speed figures: ten spheres, a checkered floor, sky and sun."""
 
-from lensbench.scene import Floor, Material, Scene, Sphere, Sun
+from lensbench.scene import Scene
+from lensbench.scenery.objects import Floor, Material, Sphere, Sun
 
 
 def benchmark_scene() -> Scene:

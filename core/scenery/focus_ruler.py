@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from lensbench.scene import Disk, Floor, Image, Material, Pattern, Rectangle, Scene, Sky, Sun, Triple
+from lensbench.scene import Scene
 from lensbench.scenery.lettering import lettering
+from lensbench.scenery.objects import Disk, Floor, Image, Material, Pattern, Rectangle, Sky, Sun, Triple, triple
 
 PAPER, INK = (0.82, 0.81, 0.78), (0.02, 0.02, 0.022)
 RED: Triple = (0.62, 0.05, 0.03)
@@ -62,7 +63,7 @@ def focus_ruler() -> Scene:
     """The ruler's figures and the stars' labels are metres from the film, along the axis."""
     start, end = np.array([0.0, -0.235 * NEAR, -NEAR]), np.array([0.0, 0.115 * FAR, -FAR])
     middle, half = (start + end) / 2, (end - start) / 2
-    ruler = Rectangle(tuple(float(v) for v in middle), tuple(float(v) for v in half), (-62.0, 0.0, 0.0),
+    ruler = Rectangle(triple(middle), triple(half), (-62.0, 0.0, 0.0),
                       _printed(_scale()))
     stars = [(-0.262, -0.10, 700.0), (0.262, -0.10, 900.0), (-0.14, -0.03, 1050.0), (0.14, -0.03, 1200.0),
              (-0.262, 0.065, 1500.0), (0.262, 0.065, 2000.0), (-0.14, 0.15, 3000.0), (0.14, 0.15, 5000.0)]

@@ -1,6 +1,7 @@
 """Charts: a luminous wall with a grid, and uniform white everywhere."""
 
-from lensbench.scene import Disk, Material, Pattern, Rectangle, Scene, Sky
+from lensbench.scene import Scene
+from lensbench.scenery.objects import Disk, Material, Pattern, Rectangle, Sky
 
 DISTANCE = 1200.0       # mm from the film
 CELL, LINE = 50.0, 2.0  # mm

@@ -2,11 +2,12 @@
 
 from functools import cache
 
-from lensbench.scene import Scene, SceneError
+from lensbench.scene import Scene
 from lensbench.scenery.benchmark import benchmark_scene
 from lensbench.scenery.focus_ruler import focus_ruler
 from lensbench.scenery.grid_wall import grid_wall, white_wall
 from lensbench.scenery.night_lights import night_lights
+from lensbench.scenery.objects import SceneError
 from lensbench.scenery.room import room
 from lensbench.scenery.still_life import still_life
 

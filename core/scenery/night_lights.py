@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from lensbench.scene import Floor, Image, Material, Pattern, Rectangle, Scene, Sky, Sphere, Triple
+from lensbench.scene import Scene
+from lensbench.scenery.objects import Floor, Image, Material, Pattern, Rectangle, Sky, Sphere, Triple
 
 GROUND = -1350.0        # mm, the street below the camera
 SODIUM, WHITE, TAIL = (17.0, 8.6, 2.2), (16.0, 15.0, 12.5), (14.0, 0.8, 0.35)

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from lensbench.scene import Disk, Image, Material, Pattern, Rectangle, Scene, Sky, Sphere, Sun, Triple
+from lensbench.scene import Scene
+from lensbench.scenery.objects import Disk, Image, Material, Pattern, Plate, Rectangle, Sky, Sphere, Sun, Triple
 
 LEFT, RIGHT, GROUND, TOP, BACK, BEHIND = -1900.0, 2100.0, -1150.0, 1450.0, -5200.0, 1500.0     # mm
 
@@ -38,7 +39,8 @@ def _landscape() -> Image:
     return Image.of(np.clip(picture, 0.0, 1.0))
 
 
-def _framed(centre: Triple, wide: float, high: float, frame: Material, inside: Material, turn: float = 0.0) -> list:
+def _framed(centre: Triple, wide: float, high: float, frame: Material, inside: Material,
+            turn: float = 0.0) -> list[Rectangle]:
     """Something flat and upright in a frame 45 mm wide, turned to the right by an angle."""
     (x, y, z), border, c, s = centre, 45.0, math.cos(turn), math.sin(turn)
     a, b = wide / 2 + border, high / 2 + border
@@ -78,7 +80,7 @@ def room() -> Scene:
                  turn=math.radians(12.0))]
     # a sideboard under the picture, the table before the camera, and what stands on them
     sideboard = _box(-1450.0, 250.0, GROUND, -420.0, BACK + 20.0, BACK + 480.0, Material((0.22, 0.12, 0.055)))
-    table = [Disk((60.0, -205.0, -1250.0), (0.0, 1.0, 0.0), 560.0, lacquer),
+    table: list[Plate] = [Disk((60.0, -205.0, -1250.0), (0.0, 1.0, 0.0), 560.0, lacquer),
              *_box(20.0, 100.0, GROUND, -206.0, -1290.0, -1210.0, ebony)]
     things = (
         Sphere((-95.0, -205.0 + 62.0, -1160.0), 62.0, Material((0.60, 0.045, 0.03), "coat")),

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from lensbench.scene import Disk, Floor, Material, Rectangle, Scene, Sky, Sphere, Triple
+from lensbench.scene import Scene
+from lensbench.scenery.objects import Disk, Floor, Material, Rectangle, Sky, Sphere, Triple, triple
 
 TILT = math.radians(2.9)                # the table falls towards the camera, as if that looked down a little
 HEIGHT = 186.0                          # mm from the table to the camera
@@ -67,7 +68,7 @@ def still_life() -> Scene:
     return Scene(
         "still-life",
         sky=Sky(zenith=(0.0, 0.0, 0.0), horizon=(0.062, 0.062, 0.065), ground=(0.05, 0.05, 0.05),
-                up=tuple(float(x) for x in UP)),
+                up=triple(UP)),
         floor=Floor(height=-HEIGHT, tile=76.0, light=(0.66, 0.64, 0.61), dark=(0.045, 0.045, 0.048),
-                    normal=tuple(float(x) for x in UP), turn=math.radians(9.0), offset=(0.3, 0.15)),
+                    normal=triple(UP), turn=math.radians(9.0), offset=(0.3, 0.15)),
         spheres=(*balls, *lights), plates=lamps, ambient=(0.05, 0.05, 0.053), depth_range=(400.0, 8000.0))
