@@ -29,6 +29,7 @@ from lensbench.app.ring import ring
 from lensbench.app.settings import MODELS, Settings
 
 DEFAULT = Settings()
+RINGS = 5
 PERSPECTIVE_FOV = (math.radians(5.0), math.radians(120.0))
 MODEL_TIPS = {
     "trace": "Every ray is refracted at every surface",
@@ -53,7 +54,11 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     settings = _scene(settings, chooser)
     settings = _film(settings, chooser)
     settings = _model(settings)
-    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
+    # The rings stand as far apart as there is room for
+    ring_height = imgui.get_text_line_height() + theme.em(2.6)
+    free = imgui.get_content_region_avail().y - RINGS * ring_height - theme.em(0.3)
+    gap = min(max(free / (2.0 * RINGS + 1.0), theme.scale()), theme.em(0.45))
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, gap))
     imgui.dummy(ImVec2(0.0, theme.em(0.3)))
     settings = _rings(settings)
     imgui.pop_style_var()

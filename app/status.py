@@ -25,7 +25,7 @@ def status_bar(settings: Settings, news: News | None, worker: Worker, view: View
     # From the left: model, samples, speed
     parts = [MODELS[settings.model]]
     if news is not None:
-        parts.append(f"{news.samples} samples")
+        parts.append(f"{news.samples} sample{'s' if news.samples > 1 else ''}")
         parts.append(f"{news.rate / 1e6:.0f} Msamples/s")
     parts.append(f"{hello_imgui.frame_rate():.0f} fps")
     x = window.x + theme.em(0.78)

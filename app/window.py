@@ -69,6 +69,9 @@ class Bench:
         self._prepared = threading.Event()              # the panels' kernels are compiled
         self._shot: Path | None = None                  # a screenshot of the window that is wanted
         self._shots_taken = 0
+        self._frames = 0
+        self._fresh = False                             # no layout was saved by an earlier session
+        self._laid_out_for = (*map(float, SIZE), theme.FONT_SIZE)
 
     # The life of the window
 
@@ -85,10 +88,8 @@ class Bench:
                 self.files.recent = [Path(path) for path in json.loads(hello_imgui.load_lasting_pref("recent") or "[]")]
         theme.choose(self.dark)
         imgui.get_io().config_error_recovery_enable_tooltip = False     # a broken panel is said above the picture
-        glfw.set_drop_callback(_glfw_window(), lambda _, paths: self.files.drop(paths))
-        width, height = glfw.get_window_size(_glfw_window())
-        hello_imgui.get_runner_params().docking_params.docking_splits = layout(
-            max(width, 1), max(height, 1), theme.FONT_SIZE * theme.scale())
+        glfw.set_drop_callback(_glfw_window(), self.dropped)
+        self._fresh = not hello_imgui.has_ini_settings(hello_imgui.get_runner_params())
 
     def closed(self) -> None:
         """The window is about to go."""
@@ -109,10 +110,19 @@ class Bench:
 
     def lay_out(self) -> None:
         """Put the panels back where they belong, for the window as large as it is."""
-        width, height = glfw.get_window_size(_glfw_window())
+        size = imgui.get_main_viewport().size
         docking = hello_imgui.get_runner_params().docking_params
-        docking.docking_splits = layout(max(width, 1), max(height, 1), theme.FONT_SIZE * theme.scale())
+        docking.docking_splits = layout(max(size.x, 1.0), max(size.y, 1.0), imgui.get_font_size())
         docking.layout_reset = True
+
+    def _lay_out_once(self) -> None:
+        """Window and font have their size only after the first frames: where that was guessed wrong, lay out again."""
+        self._frames += 1
+        size = imgui.get_main_viewport().size
+        known = (size.x, size.y, imgui.get_font_size())
+        if self._fresh and self._frames in (2, 5) and known != self._laid_out_for:
+            self._laid_out_for = known
+            self.lay_out()
 
     def choose_theme(self, dark: bool) -> None:
         """Dark or light, from now on."""
@@ -120,6 +130,10 @@ class Bench:
         theme.choose(dark)
         if self.remember:
             hello_imgui.save_lasting_pref("theme", "dark" if dark else "light")
+
+    def dropped(self, _window: Any, paths: list[str]) -> None:
+        """GLFW: files have been dropped on the window."""
+        self.files.drop(paths)
 
     def keep_recent(self) -> None:
         """Remember the recent files beyond this session."""
@@ -135,6 +149,7 @@ class Bench:
     def begin(self) -> None:
         """Before the panels: news from the worker, what the keys and the dialogs say."""
         self.edited = self.history.present
+        self._lay_out_once()
         self._take_news()
         shortcuts(self)
         self.files.answer()
@@ -455,7 +470,7 @@ def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSp
         hello_imgui.DockingSplit("MainDockSpace", "Left", side.left, min(left / width, 0.4)),
         hello_imgui.DockingSplit("MainDockSpace", "Right", side.right, min(right / max(width - left, 1.0), 0.45)),
         hello_imgui.DockingSplit("MainDockSpace", "Bottom", side.down, 0.30),
-        hello_imgui.DockingSplit("Left", "LeftBottom", side.down, min(max(1.0 - 30.5 * em / height, 0.28), 0.45)),
+        hello_imgui.DockingSplit("Left", "LeftBottom", side.down, min(max(1.0 - 31.2 * em / height, 0.28), 0.45)),
         hello_imgui.DockingSplit("Right", "RightBottom", side.down, 0.55),
     ]
 

@@ -164,13 +164,13 @@ def test_a_dropped_lens_is_opened_and_a_broken_one_is_said_and_changes_nothing(d
 
     def use(hand):
         hand.picture()
-        hand.bench.files.drop([str(good)])
+        hand.bench.dropped(None, [str(good)])
         hand.picture()
         assert hand.settings.lens == str(good) and not hand.bench.view.messages
         assert hand.bench.files.recent == [good]
         for path in (bad, empty, tmp_path / "missing.toml"):
             before = hand.settings
-            hand.bench.files.drop([str(path)])
+            hand.bench.dropped(None, [str(path)])
             hand.ctx.yield_(2)
             assert hand.settings == before
             assert len(hand.bench.view.messages) == 1 and path.name in hand.bench.view.messages[0]
@@ -192,7 +192,7 @@ def test_the_picture_is_saved_and_opened_again_with_its_settings(drive, tmp_path
         hand.press(CTRL | imgui.Key.s)
         hand.ctx.item_input_value("//$FOCUSED/##Name", str(path))
         hand.wait(path.exists, "the saved picture")
-        hand.bench.files.drop([str(path)])
+        hand.bench.dropped(None, [str(path)])
         hand.ctx.yield_(2)
         assert hand.settings == changed
 
