@@ -321,7 +321,7 @@ def _point(t: Table, name: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _vector(t: Table, name: str, needed: bool = False) -> dict[str, tuple[float, float, float]]:
+def _vector(t: Table, name: str, needed: bool = False) -> Table:
     """{name: direction}, or nothing where it is not given."""
     if name not in t and not needed:
         return {}
