@@ -12,6 +12,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 from numba import njit
@@ -23,8 +24,9 @@ from lensbench.driver import Program, _address, _call
 from lensbench.pupil_rim import solve
 from lensbench.pupil_table import POINTS, PupilTable
 from lensbench.sampling import independent, sampler
-from lensbench.scene import Floor, Material, Scene, Sphere, Sun
+from lensbench.scene import Scene
 from lensbench.scenery.benchmark import benchmark_scene
+from lensbench.scenery.objects import Floor, Material, Sphere, Sun
 from lensbench.tracing import surface_table, trace_rays
 
 LENS = "pbrt-dgauss-50mm"
@@ -81,8 +83,8 @@ def block_against_scalar() -> Iterator[tuple[str, float, str]]:
         surfaces = surface_table(lens, dtype=real)
         ways = way.astype(real)
         best = least({
-            "block": lambda b=bench, g=given, p=numbers, k=key, c=code: _blocks(b, g, p, k, c, 60),
-            "scalar": lambda s=surfaces, o=origins, d=ways, r=out: _rays(s, o, d, *r, 2)})
+            "block": partial(_blocks, bench, given, numbers, key, code, 60),
+            "scalar": partial(_rays, surfaces, origins, ways, *out, 2)})
         name = np.dtype(real).name
         block, scalar = 60 * lanes.B / best["block"] / 1e6, 2 * lanes.B / best["scalar"] / 1e6
         yield f"block tracer {name}", block, "Mrays/s"
@@ -97,7 +99,7 @@ def fused() -> Iterator[tuple[str, float, str]]:
     blocks = -(-FILM.pixels_x * FILM.pixels_y // lanes.B)
     sums, bench = np.zeros((blocks, 3 * lanes.B), np.float32), lanes.bench()
     grown = {step.kernel.__name__: Program(steps[:i + 1]) for i, step in enumerate(steps)}
-    best = least({name: lambda p=program: p.expose(sums, bench, 0, blocks, 0, 2, 0)
+    best = least({name: partial(program.expose, sums, bench, 0, blocks, 0, 2, np.uint32(0))
                   for name, program in grown.items()}, 0.3)
     before = 0.0
     for name, seconds in best.items():
@@ -108,11 +110,11 @@ def fused() -> Iterator[tuple[str, float, str]]:
     for model in ("trace", "thin", "pinhole"):
         view = lb.LensCamera(lenses.load(LENS), FILM, 1200.0, model=model)
         rendering = lb.Rendering(view, scene, shadows=False)
-        seconds = least({"add": lambda r=rendering: r.add(8, threads=2)}, 1.0)["add"]
+        seconds = least({"add": partial(rendering.add, 8, threads=2)}, 1.0)["add"]
         yield f"fused render, two threads, {model}", FILM.pixels_x * FILM.pixels_y * 8 / seconds / 1e6, "Msamples/s"
     for name in ("still-life", "night-lights"):
         rendering = lb.Rendering(camera, lb.builtin_scene(name))
-        seconds = least({"add": lambda r=rendering: r.add(4, threads=2)}, 1.0)["add"]
+        seconds = least({"add": partial(rendering.add, 4, threads=2)}, 1.0)["add"]
         yield f"{name} with shadows, two threads", FILM.pixels_x * FILM.pixels_y * 4 / seconds / 1e6, "Msamples/s"
 
 
@@ -123,8 +125,8 @@ def pupil() -> Iterator[tuple[str, float, str]]:
         distance = lb.first_order(lens).bfl
         table = PupilTable.of(lens, distance, 21.6)
         radii = np.linspace(0.0, table.radius, 64)
-        seconds = least({"solve": lambda n=lens, d=distance, r=radii: solve(
-            n, d, r, POINTS, 2e-4 * n.surfaces[-1].semi_diameter)})["solve"]
+        tolerance = 2e-4 * lens.surfaces[-1].semi_diameter
+        seconds = least({"solve": partial(solve, lens, distance, radii, POINTS, tolerance)})["solve"]
         yield f"pupil of 64 radii, {name}", seconds * 1e3, "ms"
         radii = np.linspace(0.0, table.radius, 24)
         exact = lb.exit_pupil(lens, distance, radii, points=1025)

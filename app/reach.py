@@ -61,14 +61,11 @@ def with_field_of_view(settings: Settings, fov: float) -> Settings:
 def with_film(settings: Settings, width: float, height: float) -> Settings:
     """Another film, with pixels that stay square and as many along the longer side."""
     longer = max(settings.pixels_x, settings.pixels_y)
-    return replace(settings, film_width=width, film_height=height, **_pixels(width, height, longer))
+    return with_longer_side(replace(settings, film_width=width, film_height=height), longer)
 
 
 def with_longer_side(settings: Settings, pixels: int) -> Settings:
     """So many square pixels along the film's longer side."""
-    return replace(settings, **_pixels(settings.film_width, settings.film_height, pixels))
-
-
-def _pixels(width: float, height: float, longer: int) -> dict[str, int]:
-    across, down = (max(1, round(longer * side / max(width, height))) for side in (width, height))
-    return {"pixels_x": across, "pixels_y": down}
+    width, height = settings.film_width, settings.film_height
+    across, down = (max(1, round(pixels * side / max(width, height))) for side in (width, height))
+    return replace(settings, pixels_x=across, pixels_y=down)

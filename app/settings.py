@@ -76,7 +76,7 @@ class Settings:
         unknown = sorted(set(plain) - known - {"version"})
         if unknown:
             raise SettingsError(f"these settings have names that lensbench does not know: {', '.join(unknown)}")
-        values = {name: math.inf if value == "inf" else value for name, value in plain.items() if name != "version"}
+        values: dict[str, Any] = {name: math.inf if value == "inf" else value for name, value in plain.items() if name != "version"}
         if "position" in values:
             values["position"] = tuple(values["position"])
         try:

@@ -70,7 +70,7 @@ class Program:
         self.ends = np.cumsum([0] + [part.size for part in parts])
 
     def expose(self, film: np.ndarray, lanes: np.ndarray, first: int, last: int,
-               sample: int, samples: int, seed: int) -> None:
+               sample: int, samples: int, seed: np.uint32) -> None:
         """Add samples `sample` … to the blocks first … last − 1 of the film, (blocks, 3 B) sums."""
         _expose(film, lanes, self.code, self.gated, self.data, self.ends, first, last, sample, samples, seed)
 

@@ -35,8 +35,10 @@ class Camera:
     (cos⁴θ · area / z² · open time).
     """
 
-    if TYPE_CHECKING:
-        film: Film
+    if TYPE_CHECKING:                   # each camera's own field, in its own place among them
+        @property
+        def film(self) -> Film:
+            """What the picture falls on."""
     world_from_camera: np.ndarray = field(default_factory=lambda: np.eye(4))
     shutter_open: float = 0.0
     shutter_close: float = 1.0

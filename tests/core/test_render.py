@@ -82,7 +82,8 @@ def test_a_white_world_fades_as_quadrature_says_along_a_radius():
 
 def test_a_known_grid_lands_where_the_traced_chief_rays_say():
     """Edges of a dark square on white, at 2 m, within 0.1 px of where rays through the stop put them."""
-    from lensbench.scene import Material, Rectangle, Scene, Sky
+    from lensbench.scene import Scene
+    from lensbench.scenery.objects import Material, Rectangle, Sky
 
     film = lb.Film(36.0, 24.0, 300, 200)
     lens = lenses.load("pbrt-dgauss-50mm")
@@ -132,7 +133,8 @@ def test_the_picture_converges_faster_than_white_noise():
 
 
 def test_depth_is_the_distance_along_the_axis_and_sky_is_infinite():
-    from lensbench.scene import Rectangle, Scene
+    from lensbench.scene import Scene
+    from lensbench.scenery.objects import Rectangle
 
     scene = Scene("wall", plates=(Rectangle((-150.0, 0.0, -1700.0), (150.0, 0.0, 0.0), (0.0, 200.0, 0.0)),))
     view = camera()

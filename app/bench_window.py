@@ -1,0 +1,127 @@
+"""The window's part of the benchmark: start, answer to a slider, and pace beside a render, on no display.
+
+`python -m lensbench.app.bench_window T` prints the seconds from T (time.time()) to the first picture on the screen.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from lensbench.app.settings import Settings
+from lensbench.app.window import Bench, parameters, without_display
+
+SIZE = (1280, 720)
+SMALL = Settings(pixels_x=640, pixels_y=360, film_width=32.0, film_height=18.0, samples=100_000)
+MOVES = 40                      # of the focus slider
+FRAMES = 240                    # timed while the render goes on
+START_LIMIT = 300.0             # s
+
+
+class _Driven(Bench):
+    """A bench whose focus slider is moved by a script, as the panel would hand it on."""
+
+    focus: float | None = None
+    moved = 0.0
+
+    def draw_controls(self) -> None:
+        super().draw_controls()
+        if self.focus is not None:
+            self.edited, self.focus = replace(self.edited, focus_distance=self.focus), None
+            self.moved = time.perf_counter()
+
+    @property
+    def current(self) -> bool:
+        """Whether the picture on the screen is one of the present settings."""
+        return self._news is not None and self._news.generation == self.worker.generation
+
+
+def _run(settings: Settings, watch: Callable[[_Driven], bool], fps_max: float = 0.0) -> None:
+    """Show the bench until `watch`, called after each frame, says that it is done."""
+    from imgui_bundle import immapp
+
+    without_display()
+    bench = _Driven(settings, remember=False, threads=2)
+    runner = parameters(bench, SIZE)
+    runner.fps_idling.enable_idling = False
+    runner.fps_idling.fps_max = fps_max
+
+    def after() -> None:
+        if watch(bench):
+            runner.app_shall_exit = True
+
+    runner.callbacks.after_swap = after
+    immapp.run(runner, immapp.AddOnsParams(with_implot=True))
+
+
+def latencies() -> list[float]:
+    """Seconds from a move of the focus slider to the first picture of the new setting on the screen."""
+    found: list[float] = []
+    rest = [0]
+
+    def watch(bench: _Driven) -> bool:
+        if bench.moved and bench.current:
+            found.append(time.perf_counter() - bench.moved)
+            bench.moved, rest[0] = 0.0, 12
+        elif not bench.moved and bench.focus is None and bench.current:
+            rest[0] -= 1
+            if rest[0] <= 0:
+                bench.focus = 800.0 + 37.0 * len(found)
+        return len(found) > MOVES
+
+    _run(SMALL, watch)
+    return found[1:]
+
+
+def paces() -> list[float]:
+    """Seconds from frame to frame while two threads render."""
+    marks: list[float] = []
+
+    def watch(bench: _Driven) -> bool:
+        if bench.settled(8):
+            marks.append(time.perf_counter())
+        return len(marks) > FRAMES
+
+    _run(SMALL, watch)
+    return list(np.diff(marks[20:]))
+
+
+def start(cached: bool) -> float:
+    """Seconds from starting Python to the first picture; cached: with the compiled kernels at hand."""
+    environment = dict(os.environ)
+    with tempfile.TemporaryDirectory() as folder:
+        if not cached:
+            environment["XDG_CACHE_HOME"] = folder
+        done = subprocess.run([sys.executable, "-m", "lensbench.app.bench_window", str(time.time())], env=environment,
+                              capture_output=True, text=True, timeout=START_LIMIT, check=True)
+    return float(done.stdout.split()[-1])
+
+
+def window() -> Iterator[tuple[str, float, str]]:
+    """The figures of the window, 640 × 360 pixels of the still life in a window of 1280 × 720."""
+    answers = np.array(latencies()) * 1e3
+    yield "slider moved to picture on the screen, median", float(np.median(answers)), "ms"
+    yield "slider moved to picture on the screen, p95", float(np.percentile(answers, 95)), "ms"
+    frames = np.array(paces()) * 1e3
+    yield "window frame beside two rendering threads, median", float(np.median(frames)), "ms"
+    yield "window frame beside two rendering threads, p95", float(np.percentile(frames, 95)), "ms"
+    start(cached=True)
+    yield "start to first picture, kernels cached", min(start(cached=True) for _ in range(3)), "s"
+    yield "start to first picture, first ever", start(cached=False), "s"
+
+
+if __name__ == "__main__":
+    began = float(sys.argv[1])
+
+    def first(bench: _Driven) -> bool:
+        """Say when the first picture stands on the screen, and end."""
+        if bench.current:
+            print(time.time() - began)
+        return bench.current
+
+    _run(SMALL, first, 60.0)
