@@ -70,13 +70,14 @@ class Settings:
         if not isinstance(version, int):
             raise SettingsError("these settings carry no version: they are not of lensbench")
         if version > VERSION:
-            raise SettingsError(f"these settings are of version {version}, newer than this lensbench reads ({VERSION}): "
-                                "update lensbench")
+            raise SettingsError(f"these settings are of version {version}, "
+                                f"newer than this lensbench reads ({VERSION}): update lensbench")
         known = {f.name for f in fields(cls)}
         unknown = sorted(set(plain) - known - {"version"})
         if unknown:
             raise SettingsError(f"these settings have names that lensbench does not know: {', '.join(unknown)}")
-        values: dict[str, Any] = {name: math.inf if value == "inf" else value for name, value in plain.items() if name != "version"}
+        values: dict[str, Any] = {name: math.inf if value == "inf" else value
+                                  for name, value in plain.items() if name != "version"}
         if "position" in values:
             values["position"] = tuple(values["position"])
         try:
