@@ -44,7 +44,7 @@ def _star(x: float, y: float, distance: float) -> list:
     print_ = np.pad(lettering(f"{distance / 1000:g} m", 4), ((6, 6), (6, 6)))
     label = 0.26 * size
     wide = label * print_.shape[1] / print_.shape[0]
-    ahead = 1e-3 * distance                                       # the print stands a little before its card
+    ahead = 1.5e-4 * distance                                       # the print stands a little before its card
     dark = Material((0.05, 0.05, 0.055))
     card = Rectangle((cx, cy - 0.3 * size, -distance - ahead), (1.14 * size, 0.0, 0.0), (0.0, 1.44 * size, 0.0),
                      Material(PAPER))
@@ -71,6 +71,6 @@ def focus_ruler() -> Scene:
     edge = Rectangle((0.0, -0.218 * 1200.0, -1200.0), (500.0, 0.0, 0.0), (0.0, 14.0, 0.0),
                      Material((0.80, 0.62, 0.20), pattern=Pattern("ruler", INK, columns=14.0, line=0.35)))
     return Scene("focus-ruler", sky=Sky((0.05, 0.06, 0.075), (0.16, 0.17, 0.185), (0.05, 0.05, 0.05)),
-                 sun=Sun((-0.5, 0.75, 0.8), (0.86, 0.82, 0.76), 0.07), ambient=(0.12, 0.12, 0.125),
+                 sun=Sun((-0.5, 0.75, 0.8), (1.12, 1.07, 0.99), 0.07), ambient=(0.17, 0.17, 0.176),
                  floor=Floor(GROUND, 300.0, (0.20, 0.135, 0.085), (0.165, 0.108, 0.066), turn=0.5),
                  plates=(ruler, *cards, edge), depth_range=(500.0, 5000.0))

@@ -91,11 +91,11 @@ def room() -> Scene:
         Sphere((-1150.0, -420.0 + 130.0, BACK + 250.0), 130.0, Material((0.66, 0.64, 0.58))),
         Sphere((-820.0, -420.0 + 90.0, BACK + 270.0), 90.0, Material((0.05, 0.20, 0.22), "coat")),
         Sphere((90.0, -420.0 + 110.0, BACK + 250.0), 110.0, Material((17.0, 11.2, 5.6), "lamp")),
-        Sphere((-1080.0, 560.0, -3400.0), 150.0, Material((12.0, 8.8, 5.2), "lamp")))
+        Sphere((-1080.0, 560.0, -3400.0), 150.0, Material((15.0, 11.0, 6.6), "lamp")))
     cord = [Rectangle((-1080.0, 1080.0, -3400.0), (5.0, 0.0, 0.0), (0.0, 371.0, 0.0), Material((0.03, 0.03, 0.03)))]
     daylight = Rectangle((RIGHT + 30.0, middle, (z0 + z1) / 2), (0.0, 0.0, pane), (0.0, half, 0.0),
-                         Material((1.5, 1.8, 2.2), "lamp"))
+                         Material((3.0, 3.4, 4.0), "lamp"))
     return Scene("room", sky=Sky((0.5, 0.75, 1.3), (1.3, 1.4, 1.5), (0.35, 0.38, 0.3)),
                  sun=Sun((0.62, 0.17, 0.42), (5.2, 3.9, 2.35), math.radians(0.5)), enclosed=True,
                  plates=tuple([*shell, *pictures, *sideboard, *table, *cord, daylight]), spheres=things,
-                 ambient=(0.21, 0.203, 0.185), depth_range=(500.0, 6000.0))
+                 ambient=(0.25, 0.242, 0.222), depth_range=(500.0, 6000.0))

@@ -60,15 +60,15 @@ def still_life() -> Scene:
     ]
     red = balls[0].centre
     lamps = (
-        Disk((-1010.0, 700.0, -640.0), (0.72, -0.56, -0.4), 330.0, Material((38.0, 36.3, 33.6), "lamp")),
-        Rectangle.facing((1150.0, 420.0, -800.0), red, 300.0, 520.0, Material((9.0, 9.6, 10.8), "lamp")),
+        Disk((-1010.0, 700.0, -640.0), (0.72, -0.56, -0.4), 330.0, Material((47.0, 45.0, 41.6), "lamp")),
+        Rectangle.facing((1150.0, 420.0, -800.0), red, 300.0, 520.0, Material((11.0, 11.8, 13.2), "lamp")),
         Rectangle.facing((0.0, 1500.0, -3000.0), (0.0, -100.0, -2600.0), 2400.0, 420.0,
-                         Material((15.0, 14.7, 14.2), "lamp")),
+                         Material((18.0, 17.6, 17.0), "lamp")),
     )
     return Scene(
         "still-life",
-        sky=Sky(zenith=(0.0, 0.0, 0.0), horizon=(0.062, 0.062, 0.065), ground=(0.05, 0.05, 0.05),
+        sky=Sky(zenith=(0.0, 0.0, 0.0), horizon=(0.070, 0.070, 0.073), ground=(0.05, 0.05, 0.05),
                 up=triple(UP)),
         floor=Floor(height=-HEIGHT, tile=76.0, light=(0.66, 0.64, 0.61), dark=(0.045, 0.045, 0.048),
                     normal=triple(UP), turn=math.radians(9.0), offset=(0.3, 0.15)),
-        spheres=(*balls, *lights), plates=lamps, ambient=(0.05, 0.05, 0.053), depth_range=(400.0, 8000.0))
+        spheres=(*balls, *lights), plates=lamps, ambient=(0.06, 0.06, 0.064), depth_range=(400.0, 8000.0))
