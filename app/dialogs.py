@@ -241,7 +241,7 @@ class ExportDialog:
         if self._open:
             imgui.open_popup("Export")
             self._open = False
-        centre_next(27.0)
+        centre_next(31.0)
         shown, _ = imgui.begin_popup_modal("Export", None, imgui.WindowFlags_.no_saved_settings
                                            | imgui.WindowFlags_.no_resize)
         if not shown:

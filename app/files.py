@@ -13,7 +13,7 @@ from lensbench.app.reach import within_reach
 from lensbench.app.settings import Settings
 
 if TYPE_CHECKING:
-    from lensbench.app.window import Bench
+    from lensbench.app.session import Bench
 
 RECENT = 8                      # files that are remembered
 PICTURES = (".png", ".exr")
@@ -37,14 +37,6 @@ class Files:
     def ask(self, kind: str) -> None:
         """Ask for a file: a key of QUESTIONS."""
         self._bench.prompt.ask(QUESTIONS[kind])
-
-    def ask_screenshot(self) -> None:
-        """Ask where the picture shall be saved."""
-        self.ask("screenshot")
-
-    def ask_export(self) -> None:
-        """Ask where the export shall be written."""
-        self.ask("export")
 
     def answer(self) -> None:
         """Do what was asked for, once there is an answer."""

@@ -11,7 +11,7 @@ from lensbench.app.dialogs import centre_next
 from lensbench.app.settings import Settings
 
 if TYPE_CHECKING:
-    from lensbench.app.window import Bench
+    from lensbench.app.session import Bench
 
 KEYS = (
     ("Click in the picture", "focus there"),
@@ -23,7 +23,7 @@ KEYS = (
     ("Space · R", "pause · restart the render"),
     ("Ctrl + Z · Ctrl + Shift + Z", "undo · redo"),
     ("Ctrl + O · Ctrl + E · Ctrl + S", "open a lens · export · save the picture"),
-    ("On a ring", "drag, click and wheel; Ctrl + click types, double click resets"),
+    ("On a ring", "drag, click, wheel; Ctrl + click types, double click resets"),
     ("In a plot", "drag to pan, wheel to zoom, double click to fit"),
 )
 CTRL, SHIFT, KEY = imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key
@@ -158,7 +158,7 @@ def about(bench: "Bench") -> None:
     if bench.about:
         imgui.open_popup("Keys and mouse")
         bench.about = False
-    centre_next(34.0)
+    centre_next(37.0)
     shown, _ = imgui.begin_popup_modal("Keys and mouse", True, imgui.WindowFlags_.no_saved_settings
                                        | imgui.WindowFlags_.no_resize)
     if not shown:

@@ -7,16 +7,15 @@ its top left corner.
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from numpy.typing import NDArray
 
 from lensbench.app import theme
+from lensbench.app.picture_marks import Mark, draw_histogram, draw_legend, draw_mark
 from lensbench.app.picture_menu import picture_menu
 from lensbench.app.readings import readings
-from lensbench.app.scale import format_distance
 from lensbench.app.settings import Settings
 from lensbench.app.viewpoint import dollied, orbited, panned, pivot_distance
 
@@ -41,15 +40,6 @@ class Picture:
     first: bool = False                             # the kernels are not known to be compiled yet
     depth: NDArray[np.float32] | None = None        # (h, w) mm from the film along the axis
     histogram: NDArray[np.float64] | None = None    # (4, bins) red, green, blue, luminance
-
-
-@dataclass(frozen=True)
-class Mark:
-    """Where the picture was focused, as parts of its width and height, and at which distance."""
-
-    x: float
-    y: float
-    distance: float
 
 
 @dataclass
@@ -135,7 +125,8 @@ def _tools(settings: Settings, picture: Picture, view: View) -> Settings:
     theme.small()
     samples = f"{picture.samples} of " if picture.texture else ""
     text = f"{settings.pixels_x} × {settings.pixels_y}     {samples}{settings.samples} samples"
-    texts = [f"{text}     {_seconds(picture.seconds)}" if picture.texture else text, text, f"{settings.pixels_x} × {settings.pixels_y}"]
+    longest = f"{text}     {_seconds(picture.seconds)}" if picture.texture else text
+    texts = [longest, text, f"{settings.pixels_x} × {settings.pixels_y}"]
     room = corner.x + width - left - 2.0 * imgui.get_style().frame_padding.x
     text = next((text for text in texts if imgui.calc_text_size(text).x <= room), fa.ICON_FA_ELLIPSIS)
     extent = imgui.calc_text_size(text).x + 2.0 * imgui.get_style().frame_padding.x
@@ -215,11 +206,11 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
 
     # What is laid over it
     if view.mark is not None and view.mark.distance == settings.focus_distance:
-        _draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
+        draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
     if view.histogram and picture.histogram is not None:
-        _draw_histogram(draw, picture.histogram, ImVec2(min(lower.x, end.x), min(lower.y, end.y)))
+        draw_histogram(draw, picture.histogram, ImVec2(min(lower.x, end.x), min(lower.y, end.y)))
     if settings.overlay == "coc":
-        _draw_legend(draw, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)))
+        draw_legend(draw, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)))
     draw.pop_clip_rect()
     if picture.waiting > SLOW:
         _progress(picture, corner, room)
@@ -302,84 +293,7 @@ def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
     return replace(settings, focus_distance=distance)
 
 
-# Drawings over the picture
-
-
-def _draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
-    """Four corners around the place in focus, and its distance."""
-    pixel = theme.scale()
-    half, leg = round(16.0 * pixel), round(7.0 * pixel)
-    amber, shade = (0.91, 0.64, 0.24, 1.0), (0.0, 0.0, 0.0, 0.45)
-    x, y = round(at.x), round(at.y)
-    for offset, tint in ((1.0, shade), (0.0, amber)):
-        for sx in (-1, 1):
-            for sy in (-1, 1):
-                cx, cy = x + sx * half + offset, y + sy * half + offset
-                draw.add_polyline([ImVec2(cx - sx * leg, cy), ImVec2(cx, cy), ImVec2(cx, cy - sy * leg)],
-                                  theme.packed(tint), 1.5 * pixel, 0)
-    text = format_distance(mark.distance)
-    theme.small()
-    size = imgui.calc_text_size(text)
-    left, top = x - round(0.5 * size.x), y + half + round(5.0 * pixel)
-    draw.add_rect_filled(ImVec2(left - 5 * pixel, top - 1 * pixel),
-                         ImVec2(left + size.x + 5 * pixel, top + size.y + 2 * pixel),
-                         theme.packed((0.09, 0.075, 0.05, 0.78)), 3.0 * pixel)
-    draw.add_text(ImVec2(left, top), theme.packed(theme.DARK.amber_text), text)
-    imgui.pop_font()
-
-
-def _draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner: ImVec2) -> None:
-    """The histogram above the picture's lower right corner."""
-    pixel = theme.scale()
-    size = ImVec2(theme.em(12.0), theme.em(5.0))
-    left, bottom = corner.x - size.x - 10.0 * pixel, corner.y - 10.0 * pixel
-    top = bottom - size.y
-    pad = 5.0 * pixel
-    draw.add_rect_filled(ImVec2(left - pad, top - pad), ImVec2(left + size.x + pad, bottom + pad),
-                         theme.packed((0.07, 0.07, 0.07, 0.72)), 3.0 * pixel)
-    bins = shares.shape[1]
-    across = left + (np.arange(bins) + 0.5) / bins * size.x
-    step = size.x / bins
-    for x, share in zip(across, shares[3], strict=True):
-        draw.add_rect_filled(ImVec2(x - 0.5 * step, bottom - share * size.y), ImVec2(x + 0.5 * step, bottom),
-                             theme.packed((0.8, 0.8, 0.8, 0.25)))
-    for row, tint in zip(shares, ((0.90, 0.42, 0.36, 0.9), (0.45, 0.78, 0.45, 0.9), (0.45, 0.62, 0.95, 0.9)),
-                         strict=False):
-        points: list[Any] = [ImVec2(x, bottom - y * size.y) for x, y in zip(across, row, strict=True)]
-        draw.add_polyline(points, theme.packed(tint), 1.2 * pixel, 0)
-
-
-def _draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
-    """What the false colours mean, above the picture's lower left corner."""
-    pixel = theme.scale()
-    theme.small()
-    line = imgui.get_text_line_height()
-    width, bar = theme.em(20.0), round(7.0 * pixel)
-    left, top = corner.x + 14.0 * pixel, corner.y - bar - 2.0 * line - 18.0 * pixel
-    pad = 8.0 * pixel
-    draw.add_rect_filled(ImVec2(left - pad, top - 0.6 * pad), ImVec2(left + width + pad, top + bar + 2 * line + pad),
-                         theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
-    text = theme.packed((0.86, 0.86, 0.86, 1.0))
-    draw.add_text(ImVec2(left, top), text, "Circle of confusion, px")
-    steps, y = 48, top + line + 2.0 * pixel
-    for i in range(steps):
-        # Twice log2 from 64 down to 1 and up again, as in the shader
-        size = 6.0 * abs(2.0 * (i + 0.5) / steps - 1.0)
-        side = (0.34, 0.71, 0.91) if i < steps // 2 else (0.80, 0.47, 0.65)
-        share = size / 6.0
-        if size < 0.6:
-            tint = (0.91, 0.64, 0.24)
-        else:
-            part = 0.25 + 0.75 * share
-            red, green, blue = ((0.5 * (1 - part) + part * c) * (0.55 + 0.45 * share) for c in side)
-            tint = (red, green, blue)
-        draw.add_rect_filled(ImVec2(left + i * width / steps, y), ImVec2(left + (i + 1) * width / steps, y + bar),
-                             theme.packed((*tint, 1.0)))
-    for place, name in ((0.0, "64 nearer"), (0.333, "4"), (0.5, "1"), (0.667, "4"), (1.0, "64 farther")):
-        extent = imgui.calc_text_size(name).x
-        x = min(max(left + place * width - 0.5 * extent, left), left + width - extent)
-        draw.add_text(ImVec2(round(x), y + bar + 2.0 * pixel), text, name)
-    imgui.pop_font()
+# What is said over it
 
 
 def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:

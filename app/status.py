@@ -9,10 +9,10 @@ from lensbench.app.controls import lens_title
 from lensbench.app.render_panel import View
 from lensbench.app.scale import format_distance
 from lensbench.app.settings import MODELS, Settings, design
-from lensbench.app.worker import News, Worker
+from lensbench.app.worker import News
 
 
-def status_bar(settings: Settings, news: News | None, worker: Worker, view: View) -> None:
+def status_bar(settings: Settings, news: News | None, view: View) -> None:
     """Draw the status into the bar that hello_imgui has begun."""
     colour, dot = theme.colours(), theme.em(0.9)
     theme.small()

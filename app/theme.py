@@ -87,6 +87,9 @@ LIGHT = Palette(
     dead=_c("7a7a7a"), glass_outline=_c("5b7386"), grid=(0.0, 0.0, 0.0, 0.10), warning=_c("a01c00"),
 )
 
+# Over the picture, in either theme: what lies before and behind the focus
+NEARER, FARTHER = DARK.field0, _c("cc79a7")
+
 _chosen = DARK
 
 

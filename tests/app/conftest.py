@@ -12,7 +12,7 @@ from lensbench.app import window
 from lensbench.app.settings import Settings
 
 SMALL = replace(Settings(), pixels_x=120, pixels_y=80, samples=8)
-PATIENCE = 60.0             # seconds for a picture: the first one compiles the kernels
+PATIENCE = 240.0            # seconds for a picture: the first one compiles the kernels
 
 
 class Hand:

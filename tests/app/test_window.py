@@ -10,7 +10,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app import window
+from lensbench.app import panels, window
 from lensbench.app.settings import Settings
 
 from .conftest import SMALL
@@ -259,15 +259,13 @@ def test_menus_undo_redo_theme_and_panels(drive):
 
 
 def test_an_error_in_a_panel_is_shown_and_the_window_lives_on(drive, monkeypatch, capsys):
-    from lensbench.app import section
-
     def broken(settings, *rest):
         imgui.begin_child("half")
         raise RuntimeError("a panel in pieces")
 
     def use(hand):
         hand.picture()
-        monkeypatch.setattr(section, "section_panel", broken)
+        monkeypatch.setattr(panels, "section_panel", broken)
         hand.ctx.yield_(5)
         assert hand.bench.view.messages == ["Section: RuntimeError: a panel in pieces"]
         monkeypatch.undo()

@@ -13,7 +13,7 @@ from lensbench.app.settings import Settings, camera
 from lensbench.app.worker import PAUSED_SAMPLES, Worker
 
 SMALL = replace(Settings(), pixels_x=96, pixels_y=64, samples=8)
-PATIENCE = 60.0             # seconds: the first picture compiles the kernels
+PATIENCE = 240.0            # seconds: the first picture compiles the kernels
 
 
 def wait(what):

@@ -1,0 +1,112 @@
+"""The picture on its way to the screen: the worker's news in, a developed texture and what is known of it out."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from lensbench.app import theme
+from lensbench.app.blur import Blur
+from lensbench.app.histogram import histogram
+from lensbench.app.picture_marks import Mark
+from lensbench.app.render_panel import Picture, View
+from lensbench.app.screen import Development, Screen, softening
+from lensbench.app.settings import Settings
+from lensbench.app.worker import News, Worker
+
+OFF_CENTRE = 0.35               # of the picture: farther from its middle nothing is marked as being in focus
+
+
+class Easel:
+    """Holds the newest picture; an older one stays until there is a newer."""
+
+    def __init__(self, worker: Worker):
+        self.news: News | None = None
+        self._worker = worker
+        self._screen: Screen | None = None
+        self._deep: News | None = None                  # the newest with a depth map
+        self._loaded: Any = None                        # what the screen holds of it
+        self._shares: tuple[Any, Any] = (None, None)    # the histogram, and what it was made of
+
+    def open(self) -> None:
+        """Begin to draw, in the GL context that is current now."""
+        moderngl.init_context()
+        self._screen = Screen(moderngl.get_context())
+
+    def take(self, view: View) -> None:
+        """The newest picture goes to the screen."""
+        news, screen = self._worker.newest(), self._screen
+        if news is None or screen is None or news is self.news:
+            return
+        if self.news is None or news.image is not self.news.image:
+            screen.load(news.image)
+        self.news = news
+        if news.depth is not None:
+            self._deep = news
+            if view.mark is None:
+                view.mark = _first_mark(news)
+
+    def picture(self, settings: Settings, view: View) -> Picture:
+        """What the render panel shows in this frame."""
+        news, screen, waiting = self.news, self._screen, self._worker.waiting
+        if news is None or screen is None:
+            return Picture(waiting=waiting, first=True)
+        texture = screen.developed(self._development(settings, view, news, screen))
+        screen.enlarge_by_pixels(view.scale >= 2.0)
+        shares = None
+        if view.histogram:
+            key = (id(news.image), settings.exposure, settings.tone)
+            if self._shares[0] != key:
+                self._shares = (key, histogram(news.image, settings.exposure, settings.tone))
+            shares = self._shares[1]
+        deep = self._deep
+        depth = deep.depth if deep is not None and _aim(deep.settings) == _aim(settings) else None
+        return Picture(texture, screen.size, news.samples, news.seconds, self._worker.paused, waiting, False, depth,
+                       shares)
+
+    def _development(self, settings: Settings, view: View, news: News, screen: Screen) -> Development:
+        """What the shaders need: the look as it is set, the blur of the settings that the picture was made with."""
+        blur, share = Blur.of(news.settings), softening(news.samples)
+        depth = self._deep.depth if self._deep is not None else None
+        if depth is not None and (share > 0.0 or settings.overlay in ("coc", "peaking")):
+            key = (id(depth), blur.offset)
+            if key != self._loaded:
+                screen.load_depth(blur.reciprocal(depth))
+                self._loaded = key
+        amber, nearer, farther = ((c[0], c[1], c[2]) for c in (theme.DARK.amber, theme.NEARER, theme.FARTHER))
+        return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus,
+                           max(blur.sharp, 1.0), max(6.0 / max(view.scale, 0.05), 2.0),
+                           amber, nearer, farther, share if self._loaded else 0.0)
+
+
+def _aim(settings: Settings) -> Settings:
+    """What the depth of a pixel depends on; a little breathing of the lens aside."""
+    plain = Settings()
+    return replace(settings.picture, focus_distance=plain.focus_distance, f_number=plain.f_number, seed=plain.seed)
+
+
+def _first_mark(news: News) -> Mark | None:
+    """A place near the middle of the picture that is in focus."""
+    focus, depth = news.settings.focus_distance, news.depth
+    if depth is None or not math.isfinite(focus):
+        return None
+    rows, columns = depth.shape
+    y, x = np.nonzero(np.abs(depth - focus) < 0.01 * focus)
+    off = np.hypot(x / columns - 0.5, y / rows - 0.5)
+    if not len(x) or off.min() > OFF_CENTRE:
+        return None
+    at = int(np.argmin(off))
+    return Mark((x[at] + 0.5) / columns, (y[at] + 0.5) / rows, focus)
+
+
+def save_window(path: Path, size: tuple[int, int]) -> None:
+    """Save what the window shows, so many pixels across and down, as PNG."""
+    from PIL import Image
+
+    screen = moderngl.get_context().screen
+    screen.viewport = (0, 0, *size)
+    pixels = np.frombuffer(screen.read(viewport=(0, 0, *size), components=3, alignment=1), np.uint8)
+    Image.fromarray(np.ascontiguousarray(pixels.reshape(size[1], size[0], 3)[::-1])).save(path, "PNG")

@@ -1,0 +1,176 @@
+"""The docked panels: where they stand, and how each gets the settings and hands them on."""
+
+import math
+import sys
+import traceback
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from imgui_bundle import ImVec2, hello_imgui, imgui, implot
+
+from lensbench.app import theme
+from lensbench.app.coc_panel import coc_panel
+from lensbench.app.controls import controls_panel
+from lensbench.app.menus import about
+from lensbench.app.pupil_panel import pupil_panel
+from lensbench.app.readouts import Status, readouts_panel
+from lensbench.app.render_panel import render_panel
+from lensbench.app.section import section_panel
+from lensbench.app.settings import Settings
+from lensbench.app.status import status_bar
+
+if TYPE_CHECKING:
+    from lensbench.app.session import Bench
+
+PANELS = ("Controls", "Read-outs", "Render", "Section", "Circle of confusion", "Exit pupil")
+
+
+def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSplit]:
+    """The splits of a window of this size: columns left and right, the section under the render."""
+    left = min(max(0.165 * width, 18.0 * em), 22.0 * em)
+    right = min(max(0.215 * width, 19.4 * em), 30.0 * em)
+    side = imgui.Dir
+    return [
+        hello_imgui.DockingSplit("MainDockSpace", "Left", side.left, min(left / width, 0.4)),
+        hello_imgui.DockingSplit("MainDockSpace", "Right", side.right, min(right / max(width - left, 1.0), 0.45)),
+        hello_imgui.DockingSplit("MainDockSpace", "Bottom", side.down, 0.30),
+        hello_imgui.DockingSplit("Left", "LeftBottom", side.down, min(max(1.0 - 31.2 * em / height, 0.28), 0.45)),
+        hello_imgui.DockingSplit("Right", "RightBottom", side.down, 0.55),
+    ]
+
+
+class Panels:
+    """Draws the panels of a bench; one that breaks is said, and never ends the window."""
+
+    def __init__(self, bench: "Bench"):
+        self._bench = bench
+        self._film_radius = 0.0
+        self._logged: set[str] = set()
+        self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
+
+    def windows(self) -> list[hello_imgui.DockableWindow]:
+        """All of them, for hello_imgui."""
+        return [
+            self._docked("Controls", "Left", self.guarded("Controls", self._controls)),
+            self._docked("Read-outs", "LeftBottom", self.guarded("Read-outs", self._readouts)),
+            self._docked("Section", "Bottom", self._section_window, False),
+            self._docked("Circle of confusion", "Right", self.guarded("Circle of confusion", self._confusion)),
+            self._docked("Exit pupil", "RightBottom", self.guarded("Exit pupil", self._pupil)),
+            self._docked("Render", "MainDockSpace", self._render_window, False),
+        ]
+
+    def _docked(self, label: str, dock: str, draw: Callable[[], None],
+                begun: bool = True) -> hello_imgui.DockableWindow:
+        """A panel; begun: hello_imgui begins its window, with the margin of the style."""
+        panel = hello_imgui.DockableWindow(label, dock, draw, can_be_closed_=False)
+        panel.call_begin_end = begun
+        panel.remember_is_visible = self._bench.remember
+        panel.imgui_window_flags = imgui.WindowFlags_.no_collapse
+        return panel
+
+    def guarded(self, name: str, draw: Callable[[], None]) -> Callable[[], None]:
+        """A callback that cannot end the window: what goes wrong in it is shown, and logged once.
+
+        A panel that broke is left alone until the settings change.
+        """
+        def call() -> None:
+            if name in PANELS and name != "Render" and not self._bench.prepared:
+                return
+            if name in self._failed:
+                if self._failed[name] == self._bench.edited:
+                    imgui.text_disabled("Nothing can be shown for these settings")
+                    return
+                del self._failed[name]
+            drawing = imgui.get_current_context() is not None and imgui.internal.get_current_window_read() is not None
+            state = imgui.internal.ErrorRecoveryState()
+            if drawing:
+                imgui.internal.error_recovery_store_state(state)
+            try:
+                draw()
+            except Exception as error:
+                if drawing:
+                    _recover(state)
+                if name in PANELS:
+                    self._failed[name] = self._bench.edited
+                message = f"{name}: {type(error).__name__}: {error}"
+                if message not in self._logged:
+                    self._logged.add(message)
+                    self._bench.view.say(message)
+                    traceback.print_exc(file=sys.stderr)
+            if name in PANELS:
+                self._bench.hurry()
+        return call
+
+    def _render_window(self) -> None:
+        """The render, in the central node without a tab."""
+        one = imgui.WindowClass()
+        one.dock_node_flags_override_set = imgui.internal.DockNodeFlagsPrivate_.no_tab_bar
+        imgui.set_next_window_class(one)
+        imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*theme.colours().ground))
+        self._window("Render", 0.0, self._render)
+        imgui.pop_style_color()
+
+    def _section_window(self) -> None:
+        self._window("Section", 4.0 * theme.scale(), self._section)
+
+    def _window(self, name: str, padding: float, draw: Callable[[], None]) -> None:
+        """A window of its own margin, that neither scrolls nor folds."""
+        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(padding, padding))
+        flags = imgui.WindowFlags_
+        shown, _ = imgui.begin(name, None, flags.no_scrollbar | flags.no_scroll_with_mouse | flags.no_collapse)
+        imgui.pop_style_var()
+        if shown:
+            self.guarded(name, draw)()
+        imgui.end()
+
+    def _render(self) -> None:
+        bench = self._bench
+        bench.easel.take(bench.view)            # perhaps there is already one of what the panels before have changed
+        bench.edited = render_panel(bench.edited, bench.easel.picture(bench.edited, bench.view), bench.view)
+
+    def _controls(self) -> None:
+        self._bench.edited = controls_panel(self._bench.edited, self._bench.chooser)
+
+    def _readouts(self) -> None:
+        news = self._bench.easel.news
+        readouts_panel(self._bench.edited, Status(news.rate if news else 0.0, hello_imgui.frame_rate(),
+                                                  news.samples if news else 0))
+
+    def _section(self) -> None:
+        self._bench.edited = section_panel(self._bench.edited, self._film_radius)
+
+    def _confusion(self) -> None:
+        self._bench.edited = coc_panel(self._bench.edited)
+
+    def _pupil(self) -> None:
+        settings, at, hover = self._bench.edited, self._bench.view.hover, None
+        if at is not None:
+            film = settings.film
+            hover = math.hypot((0.5 - at[0] / film.pixels_x) * film.width, (at[1] / film.pixels_y - 0.5) * film.height)
+        self._film_radius = pupil_panel(settings, self._film_radius, hover)
+
+    def dialogs(self) -> None:
+        """What stands over the panels."""
+        bench = self._bench
+        said = bench.export.draw()
+        if said:
+            bench.view.say(said)
+        if bench.export.wants_path:
+            bench.export.wants_path = False
+            bench.files.ask("export")
+        about(bench)
+
+    def status(self) -> None:
+        """The line at the bottom."""
+        bench = self._bench
+        status_bar(bench.edited, bench.easel.news, bench.view)
+
+
+def _recover(state: imgui.internal.ErrorRecoveryState) -> None:
+    """End what a panel had begun when it broke."""
+    if implot.internal.get_current_plot() is not None:
+        implot.end_plot()
+    io = imgui.get_io()
+    asserting, io.config_error_recovery_enable_assert = io.config_error_recovery_enable_assert, False
+    imgui.internal.error_recovery_try_to_recover_state(state)
+    io.config_error_recovery_enable_assert = asserting

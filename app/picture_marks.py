@@ -1,0 +1,100 @@
+"""What is drawn over the picture: where it was focused, its histogram, and what false colours mean.
+
+Their colours do not follow the theme, for the picture below does not either.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui
+from numpy.typing import NDArray
+
+from lensbench.app import theme
+from lensbench.app.scale import format_distance
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Where the picture was focused, as parts of its width and height, and at which distance."""
+
+    x: float
+    y: float
+    distance: float
+
+
+def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
+    """Four corners around the place in focus, and its distance."""
+    pixel = theme.scale()
+    half, leg = round(16.0 * pixel), round(7.0 * pixel)
+    amber, shade = theme.DARK.amber, (0.0, 0.0, 0.0, 0.45)
+    x, y = round(at.x), round(at.y)
+    for offset, tint in ((1.0, shade), (0.0, amber)):
+        for sx in (-1, 1):
+            for sy in (-1, 1):
+                cx, cy = x + sx * half + offset, y + sy * half + offset
+                draw.add_polyline([ImVec2(cx - sx * leg, cy), ImVec2(cx, cy), ImVec2(cx, cy - sy * leg)],
+                                  theme.packed(tint), 1.5 * pixel, 0)
+    text = format_distance(mark.distance)
+    theme.small()
+    size = imgui.calc_text_size(text)
+    left, top = x - round(0.5 * size.x), y + half + round(5.0 * pixel)
+    draw.add_rect_filled(ImVec2(left - 5 * pixel, top - 1 * pixel),
+                         ImVec2(left + size.x + 5 * pixel, top + size.y + 2 * pixel),
+                         theme.packed((0.09, 0.075, 0.05, 0.78)), 3.0 * pixel)
+    draw.add_text(ImVec2(left, top), theme.packed(theme.DARK.amber_text), text)
+    imgui.pop_font()
+
+
+def draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner: ImVec2) -> None:
+    """The histogram above the picture's lower right corner."""
+    pixel = theme.scale()
+    size = ImVec2(theme.em(12.0), theme.em(5.0))
+    left, bottom = corner.x - size.x - 10.0 * pixel, corner.y - 10.0 * pixel
+    top = bottom - size.y
+    pad = 5.0 * pixel
+    draw.add_rect_filled(ImVec2(left - pad, top - pad), ImVec2(left + size.x + pad, bottom + pad),
+                         theme.packed((0.07, 0.07, 0.07, 0.72)), 3.0 * pixel)
+    bins = shares.shape[1]
+    across = left + (np.arange(bins) + 0.5) / bins * size.x
+    step = size.x / bins
+    for x, share in zip(across, shares[3], strict=True):
+        draw.add_rect_filled(ImVec2(x - 0.5 * step, bottom - share * size.y), ImVec2(x + 0.5 * step, bottom),
+                             theme.packed((0.8, 0.8, 0.8, 0.25)))
+    for row, tint in zip(shares, ((0.90, 0.42, 0.36, 0.9), (0.45, 0.78, 0.45, 0.9), (0.45, 0.62, 0.95, 0.9)),
+                         strict=False):
+        points: list[Any] = [ImVec2(x, bottom - y * size.y) for x, y in zip(across, row, strict=True)]
+        draw.add_polyline(points, theme.packed(tint), 1.2 * pixel, 0)
+
+
+def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
+    """What the false colours mean, above the picture's lower left corner."""
+    pixel = theme.scale()
+    theme.small()
+    line = imgui.get_text_line_height()
+    width, bar = theme.em(20.0), round(7.0 * pixel)
+    left, top = corner.x + 14.0 * pixel, corner.y - bar - 2.0 * line - 18.0 * pixel
+    pad = 8.0 * pixel
+    draw.add_rect_filled(ImVec2(left - pad, top - 0.6 * pad), ImVec2(left + width + pad, top + bar + 2 * line + pad),
+                         theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
+    text = theme.packed((0.86, 0.86, 0.86, 1.0))
+    draw.add_text(ImVec2(left, top), text, "Circle of confusion, px")
+    steps, y = 48, top + line + 2.0 * pixel
+    for i in range(steps):
+        # Twice log2 from 64 down to 1 and up again, as in the shader
+        size = 6.0 * abs(2.0 * (i + 0.5) / steps - 1.0)
+        side = theme.NEARER[:3] if i < steps // 2 else theme.FARTHER[:3]
+        share = size / 6.0
+        if size < 0.6:
+            tint = theme.DARK.amber[:3]
+        else:
+            part = 0.25 + 0.75 * share
+            red, green, blue = ((0.5 * (1 - part) + part * c) * (0.55 + 0.45 * share) for c in side)
+            tint = (red, green, blue)
+        draw.add_rect_filled(ImVec2(left + i * width / steps, y), ImVec2(left + (i + 1) * width / steps, y + bar),
+                             theme.packed((*tint, 1.0)))
+    for place, name in ((0.0, "64 nearer"), (0.333, "4"), (0.5, "1"), (0.667, "4"), (1.0, "64 farther")):
+        extent = imgui.calc_text_size(name).x
+        x = min(max(left + place * width - 0.5 * extent, left), left + width - extent)
+        draw.add_text(ImVec2(round(x), y + bar + 2.0 * pixel), text, name)
+    imgui.pop_font()
