@@ -8,6 +8,7 @@ relative, with 1 the radiance of a white surface under a uniform sky of 1.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -51,22 +52,11 @@ class Scene:
 
         shadows=False leaves shadows and occlusion out. A scene without metal or glass has no step for them.
         """
-        mirrors = any(o.material.kind in ("metal", "glass") for o in self._objects)
-        casters = any(not o.material.shines for o in self._objects)
-        if not (mirrors or self._glosses or self._lamps or (shadows and casters)):
-            return [*self._geometry(), Step(daylight, np.concatenate([self._surround, self.ambient, self._sun]))]
-        light = self._light(shadows)
-        steps = [Step(begin, np.zeros(1)), *self._geometry(), *self._coats(last=False), Step(settle, np.zeros(1)),
-                 *light]
-        for k in range(BOUNCES if mirrors else 0):
-            onward = [Step(bounce, np.zeros(1)), *self._geometry(gleam=True), *self._coats(last=k == BOUNCES - 1),
-                      Step(settle, np.zeros(1)), *light]
-            steps += [step._replace(gated=True) for step in onward]
-        return [*steps, Step(finish, np.zeros(1))]
+        return list(_steps(self, shadows))
 
     def depth_steps(self) -> list[Step]:
         """The stages that leave DEPTH alone: RED = DEPTH in mm, GREEN = 1 where it is below REACH, else 0."""
-        return [*self._geometry(), Step(depth_picture, np.zeros(1))]
+        return list(_depth_steps(self))
 
     def distance(self, origins, directions) -> np.ndarray:
         """Distance (n,) in mm to the nearest object along rays (n, 3), unit directions, in double; inf: the sky."""
@@ -157,7 +147,8 @@ class Scene:
                 disk = self._sun_disk(max(self.sun.angular_radius, GLEAM_RADIUS))
             ground = None if self.floor is None else floor_parameters(self.floor)
             steps.append(Step(coat, coat_parameters(
-                self._mirrored, ground, self._floor_light(), disk, [o for o in self.plates if o.material.shines],
+                self._mirrored, ground, self._floor_light(), disk,
+                [o for o in self.plates if o.material.shines and o.material.pattern is None],
                 [o for o in self.spheres if o.material.kind == "lamp"], last)))
         if any(g < SHARP for g in self._glosses):
             lights = [o for o in self._objects if o.material.shines and o.material.pattern is None]
@@ -215,6 +206,28 @@ def depth_picture(lanes, p, key):
         red[i] = depth[i]
         green[i] = real(1) if depth[i] < real(REACH) else real(0)
         blue[i] = real(0)
+
+
+@lru_cache(maxsize=16)
+def _steps(scene: Scene, shadows: bool) -> tuple[Step, ...]:
+    """The stages of a scene, kept: a slider asks for the same ones again and again."""
+    mirrors = any(o.material.kind in ("metal", "glass") for o in scene._objects)
+    casters = any(not o.material.shines for o in scene._objects)
+    if not (mirrors or scene._glosses or scene._lamps or (shadows and casters)):
+        return (*scene._geometry(), Step(daylight, np.concatenate([scene._surround, scene.ambient, scene._sun])))
+    light = scene._light(shadows)
+    steps = [Step(begin, np.zeros(1)), *scene._geometry(), *scene._coats(last=False), Step(settle, np.zeros(1)),
+             *light]
+    for k in range(BOUNCES if mirrors else 0):
+        onward = [Step(bounce, np.zeros(1)), *scene._geometry(gleam=True), *scene._coats(last=k == BOUNCES - 1),
+                  Step(settle, np.zeros(1)), *light]
+        steps += [step._replace(gated=True) for step in onward]
+    return (*steps, Step(finish, np.zeros(1)))
+
+
+@lru_cache(maxsize=16)
+def _depth_steps(scene: Scene) -> tuple[Step, ...]:
+    return (*scene._geometry(), Step(depth_picture, np.zeros(1)))
 
 
 def _brightness(light: Sphere | Plate) -> float:

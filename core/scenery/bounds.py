@@ -8,7 +8,6 @@ whole numbers, for the order of such sums does not matter and they run in full r
 import math
 
 import numpy as np
-from numba import njit
 
 from lensbench.lanes import A0, A1, A2, A3, A4, A5, A6, BLUE, GREEN, RED, B, L, M, N, X, Y, Z, rows, stage
 
@@ -60,7 +59,7 @@ def wedge(lanes):
             real(np.int32(flat - margin)) * real(1 / FINE), real(np.int32(steep + margin)) * real(1 / FINE))
 
 
-@njit(inline="always")
+@stage
 def outside(wedge, cx, cy, cz, half_f, half_u):
     """Whether no ray of the wedge can meet a box: its centre, its half-widths along forward and up."""
     ax, ay, az = cx - wedge[1], cy - wedge[2], cz - wedge[3]
@@ -100,14 +99,14 @@ def reach(lanes):
             real(np.int32(x1 + one)), real(np.int32(y1 + one)), real(np.int32(z1 + one)))
 
 
-@njit(inline="always")
+@stage
 def apart(box, cx, cy, cz, half_x, half_y, half_z):
     """Whether a box has nothing in common with another: its centre and half-widths."""
     return ((cx + half_x < box[0]) | (cx - half_x > box[3]) | (cy + half_y < box[1]) | (cy - half_y > box[4])
             | (cz + half_z < box[2]) | (cz - half_z > box[5]))
 
 
-@njit(inline="always")
+@stage
 def one_side(box, cx, cy, cz, ux, uy, uz):
     """Whether a box lies wholly on one side of a plane: a point of the plane and its unit normal."""
     mx, my, mz = (box[0] + box[3]) / 2 - cx, (box[1] + box[4]) / 2 - cy, (box[2] + box[5]) / 2 - cz

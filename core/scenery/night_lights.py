@@ -76,7 +76,10 @@ def night_lights() -> Scene:
     ledge = Rectangle((0.0, -128.0, -860.0), (900.0, 0.0, 0.0), (0.0, 0.0, -500.0),
                       Material((0.04, 0.04, 0.044), "metal"))
     ball = Sphere((105.0, -128.0 + 104.0, -1210.0), 104.0, Material((0.99, 0.99, 0.99), "glass"))
+    # two shop windows beside the camera, seen in the ball's rim alone
+    shops = (Rectangle.facing((-1500.0, 150.0, -1900.0), ball.centre, 500.0, 900.0, Material((3.2, 1.9, 0.9), "light")),
+             Rectangle.facing((1500.0, 100.0, -1500.0), ball.centre, 400.0, 900.0, Material((0.5, 1.4, 2.4), "light")))
     return Scene("night-lights", sky=Sky((0.002, 0.004, 0.013), (0.020, 0.018, 0.034), (0.003, 0.003, 0.005)),
                  floor=Floor(GROUND, 600.0, (0.030, 0.030, 0.034), (0.020, 0.020, 0.023), gloss=0.955),
-                 spheres=(ball, *lights), plates=(*skyline, ledge), ambient=(0.02, 0.018, 0.02),
+                 spheres=(ball, *lights), plates=(*skyline, ledge, *shops), ambient=(0.02, 0.018, 0.02),
                  depth_range=(800.0, 100e3))

@@ -8,7 +8,6 @@ or is an image; which one is decided once for a block, never for a lane.
 import math
 
 import numpy as np
-from numba import njit
 
 from lensbench.lanes import (
     A0,
@@ -73,7 +72,7 @@ def plate_parameters(plates) -> np.ndarray:
     return np.concatenate(packed)
 
 
-@njit(inline="always")
+@stage
 def _along(seen, k, ax, ay, az):
     """A vector's part along one of the wedge's axes."""
     return seen[k] * ax + seen[k + 1] * ay + seen[k + 2] * az
