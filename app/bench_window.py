@@ -29,16 +29,19 @@ class _Driven(Bench):
     focus: float | None = None
     moved = 0.0
 
-    def draw_controls(self) -> None:
-        super().draw_controls()
+    def begin(self) -> None:
+        """The frame's beginning, and what the first panel would make of the settings."""
+        super().begin()
         if self.focus is not None:
             self.edited, self.focus = replace(self.edited, focus_distance=self.focus), None
             self.moved = time.perf_counter()
+            self.hurry()
 
     @property
     def current(self) -> bool:
         """Whether the picture on the screen is one of the present settings."""
-        return self._news is not None and self._news.generation == self.worker.generation
+        news = self.easel.news
+        return news is not None and news.generation == self.worker.generation
 
 
 def _run(settings: Settings, watch: Callable[[_Driven], bool], fps_max: float = 0.0) -> None:

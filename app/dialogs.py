@@ -246,7 +246,11 @@ class ExportDialog:
                                            | imgui.WindowFlags_.no_resize)
         if not shown:
             return None
-        said = self._running(self._export) if self._export is not None else self._form(self._settings)
+        said = None
+        if self._export is not None:
+            said = self._running(self._export)
+        else:
+            self._form(self._settings)
         imgui.end_popup()
         return said
 

@@ -47,7 +47,7 @@ def menus(bench: "Bench") -> None:
         if _item("Export…", "Ctrl+E"):
             bench.export.open(history.present)
         if _item("Screenshot of render…", "Ctrl+S"):
-            bench.files.ask_screenshot()
+            bench.files.ask("screenshot")
         if _item("Screenshot of window…"):
             bench.files.ask("window")
         imgui.separator()
