@@ -36,6 +36,12 @@ class Easel:
         moderngl.init_context()
         self._screen = Screen(moderngl.get_context())
 
+    @property
+    def software(self) -> bool:
+        """Whether the processor draws, in place of a graphics card."""
+        name = moderngl.get_context().info["GL_RENDERER"].lower()
+        return any(renderer in name for renderer in ("llvmpipe", "softpipe", "swrast"))
+
     def take(self, view: View) -> None:
         """The newest picture goes to the screen."""
         news, screen = self._worker.newest(), self._screen

@@ -5,10 +5,12 @@ one after the other, each handing on the settings that a hand has made of it,
 and what has changed in the end goes to the history and to the worker.
 """
 
+import ctypes
 import json
 import sys
 import threading
 import traceback
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import fields, replace
 from pathlib import Path
@@ -50,6 +52,7 @@ class Bench:
         self.easel = Easel(self.worker)
         self._prepared = threading.Event()              # the panels' kernels are compiled
         self._shot: Path | None = None                  # a picture of the window is wanted
+        self._finish: Callable[[], None] | None = None
         self._frames = 0
         self._fresh = False                             # no layout was saved by an earlier session
         self._laid_out_for: tuple[float, ...] = ()
@@ -60,6 +63,8 @@ class Bench:
         """The GL context is there."""
         sys.setswitchinterval(0.001)            # the worker gets its turn soon, also beside a busy window
         self.easel.open()
+        if self.easel.software:
+            self._finish = ctypes.CFUNCTYPE(None)(ctypes.cast(glfw.get_proc_address("glFinish"), ctypes.c_void_p).value)
         theme.style_implot()
         threading.Thread(target=self._prepare, name="lensbench panels", daemon=True).start()
         if self.remember:
@@ -208,8 +213,14 @@ class Bench:
 
     # Screenshots
 
-    def shoot(self) -> None:
-        """Before the frame is swapped to the screen: take the screenshot that is wanted."""
+    def drawn(self) -> None:
+        """Before the frame is swapped to the screen: wait for a slow renderer, take the screenshot that is wanted.
+
+        A processor that draws would queue frame upon frame, and a new picture wait behind them all. Called by ctypes,
+        which lets the worker's threads go on meanwhile.
+        """
+        if self._finish is not None:
+            self._finish()
         if self._shot is None:
             return
         path, self._shot = self._shot, None

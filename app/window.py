@@ -55,7 +55,7 @@ def parameters(bench: Bench, size: tuple[int, int] = SIZE) -> hello_imgui.Runner
     call.show_status = guarded("Status", bench.panels.status)
     call.show_gui = guarded("Frame", bench.begin)
     call.post_render_dockable_windows = guarded("Dialogs", end)
-    call.before_swap = guarded("Screenshot", bench.shoot)
+    call.before_swap = guarded("Screenshot", bench.drawn)
 
     runner.docking_params.docking_splits = layout(*size, theme.FONT_SIZE)
     runner.docking_params.dockable_windows = bench.panels.windows()

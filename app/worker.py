@@ -10,7 +10,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -190,7 +190,10 @@ class Worker:
     # The worker's side
 
     def _work(self) -> None:
-        with ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:
+        # Somebody waits for the first pass, the others step back behind the window
+        with ThreadPoolExecutor(4, "lensbench pass") as passes, \
+                ThreadPoolExecutor(self._threads, "lensbench first") as first, \
+                ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:
             job: _Job | None = None
             while True:
                 with self._change:
@@ -202,7 +205,7 @@ class Worker:
                 try:
                     if job is None or job.generation != generation:
                         job = self._begun(generation, settings)
-                    self._advance(job, pool)
+                    self._advance(job, passes, pool if job.rendering.samples else first)
                 except Exception as error:              # whatever it was, the window has to say so and live on
                     self._failure = Failure(generation, settings, error)
                     job = None
@@ -233,7 +236,7 @@ class Worker:
         camera, scene = prepare(settings.checked())
         return _Job(generation, settings, camera, scene, lb.Rendering(camera, scene, seed=settings.seed))
 
-    def _advance(self, job: _Job, pool: ThreadPoolExecutor) -> None:
+    def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
         """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""
         begun = perf_counter()
 
@@ -250,7 +253,7 @@ class Worker:
             return
 
         count = max(1, min(job.pass_samples, self._present_target - job.rendering.samples))
-        if not job.rendering.add(count, pool, wanted):
+        if not self._done(passes.submit(job.rendering.add, count, pool, wanted), wanted):
             return
         seconds = perf_counter() - begun
         image = job.rendering.image()
@@ -263,3 +266,15 @@ class Worker:
             self._news = News(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate,
                               job.depth)
             self._woken()
+
+    def _done(self, work: Future[bool], wanted: Callable[[], bool]) -> bool:
+        """Wait for a pass, but no longer than it is wanted: its threads, of low priority, may be slow to give up."""
+        def tell(_: Future[bool]) -> None:
+            with self._change:
+                self._change.notify_all()
+
+        work.add_done_callback(tell)
+        with self._change:
+            while not work.done() and wanted():
+                self._change.wait()
+        return wanted() and work.result()

@@ -310,3 +310,23 @@ def test_a_screenshot_shows_the_whole_window(tmp_path, dark, monkeypatch):
     # the render is in colour, the panels around it are grey
     assert np.ptp(picture[60:470, 320:940].astype(int), axis=2).max() > 100
     assert np.ptp(picture[2:18, 400:900].astype(int), axis=2).max() == 0
+
+
+def test_a_lens_is_opened_by_its_path_and_a_wrong_path_is_said_where_it_was_typed(drive, tmp_path):
+    good = tmp_path / "mine.toml"
+    lenses.save(lenses.load("lv-czj-tessar-50-f28"), good)
+
+    def use(hand):
+        hand.picture()
+        hand.press(CTRL | imgui.Key.o)
+        hand.ctx.item_input_value("//$FOCUSED/##Name", str(tmp_path / "nothing.toml"))
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL
+        hand.ctx.item_input_value("//$FOCUSED/##Name", str(tmp_path))
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//###File/**/mine.toml")
+        hand.ctx.item_click("//###File/Open")
+        hand.picture()
+        assert hand.settings.lens == str(good)
+
+    assert drive(use).view.messages == []
