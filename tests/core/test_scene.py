@@ -109,6 +109,22 @@ def test_a_block_skips_nothing_that_one_of_its_rays_meets(turn):
         assert np.where(hit == 1.0, depth, np.inf) == pytest.approx(reference, rel=1e-9)
 
 
+def test_a_block_skips_no_small_sphere_at_its_edge():
+    # 400 spheres of 1 to 4 mm before a pupil of 30 mm: many touch a block with a ray or two alone
+    random = np.random.default_rng(12)
+    slopes = random.uniform(-0.4, 0.4, (400, 2))
+    away = np.exp(random.uniform(np.log(150.0), np.log(3000.0), 400))
+    balls = tuple(lb.Sphere((float(x * d), float(y * d), -float(d)), float(r))
+                  for (x, y), d, r in zip(slopes, away, random.uniform(1.0, 4.0, 400), strict=True))
+    scene = lb.Scene("shot", spheres=balls)
+    for y in np.linspace(-0.38, 0.38, 24):
+        d = unit(np.column_stack([np.linspace(-0.4, 0.4, 512), np.full(512, y), np.full(512, -1.0)]))
+        o = random.uniform(-15.0, 15.0, (512, 3))
+        depth, hit, _ = shoot(scene.depth_steps(), o, d).T
+        # at the very edge of a sphere, half of the digits
+        assert np.where(hit == 1.0, depth, np.inf) == pytest.approx(scene.distance(o, d), rel=1e-7)
+
+
 @settings(deadline=None, max_examples=40)
 @given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3).filter(lambda v: np.linalg.norm(v) > 1e-3),
        st.floats(1.0, 100.0))
