@@ -64,7 +64,8 @@ class Bench:
         sys.setswitchinterval(0.001)            # the worker gets its turn soon, also beside a busy window
         self.easel.open()
         if self.easel.software:
-            self._finish = ctypes.CFUNCTYPE(None)(ctypes.cast(glfw.get_proc_address("glFinish"), ctypes.c_void_p).value)
+            address = ctypes.cast(glfw.get_proc_address("glFinish"), ctypes.c_void_p).value
+            self._finish = ctypes.CFUNCTYPE(None)(address) if address else None
         theme.style_implot()
         threading.Thread(target=self._prepare, name="lensbench panels", daemon=True).start()
         if self.remember:
