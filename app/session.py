@@ -48,6 +48,7 @@ class Bench:
         self.dark = True
         self.about = False                              # Help is asked for
         self.shots_taken = 0                            # pictures of the window that have been saved
+        self.shot_problem = ""                          # why the latest of them was not
         self.worker = Worker(settings, self._woken, threads)
         self.easel = Easel(self.worker)
         self._prepared = threading.Event()              # the panels' kernels are compiled
@@ -232,7 +233,8 @@ class Bench:
             save_window(path, size)
             self.shots_taken += 1
         except OSError as error:
-            self.view.say(f"{path}: {error.strerror or error}")
+            self.shot_problem = f"{path}: {error.strerror or error}"
+            self.view.say(self.shot_problem)
 
     def settled(self, samples: int) -> bool:
         """Whether the present settings are on the screen with so many samples."""

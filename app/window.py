@@ -72,29 +72,32 @@ def without_display() -> None:
 def run(settings: Settings, screenshot: Path | str | None = None) -> int:
     """Open the bench and return when it is closed; with `screenshot`, on no display, save a picture of it and return.
 
-    OSError where the screenshot cannot be written.
+    OSError where the picture cannot be written.
     """
     bench = Bench(settings, remember=screenshot is None)
-    runner = parameters(bench)
-    add_ons = immapp.AddOnsParams(with_implot=True)
-    if screenshot is None:
-        immapp.run(runner, add_ons)
-        return 0
+    try:
+        runner = parameters(bench)
+        if screenshot is not None:
+            without_display()
+            _photograph(bench, runner, Path(screenshot))
+        immapp.run(runner, immapp.AddOnsParams(with_implot=True))
+    finally:
+        bench.worker.stop()
+    if bench.shot_problem:
+        raise OSError(bench.shot_problem)
+    return 0
 
-    # Until there are samples enough, then one frame more
-    path, began = Path(screenshot), monotonic()
-    without_display()
+
+def _photograph(bench: Bench, runner: hello_imgui.RunnerParams, path: Path) -> None:
+    """Have the window photographed when there are samples enough, or time is up, and closed then."""
     runner.fps_idling.enable_idling = False
     runner.fps_idling.fps_max = 30.0
+    end = monotonic() + SCREENSHOT_SECONDS
 
     def watch() -> None:
-        if bench.shots_taken or monotonic() - began > 2.0 * SCREENSHOT_SECONDS:
+        if bench.shots_taken or bench.shot_problem:
             runner.app_shall_exit = True
-        elif bench.settled(SCREENSHOT_SAMPLES) or monotonic() - began > SCREENSHOT_SECONDS:
+        elif bench.settled(SCREENSHOT_SAMPLES) or monotonic() > end:
             bench.photograph(path)
 
     runner.callbacks.after_swap = watch
-    immapp.run(runner, add_ons)
-    if not bench.shots_taken:
-        raise OSError(f"{path}: {bench.view.messages[-1] if bench.view.messages else 'no screenshot was taken'}")
-    return 0

@@ -300,8 +300,7 @@ def test_a_window_without_room_lives_on(drive):
     assert drive(use).view.messages == []
 
 
-@pytest.mark.parametrize("dark", [True, False])
-def test_a_screenshot_shows_the_whole_window(tmp_path, dark, monkeypatch):
+def test_a_screenshot_shows_the_whole_window(tmp_path):
     path = tmp_path / "window.png"
     assert window.run(SMALL, screenshot=path) == 0
     with Image.open(path) as saved:
@@ -310,6 +309,24 @@ def test_a_screenshot_shows_the_whole_window(tmp_path, dark, monkeypatch):
     # the render is in colour, the panels around it are grey
     assert np.ptp(picture[60:470, 320:940].astype(int), axis=2).max() > 100
     assert np.ptp(picture[2:18, 400:900].astype(int), axis=2).max() == 0
+
+
+def test_a_screenshot_that_cannot_be_written_is_an_error(tmp_path):
+    with pytest.raises(OSError, match=r"nowhere.*No such file"):
+        window.run(SMALL, screenshot=tmp_path / "nowhere" / "window.png")
+
+
+@pytest.mark.parametrize("dark", [True, False])
+def test_both_themes_are_neutral_around_the_picture(drive, tmp_path, dark):
+    def use(hand):
+        hand.picture()
+        hand.photograph(tmp_path / "window.png")
+
+    drive(use, dark=dark)
+    with Image.open(tmp_path / "window.png") as saved:
+        picture = np.asarray(saved).astype(int)
+    for place in (picture[4, 700], picture[35, 900], picture[300, 285], picture[705, 640]):
+        assert np.ptp(place) == 0 and bool(place.mean() < 128) is dark
 
 
 def test_a_lens_is_opened_by_its_path_and_a_wrong_path_is_said_where_it_was_typed(drive, tmp_path):
