@@ -20,7 +20,7 @@ from numba import njit
 import lensbench as lb
 from lensbench import lanes, lenses
 from lensbench.blocktracer import packed, trace, tracer
-from lensbench.driver import Program, _address, _call
+from lensbench.driver import Program, call_stage, stage_address
 from lensbench.pupil_rim import solve
 from lensbench.pupil_table import POINTS, PupilTable
 from lensbench.sampling import independent, sampler
@@ -52,7 +52,7 @@ def _blocks(bench, given, p, key, code, times):
     """The same block of rays again and again; the rays are put back each time."""
     for _ in range(times):
         bench[lanes.X * lanes.PITCH:lanes.WEIGHT * lanes.PITCH + lanes.B] = given
-        _call(code, bench, p, key)
+        call_stage(code, bench, p, key)
 
 
 @njit(nogil=True)
@@ -76,7 +76,7 @@ def block_against_scalar() -> Iterator[tuple[str, float, str]]:
         table[lanes.L:lanes.N + 1] = way.T
         table[lanes.WEIGHT] = 1.0
         given = bench[lanes.X * lanes.PITCH:lanes.WEIGHT * lanes.PITCH + lanes.B].copy()
-        numbers, code = packed(lens, distance).astype(real), _address(trace, real)
+        numbers, code = packed(lens, distance).astype(real), stage_address(trace, real)
         origins = np.stack([*film, np.full(lanes.B, lens.length + distance)], 1).astype(real)
         out = (np.empty((lanes.B, 3), real), np.empty((lanes.B, 3), real),
                np.empty(lanes.B, np.int32), np.empty(lanes.B, np.int32))

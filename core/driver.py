@@ -5,6 +5,7 @@ once, whatever the picture is made of, and never contains a copy of a stage.
 """
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 from numba import from_dtype, njit, types, uint32, void
@@ -36,7 +37,8 @@ def _signature(real):
     return void(number[::1], number[::1], uint32[::1])
 
 
-def _address(kernel, real) -> int:
+@cache
+def stage_address(kernel, real) -> int:
     """Where the machine code of a stage for this type of number begins."""
     kernel.compile(_signature(real))
     made = kernel.get_compile_result(_signature(real))
@@ -44,7 +46,7 @@ def _address(kernel, real) -> int:
 
 
 @intrinsic
-def _call(typing, address, lanes, p, key):
+def call_stage(typing, address, lanes, p, key):
     """Call the stage at an address."""
     def build(context, builder, signature, arguments):
         kinds, convention = signature.args[1:], context.call_conv
@@ -64,7 +66,7 @@ class Program:
     def __init__(self, steps: Sequence[Step], real=np.float32):
         parts = [np.ravel(np.asarray(step.parameters, real)) for step in steps]
         self.real = real
-        self.code = np.array([_address(step.kernel, real) for step in steps], np.int64)
+        self.code = np.array([stage_address(step.kernel, real) for step in steps], np.int64)
         self.gated = np.array([step.gated for step in steps], np.bool_)
         self.data = np.concatenate([*parts, np.zeros(1, real)])
         self.ends = np.cumsum([0] + [part.size for part in parts])
@@ -110,7 +112,7 @@ def _perform(lanes, code, gated, data, ends, key):
         if key[ALIVE] == LOST:
             return
         if key[ALIVE] != 0 or not gated[s]:
-            _call(code[s], lanes, data[ends[s]:ends[s + 1]], key)
+            call_stage(code[s], lanes, data[ends[s]:ends[s + 1]], key)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

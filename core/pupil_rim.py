@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from lensbench.blocktracer import packed, trace
-from lensbench.driver import _address, _call
+from lensbench.driver import call_stage, stage_address
 from lensbench.glass import D_LINE
 from lensbench.lanes import KEYS, MARGIN, PITCH, B, L, M, N, X, Y, Z, bench
 from lensbench.prescription import Lens
@@ -36,7 +36,7 @@ def _margins(film_radius, px, py, distance, out, n, lanes, code, p, key):
             size = 1.0 / math.sqrt(dx * dx + dy * dy + distance * distance)
             lanes[X * PITCH + i], lanes[Y * PITCH + i], lanes[Z * PITCH + i] = film_radius[j], 0.0, 0.0
             lanes[L * PITCH + i], lanes[M * PITCH + i], lanes[N * PITCH + i] = dx * size, dy * size, -distance * size
-        _call(code, lanes, p, key)
+        call_stage(code, lanes, p, key)
         for i in range(min(B, n - start)):
             v = lanes[MARGIN * PITCH + i]
             out[start + i] = math.sqrt(v) if v < math.inf else math.inf
@@ -205,6 +205,6 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     centre, rim, cosine, sine = np.zeros(radii.size), np.zeros(shape), np.zeros(shape), np.zeros(shape)
     reach = REACH * lens.surfaces[-1].semi_diameter
     level = _solve(radii, film_distance, reach, tolerance, centre, rim, cosine, sine, ROUGH_POINTS, bench(np.float64),
-                   _address(trace, np.float64), packed(lens, film_distance, wavelength))
+                   stage_address(trace, np.float64), packed(lens, film_distance, wavelength))
     centre[~(level < 1.0)] = 0.0
     return centre, np.stack([rim * cosine, rim * sine], 2)

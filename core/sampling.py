@@ -13,13 +13,12 @@ constants of Vegdahl (the hashed Owen scrambling); the tile was found here by
 exchanging pixels so that the blurred error over random half-planes is least.
 """
 
-import math
 from pathlib import Path
 
 import numpy as np
 from numba import njit, uint32
 
-from lensbench.lanes import KEYS, PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
+from lensbench.lanes import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
 
 # Primitive polynomials and first direction numbers of dimensions 1 … (dimension 0 is van der Corput's).
 _JOE_KUO = [(1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)), (3, 2, (1, 1, 1)), (4, 1, (1, 1, 3, 3)),
@@ -168,25 +167,3 @@ def sampler(pixels_x: int, lit: bool) -> list[Step]:
     """The steps that place the samples of a film; lit: the scene samples its lights."""
     steps = [Step(pixels, [pixels_x])]
     return [*steps, Step(lights, [])] if lit else steps
-
-
-@njit(inline="always")
-def concentric(real, u, v):
-    """The unit square to the unit disk by Shirley and Chiu's concentric map, in numbers of the type `real`.
-
-    Equal areas stay equal. No branch: the angle within an octant is at most
-    π/4, where short polynomials give sine and cosine to 2e-9 and 3e-8.
-    """
-    a, b = real(2) * u - real(1), real(2) * v - real(1)
-    steep = abs(b) > abs(a)
-    far, near = (b, a) if steep else (a, b)
-    safe = far if far != real(0) else real(1)
-    t = near / safe * real(math.pi / 4)
-    s = t * t
-    sine = t * (real(1) + s * (real(-1 / 6) + s * (real(1 / 120) + s * (real(-1 / 5040) + s * real(1 / 362880)))))
-    cosine = real(1) + s * (real(-1 / 2) + s * (real(1 / 24) + s * (real(-1 / 720) + s * real(1 / 40320))))
-    x, y = (sine, cosine) if steep else (cosine, sine)
-    return far * x, far * y
-
-
-__all__ = ["DIMENSIONS", "KEYS", "concentric", "independent", "lights", "pixels", "sampler", "sobol"]

@@ -15,7 +15,7 @@ GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
 
 # The layers of the core, the lowest first: a file knows its own layer and those below
 LAYERS = (
-    {"lanes", "driver"},
+    {"lanes", "driver", "disk"},
     {"transform", "sampling", "film", "glass", "surfaces"},
     {"prescription", "scene", "scenery"},
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
@@ -25,7 +25,7 @@ LAYERS = (
     {"render"},
     {"analysis", "lightfield"},
 )
-WORKBENCH = {"lanes", "driver"}
+WORKBENCH = {"lanes", "driver", "disk"}
 KNOW_THE_WORKBENCH_ALONE = {"transform", "sampling", "film", "scene", "scenery"}
 
 

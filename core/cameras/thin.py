@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from lensbench.disk import concentric
 from lensbench.lanes import U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.sampling import concentric
 
 
 @stage

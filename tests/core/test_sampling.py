@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from lensbench.disk import concentric
 from lensbench.driver import Program
 from lensbench.lanes import PITCH, U0, U1, V0, V1, B, Step, X, Y, bench
-from lensbench.sampling import DIMENSIONS, concentric, independent, lights, pixels, sobol
+from lensbench.sampling import DIMENSIONS, independent, lights, pixels, sobol
 
 COUNT = 256
 
