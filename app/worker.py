@@ -22,6 +22,7 @@ from lensbench.app.settings import Settings
 
 NICE = 10                   # of the rendering threads, so that the window keeps its pace
 PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
+FIRST_SECONDS = 0.15        # a first pass may take, once begun: a hand that never rests sees pictures all the same
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
 
@@ -239,21 +240,26 @@ class Worker:
     def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
         """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""
         begun = perf_counter()
+        patience = begun + FIRST_SECONDS if job.rendering.samples == 0 else begun
 
         def wanted() -> bool:
-            return job.generation == self._generation and not self._stopped
+            return not self._stopped and (job.generation == self._generation or perf_counter() < patience)
 
         if self._depth_due(job):
             import lensbench as lb
 
-            job.depth = pool.submit(lb.depth_map, job.camera, job.scene).result()
+            depth = pool.submit(lb.depth_map, job.camera, job.scene)
+            if not self._finished(depth, wanted):
+                return
+            job.depth = depth.result()
             if self._news is not None and self._news.generation == job.generation:
                 self._news = self._news._replace(depth=job.depth)
                 self._woken()
             return
 
         count = max(1, min(job.pass_samples, self._present_target - job.rendering.samples))
-        if not self._done(passes.submit(job.rendering.add, count, pool, wanted), wanted):
+        added = passes.submit(job.rendering.add, count, pool, wanted)
+        if not self._finished(added, wanted) or not added.result():
             return
         seconds = perf_counter() - begun
         image = job.rendering.image()
@@ -262,19 +268,19 @@ class Worker:
         job.seconds += perf_counter() - begun
         job.rate = rate if job.rate == 0.0 else 0.7 * job.rate + 0.3 * rate
         job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
-        if wanted():
+        if wanted() or job.rendering.samples == count:
             self._news = News(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate,
                               job.depth)
             self._woken()
 
-    def _done(self, work: Future[bool], wanted: Callable[[], bool]) -> bool:
-        """Wait for a pass, but no longer than it is wanted: its threads, of low priority, may be slow to give up."""
-        def tell(_: Future[bool]) -> None:
+    def _finished(self, work: Future, wanted: Callable[[], bool]) -> bool:
+        """Wait for some work, but no longer than it is wanted: its threads, of low priority, may be slow to give up."""
+        def tell(_: Future) -> None:
             with self._change:
                 self._change.notify_all()
 
         work.add_done_callback(tell)
         with self._change:
             while not work.done() and wanted():
-                self._change.wait()
-        return wanted() and work.result()
+                self._change.wait(FIRST_SECONDS)
+        return work.done() and not self._stopped

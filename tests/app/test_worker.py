@@ -78,6 +78,18 @@ def test_of_many_settings_the_last_one_is_rendered_and_no_older_picture_follows_
     assert seen == sorted(seen)
 
 
+def test_a_hand_that_never_rests_sees_pictures_all_the_same(start):
+    worker = start(replace(SMALL, pixels_x=480, pixels_y=320))
+    wait(lambda: worker.newest() is not None)
+    seen, i, end = set(), 0, monotonic() + PATIENCE
+    while len(seen) < 5:
+        assert monotonic() < end
+        i += 1
+        worker.restart(replace(SMALL, pixels_x=480, pixels_y=320, focus_distance=1200.0 + i))
+        seen.add(worker.newest().generation)
+        sleep(0.001)                            # far less than a pass
+
+
 def test_a_pause_holds_and_new_settings_still_get_a_first_picture(start):
     worker = start()
     wait(lambda: done(worker))
