@@ -12,6 +12,7 @@ from lensbench.lanes import U0, U1, WEIGHT, L, M, N, X, Y
 from lensbench.prescription import Lens, LensError
 from lensbench.pupil_rim import solve
 from lensbench.pupil_table import PupilTable
+from lensbench.sampling import unit_square
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +66,13 @@ class ExitPupil:
     def sample(self, film_xy, uv) -> tuple[np.ndarray, np.ndarray]:
         """Points (n, 2) of the regions that film_xy (n, 2) mm sees, and those regions' areas (n,) mm².
 
-        uv (n, 2) in [0, 1): equal areas stay equal. The very sampling that a
-        LensCamera uses: its region is a hair larger than the true one.
+        uv (n, 2) in [0, 1]: equal areas stay equal. The very sampling that a
+        LensCamera uses: its region is a hair larger than the true one. LensError
+        for a film point farther from the axis than the greatest of film_radii.
         """
-        film_xy, uv = np.asarray(film_xy, float), np.asarray(uv, float)
+        film_xy, uv = np.asarray(film_xy, float), unit_square(uv, np.float64)
+        if not (np.hypot(film_xy[:, 0], film_xy[:, 1]) <= self.film_radii.max() * (1.0 + 1e-9)).all():
+            raise LensError(f"this pupil is solved for film points up to {self.film_radii.max():g} mm from the axis")
         n = len(film_xy)
         x, y, l, m, n_, weight = Program([self._table.step(1.0)], np.float64).run(
             {X: film_xy[:, 0], Y: film_xy[:, 1], U0: uv[:, 0], U1: uv[:, 1], WEIGHT: np.ones(n)},

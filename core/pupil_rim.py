@@ -20,6 +20,7 @@ from lensbench.lanes import KEYS, MARGIN, PITCH, B, L, M, N, X, Y, Z, bench
 from lensbench.prescription import Lens
 
 REACH = 1.2             # × the rear semi-diameter: how far the region is looked for (rims have sag)
+HEIGHTS = 17            # on the last surface, whose shadows on the plane say where the region can be
 SCAN = 32               # points along the meridian in one look for the region
 ZOOMS = 6               # looks, each SCAN / 2 times as fine
 STEEP = 0.5             # root margin − 1 beyond which it is not taken at its word
@@ -43,13 +44,13 @@ def _margins(film_radius, px, py, distance, out, n, lanes, code, p, key):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _centres(radii, distance, reach, centre, level, lanes, code, p, key):
+def _centres(radii, distance, low, high, centre, level, lanes, code, p, key):
     """For each film radius a point (centre, 0) well inside its region; level is its root margin, ≥ 1: none found.
 
-    The meridian is scanned ever more finely about the point of least margin until that passes.
+    The meridian is scanned from low to high (radii,), then ever more finely about the point of
+    least margin until that passes; low and high are overwritten.
     """
     n = radii.size
-    low, high = np.full(n, -reach), np.full(n, reach)
     level[:] = math.inf
     film, px, py, out = np.empty(n * SCAN), np.empty(n * SCAN), np.zeros(n * SCAN), np.empty(n * SCAN)
     for _ in range(ZOOMS):
@@ -136,7 +137,7 @@ def _rims(radii, centre, level, cosine, sine, guess, distance, reach, tolerance,
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _solve(radii, distance, reach, tolerance, centre, rim, cosine, sine, rough, lanes, code, p):
+def _solve(radii, distance, low, high, reach, tolerance, centre, rim, cosine, sine, rough, lanes, code, p):
     """Centres, the directions of m points of each rim, and their distances; returns the first centres' root margins.
 
     A rough rim from a first centre gives the centroid, and m directions from
@@ -147,7 +148,7 @@ def _solve(radii, distance, reach, tolerance, centre, rim, cosine, sine, rough, 
     level, guess, moved = np.empty(n), np.empty((n, m)), np.empty(n)
     first, turn_x, turn_y = np.empty((n, rough)), np.empty((n, rough)), np.empty((n, rough))
     start = np.empty((n, rough))
-    _centres(radii, distance, reach, centre, level, lanes, code, p, key)
+    _centres(radii, distance, low, high, centre, level, lanes, code, p, key)
     for k in range(n):
         start[k, :] = 0.6 * reach * (1.0 - level[k])
         for j in range(rough):
@@ -192,6 +193,23 @@ def _solve(radii, distance, reach, tolerance, centre, rim, cosine, sine, rough, 
     return level
 
 
+def _span(lens: Lens, film_distance: float, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """From where to where on the meridian each film radius can see the last surface through its vertex's plane.
+
+    (n,) and (n,) mm. Seen at a steep angle, a rim that lies before or behind that plane falls far beside its
+    own height. Widened by REACH, but no further than the solver looks.
+    """
+    surface = lens.surfaces[-1]
+    c, a = surface.curvature, surface.semi_diameter
+    heights = np.linspace(-a, a, HEIGHTS)
+    sag = c * heights**2 / (1.0 + np.sqrt(np.maximum(0.0, 1.0 - (c * heights) ** 2)))
+    share = film_distance / np.maximum(film_distance - sag, 0.1 * film_distance)
+    seen = radii[:, None] * (1.0 - share) + heights * share
+    middle, half = 0.5 * (seen.max(1) + seen.min(1)), 0.5 * REACH * np.ptp(seen, axis=1)
+    furthest = np.maximum(3.0 * REACH * a, radii)
+    return np.maximum(middle - half, -furthest), np.minimum(middle + half, furthest)
+
+
 def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: float,
           wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n,) on the meridian, and (n, points, 2) of the upper half of each rim seen from them, in mm.
@@ -204,7 +222,8 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     shape = (radii.size, points)
     centre, rim, cosine, sine = np.zeros(radii.size), np.zeros(shape), np.zeros(shape), np.zeros(shape)
     reach = REACH * lens.surfaces[-1].semi_diameter
-    level = _solve(radii, film_distance, reach, tolerance, centre, rim, cosine, sine, ROUGH_POINTS, bench(np.float64),
-                   stage_address(trace, np.float64), packed(lens, film_distance, wavelength))
+    low, high = _span(lens, film_distance, radii)
+    level = _solve(radii, film_distance, low, high, reach, tolerance, centre, rim, cosine, sine, ROUGH_POINTS,
+                   bench(np.float64), stage_address(trace, np.float64), packed(lens, film_distance, wavelength))
     centre[~(level < 1.0)] = 0.0
     return centre, np.stack([rim * cosine, rim * sine], 2)

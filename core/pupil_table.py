@@ -68,7 +68,8 @@ class PupilTable:
         def solved(radii, accuracy=tolerance):
             return solve(lens, film_distance, radii, POINTS, accuracy, wavelength)
 
-        end, dark = 4.0 * max(film_radius, 1e-30), math.inf
+        film_radius = max(film_radius, 1e-30)           # a film that is a point has a ring of its own all the same
+        end, dark = 4.0 * film_radius, math.inf
         radii = _ring_radii(film_radius, end)
         centres, rims = solved(radii)
         lit = np.nonzero(rims[:, 0, 0] > rims[:, -1, 0])[0]
@@ -181,7 +182,8 @@ def aim(lanes, p, key):
         l[i], m[i], n[i] = dx * size, dy * size, -distance * size
         c2 = distance * size
         c2 = c2 * c2
-        weight[i] *= c2 * c2 * real(SECTORS) * (ax * by - bx * ay)
+        area = ax * by - bx * ay                            # the last crumbs of a region may be turned inside out
+        weight[i] *= c2 * c2 * real(SECTORS) * (area if area > real(0) else real(0))
         z[i] = real(0)
     alive = np.int32(0)
     for i in range(B):

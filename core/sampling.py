@@ -95,7 +95,8 @@ def pixels(lanes, p, key):
     columns = np.uint32(width)
     top, left = key[PIXEL] // columns, key[PIXEL] % columns
     k, seed = key[SAMPLE], key[SEED]
-    d0, d1, d2, d3 = sobol(k, 0, seed), sobol(k, 1, seed), sobol(k, 2, seed), sobol(k, 3, seed)
+    d0, d1 = sobol(k, PUPIL, seed), sobol(k, PUPIL + 1, seed)
+    d2, d3 = sobol(k, RASTER, seed), sobol(k, RASTER + 1, seed)
     unit = real(1 / 16777216)
     i = np.uint64(0)
     while i < np.uint64(B):             # a run of pixels that lie in one line of the film and of the tile
@@ -161,6 +162,17 @@ def independent(lanes, p, key):
         v0[i] = real(np.int32(e >> _u(8))) * unit
         v1[i] = real(np.int32(f >> _u(8))) * unit
         time[i] = real(np.int32(_mix(uint32(f + step)) >> _u(8))) * unit
+
+
+def unit_square(places, real) -> np.ndarray:
+    """(n, 2) places of the unit square as numbers of this type, each below 1: 1 is taken for the number before it.
+
+    ValueError for places outside: a look-up by them would leave its table.
+    """
+    places = np.atleast_2d(np.asarray(places, real))
+    if not ((places >= 0.0) & (places <= 1.0)).all():
+        raise ValueError("pupil points must lie in the unit square, from 0 to 1")
+    return np.minimum(places, np.nextafter(places.dtype.type(1), places.dtype.type(0)))
 
 
 def sampler(pixels_x: int, lit: bool) -> list[Step]:

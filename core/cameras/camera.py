@@ -9,6 +9,7 @@ import numpy as np
 from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.lanes import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
+from lensbench.sampling import unit_square
 from lensbench.transform import checked, placed
 
 
@@ -75,13 +76,16 @@ class Camera:
         return z * z / open_time if open_time > 0.0 else math.inf
 
     def generate_rays(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64) -> Rays:
-        """Rays through raster points (n, 2) in pixels and pupil points (n, 2) in [0, 1)², at time (n,) in [0, 1).
+        """Rays through raster points (n, 2) in pixels and pupil points (n, 2) in [0, 1]², at time (n,) in [0, 1).
 
-        The very stages that the renderer runs, in float64 unless asked otherwise.
+        The very stages that the renderer runs, in float64 unless asked otherwise. ValueError
+        for raster points that are not finite and pupil points outside the unit square.
         """
-        raster_xy, pupil_uv = np.atleast_2d(np.asarray(raster_xy, float)), np.atleast_2d(np.asarray(pupil_uv, float))
+        raster_xy, pupil_uv = np.atleast_2d(np.asarray(raster_xy, float)), unit_square(pupil_uv, dtype)
         if raster_xy.shape[1:] != (2,) or raster_xy.shape != pupil_uv.shape:
             raise CameraError(f"raster points {raster_xy.shape} and pupil points {pupil_uv.shape} must both be (n, 2)")
+        if not np.isfinite(raster_xy).all():
+            raise CameraError("raster points must be finite numbers")
         n = len(raster_xy)
         times = np.broadcast_to(np.asarray(time, float), (n,))
         given = {X: raster_xy[:, 0], Y: raster_xy[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1], TIME: times}

@@ -114,6 +114,36 @@ def test_a_camera_and_a_close_look_find_the_same_region_at_every_radius(name):
     assert np.abs(area - close.area).max() < 0.01 * close.area.max()
 
 
+@pytest.mark.parametrize("name", ["pbrt-fisheye-10mm", "lv-zeiss-biogon-21-f45", "pbrt-wide-22mm", "lenshh-petzval"])
+@pytest.mark.parametrize("stop", [1.0, 0.1])
+def test_light_from_the_scene_lands_only_where_a_region_waits_for_it(name, stop):
+    """Meridional rays through the front element, traced by the reference: each film radius they reach is lit."""
+    wide = lenses.load(name)
+    lens, front = wide.with_stop_radius(wide.stop.semi_diameter * stop), wide.surfaces[0]
+    distance = lb.first_order(lens).bfl
+    height, angle = (a.ravel() for a in np.meshgrid(
+        np.linspace(-1.0, 1.0, 401) * front.semi_diameter, np.linspace(0.0, 1.5, 601)))
+    way = np.column_stack([np.sin(angle), 0.0 * angle, np.cos(angle)])
+    sag = front.curvature * height**2 / (1.0 + np.sqrt(np.maximum(0.0, 1.0 - (front.curvature * height) ** 2)))
+    light = lb.trace(lens, np.column_stack([height, 0.0 * height, sag]) - 5.0 * way, way)
+    (x, _, z), (dx, _, dz) = light.points[light.fate == 0].T, light.directions[light.fate == 0].T
+    radii = np.abs(x + (lens.length + distance - z) * dx / dz)
+    radii = np.unique(np.append(radii.max(), radii[::50]))
+    assert radii[-1] > 5.0 and (lb.exit_pupil(lens, distance, radii, points=33).area > 0.0).all()
+    assert PupilTable.of(lens, distance, 2.0 * radii[-1]).dark_beyond >= radii[-1]
+
+
+def test_a_pupil_of_the_axis_alone_can_be_sampled_and_none_beyond_its_film():
+    lens = lenses.load("pbrt-dgauss-50mm")
+    alone, more = (lb.exit_pupil(lens, 36.1, radii) for radii in ([0.0], [0.0, 20.0]))
+    uv = np.random.default_rng(0).random((200, 2))
+    points, areas = alone.sample(np.zeros((200, 2)), uv)
+    assert np.abs(points - more.sample(np.zeros((200, 2)), uv)[0]).max() < 0.01
+    assert areas.mean() == pytest.approx(alone.area[0], rel=0.01)
+    with pytest.raises(lb.LensError, match="up to 20 mm"):
+        more.sample([[15.0, 14.0]], [[0.5, 0.5]])
+
+
 def test_the_region_turns_with_its_film_point():
     pupil = lb.exit_pupil(lenses.load("pbrt-dgauss-50mm"), 36.1, [0.0, 20.0])
     uv = np.random.default_rng(0).random((500, 2))
