@@ -12,6 +12,7 @@ from lensbench.lanes import B, Step, X, Y, Z, rows, stage
 
 FULL_FRAME_DIAGONAL = hypot(36.0, 24.0)     # mm, to which equivalent focal lengths refer
 MAX_PIXELS = 200_000_000
+MAX_SIDE = 2**24                            # what a float32 can count
 
 FORMATS: dict[str, tuple[float, float]] = {     # width, height in mm
     "Full frame 36 × 24": (36.0, 24.0),
@@ -47,8 +48,10 @@ class Film:
             if not (isfinite(size) and size > 0.0):
                 raise FilmError(f"film {side} {size:g} mm: it must be a positive number")
         for side, pixels in (("across", self.pixels_x), ("down", self.pixels_y)):
-            if int(pixels) != pixels or pixels < 1:
-                raise FilmError(f"{pixels} pixels {side}: it must be a whole number of at least 1")
+            if not (isfinite(pixels) and int(pixels) == pixels and 1 <= pixels <= MAX_SIDE):
+                raise FilmError(f"{pixels} pixels {side}: it must be a whole number from 1 to {MAX_SIDE}")
+        object.__setattr__(self, "pixels_x", int(self.pixels_x))
+        object.__setattr__(self, "pixels_y", int(self.pixels_y))
         if self.pixels_x * self.pixels_y > MAX_PIXELS:
             raise FilmError(f"{self.pixels_x} × {self.pixels_y} pixels: "
                             f"at most {MAX_PIXELS // 10**6} million are possible")

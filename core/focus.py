@@ -85,7 +85,7 @@ def _real_film_distance(lens: Lens, focus_distance: float) -> float:
     _check_distance(focus_distance, nearest)
     if focus_distance == nearest:
         return _least_blur(table, 1.0 / near)
-    far = focus_distance - lens.length
+    far = max(focus_distance - lens.length, near)
     while excess(far) < 0.0:                            # an image before the last vertex: the object is farther still
         far *= 2.0
     return _least_blur(table, 1.0 / _root(excess, near, far))
@@ -105,6 +105,8 @@ def _hiatus(lens: Lens, fo: FirstOrder) -> float:
 
 
 def _focusable(lens: Lens) -> FirstOrder:
+    if lens.indices()[-1] != 1.0:
+        raise FocusError("this lens ends in glass: its film must stand in air")
     fo = first_order(lens)
     if isinf(fo.efl) or fo.efl < 0.0:
         raise FocusError("this lens does not converge: it forms no real image and has no nearest distance")

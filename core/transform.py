@@ -8,13 +8,15 @@ import numpy as np
 
 from lensbench.lanes import B, L, M, N, Step, X, Y, Z, rows, stage
 
+RIGID = 1e-6            # how far axes may be from perpendicular and of length 1: what a file's digits leave
+
 
 class TransformError(ValueError):
     """A transform that cannot place a camera; the message says what is wrong with it."""
 
 
 def checked(matrix) -> np.ndarray:
-    """The (4, 4) matrix, or a TransformError: not finite, not affine, singular or mirrored."""
+    """The (4, 4) matrix, or a TransformError: not finite, not affine, singular, mirrored or not rigid."""
     m = np.array(matrix, float)
     if m.shape != (4, 4) or not np.isfinite(m).all():
         raise TransformError("a transform must be a 4 × 4 matrix of finite numbers")
@@ -25,12 +27,14 @@ def checked(matrix) -> np.ndarray:
         raise TransformError("this transform is singular: its axes lie in one plane")
     if volume < 0.0:
         raise TransformError("this transform mirrors: swap or negate one of its axes")
+    if np.abs(m[:3, :3].T @ m[:3, :3] - np.eye(3)).max() > RIGID:
+        raise TransformError("this transform stretches or shears: its axes must be perpendicular and of length 1")
     return m
 
 
 @stage
 def place(lanes, p, key):
-    """Carry the ray by the 3 × 4 matrix p; directions keep unit length where the matrix is rigid."""
+    """Carry the ray by the 3 × 4 matrix p, which is rigid."""
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
     a, b, c, d = p[0], p[1], p[2], p[3]

@@ -8,7 +8,7 @@ from lensbench.blocktracer import tracer
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.thin import axis_irradiance, ideal
 from lensbench.film import Film
-from lensbench.focus import film_distance
+from lensbench.focus import FocusError, film_distance
 from lensbench.lanes import Step
 from lensbench.paraxial import FirstOrder, first_order, stopped_down
 from lensbench.prescription import Lens
@@ -26,7 +26,9 @@ class LensCamera(Camera):
     from the film (mm), math.inf allowed; FocusError where the lens cannot come
     so near. f_number: None is wide open; LensError where it cannot open so far.
     model: "trace" follows every ray through every surface; "thin" puts a thin
-    lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole.
+    lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole,
+    which passes as much light as that lens. CameraError for these two where the entrance
+    pupil lies at infinity or beyond the object.
     """
 
     lens: Lens
@@ -41,7 +43,12 @@ class LensCamera(Camera):
             raise CameraError(f"camera model {self.model!r}: choose one of {', '.join(MODELS)}")
         if self.f_number is not None:
             object.__setattr__(self, "lens", stopped_down(self.lens, self.f_number))
-        _ = self.film_distance          # what cannot be focused is refused here
+        if not self.film_distance > 0.0:            # what cannot be focused at all is refused on the way
+            raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
+                             "where no film can stand")
+        if self.model != "trace" and not -self.focus_distance < self._pupil_z < math.inf:
+            raise CameraError(f"the entrance pupil of this lens lies at infinity or beyond the object: "
+                              f"the {self.model} model cannot stand there")
 
     @cached_property
     def first_order(self) -> FirstOrder:
@@ -64,6 +71,11 @@ class LensCamera(Camera):
         return exit_pupil(self.lens, self.film_distance, [0.0]).cos4_area[0]
 
     @property
+    def _pupil_z(self) -> float:
+        """Of the entrance pupil, in the camera frame (mm)."""
+        return self.first_order.entrance_pupil.z - self.lens.length - self.film_distance
+
+    @property
     def pupil_centre(self) -> tuple[float, float]:
         """The U0, U1 of the ray through the middle of the pupil."""
         return (0.0, 0.0) if self.model == "trace" else (0.5, 0.5)
@@ -76,9 +88,11 @@ class LensCamera(Camera):
             aiming = self.pupil.step(normaliser)
             return [aiming, tracer(self.lens, self.film_distance)]
         fo = self.first_order
-        pupil_z = fo.entrance_pupil.z - self.lens.length - self.film_distance
-        s_e = self.focus_distance + pupil_z
+        s_e = self.focus_distance + self._pupil_z
         s_p = s_e - fo.entrance_pupil.z + fo.front_principal
         behind = fo.efl if math.isinf(s_e) else fo.efl * s_e / (s_p - fo.efl)
-        radius = fo.entrance_pupil.radius if self.model == "thin" else 0.0
-        return [ideal(pupil_z, radius, behind, s_e, self._normaliser(axis_irradiance(radius, behind), behind))]
+        radius = fo.entrance_pupil.radius
+        area = math.pi * radius**2
+        hole = self.model == "pinhole"
+        gain = area / self._normaliser(area if hole else axis_irradiance(radius, behind), behind)
+        return [ideal(self._pupil_z, 0.0 if hole else radius, behind, s_e, gain)]

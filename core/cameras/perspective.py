@@ -28,6 +28,8 @@ class PerspectiveCamera(Camera):
             raise CameraError(f"field of view {math.degrees(self.fov):g}°: it must lie between 0° and 180°")
         if not (math.isfinite(self.lens_radius) and self.lens_radius >= 0.0):
             raise CameraError(f"lens radius {self.lens_radius:g} mm: it must be 0 (a pinhole) or positive")
+        if self.lens_radius == 0.0 and self.weights == "physical":
+            raise CameraError("a pinhole has no area for light to pass: give a lens radius, or choose relative weights")
         if not self.focus_distance > 0.0:
             raise CameraError(f"focus distance {self.focus_distance:g} mm: it must be positive")
 
@@ -39,7 +41,8 @@ class PerspectiveCamera(Camera):
     def camera_steps(self) -> list[Step]:
         """One step: the thin lens, or the pinhole."""
         z = self.film_distance
-        physical = self.weights == "physical" and self.lens_radius > 0.0
-        on_axis = axis_irradiance(self.lens_radius, z)
-        return [ideal(0.0, self.lens_radius, z, self.focus_distance,
-                      self._normaliser(on_axis, z) if physical else on_axis)]
+        if self.lens_radius == 0.0:
+            return [ideal(0.0, 0.0, z, self.focus_distance, 1.0)]
+        area = math.pi * self.lens_radius**2
+        gain = area / self._normaliser(axis_irradiance(self.lens_radius, z), z)
+        return [ideal(0.0, self.lens_radius, z, self.focus_distance, gain)]

@@ -13,7 +13,7 @@ def thin_lens(lanes, p, key):
     """From the film point X, Y to a ray through the lens, in the camera frame.
 
     p: z of the lens, radius of the lens, distance z′ from the lens to its
-    (imagined) film, 1 / distance from the lens to the plane in focus, 1 / normaliser.
+    (imagined) film, 1 / distance from the lens to the plane in focus, area / normaliser.
     WEIGHT becomes cos⁴θ · area / normaliser, θ seen from the film at z′.
     """
     real = lanes.dtype.type
@@ -22,7 +22,6 @@ def thin_lens(lanes, p, key):
     u, v = row[U0], row[U1]
     place, radius, behind, near, gain = p[0], p[1], p[2], p[3], p[4]
     slope = real(-1) / behind
-    area = real(math.pi) * radius * radius * gain
     for i in range(B):
         a, b = concentric(real, v[i], u[i])                 # v = 1/2 and u = 1/2: the centre
         a, b = a * radius, b * radius
@@ -31,7 +30,7 @@ def thin_lens(lanes, p, key):
         l[i], m[i], n[i] = dx * size, dy * size, -size
         ex, ey = (a - x[i]) * slope, (b - y[i]) * slope
         c2 = real(1) / (ex * ex + ey * ey + real(1))
-        weight[i] = c2 * c2 * area
+        weight[i] = c2 * c2 * gain
         x[i], y[i], z[i] = a, b, place
 
 
@@ -56,8 +55,8 @@ def axis_irradiance(radius: float, z: float) -> float:
     return math.pi * radius**2 * z**2 / (z**2 + radius**2)
 
 
-def ideal(place: float, radius: float, behind: float, focus: float, normaliser: float) -> Step:
+def ideal(place: float, radius: float, behind: float, focus: float, gain: float) -> Step:
     """The step of a thin lens, or of a pinhole where the radius is 0: mm, as in `thin_lens`; focus may be inf."""
     if radius == 0.0:
-        return Step(pinhole, np.array([place, behind, 1.0]))
-    return Step(thin_lens, np.array([place, radius, behind, 1.0 / focus, 1.0 / normaliser]))
+        return Step(pinhole, np.array([place, behind, gain]))
+    return Step(thin_lens, np.array([place, radius, behind, 1.0 / focus, gain]))

@@ -159,6 +159,53 @@ def test_the_axis_point_has_weight_one_whatever_the_stop(model):
         assert camera.generate_rays(np.tile([480.0, 320.0], (n, 1)), uv).weights.mean() == pytest.approx(1.0, abs=1e-3)
 
 
+def test_a_pinhole_passes_the_light_of_the_thin_lens_that_it_stands_for():
+    """π r² / z² · open time, where the thin lens collects π r² / (z² + r²)."""
+    middle = [[480.0, 320.0]]
+    uv = np.random.default_rng(0).random((4000, 2))
+    for f_number, seconds in ((2.8, 0.01), (16.0, 0.01), (16.0, 0.5)):
+        thin, hole = (lb.LensCamera(dgauss(), FILM, 900.0, f_number, model=model, weights="physical",
+                                    shutter_close=seconds) for model in ("thin", "pinhole"))
+        expected = thin.generate_rays(np.tile(middle, (4000, 1)), uv).weights.mean()
+        weight = hole.generate_rays(middle, [[0.5, 0.5]]).weights[0]
+        sine2 = expected / math.pi / seconds
+        assert weight == pytest.approx(expected / (1.0 - sine2), rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["lib-miyamoto-fisheye-1964", "lenshh-petzval", "lentil-zeiss-flektogon-1954"])
+def test_no_weight_is_negative_where_the_region_dies_away(name):
+    camera = lb.LensCamera(lenses.load(name), lb.Film(44.0, 30.0))
+    end = camera.pupil.dark_beyond
+    rng = np.random.default_rng(0)
+    x = 480.0 + np.linspace(0.99, 1.001, 40_000) * end / 44.0 * 960.0
+    for real in (np.float32, np.float64):
+        weights = camera.generate_rays(np.column_stack([x, np.full(x.size, 320.0)]), rng.random((x.size, 2)),
+                                       dtype=real).weights
+        assert weights.max() > 0.0 and (weights >= 0.0).all()
+
+
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+@pytest.mark.parametrize("model", ["trace", "thin", "pinhole"])
+def test_the_edges_of_the_unit_square_belong_to_the_pupil_and_nothing_beyond_does(model, real):
+    camera = lb.LensCamera(dgauss(), FILM, 2000.0, model=model)
+    edges = np.array([[1.0, 1.0], [1.0 - 1e-12, 0.5], [0.0, 1.0], [1.0, 0.0]])
+    inside = np.clip(edges, 1e-6, 1.0 - 1e-6)
+    a, b = (camera.generate_rays(np.tile([300.0, 200.0], (4, 1)), uv, dtype=real) for uv in (edges, inside))
+    assert np.abs(a.directions - b.directions).max() < 1e-3
+    for uv in ([[1.01, 0.5]], [[0.5, -0.01]], [[math.nan, 0.5]]):
+        with pytest.raises(ValueError, match="unit square"):
+            camera.generate_rays([[300.0, 200.0]], uv, dtype=real)
+    with pytest.raises(ValueError, match="finite"):
+        camera.generate_rays([[300.0, math.nan]], [[0.5, 0.5]], dtype=real)
+
+
+def behind_stop(gap: float) -> lb.Lens:
+    """A biconvex lens of 42 mm, its stop this far behind its rear focus."""
+    glass = (lb.Surface(0.02, 4.0, 8.0, lb.Glass(1.6)), lb.Surface(-0.02, 0.0, 8.0))
+    focus = lb.first_order(lb.Lens(glass, 0)).bfl
+    return lb.Lens((glass[0], lb.Surface(-0.02, focus + gap, 8.0), lb.Surface(0.0, 0.0, 2.0)), 2)
+
+
 def test_pinhole_weights_fall_as_the_fourth_power_of_the_cosine():
     camera = lb.PerspectiveCamera(FILM, fov=1.2)
     rays = camera.generate_rays(np.random.default_rng(0).random((300, 2)) * [960, 640], np.full((300, 2), 0.5))
@@ -206,6 +253,12 @@ def test_single_precision_rays_are_the_double_ones_to_their_digits():
     (lambda: lb.PerspectiveCamera(FILM, world_from_camera=np.zeros((4, 4))), "last row"),
     (lambda: lb.PerspectiveCamera(FILM, world_from_camera=np.diag([1.0, 1.0, 0.0, 1.0])), "singular"),
     (lambda: lb.PerspectiveCamera(FILM, world_from_camera=np.diag([1.0, 1.0, -1.0, 1.0])), "mirrors"),
+    (lambda: lb.PerspectiveCamera(FILM, world_from_camera=np.diag([2.0, 2.0, 2.0, 1.0])), "stretches"),
+    (lambda: lb.PerspectiveCamera(FILM, weights="physical"), "no area"),
+    (lambda: lb.LensCamera(behind_stop(0.0), FILM, 600.0, model="thin"), "entrance pupil"),
+    (lambda: lb.LensCamera(behind_stop(3.0), FILM, 600.0, model="pinhole"), "entrance pupil"),
+    (lambda: lb.LensCamera(lb.Lens((lb.Surface(0.05, 4.0, 8.0, lb.Glass(1.5)),), 0), FILM), "ends in glass"),
+    (lambda: lb.LensCamera(behind_stop(20.0), FILM), "before its last vertex"),
     (lambda: lb.PerspectiveCamera(FILM, world_from_camera=np.full((4, 4), math.nan)), "finite"),
     (lambda: lb.LensCamera(dgauss(), FILM, model="magic"), "trace, thin, pinhole"),
     (lambda: lb.LensCamera(dgauss(), FILM, 100.0), "nearest distance of this lens is 0.196 m"),
@@ -217,6 +270,9 @@ def test_single_precision_rays_are_the_double_ones_to_their_digits():
     (lambda: lb.Film(0.0, 24.0), "film width"),
     (lambda: lb.Film(36.0, 24.0, 0, 640), "pixels"),
     (lambda: lb.Film(36.0, 24.0, 10**6, 640), "million"),
+    (lambda: lb.Film(36.0, 24.0, 960, math.nan), "pixels"),
+    (lambda: lb.Film(36.0, 24.0, math.inf, 640), "pixels"),
+    (lambda: lb.Film(36.0, 24.0, 2**24 + 1, 1), "pixels"),
 ])
 def test_what_cannot_be_is_refused_in_one_line(make, says):
     with pytest.raises(ValueError, match=says) as caught:

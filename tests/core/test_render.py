@@ -170,6 +170,18 @@ def test_no_sample_at_all_is_refused():
         lb.render(camera(), lb.builtin_scene("still-life"), samples=0)
 
 
+@pytest.mark.parametrize(("across", "down"), [(1, 1), (1, 700), (700, 1), (63, 9), (513, 2)])
+def test_a_film_of_any_shape_shows_the_falloff_of_its_own_points(across, down):
+    view = camera("pinhole", film=lb.Film(36.0, 24.0, across, down))
+    picture = lb.render(view, lb.builtin_scene("white-wall"), samples=256)[..., 0]
+    fine = (np.arange(64) + 0.5) / 64
+    x, y = (np.arange(across)[:, None] + fine).ravel(), (np.arange(down)[:, None] + fine).ravel()
+    x, y = (0.5 - x / across) * 36.0, (0.5 - y / down) * 24.0
+    behind = 12.0 / math.tan(math.acos(view.generate_rays([[across / 2, 0.0]], [[0.5, 0.5]]).weights[0] ** 0.25))
+    weights = 1.0 / (1.0 + (x**2 + y[:, None] ** 2) / behind**2) ** 2
+    np.testing.assert_allclose(picture, weights.reshape(down, 64, across, 64).mean((1, 3)), atol=2e-3)
+
+
 def test_pixels_need_not_be_square():
     film = lb.Film(36.0, 24.0, 75, 100)
     wide = lb.render(camera(film=film), lb.builtin_scene("white-wall"), samples=16)
