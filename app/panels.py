@@ -125,6 +125,7 @@ class Panels:
 
     def _render(self) -> None:
         bench = self._bench
+        bench.worker.await_first()
         bench.easel.take(bench.view)            # perhaps there is already one of what the panels before have changed
         bench.edited = render_panel(bench.edited, bench.easel.picture(bench.edited, bench.view), bench.view)
 

@@ -206,6 +206,21 @@ def _fitting(scale: Scale, length: float, font_size: float) -> tuple[tuple[float
     return figures_that_fit(scale, length, widths, 0.3 * font_size)
 
 
+@lru_cache(maxsize=256)
+def _ticks(scale: Scale, left: float, length: float, apart: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Whole pixels of the long ticks, where a figure may stand, and of the short between, none closer than `apart`."""
+    def place(of: float) -> float:
+        return math.floor(left + scale.to_unit(of) * length)
+
+    long = [place(figure) for figure, _ in scale.figures]
+    taken = list(long)
+    for minor in scale.minor:
+        x = place(minor)
+        if all(abs(x - other) >= apart for other in taken):
+            taken.append(x)
+    return tuple(long), tuple(taken[len(long):])
+
+
 def _draw_bar(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: float, value: float, scale: Scale,
               zone: tuple[float, float] | None, lit: bool, focused: bool) -> None:
     """Background, zone, ticks, figures, and the triangle with its index line."""
@@ -228,17 +243,11 @@ def _draw_bar(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: floa
         draw.add_rect_filled(ImVec2(middle - half, corner.y), ImVec2(middle + half, end.y),
                              theme.packed(colour.amber, 0.32))
 
-    # Ticks: long where a figure may stand, short between, none closer than 3 pixels to another
-    places = [place(figure) for figure, _ in scale.figures]
-    for x in places:
-        draw.add_rect_filled(ImVec2(x, corner.y), ImVec2(x + weight, corner.y + round(0.265 * size.y)),
-                             theme.packed(colour.text, 0.85))
-    for minor in scale.minor:
-        x = place(minor)
-        if all(abs(x - other) >= 3.5 * pixel for other in places):
-            places.append(x)
-            draw.add_rect_filled(ImVec2(x, corner.y), ImVec2(x + weight, corner.y + round(0.15 * size.y)),
-                                 theme.packed(colour.dim, 0.85))
+    long, short = _ticks(scale, corner.x + margin, length, 3.5 * pixel)
+    for ticks, height, ink in ((long, 0.265, colour.text), (short, 0.15, colour.dim)):
+        bottom, ink_packed = corner.y + round(height * size.y), theme.packed(ink, 0.85)
+        for x in ticks:
+            draw.add_rect_filled(ImVec2(x, corner.y), ImVec2(x + weight, bottom), ink_packed)
 
     theme.small()
     for figure, text in _fitting(scale, length, imgui.get_font_size()):

@@ -223,6 +223,7 @@ class Bench:
         """
         if self._finish is not None:
             self._finish()
+        self.worker.shown(self.easel.news)
         if self._shot is None:
             return
         path, self._shot = self._shot, None

@@ -6,6 +6,7 @@ what is under way within a millisecond and never waits; a picture is only ever
 replaced by a later one.
 """
 
+import math
 import os
 import sys
 import threading
@@ -23,6 +24,7 @@ from lensbench.app.settings import Settings
 NICE = 10                   # of the rendering threads, so that the window keeps its pace
 PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
 FIRST_SECONDS = 0.15        # a first pass may take, once begun: a hand that never rests sees pictures all the same
+HOLD_SECONDS = 0.04         # after a restart, that a frame may be held for its first picture
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
 
@@ -97,8 +99,10 @@ class Worker:
         self._target = settings.samples
         self._paused = self._stopped = self._depth_wanted = False
         self._news: News | None = None
+        self._shown: News | None = None
         self._failure: Failure | None = None
         self._started = perf_counter()
+        self._first_seconds = math.inf          # from the restart to the first picture, the last time
         self._thread = threading.Thread(target=self._work, name="lensbench render", daemon=True)
         self._thread.start()
 
@@ -138,6 +142,22 @@ class Worker:
         """Why there is no picture of the present generation; None while all is well."""
         failure = self._failure
         return failure if failure is not None and failure.generation == self._generation else None
+
+    def await_first(self) -> None:
+        """Hold the frame for the first picture of the present settings, where it is about to come.
+
+        Not beyond HOLD_SECONDS after the restart, and not at all where pictures take longer than that.
+        """
+        with self._change:
+            if self._first_seconds < HOLD_SECONDS:
+                self._change.wait_for(lambda: self.waiting == 0.0 or self._stopped,
+                                      max(0.0, self._started + HOLD_SECONDS - perf_counter()))
+
+    def shown(self, news: News | None) -> None:
+        """The window has this news on its screen: the next pass need not hold back any more."""
+        with self._change:
+            self._shown = news
+            self._change.notify_all()
 
     @property
     def waiting(self) -> float:
@@ -269,9 +289,16 @@ class Worker:
         job.rate = rate if job.rate == 0.0 else 0.7 * job.rate + 0.3 * rate
         job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
         if wanted() or job.rendering.samples == count:
-            self._news = News(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate,
-                              job.depth)
+            news = News(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate, job.depth)
+            with self._change:
+                if job.rendering.samples == count and job.generation == self._generation:
+                    self._first_seconds = perf_counter() - self._started
+                self._news = news
+                self._change.notify_all()
             self._woken()
+            if job.rendering.samples == count:          # the processor may have to draw the window: not beside it
+                with self._change:
+                    self._change.wait_for(lambda: self._shown is news or not wanted(), HOLD_SECONDS)
 
     def _finished(self, work: Future, wanted: Callable[[], bool]) -> bool:
         """Wait for some work, but no longer than it is wanted: its threads, of low priority, may be slow to give up."""

@@ -6,7 +6,7 @@
 //      share     radius of the softening per pixel of the circle of confusion's diameter; fades to 0 with the samples
 // out  linear radiance
 
-const int TAPS = 8;
+const int TAPS = 6;
 const float LARGEST = 6.0;              // pixels
 const float GOLDEN = 2.39996323;        // radians
 
