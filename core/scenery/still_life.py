@@ -41,7 +41,7 @@ def _string(left: Triple, right: Triple, sag: float, count: int, seed: int) -> l
 def still_life() -> Scene:
     """Focus at 1.2 m on the red ball."""
     balls = (
-        _ball(-70.0, 1150.0, 81.0, Material((0.80, 0.055, 0.022), "coat")),
+        _ball(-78.0, 1278.0, 90.0, Material((0.80, 0.055, 0.022), "coat")),
         _ball(-382.0, 2010.0, 139.0, Material((0.010, 0.27, 0.33), "coat")),
         _ball(-1270.0, 4250.0, 308.0, Material((0.42, 0.42, 0.43))),
         _ball(34.0, 3380.0, 214.0, Material((0.74, 0.71, 0.64))),
