@@ -44,15 +44,16 @@ class _Driven(Bench):
         return news is not None and news.generation == self.worker.generation
 
 
-def _run(settings: Settings, watch: Callable[[_Driven], bool], fps_max: float = 0.0) -> None:
-    """Show the bench until `watch`, called after each frame, says that it is done."""
+def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = False) -> None:
+    """Show the bench until `watch`, called after each frame, says that it is done; idle: rest as a window does."""
     from imgui_bundle import immapp
 
     without_display()
     bench = _Driven(settings, remember=False, threads=2)
     runner = parameters(bench, SIZE)
-    runner.fps_idling.enable_idling = False
-    runner.fps_idling.fps_max = fps_max
+    if not idle:
+        runner.fps_idling.enable_idling = False
+        runner.fps_idling.fps_max = 0.0
 
     def after() -> None:
         if watch(bench):
@@ -127,4 +128,4 @@ if __name__ == "__main__":
             print(time.time() - began)
         return bench.current
 
-    _run(SMALL, first, 60.0)
+    _run(SMALL, first, idle=True)

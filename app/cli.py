@@ -155,10 +155,12 @@ def _loads(library: str) -> bool:
 
 
 def _render(arguments: argparse.Namespace) -> int:
+    from lensbench.app.ahead import compile_ahead
     from lensbench.app.arguments import settings_from
     from lensbench.app.export import export_render
 
     settings = settings_from(arguments)
+    compile_ahead(settings.scene)
     # Let a termination unwind, so that a half-written file is removed
     former = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     started = perf_counter()

@@ -44,7 +44,7 @@ class Panels:
 
     def __init__(self, bench: "Bench"):
         self._bench = bench
-        self._film_radius = 0.0
+        self._film_radius = 0.35 * bench.edited.film.diagonal       # mm: 0.7 of the field
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
 

@@ -34,6 +34,8 @@ from lensbench.app.render_panel import View
 from lensbench.app.settings import Settings
 from lensbench.app.worker import Worker
 
+COMPILING_FPS = 8.0             # of the window while it waits for its first picture
+
 
 class Bench:
     """All that lives as long as the window."""
@@ -55,6 +57,7 @@ class Bench:
         self._shot: Path | None = None                  # a picture of the window is wanted
         self._finish: Callable[[], None] | None = None
         self._frames = 0
+        self._pace: float | None = None                 # frames a second at most, once there is a picture
         self._fresh = False                             # no layout was saved by an earlier session
         self._laid_out_for: tuple[float, ...] = ()
 
@@ -143,12 +146,23 @@ class Bench:
     def begin(self) -> None:
         """Before the panels: news from the worker, what the keys and the dialogs say."""
         self.edited = self.history.present
+        self._leave_room_to_compile()
         self._lay_out_once()
         self.easel.take(self.view)
         self._take_failure()
         shortcuts(self)
         self.files.answer()
         self._requests()
+
+    def _leave_room_to_compile(self) -> None:
+        """Few frames before the first picture: the compiler wants the processor."""
+        idling = hello_imgui.get_runner_params().fps_idling
+        if self.easel.news is None:
+            if self._pace is None:
+                self._pace = idling.fps_max
+            idling.fps_max = COMPILING_FPS
+        elif self._pace is not None:
+            idling.fps_max, self._pace = self._pace, None
 
     def end(self) -> None:
         """After the panels: what has changed goes to the history and to the worker."""

@@ -211,6 +211,9 @@ class Worker:
     # The worker's side
 
     def _work(self) -> None:
+        from lensbench.app.ahead import compile_ahead
+
+        compile_ahead(self._settings.scene)
         # Somebody waits for the first pass, the others step back behind the window
         with ThreadPoolExecutor(4, "lensbench pass") as passes, \
                 ThreadPoolExecutor(self._threads, "lensbench first") as first, \
