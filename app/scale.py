@@ -122,7 +122,7 @@ def format_exposure(stops: float) -> str:
 def format_angle(angle: float) -> str:
     """Radians as degrees: 47.2°, 4.72°."""
     degrees = math.degrees(angle)
-    return f"{degrees:.1f}°" if degrees >= 9.95 else f"{degrees:.2f}°"
+    return f"{degrees:.2f}°" if degrees < 9.995 else f"{degrees:.1f}°"
 
 
 def format_length(length: float) -> str:

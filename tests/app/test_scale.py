@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from lensbench.app.scale import (
@@ -56,6 +56,7 @@ def test_the_focus_scale_is_that_of_the_study():
 @every_scale
 @settings(deadline=None)
 @given(u=st.floats(0.0, 1.0))
+@example(u=0.43063435175534004)         # 9.9499° on the scale of angles
 def test_what_is_shown_can_be_typed_back(scale, u):
     value = scale.from_unit(u)
     typed = scale.parse(scale.format(value))
