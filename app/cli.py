@@ -222,10 +222,11 @@ def _info(arguments: argparse.Namespace) -> int:
         ("exit_pupil", "Exit pupil, from the first vertex"))]
     view = data["field_of_view"]
     rows += [("Petzval radius", f"{data['petzval_radius']:.1f} mm"),
-             ("Nearest focus, from the film", f"{data['nearest_focus'] / 1000.0:.3f} m"),
+             ("Nearest focus, from the film", "none: it forms no real image" if data["nearest_focus"] is None
+              else f"{data['nearest_focus'] / 1000.0:.3f} m"),
              ("Field of view on 36 × 24, h × v, diagonal",
               f"{view['horizontal']:.1f}° × {view['vertical']:.1f}°, {view['diagonal']:.1f}°")]
-    print(", ".join(str(data[key]) for key in ("name", "kind", "year") if data[key]))
+    print(", ".join(str(word) for word in (data["name"] or arguments.lens, data["kind"], data["year"]) if word))
     print("\n".join(f"{label:46}{text}" for label, text in rows))
     print("".join(f"Found: {finding}\n" for finding in data["findings"]), end="")
     return 0
@@ -236,6 +237,10 @@ def _lens_data(lens) -> dict[str, Any]:
     import lensbench as lb
 
     fo = lb.first_order(lens)
+    try:
+        nearest = lb.nearest_focus(lens)
+    except lb.FocusError:                               # it does not converge: the other figures stand
+        nearest = None
     sides = {"horizontal": 36.0, "vertical": 24.0, "diagonal": math.hypot(36.0, 24.0)}
     return {
         "name": lens.name, "kind": lens.kind, "year": lens.year, "source": lens.source,
@@ -247,7 +252,7 @@ def _lens_data(lens) -> dict[str, Any]:
         "entrance_pupil": {"z": fo.entrance_pupil.z, "radius": fo.entrance_pupil.radius},
         "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},
         "petzval_radius": fo.petzval_radius, "stop_radius": fo.stop_radius,
-        "nearest_focus": lb.nearest_focus(lens),
+        "nearest_focus": nearest,
         "field_of_view": {name: math.degrees(2.0 * math.atan(0.5 * side / abs(fo.efl)))
                           for name, side in sides.items()},
         "findings": list(lens.findings),

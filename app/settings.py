@@ -65,7 +65,9 @@ class Settings:
 
     @classmethod
     def from_dict(cls, plain: dict[str, Any]) -> "Settings":
-        """Read what to_dict wrote; SettingsError for a newer version, unknown names or values of a wrong kind."""
+        """Read what to_dict wrote; SettingsError for a newer version, unknown names or values of a wrong kind,
+        FilmError for a film that cannot be.
+        """
         version = plain.get("version")
         if not isinstance(version, int):
             raise SettingsError("these settings carry no version: they are not of lensbench")
@@ -86,10 +88,15 @@ class Settings:
             raise SettingsError(f"these settings hold a value of a wrong kind: {error}") from error
 
     def checked(self) -> "Settings":
-        """Itself, or a SettingsError that says which value cannot be."""
+        """Itself, or a SettingsError or FilmError that says which value cannot be."""
         for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS)):
             if getattr(self, name) not in choices:
                 raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(choices)}")
+        for name in ("lens", "scene"):
+            if not isinstance(getattr(self, name), str):
+                raise SettingsError(f"{name} is {getattr(self, name)!r}: it must be a name or a path")
+        if not (isinstance(self.seed, int) and 0 <= self.seed < 1 << 32):
+            raise SettingsError(f"seed {self.seed!r}: it must be a whole number from 0 to {(1 << 32) - 1}")
         for name in ("film_width", "film_height", "crop", "fov", "yaw", "pitch", "exposure", *(
                 ("focal_length",) if self.focal_length is not None else ())):
             if not math.isfinite(getattr(self, name)):
@@ -106,8 +113,9 @@ class Settings:
             raise SettingsError(f"f-number {self.f_number:g}: it must be a positive number")
         if math.isnan(self.focus_distance) or self.focus_distance <= 0.0:
             raise SettingsError(f"focus distance {self.focus_distance:g} mm: it must be positive")
-        if self.samples < 1:
+        if not (isinstance(self.samples, int) and self.samples >= 1):
             raise SettingsError(f"{self.samples} samples: at least 1 is needed")
+        lb.Film(self.film_width, self.film_height, self.pixels_x, self.pixels_y)
         return self
 
     @property
@@ -130,6 +138,13 @@ class Settings:
         default = Settings()
         return replace(self, samples=default.samples, exposure=default.exposure, tone=default.tone,
                        overlay=default.overlay, limit=default.limit)
+
+    @property
+    def aim(self) -> "Settings":
+        """What each place of the picture looks at: `picture` without focus and aperture, a little breathing aside."""
+        default = Settings()
+        return replace(self.picture, focus_distance=default.focus_distance, f_number=default.f_number,
+                       seed=default.seed)
 
 
 @lru_cache(maxsize=64)

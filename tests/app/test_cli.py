@@ -259,6 +259,15 @@ def test_the_data_are_printed_for_people_too(capsys):
     assert "Effective focal length" in out and "Nearest focus" in out
 
 
+@pytest.mark.parametrize("rows", ["-50 3 1.5 20\n50 5 1 20\n0 2 0 10\n", "0 3 1.5 20\n0 5 1 20\n0 2 0 10\n"])
+def test_the_data_of_a_lens_that_forms_no_image_are_printed_all_the_same(tmp_path, capsys, rows):
+    (tmp_path / "a.dat").write_text(rows)
+    assert main(["info", str(tmp_path / "a.dat")]) == 0
+    assert "forms no real image" in capsys.readouterr().out
+    assert main(["info", str(tmp_path / "a.dat"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["nearest_focus"] is None
+
+
 def test_the_library_is_listed_whole_in_both_forms(capsys):
     assert main(["lenses"]) == 0
     lines = capsys.readouterr().out.splitlines()

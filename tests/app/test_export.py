@@ -137,7 +137,11 @@ def test_settings_of_a_newer_version_ask_for_an_update(tmp_path):
 
 @pytest.mark.parametrize("text", [b"", b"{", b"[1, 2]", b"7", b'{"version": "1"}', b'{"version": 1, "lense": "x"}',
                                   b'{"version": 1, "crop": "wide"}', b'{"version": 1, "position": 4}',
-                                  b'{"version": 1, "f_number": -2}', b"\xff\xfe"])
+                                  b'{"version": 1, "f_number": -2}', b'{"version": 1, "pixels_x": 0}',
+                                  b'{"version": 1, "pixels_x": "a"}', b'{"version": 1, "film_width": -36}',
+                                  b'{"version": 1, "pixels_x": 1000000, "pixels_y": 1000}',
+                                  b'{"version": 1, "seed": -1}', b'{"version": 1, "samples": 1.5}',
+                                  b'{"version": 1, "lens": 7}', b"\xff\xfe"])
 def test_settings_that_make_no_sense_are_refused_with_the_files_name(tmp_path, text):
     with pytest.raises(ExportError, match="odd.png"):
         read_settings(with_text(tmp_path / "odd.png", text))
