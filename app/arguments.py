@@ -142,7 +142,10 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     if "f_number" in arguments:
         asked["f_number"] = arguments.f_number
     settings = _shaped(replace(settings, **asked), arguments.film, arguments.size)
-    return _framed(settings, arguments.fov).checked()
+    settings = _framed(settings, arguments.fov)
+    if settings.model == "perspective" and arguments.focus is None:     # its focal length follows from film and view
+        settings = within_reach(settings)
+    return settings.checked()
 
 
 def _name_or_file(text: str) -> str:

@@ -30,6 +30,7 @@ from lensbench.app.settings import MODELS, Settings
 
 DEFAULT = Settings()
 RINGS = 5
+FILM_SIDES = (0.1, 1000.0)      # mm, of a custom film
 PERSPECTIVE_FOV = (math.radians(5.0), math.radians(120.0))
 MODEL_TIPS = {
     "trace": "Every ray is refracted at every surface",
@@ -68,10 +69,11 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
 # The lists
 
 
-def _combo(label: str, value: str, tooltip: str, content: Callable[[], None], width: float = 0.0) -> None:
+def _combo(label: str, value: str, tooltip: str, content: Callable[[], None], width: float = 0.0,
+           used: bool = True) -> None:
     """A labelled list: the label dim at the left, a small angle at the right of the value.
 
-    width: the least of the opened list, in em.
+    width: the least of the opened list, in em. used: or the value stands dim, too.
     """
     colour = theme.colours()
     imgui.align_text_to_frame_padding()
@@ -83,8 +85,10 @@ def _combo(label: str, value: str, tooltip: str, content: Callable[[], None], wi
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
     if width:
         imgui.set_next_window_size_constraints(ImVec2(theme.em(width), 0.0), ImVec2(theme.em(40.0), theme.em(31.0)))
+    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.text if used else colour.dim)))
     opened = imgui.begin_combo(f"##{label}", _shortened(value, room - theme.em(2.2)),
                                imgui.ComboFlags_.no_arrow_button | imgui.ComboFlags_.height_largest)
+    imgui.pop_style_color()
     if opened:
         content()
         imgui.end_combo()
@@ -152,8 +156,10 @@ def _lens(settings: Settings, chooser: Chooser) -> Settings:
             chooser.requests.add("open lens")
             imgui.close_current_popup()
 
-    _combo("Lens", lens_title(settings.lens), "The lens: a design of the library, or a file of your own\n"
-           "A file can also be dropped on the window", content, 25.0)
+    used = settings.model != "perspective"
+    tip = "The lens: a design of the library, or a file of your own\nA file can also be dropped on the window"
+    _combo("Lens", lens_title(settings.lens), tip if used else f"{tip}\nThe perspective camera has none: a lens that "
+           "is chosen here is traced", content, 25.0, used)
     if chosen == settings:
         return settings
     if chosen.model == "perspective":
@@ -241,12 +247,18 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
         _, height = imgui.input_double("mm##Film height", height, 0.0, 0.0, "%.4g")
         chooser.film = (width, height)
         imgui.same_line()
-        if imgui.button("Set") and 0.1 <= width <= 1000.0 and 0.1 <= height <= 1000.0:
+        possible = all(FILM_SIDES[0] <= side <= FILM_SIDES[1] for side in (width, height))
+        imgui.begin_disabled(not possible)
+        if imgui.button("Set"):
             chosen = with_film(settings, width, height)
             imgui.close_current_popup()
+        imgui.end_disabled()
+        if not possible:
+            imgui.text_colored(imgui.ImVec4(*theme.colours().warning),
+                               f"A side measures {FILM_SIDES[0]:g} to {FILM_SIDES[1]:g} mm")
 
     _combo("Film", film_title(settings.film_width, settings.film_height), "The film's size", content)
-    return chosen
+    return chosen if chosen == settings else within_reach(chosen)
 
 
 def _model(settings: Settings) -> Settings:
@@ -300,6 +312,8 @@ def _rings(settings: Settings) -> Settings:
     turned = ring("Field of view", fov, fov_scale, tip)
     if turned != fov:
         settings = with_field_of_view(settings, turned)
+        if settings.model == "perspective":         # whose focal length follows
+            settings = within_reach(settings)
     if settings.model != "perspective":
         designed = readings(replace(settings, focal_length=None)).efl or efl
         length = ring("Focal length", efl, _focal_lengths(designed),

@@ -67,6 +67,9 @@ class Files:
             text = str(error) if not isinstance(error, OSError) else f"{path}: {error.strerror or error}"
             bench.view.say(text)
             return
+        if settings.lens != bench.history.present.lens:
+            bench.say_findings(settings)
+        settings = bench.showable(settings)
         bench.edited = settings
         bench.history.edit(settings, False, 0.0)
         bench.apply()

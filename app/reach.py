@@ -10,6 +10,7 @@ from lensbench.app.readings import readings
 from lensbench.app.settings import Settings
 
 SMALLEST_CROP = 0.05
+LONGEST_SHOWN = 8192            # pixels: what the smallest texture limit of OpenGL 3.3 cards in use allows
 MARGIN = 1.0 + 1e-4             # by which a clamped focus distance stays off the nearest, which is rounded
 
 
@@ -21,8 +22,8 @@ def within_reach(settings: Settings) -> Settings:
     from lensbench.app.settings import design
 
     if settings.model == "perspective":
-        nearest = full_view(settings)[1] * MARGIN
-        return replace(settings, focus_distance=max(settings.focus_distance, 2.0 * nearest))
+        nearest = readings(settings).nearest_focus or 0.0
+        return replace(settings, focus_distance=max(settings.focus_distance, nearest * MARGIN))
     design(settings)
     wide = readings(replace(settings, f_number=None))
     if settings.f_number is not None and wide.widest_f_number is not None \
@@ -62,6 +63,15 @@ def with_film(settings: Settings, width: float, height: float) -> Settings:
     """Another film, with pixels that stay square and as many along the longer side."""
     longer = max(settings.pixels_x, settings.pixels_y)
     return with_longer_side(replace(settings, film_width=width, film_height=height), longer)
+
+
+def showable(settings: Settings) -> Settings:
+    """With no more pixels along a side than every graphics card can hold; a picture of such pixels keeps its shape."""
+    longer = max(settings.pixels_x, settings.pixels_y)
+    if longer <= LONGEST_SHOWN:
+        return settings
+    across, down = (max(1, round(pixels * LONGEST_SHOWN / longer)) for pixels in (settings.pixels_x, settings.pixels_y))
+    return replace(settings, pixels_x=across, pixels_y=down)
 
 
 def with_longer_side(settings: Settings, pixels: int) -> Settings:

@@ -159,7 +159,7 @@ def _of_perspective(settings: Settings) -> Readings:
     if settings.f_number is None:
         return plain
     plain = replace(plain, f_number=settings.f_number, entrance_pupil=efl / settings.f_number,
-                    hyperfocal=lb.hyperfocal(efl, settings.f_number, limit))
+                    hyperfocal=lb.hyperfocal(efl, settings.f_number, limit), nearest_focus=2.0 * efl)
     try:
         near, far = lb.depth_of_field(efl, settings.f_number, settings.focus_distance, limit)
     except lb.LensError as error:

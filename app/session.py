@@ -30,8 +30,9 @@ from lensbench.app.files import Files
 from lensbench.app.history import History
 from lensbench.app.menus import shortcuts
 from lensbench.app.panels import Panels, layout
+from lensbench.app.reach import showable
 from lensbench.app.render_panel import View
-from lensbench.app.settings import Settings
+from lensbench.app.settings import Settings, design
 from lensbench.app.worker import Worker
 
 COMPILING_FPS = 8.0             # of the window while it waits for its first picture
@@ -41,9 +42,12 @@ class Bench:
     """All that lives as long as the window."""
 
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
+        self.view, self.chooser = View(), Chooser()
+        settings = self.showable(settings)
+        with suppress(ValueError, OSError):             # a lens that cannot be read is the worker's to report
+            self.say_findings(settings)
         self.history = History(settings)
         self.edited = settings                          # the settings on their way through this frame's panels
-        self.view, self.chooser = View(), Chooser()
         self.prompt, self.export = FilePrompt(), ExportDialog()
         self.files, self.panels = Files(self), Panels(self)
         self.remember = remember                        # layout, theme and recent files, beyond this session
@@ -140,6 +144,19 @@ class Bench:
     def photograph(self, path: Path) -> None:
         """Save the whole window, as the next frame shows it."""
         self._shot = path
+
+    def showable(self, settings: Settings) -> Settings:
+        """The settings with as many pixels as a window can show; where that is fewer, it is said."""
+        shown = showable(settings)
+        if shown != settings:
+            self.view.say(f"{settings.pixels_x} × {settings.pixels_y} pixels are more than the window can show: "
+                          f"it renders {shown.pixels_x} × {shown.pixels_y}; an export takes more")
+        return shown
+
+    def say_findings(self, settings: Settings) -> None:
+        """Say what the reader of the lens's file had to assume."""
+        for finding in design(settings).findings:
+            self.view.say(f"{Path(settings.lens).name}: {finding}")
 
     # A frame
 

@@ -162,11 +162,17 @@ def design(settings: Settings) -> lb.Lens:
 
 
 def camera(settings: Settings):
-    """The camera of these settings: a LensCamera, or a PerspectiveCamera where no prescription is used."""
+    """The camera of these settings: a LensCamera, or a PerspectiveCamera where no prescription is used.
+
+    SettingsError where the latter is focused nearer than magnification 1, as FocusError for a lens.
+    """
     if settings.model == "perspective":
         film = settings.film
         focal_length = min(film.width, film.height) / 2.0 / math.tan(settings.fov / 2.0)
         radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
+        if radius > 0.0 and settings.focus_distance < 2.0 * focal_length:
+            raise SettingsError(f"focus at {settings.focus_distance / 1000.0:.6g} m: the nearest distance of this "
+                                f"camera is {math.ceil(2.0 * focal_length) / 1000.0:g} m, twice its focal length")
         return lb.PerspectiveCamera(film, fov=settings.fov, lens_radius=radius,
                                     focus_distance=settings.focus_distance,
                                     world_from_camera=settings.world_from_camera)

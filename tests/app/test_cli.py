@@ -320,6 +320,7 @@ def one_line(capsys):
     ("render pbrt-dgauss-50mm --scene nowhere -o a.png", "still-life"),
     ("render pbrt-dgauss-50mm --focal-length 0 -o a.png", "focal length"),
     ("render pbrt-dgauss-50mm --model thin --focal-length 300mm --focus 25cm -o a.png", " m"),
+    ("render pbrt-dgauss-50mm --model perspective --fov 10deg --focus 5cm -o a.png", "0.275 m"),
     ("view other.png", "not exported by lensbench"),
     ("view cut.png", "cut.png"),
     ("view missing.png", "missing.png"),

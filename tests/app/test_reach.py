@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app import reach
-from lensbench.app.settings import Settings, camera, design
+from lensbench.app.readings import readings
+from lensbench.app.settings import Settings, SettingsError, camera, design
 
 START = Settings()
 
@@ -42,6 +43,17 @@ def test_field_of_view_and_crop_are_one(crop):
 def test_the_perspective_camera_has_a_field_of_view_of_its_own():
     settings = replace(START, model="perspective")
     assert reach.with_field_of_view(settings, 1.0) == replace(settings, fov=1.0)
+
+
+def test_the_perspective_camera_focuses_no_nearer_than_at_magnification_one():
+    near = reach.within_reach(replace(START, model="perspective", fov=0.1, focus_distance=1.0))
+    got = readings(near)
+    assert math.isclose(near.focus_distance, got.nearest_focus, rel_tol=1e-3)
+    assert math.isclose(got.magnification, 1.0, rel_tol=1e-3)
+    camera(near)
+    with pytest.raises(SettingsError, match="nearest distance"):
+        camera(replace(near, focus_distance=0.9 * near.focus_distance))
+    camera(replace(near, focus_distance=1.0, f_number=None))        # a pinhole is sharp everywhere
 
 
 def test_a_field_beyond_the_film_is_the_whole_film():
