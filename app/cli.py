@@ -36,7 +36,9 @@ class _Parser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with these arguments (those of the process when None) and return its exit code."""
     try:
-        return _run(list(sys.argv[1:] if argv is None else argv))
+        code = _run(list(sys.argv[1:] if argv is None else argv))
+        sys.stdout.flush()                              # here, where a reader that is gone can be told
+        return code
     except SystemExit as ended:                         # --help, --version, a termination
         return ended.code if isinstance(ended.code, int) else 0
     except KeyboardInterrupt:
