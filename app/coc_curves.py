@@ -32,7 +32,10 @@ class Curves:
 
 
 def plot_range(settings: Settings, got: Readings) -> tuple[float, float, float, float]:
-    """Distances (m) and diameters (µm) that the plot shows of a lens, whatever its stop and focus."""
+    """Distances (m) and diameters (µm) that the plot shows of a lens, whatever its stop and focus.
+
+    A decade more where it is focused so near that the blur of what is far would lie above.
+    """
     nearest = (got.nearest_focus or 4.0 * (got.efl or 50.0)) / 1000.0
     widest = got.widest_f_number or min(got.f_number or 2.8, 2.8)
     efl = got.efl or 50.0
@@ -40,6 +43,9 @@ def plot_range(settings: Settings, got: Readings) -> tuple[float, float, float, 
     low = _round_down(max(nearest, 0.01))
     high = _round_up(min(max(1.1 * reach, 60.0 * low, 20.0), 1000.0))
     top = _round_up(max(3000.0 * efl * efl / (widest * max(1000.0, 4.0 * efl)), 300.0))
+    magnification = got.magnification or 0.0
+    if 1000.0 * efl * magnification / (got.f_number or widest) > top:
+        top *= 10.0
     return low, high, 2.0, top
 
 

@@ -19,6 +19,7 @@ from lensbench.app.readings import Readings, optical, readings
 from lensbench.app.scale import format_distance, format_f_number
 from lensbench.app.settings import Settings
 
+NEAR_END = 0.7                  # of the plot's width: focused beyond it, lines are named on the left
 THIN, THICK = (1.5, 3.0), (6.0, 3.0)             # dashes and gaps, pixels
 
 
@@ -127,14 +128,15 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
         dashed_line(draw, ImVec2(plot.left, y), ImVec2(plot.right, y), theme.packed(colour.dim, 0.8), on, off)
     column, focus = _focus_column(settings, plot), format_distance(settings.focus_distance)
     taken: list[tuple[float, float, float]] = []            # top, bottom and right end of what is written
+    hyperfocal = None
     if got.hyperfocal is not None:
         x = math.floor(plot.at(got.hyperfocal / 1000.0, 1.0).x) + 0.5
         dashed_line(draw, ImVec2(x, plot.bottom), ImVec2(x, plot.top), theme.packed(colour.faint), 1.5, 4.0)
         for name in (f"hyperfocal {format_distance(got.hyperfocal)}", "hyperfocal"):
             left = x - 4.0 * pixel - imgui.calc_text_size(name).x
             if x < plot.right and not left - 8.0 * pixel < column < x and left > plot.left:
-                top = plot.top + line + 3.0 * pixel
-                text(draw, ImVec2(left, top), colour.dim, name)
+                top = _clear_row(plot, shown, left, x)
+                hyperfocal = (ImVec2(left, top), name)
                 taken.append((top, top + line, x + 4.0 * pixel))
                 break
 
@@ -144,28 +146,45 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
         packed = theme.packed(getattr(colour, tone))
         for stroke in strokes:
             draw.add_polyline(stroke, packed, weight * pixel, imgui.ImDrawFlags_.none)
-    def end(diameters: np.ndarray) -> float:
-        return plot.at(shown.distances[-1], diameters[-1]).y
+    if hyperfocal is not None:
+        text(draw, hyperfocal[0], colour.dim, hyperfocal[1], plate=True)
 
-    # Names at the right ends, the first the surest of its place
+    # Names at the ends of the lines that are the farther from the focus, the first the surest of its place
     taken += _name_models(draw, plot, shown, column)
-    here = end(main(shown))
-    labels = [(here, format_f_number(got.f_number), colour.strong, False)]
-    labels += [(y, name, colour.dim, name == "pixel" and pitch > limit)
-               for y, (_, name, *_) in zip(rows, across, strict=True)]
-    labels += [(end(diameters), format_f_number(f_number), colour.dim, end(diameters) < here - 1.0)
-               for f_number, diameters in shown.neighbours]
-    _name_ends(draw, plot, right, labels, taken)
+    far = column > plot.left + NEAR_END * (plot.right - plot.left)
+    if far:
+        taken = [(top, bottom, plot.right) for top, bottom, _ in taken]
+    labels = [(y, name, colour.dim, name == "pixel" and pitch > limit)
+              for y, (_, name, *_) in zip(rows, across, strict=True)]
+    curves_ = [(main(shown), got.f_number, colour.strong)]
+    curves_ += [(diameters, f_number, colour.dim) for f_number, diameters in shown.neighbours]
+    if far:
+        _name_ends(draw, plot, plot.left + 3.0 * pixel, labels, taken, right=False)
+        _name_flanks(draw, plot, shown.distances, [(d, format_f_number(n), tint) for d, n, tint in curves_])
+    else:
+        ends = [plot.at(shown.distances[-1], diameters[-1]).y for diameters, *_ in curves_]
+        named = [(y, format_f_number(n), tint, y < ends[0] - 1.0)
+                 for y, (_, n, tint) in zip(ends, curves_, strict=True)]
+        _name_ends(draw, plot, right, named[:1] + labels + named[1:], taken)
 
     # The plane in focus
     x = column
     draw.add_rect_filled(ImVec2(x - pixel, plot.top), ImVec2(x + pixel, plot.bottom), theme.packed(colour.amber))
     leftward = x + imgui.calc_text_size(focus).x + 8.0 * pixel > plot.right
     text(draw, ImVec2(x + (-6.0 if leftward else 6.0) * pixel, plot.top + 3.0 * pixel), colour.amber_text, focus,
-         right=leftward)
+         right=leftward, plate=True)
     for edge in (got.near_limit, got.far_limit):
         if edge is not None and math.isfinite(edge) and limit > 0.0:
             draw.add_circle_filled(plot.at(edge / 1000.0, limit), 2.5 * pixel, theme.packed(colour.amber))
+
+
+def _clear_row(plot: PlotMap, shown: Curves, left: float, right: float) -> float:
+    """The upper edge of the first row of text, from the second on, that the main curve leaves clear between columns."""
+    line, pixel = imgui.get_text_line_height(), theme.scale()
+    x, y = plot.pixels(shown.distances, main(shown)).T
+    heights = np.interp(np.linspace(left, right, 9), x, y)
+    rows = [plot.top + k * line + 3.0 * pixel for k in (1, 2, 3, 4)]
+    return next((top for top in rows if (heights < top).all() or (heights > top + line).all()), rows[0])
 
 
 @lru_cache(maxsize=4)
@@ -180,18 +199,39 @@ def _strokes(shown: Curves, plot: PlotMap, pixel: float) -> list[tuple[str, floa
     return found
 
 
-def _name_ends(draw: imgui.ImDrawList, plot: PlotMap, right: float, labels: list, taken: list) -> None:
-    """Names (y of the line, text, colour, above it or below) at the right; one that would touch another is left out."""
+def _name_ends(draw: imgui.ImDrawList, plot: PlotMap, end: float, labels: list, taken: list,
+               right: bool = True) -> None:
+    """Names (y of the line, text, colour, above it or below) at an end; one that would touch another is left out."""
     line, pixel = imgui.get_text_line_height(), theme.scale()
     for y, name, colour, above in labels:
-        left = right - imgui.calc_text_size(name).x
+        left = end - imgui.calc_text_size(name).x if right else end
         places = (y - line - pixel, y + pixel) if above else (y + pixel, y - line - pixel)
         for top in places:
             clear = all(top + line <= t or top >= b or left >= r for t, b, r in taken)
             if clear and plot.top <= top and top + line <= plot.bottom:
-                text(draw, ImVec2(right, top), colour, name, right=True)
-                taken = [*taken, (top, top + line, right)]
+                text(draw, ImVec2(end, top), colour, name, right=right, plate=True)
+                taken = [*taken, (top, top + line, plot.right)]
                 break
+
+
+def _name_flanks(draw: imgui.ImDrawList, plot: PlotMap, distances: np.ndarray, labels: list) -> None:
+    """Names (diameters, text, colour) to the right of curves that fall, in one row at a third of the height.
+
+    One that would touch the name before it is left out.
+    """
+    pixel, line = theme.scale(), imgui.get_text_line_height()
+    y = plot.top + 0.36 * (plot.bottom - plot.top)
+    value = 10.0 ** (plot.y0 + (plot.bottom - y) / (plot.bottom - plot.top) * (plot.y1 - plot.y0))
+    taken: list[tuple[float, float]] = []
+    for diameters, name, colour in labels:
+        below = np.flatnonzero(diameters < value)
+        if not below.size or below[0] == 0:
+            continue
+        left = plot.at(distances[below[0]], value).x + 3.0 * pixel
+        end = left + imgui.calc_text_size(name).x
+        if end < plot.right and all(end + 4.0 * pixel < a or left > b + 4.0 * pixel for a, b in taken):
+            text(draw, ImVec2(left, y - 0.5 * line), colour, name, plate=True)
+            taken.append((left, end))
 
 
 def _name_models(draw: imgui.ImDrawList, plot: PlotMap, shown: Curves, focus: float) -> list:
@@ -205,6 +245,9 @@ def _name_models(draw: imgui.ImDrawList, plot: PlotMap, shown: Curves, focus: fl
     colour = theme.colours()
     x = plot.left + 5.0 * pixel if focus - plot.left > 50.0 * pixel else focus + 8.0 * pixel
     y = plot.bottom - (len(rows) + 0.3) * line
+    wide = x + 24.0 * pixel + imgui.calc_text_size("thick").x
+    draw.add_rect_filled(ImVec2(x - 3.0 * pixel, y), ImVec2(wide, y + len(rows) * line),
+                         theme.packed(colour.well, 0.85), 2.0 * pixel)
     for name, (on, off), strong in rows:
         middle = math.floor(y + 0.5 * line) + 0.5
         ends = ImVec2(x, middle), ImVec2(x + 14.0 * pixel, middle)
@@ -214,7 +257,7 @@ def _name_models(draw: imgui.ImDrawList, plot: PlotMap, shown: Curves, focus: fl
             dashed_line(draw, *ends, theme.packed(colour.text), on, off)
         text(draw, ImVec2(x + 19.0 * pixel, y), colour.dim, name)
         y += line
-    return [(plot.bottom - (len(rows) + 0.1) * line, plot.bottom, x + 24.0 * pixel + imgui.calc_text_size("thick").x)]
+    return [(plot.bottom - (len(rows) + 0.1) * line, plot.bottom, wide)]
 
 
 def _focus_column(settings: Settings, plot: PlotMap) -> float:

@@ -1,7 +1,6 @@
 """The picture on its way to the screen: the worker's news in, a developed texture and what is known of it out."""
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +68,7 @@ class Easel:
                 self._shares = (key, histogram(news.image, settings.exposure, settings.tone))
             shares = self._shares[1]
         deep = self._deep
-        depth = deep.depth if deep is not None and _aim(deep.settings) == _aim(settings) else None
+        depth = deep.depth if deep is not None and deep.settings.aim == settings.aim else None
         return Picture(texture, screen.size, news.samples, news.seconds, self._worker.paused, waiting, False, depth,
                        shares)
 
@@ -88,12 +87,6 @@ class Easel:
                            amber, nearer, farther, share if self._loaded else 0.0)
 
 
-def _aim(settings: Settings) -> Settings:
-    """What the depth of a pixel depends on; a little breathing of the lens aside."""
-    plain = Settings()
-    return replace(settings.picture, focus_distance=plain.focus_distance, f_number=plain.f_number, seed=plain.seed)
-
-
 def _first_mark(news: News) -> Mark | None:
     """A place near the middle of the picture that is in focus."""
     focus, depth = news.settings.focus_distance, news.depth
@@ -105,7 +98,7 @@ def _first_mark(news: News) -> Mark | None:
     if not len(x) or off.min() > OFF_CENTRE:
         return None
     at = int(np.argmin(off))
-    return Mark((x[at] + 0.5) / columns, (y[at] + 0.5) / rows, focus)
+    return Mark((x[at] + 0.5) / columns, (y[at] + 0.5) / rows, focus, news.settings.aim)
 
 
 def save_window(path: Path, size: tuple[int, int]) -> None:

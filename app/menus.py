@@ -18,7 +18,7 @@ KEYS = (
     ("Drag · wheel", "orbit about what is in focus · dolly"),
     ("Shift + drag, right drag", "pan"),
     ("Ctrl + wheel · Ctrl + drag", "zoom the picture · move it"),
-    ("F · 1", "whole picture · 100 %"),
+    ("F · 1 · Home", "whole picture · 100 % · camera back to its start"),
     ("P · C · Z · H", "peaking · circles of confusion · clipping · histogram"),
     ("Space · R", "pause · restart the render"),
     ("Ctrl + Z · Ctrl + Shift + Z", "undo · redo"),
@@ -73,6 +73,9 @@ def menus(bench: "Bench") -> None:
             if panel.label != "Render" and _item(panel.label, "", True, panel.is_visible):
                 panel.is_visible = not panel.is_visible
         imgui.separator()
+        if _item("Reset camera", "Home"):
+            bench.edited = camera_at_home(bench.edited)
+        imgui.separator()
         if _item("Dark theme", "", True, bench.dark):
             bench.choose_theme(True)
         if _item("Light theme", "", True, not bench.dark):
@@ -107,6 +110,12 @@ def _reachable(settings: Settings) -> Settings:
         return Settings()
 
 
+def camera_at_home(settings: Settings) -> Settings:
+    """Stood and turned as at the start; lens, film and focus are kept."""
+    home = Settings()
+    return replace(settings, position=home.position, yaw=home.yaw, pitch=home.pitch)
+
+
 def undo(bench: "Bench") -> None:
     """Take the latest gesture back, unless one is under way."""
     if not any(imgui.is_mouse_down(button) for button in range(3)) or imgui.is_popup_open(
@@ -122,6 +131,8 @@ def redo(bench: "Bench") -> None:
 def shortcuts(bench: "Bench") -> None:
     """The keys, as long as nobody types."""
     io = imgui.get_io()
+    if imgui.is_key_pressed(KEY.escape) and imgui.internal.get_top_most_popup_modal() is None:
+        imgui.internal.close_popups_except_modals()
     if io.want_text_input or imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id):
         return
     held = any(imgui.is_mouse_down(button) for button in range(3))
@@ -142,6 +153,8 @@ def shortcuts(bench: "Bench") -> None:
         view.zoom, view.centre = None, (0.5, 0.5)
     if pressed(KEY._1):
         view.zoom = 1.0
+    if pressed(KEY.home):
+        bench.edited = camera_at_home(bench.edited)
     if pressed(KEY.h):
         view.histogram = not view.histogram
     for chord, overlay in ((KEY.p, "peaking"), (KEY.c, "coc"), (KEY.z, "clipping")):

@@ -11,6 +11,7 @@ from imgui_bundle import ImVec2, hello_imgui, imgui, implot
 from lensbench.app import theme
 from lensbench.app.coc_panel import coc_panel
 from lensbench.app.controls import controls_panel
+from lensbench.app.image_circle import lit
 from lensbench.app.menus import about
 from lensbench.app.pupil_panel import pupil_panel
 from lensbench.app.readouts import Status, readouts_panel
@@ -44,7 +45,7 @@ class Panels:
 
     def __init__(self, bench: "Bench"):
         self._bench = bench
-        self._film_radius = 0.35 * bench.edited.film.diagonal       # mm: 0.7 of the field
+        self._field = 0.7                               # the film point that looks at the lens, part of the lit film
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
 
@@ -138,7 +139,7 @@ class Panels:
                                                   news.samples if news else 0))
 
     def _section(self) -> None:
-        self._bench.edited = section_panel(self._bench.edited, self._film_radius)
+        self._bench.edited = section_panel(self._bench.edited, self._field * lit(self._bench.edited))
 
     def _confusion(self) -> None:
         self._bench.edited = coc_panel(self._bench.edited)
@@ -148,7 +149,10 @@ class Panels:
         if at is not None:
             film = settings.film
             hover = math.hypot((0.5 - at[0] / film.pixels_x) * film.width, (at[1] / film.pixels_y - 0.5) * film.height)
-        self._film_radius = pupil_panel(settings, self._film_radius, hover)
+        full = lit(settings)
+        radius = pupil_panel(settings, self._field * full, hover)
+        if radius != self._field * full and full > 0.0:
+            self._field = radius / full
 
     def dialogs(self) -> None:
         """What stands over the panels."""

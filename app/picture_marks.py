@@ -12,15 +12,21 @@ from numpy.typing import NDArray
 
 from lensbench.app import theme
 from lensbench.app.scale import format_distance
+from lensbench.app.settings import Settings
 
 
 @dataclass(frozen=True)
 class Mark:
-    """Where the picture was focused, as parts of its width and height, and at which distance."""
+    """Where the picture was focused, as parts of its width and height, at which distance, and what it looked at."""
 
     x: float
     y: float
     distance: float
+    aim: Settings
+
+    def holds(self, settings: Settings) -> bool:
+        """Whether what was focused on still stands there, in focus."""
+        return self.distance == settings.focus_distance and self.aim == settings.aim
 
 
 def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
@@ -44,6 +50,16 @@ def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
                          theme.packed((0.09, 0.075, 0.05, 0.78)), 3.0 * pixel)
     draw.add_text(ImVec2(left, top), theme.packed(theme.DARK.amber_text), text)
     imgui.pop_font()
+
+
+def draw_note(draw: imgui.ImDrawList, at: ImVec2, text: str) -> None:
+    """A few words on a dark plate."""
+    pixel = theme.scale()
+    size = imgui.calc_text_size(text)
+    draw.add_rect_filled(ImVec2(at.x - 6.0 * pixel, at.y - 3.0 * pixel),
+                         ImVec2(at.x + size.x + 6.0 * pixel, at.y + size.y + 3.0 * pixel),
+                         theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
+    draw.add_text(ImVec2(round(at.x), round(at.y)), theme.packed((0.86, 0.86, 0.86, 1.0)), text)
 
 
 def draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner: ImVec2) -> None:

@@ -96,10 +96,16 @@ def _runs(points: np.ndarray) -> list[np.ndarray]:
     return [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a > 1]
 
 
-def text(draw: imgui.ImDrawList, at: ImVec2, colour: theme.Colour, words: str, right: bool = False) -> None:
-    """Text on whole pixels; at is its upper left corner, or its upper right one."""
-    x = at.x - imgui.calc_text_size(words).x if right else at.x
-    draw.add_text(ImVec2(floor(x + 0.5), floor(at.y + 0.5)), theme.packed(colour), words)
+def text(draw: imgui.ImDrawList, at: ImVec2, colour: theme.Colour, words: str, right: bool = False,
+         plate: bool = False) -> None:
+    """Text on whole pixels; at is its upper left corner, or its upper right one; plate: lines end beside it."""
+    size = imgui.calc_text_size(words)
+    x, y = floor((at.x - size.x if right else at.x) + 0.5), floor(at.y + 0.5)
+    if plate:
+        pad = theme.scale()
+        draw.add_rect_filled(ImVec2(x - 2.0 * pad, y + pad), ImVec2(x + size.x + 2.0 * pad, y + size.y),
+                             theme.packed(theme.colours().well, 0.8), 2.0 * pad)
+    draw.add_text(ImVec2(x, y), theme.packed(colour), words)
 
 
 def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:

@@ -16,11 +16,12 @@ from lensbench.app.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line
 from lensbench.app.pupil_sketch import BoxSamples, Region, box_samples, region
 from lensbench.app.readings import Setup, setup
 from lensbench.app.ring import ring
-from lensbench.app.scale import radius_scale
+from lensbench.app.scale import format_area, radius_scale
+from lensbench.app.section_fans import lit_radius
 from lensbench.app.section_view import round_length
 from lensbench.app.settings import Settings
 
-FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))
+FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the film that the lens lights
 MARGIN, BELOW, ABOVE = 1.12, -1.08, 1.3     # of the rear rim, shown around it; regions lean up, a rim's sag beyond it
 DENSITY = 10.0                  # pixels between samples that are drawn
 SAME = 0.004                    # of the film's radius: so close a film point counts as one of the fields
@@ -52,18 +53,18 @@ def pupil_panel(settings: Settings, film_radius: float, hover_radius: float | No
         return film_radius
     try:
         stand = setup(settings)
-        reach = 0.5 * stand.film.diagonal
+        corner, reach = 0.5 * stand.film.diagonal, lit_radius(stand)
         if size.y > theme.em(14):
-            film_radius = ring("Film radius", min(film_radius, reach), radius_scale(reach, 0.7 * reach),
+            film_radius = ring("Film radius", min(film_radius, corner), radius_scale(corner, 0.7 * reach),
                                "Distance from the axis of the film point that looks at the lens")
-        shown = min(hover_radius if hover_radius is not None else film_radius, 2.0 * reach)
+        shown = min(hover_radius if hover_radius is not None else film_radius, 2.0 * corner)
         fields = [region(stand.lens, stand.film_distance, part * reach) for _, part in FIELDS]
         seen = region(stand.lens, stand.film_distance, shown)
         samples = box_samples(stand.lens, stand.film_distance, shown)
     except (ValueError, OSError) as error:
         _say(str(error))
         return film_radius
-    _words(seen, samples, hover_radius is not None, settings.model)
+    _words(seen, samples, hover_radius is not None, settings.model, reach)
     _plot(stand, fields, seen, samples, reach)
     return film_radius
 
@@ -159,7 +160,11 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
     for p, q in ((a, ImVec2(b.x, a.y)), (ImVec2(b.x, a.y), b), (b, ImVec2(a.x, b.y)), (ImVec2(a.x, b.y), a)):
         dashed_line(draw, p, q, line, 4.0, 3.0)
     height = imgui.get_text_line_height()
-    text(draw, ImVec2(a.x, max(a.y - height - pixel, plot.top)), colour.text, "pbrt's box")
+    name = imgui.calc_text_size("pbrt's box")
+    if b.x - a.x < 1.5 * name.x and a.x - name.x - 4.0 * pixel > plot.left:      # a small box has its name beside it
+        text(draw, ImVec2(a.x - 4.0 * pixel, b.y - height), colour.text, "pbrt's box", right=True, plate=True)
+    else:
+        text(draw, ImVec2(a.x, max(a.y - height - pixel, plot.top)), colour.text, "pbrt's box")
     shown = min(int(abs(b.x - a.x) * abs(b.y - a.y) / (DENSITY * pixel) ** 2), len(samples.points))
     places, radius, arm = plot.pixels(samples.points[:, 0], samples.points[:, 1]).tolist(), 0.75 * pixel, 2.0 * pixel
     dot, cross = theme.packed(colour.strong, 0.75), theme.packed(colour.dead, 0.9)
@@ -184,13 +189,14 @@ def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colou
     text(draw, ImVec2(at.x + 5.0 * pixel, at.y - (1.0 if name == "full" else 0.0) * line), colour, name)
 
 
-def _words(seen: Region, samples: BoxSamples, hovering: bool, model: str) -> None:
+def _words(seen: Region, samples: BoxSamples, hovering: bool, model: str, reach: float) -> None:
     """One line above the plot: what passes, and of which point if it is the one under the mouse."""
-    where = f"Under the mouse, {seen.film_radius:.1f} mm:  " if hovering else ""
+    where = f"Mouse at {seen.film_radius:.1f} mm:  " if hovering else ""
     if seen.area <= 0.0:
-        what = "No light reaches this point of the film"
+        what = f"no light beyond {reach:.1f} mm" if hovering else f"No light beyond {reach:.1f} mm off the axis"
     else:
-        what = f"{seen.area:.3g} mm²,  {100.0 * samples.rate:.0f} % of the box passes"
+        part = "passes" if hovering else "of the box passes"
+        what = f"{format_area(seen.area)},  {100.0 * samples.rate:.0f} % {part}"
     theme.small()
     imgui.text_colored(theme.colours().text, where + what)
     imgui.pop_font()

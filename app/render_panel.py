@@ -13,7 +13,8 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from numpy.typing import NDArray
 
 from lensbench.app import theme
-from lensbench.app.picture_marks import Mark, draw_histogram, draw_legend, draw_mark
+from lensbench.app.image_circle import dark_corners
+from lensbench.app.picture_marks import Mark, draw_histogram, draw_legend, draw_mark, draw_note
 from lensbench.app.picture_menu import picture_menu
 from lensbench.app.readings import readings
 from lensbench.app.settings import Settings
@@ -172,7 +173,7 @@ def _gap() -> None:
 
 
 def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, room: ImVec2) -> Settings:
-    pixel, colour = theme.scale(), theme.colours()
+    pixel = theme.scale()
     draw = imgui.get_window_draw_list()
     imgui.invisible_button("Picture", room, imgui.ButtonFlags_.mouse_button_left | imgui.ButtonFlags_.mouse_button_right
                            | imgui.ButtonFlags_.mouse_button_middle)
@@ -205,19 +206,24 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     settings = _focused(settings, picture, view)
 
     # What is laid over it
-    if view.mark is not None and view.mark.distance == settings.focus_distance:
+    if view.mark is not None and view.mark.holds(settings):
         draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
     if view.histogram and picture.histogram is not None:
         draw_histogram(draw, picture.histogram, ImVec2(min(lower.x, end.x), min(lower.y, end.y)))
     if settings.overlay == "coc":
         draw_legend(draw, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)))
+    else:
+        note = dark_corners(settings)
+        if note:
+            theme.small()
+            draw_note(draw, ImVec2(max(upper.x, corner.x) + 14 * pixel,
+                                   min(lower.y, end.y) - 12 * pixel - imgui.get_text_line_height()), note)
+            imgui.pop_font()
     draw.pop_clip_rect()
     if picture.waiting > SLOW:
         _progress(picture, corner, room)
     if picture.paused:
-        text = "Paused"
-        draw.add_text(ImVec2(max(upper.x, corner.x) + 10 * pixel, max(upper.y, corner.y) + 8 * pixel),
-                      theme.packed(colour.strong), text)
+        draw_note(draw, ImVec2(max(upper.x, corner.x) + 14 * pixel, max(upper.y, corner.y) + 12 * pixel), "Paused")
     return settings
 
 
@@ -289,7 +295,7 @@ def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
         return settings
     nearest = readings(settings).nearest_focus or 0.0
     distance = max(depth, nearest * (1.0 + 1e-6))
-    view.mark = Mark(x, y, distance)
+    view.mark = Mark(x, y, distance, settings.aim)
     return replace(settings, focus_distance=distance)
 
 

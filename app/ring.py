@@ -48,6 +48,7 @@ class Hand:
 
     grip: Grip | None = None
     entry: Entry | None = None
+    known: int = 0              # the ring that was turned while the mouse is on it: it explains itself no more
 
 
 _hand = Hand()
@@ -76,7 +77,11 @@ def ring(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[
     value = _turned(item, value, scale, corner.x + margin, max(width - 2.0 * margin, 1.0))
     value = _keyed(item, value, scale, focused)
     active = imgui.is_item_active()
-    if hovered and tooltip and not active and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+    if active:
+        _hand.known = item
+    elif not hovered and _hand.known == item:
+        _hand.known = 0
+    if tooltip and _hand.known != item and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         _explain(tooltip, scale)
     after = imgui.get_cursor_screen_pos()
 

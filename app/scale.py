@@ -131,6 +131,12 @@ def format_length(length: float) -> str:
     return f"{length:.{digits}f} mm"
 
 
+def format_area(area: float) -> str:
+    """An area in mm² with three digits and never a power of ten: 2.23 mm², 123 mm², 1670 mm²."""
+    digits = max(0, 2 - math.floor(math.log10(area))) if area > 0.0 else 0
+    return f"{float(f'{area:.3g}'):.{min(digits, 6)}f} mm²"
+
+
 NUMBER = r"([-+−]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?)"
 
 

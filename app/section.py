@@ -33,6 +33,7 @@ class Bench:
 
     view: View | None = None
     fitted_to: tuple = ()
+    film_z: float = 0.0             # where the film stood in the frame before
     dead_rays: bool = True
     held: float = 0.0               # stop radius or film z (mm) under the mouse while a handle is dragged
     mouse: float = 0.0
@@ -111,7 +112,7 @@ def _draw(draw: imgui.ImDrawList, shown: Sketch, canvas: Canvas, film_radius: fl
     drawing.draw_stop(draw, shown, canvas)
     drawing.draw_stop_handles(draw, shown, canvas, stop_lit)
     drawing.draw_film(draw, shown, canvas, film_lit, movable)
-    drawing.draw_scale_bar(draw, canvas)
+    drawing.draw_scale_bar(draw, shown, canvas)
     if shown.reason:
         _reason(draw, canvas.corner, ImVec2(canvas.width, 2.0 * imgui.get_text_line_height()), shown.reason)
 
@@ -125,10 +126,14 @@ def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> 
 
 
 def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2) -> Canvas:
-    """The view kept, or fitted anew where lens, film or panel are others than before."""
+    """The view kept, or fitted anew where lens, film or panel are others than before, or focusing took the film out."""
     line = imgui.get_text_line_height()
     key = (settings.lens, settings.focal_length, settings.model == "perspective", settings.film_width,
            settings.film_height, size.x, size.y)
+    if _bench.film_z != shown.film_z and _bench.view is not None and not imgui.is_mouse_down(0):
+        if not 0.0 < _bench.view.to_screen(ImVec2(0.0, 0.0), shown.film_z, 0.0).x < size.x:
+            _bench.fitted_to = ()
+        _bench.film_z = shown.film_z
     if _bench.view is None or _bench.fitted_to != key:
         front = min([0.0, *(float(ray.path[1][0]) for fan in shown.fans for ray in fan.rays)])
         half = max(shown.film_height / settings.crop, 1.1 * shown.glass_radius)

@@ -192,16 +192,28 @@ def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool,
             y = floor(corner.y + y * size.y)
             draw.add_line(ImVec2(corner.x + 3.0 * pixel, y + 0.5), ImVec2(end.x - 3.0 * pixel, y + 0.5),
                           theme.packed(colour.well), pixel)
-        draw.add_text(ImVec2(end.x + 5.0 * pixel, floor(corner.y + 0.5 * (size.y - line))),
-                      theme.packed(colour.amber_text), "Film")
-    # Names from the highest down, pushed apart where they would touch
+    # Names from the highest down, pushed apart where they would touch; before the film where there is no room behind
+    widest = max(imgui.calc_text_size(fan.name).x for fan in sketch.fans)
+    before = x + widest + 10.0 * pixel > canvas.x + canvas.width
     free = canvas.y - line
+
+    def named(y: float, name: str, tint: theme.Colour) -> None:
+        if not before:
+            draw.add_text(ImVec2(x + 10.0 * pixel, floor(y)), theme.packed(tint), name)
+            return
+        left = x - 9.0 * pixel - imgui.calc_text_size(name).x
+        draw.add_rect_filled(ImVec2(left - 3.0 * pixel, floor(y) + pixel), ImVec2(x - 5.0 * pixel, floor(y) + line),
+                             theme.packed(colour.well, 0.8), 2.0 * pixel)
+        draw.add_text(ImVec2(floor(left), floor(y)), theme.packed(tint), name)
+
     for fan, (_, text) in sorted(zip(sketch.fans, field_colours(), strict=True), key=lambda pair: -pair[0].height):
         y = canvas.place(0.0, fan.height).y - (0.5 * line if fan.height else 1.0 * line)
         y = max(y, free)
         free = y + line
         name = f"{fan.name}, dark" if fan.dark else fan.name
-        draw.add_text(ImVec2(x + 8.0 * pixel, floor(y)), theme.packed(text), name)
+        named(y, name, text)
+    if movable:
+        named(max(corner.y + 0.5 * (size.y - line), free), "Film", colour.amber_text)
 
 
 def film_handle(sketch: Sketch, canvas: Canvas) -> tuple[ImVec2, ImVec2]:
@@ -234,13 +246,17 @@ def _dashed(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int) -> None:
                       ImVec2(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y)), colour, pixel)
 
 
-def draw_scale_bar(draw: imgui.ImDrawList, canvas: Canvas) -> None:
-    """A round length in the lower right corner."""
+def draw_scale_bar(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
+    """A round length in the lower right corner, or before the film that stands there."""
     colour, pixel = theme.colours(), theme.scale()
     length = round_length(max(60.0 * pixel / canvas.view.scale, 1e-9))
     width = length * canvas.view.scale
     text = f"{length:g} mm" if length < 1000.0 else f"{length / 1000.0:g} m"
     right, y = floor(canvas.x + canvas.width - 14.0 * pixel), floor(canvas.y + canvas.height - 9.0 * pixel)
+    film, lowest = canvas.place(sketch.film_z, -sketch.film_height)
+    name = imgui.calc_text_size("Film").x + 16.0 * pixel
+    if lowest > y - 3.0 * imgui.get_text_line_height() and film - name < right and film + name > right - width:
+        right = floor(film - name - 6.0 * pixel)
     line = theme.packed(colour.dim)
     draw.add_line(ImVec2(right - width, y + 0.5), ImVec2(right, y + 0.5), line, pixel)
     for x in (right - width, right):

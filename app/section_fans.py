@@ -56,12 +56,9 @@ def fans(stand: Setup, focus_distance: float, model: str, open_stop: float) -> t
 def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_distance: float, model: str,
           open_stop: float) -> tuple[Fan, ...]:
     count = 5 if lens.stop.semi_diameter < CLOSED * open_stop else 9
-    if model == "trace" and _chief_ray(lens, film_distance, half_diagonal) is None:
-        low, high = 0.0, half_diagonal
-        for _ in range(12):
-            middle = 0.5 * (low + high)
-            low, high = (low, middle) if _chief_ray(lens, film_distance, middle) is None else (middle, high)
-        found = [_traced(lens, film_distance, EDGE if part == 1.0 else name, part * low, focus_distance, count)
+    lit = _lit_radius(lens, film_distance, half_diagonal)
+    if model == "trace" and lit < half_diagonal:
+        found = [_traced(lens, film_distance, EDGE if part == 1.0 else name, part * lit, focus_distance, count)
                  for name, part in FIELDS]
         return tuple(found)
     found = []
@@ -72,6 +69,22 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
         else:
             found.append(_ideal(lens, film_distance, name, height, 1 if model == "pinhole" else count))
     return tuple(found)
+
+
+def lit_radius(stand: Setup) -> float:
+    """How far off the axis (mm) the lens lights its film: to the corner, or less where its image circle is smaller."""
+    return _lit_radius(stand.lens, stand.film_distance, 0.5 * stand.film.diagonal)
+
+
+@lru_cache(maxsize=64)
+def _lit_radius(lens: lb.Lens, film_distance: float, half_diagonal: float) -> float:
+    if _chief_ray(lens, film_distance, half_diagonal) is not None:
+        return half_diagonal
+    low, high = 0.0, half_diagonal
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _chief_ray(lens, film_distance, middle) is None else (middle, high)
+    return low
 
 
 # Through the real lens

@@ -70,4 +70,4 @@ def _pointed(hover: tuple[float, float], news: News) -> str:
     if not (0 <= y < rows and 0 <= x < columns):
         return ""
     depth = float(news.depth[y, x])
-    return f"({x}, {y})  {'dark' if math.isnan(depth) else format_distance(depth)}"
+    return f"({x}, {y})  {'no light' if math.isnan(depth) else format_distance(depth)}"

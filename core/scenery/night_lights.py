@@ -3,7 +3,7 @@
 import numpy as np
 
 from lensbench.scene import Scene
-from lensbench.scenery.objects import Floor, Image, Material, Pattern, Rectangle, Sky, Sphere, Triple
+from lensbench.scenery.objects import Disk, Floor, Image, Material, Pattern, Rectangle, Sky, Sphere, Triple
 
 GROUND = -1350.0        # mm, the street below the camera
 SODIUM, WHITE, TAIL = (17.0, 8.6, 2.2), (16.0, 15.0, 12.5), (14.0, 0.8, 0.35)
@@ -35,6 +35,14 @@ def _building(left: float, right: float, top: float, away: float, columns: int, 
     image = Pattern("image", image=_windows(columns, lines, 0.26, seed))
     return Rectangle(((left + right) * 500.0, (top + bottom) * 500.0, -away * 1e3), ((right - left) * 500.0, 0.0, 0.0),
                      (0.0, (top - bottom) * 500.0, 0.0), Material((1.0, 1.0, 1.0), "light", pattern=image))
+
+
+def _shop_window(colour: Triple, columns: int, lines: int) -> Material:
+    """Lit panes in dark bars, brightest where the lamps hang."""
+    pane = 12
+    glow = np.linspace(1.0, 0.35, lines * pane)[:, None, None] * np.ones((1, columns * pane, 1)) * np.array(colour)
+    glow[::pane] = glow[:, ::pane] = glow[-1] = glow[:, -1] = 0.01
+    return Material((1.0, 1.0, 1.0), "light", pattern=Pattern("image", image=Image.of(glow)))
 
 
 def night_lights() -> Scene:
@@ -72,14 +80,16 @@ def night_lights() -> Scene:
         _building(-46.0, -27.0, 19.0, 108.0, 12, 18, 1), _building(-26.0, -15.0, 27.0, 112.0, 8, 24, 2),
         _building(-14.0, -3.0, 14.0, 105.0, 8, 12, 3), _building(4.0, 13.0, 22.0, 110.0, 7, 20, 4),
         _building(14.0, 29.0, 16.0, 106.0, 11, 14, 5), _building(30.0, 47.0, 25.0, 113.0, 12, 22, 6))
-    # polished black stone: a mirror of four percent, and of all at grazing incidence
-    ledge = Rectangle((0.0, -128.0, -860.0), (900.0, 0.0, 0.0), (0.0, 0.0, -500.0),
-                      Material((0.04, 0.04, 0.044), "metal"))
+    # a round table of polished black stone: a mirror of four percent, and of all at grazing incidence
+    table = (Disk((60.0, -128.0, -1120.0), (0.0, 1.0, 0.0), 430.0, Material((0.04, 0.04, 0.044), "metal")),
+             Disk((60.0, -133.0, -1120.0), (0.0, 1.0, 0.0), 436.0, Material((0.42, 0.30, 0.16), "metal")))
     ball = Sphere((105.0, -128.0 + 104.0, -1210.0), 104.0, Material((0.99, 0.99, 0.99), "glass"))
-    # two shop windows beside the camera, seen in the ball's rim alone
-    shops = (Rectangle.facing((-1500.0, 150.0, -1900.0), ball.centre, 500.0, 900.0, Material((3.2, 1.9, 0.9), "light")),
-             Rectangle.facing((1500.0, 100.0, -1500.0), ball.centre, 400.0, 900.0, Material((0.5, 1.4, 2.4), "light")))
+    # two shop windows to the sides, seen in the ball's rim; only a fisheye sees them at first hand
+    shops = (Rectangle.facing((-2300.0, 150.0, -1500.0), ball.centre, 760.0, 1100.0,
+                              _shop_window((9.0, 5.2, 2.4), 3, 4)),
+             Rectangle.facing((2300.0, 100.0, -1300.0), ball.centre, 640.0, 1100.0,
+                              _shop_window((1.6, 4.2, 7.5), 2, 5)))
     return Scene("night-lights", sky=Sky((0.002, 0.004, 0.013), (0.020, 0.018, 0.034), (0.003, 0.003, 0.005)),
                  floor=Floor(GROUND, 600.0, (0.030, 0.030, 0.034), (0.020, 0.020, 0.023), gloss=0.955),
-                 spheres=(ball, *lights), plates=(*skyline, ledge, *shops), ambient=(0.02, 0.018, 0.02),
+                 spheres=(ball, *lights), plates=(*skyline, *table, *shops), ambient=(0.02, 0.018, 0.02),
                  depth_range=(800.0, 100e3))
