@@ -24,7 +24,7 @@ HEIGHTS = 17            # on the last surface, whose shadows on the plane say wh
 SCAN = 32               # points along the meridian in one look for the region
 ZOOMS = 6               # looks, each SCAN / 2 times as fine
 STEEP = 0.5             # root margin − 1 beyond which it is not taken at its word
-ROUGH, ROUGH_POINTS = 0.004, 17         # how well the first rims are solved (× reach), and at how many points
+ROUGH, ROUGH_POINTS = 0.004, 17         # how well the first rims are solved (× the stop), and at how many points
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -137,7 +137,7 @@ def _rims(radii, centre, level, cosine, sine, guess, distance, reach, tolerance,
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _solve(radii, distance, low, high, reach, tolerance, centre, rim, cosine, sine, rough, lanes, code, p):
+def _solve(radii, distance, low, high, reach, size, tolerance, centre, rim, cosine, sine, rough, lanes, code, p):
     """Centres, the directions of m points of each rim, and their distances; returns the first centres' root margins.
 
     A rough rim from a first centre gives the centroid, and m directions from
@@ -154,7 +154,7 @@ def _solve(radii, distance, low, high, reach, tolerance, centre, rim, cosine, si
         for j in range(rough):
             angle = math.pi * j / (rough - 1)
             turn_x[k, j], turn_y[k, j] = math.cos(angle), math.sin(angle) if j < rough - 1 else 0.0
-    _rims(radii, centre, level, turn_x, turn_y, start, distance, reach, ROUGH * reach, first, lanes, code, p, key)
+    _rims(radii, centre, level, turn_x, turn_y, start, distance, reach, ROUGH * size, first, lanes, code, p, key)
     # The centroid of the region, on the meridian by symmetry.
     x, y, along = np.empty(rough), np.empty(rough), np.empty(rough)
     for k in range(n):
@@ -223,7 +223,8 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     centre, rim, cosine, sine = np.zeros(radii.size), np.zeros(shape), np.zeros(shape), np.zeros(shape)
     reach = REACH * lens.surfaces[-1].semi_diameter
     low, high = _span(lens, film_distance, radii)
-    level = _solve(radii, film_distance, low, high, reach, tolerance, centre, rim, cosine, sine, ROUGH_POINTS,
+    size = min(reach, REACH * lens.stop.semi_diameter)
+    level = _solve(radii, film_distance, low, high, reach, size, tolerance, centre, rim, cosine, sine, ROUGH_POINTS,
                    bench(np.float64), stage_address(trace, np.float64), packed(lens, film_distance, wavelength))
     centre[~(level < 1.0)] = 0.0
     return centre, np.stack([rim * cosine, rim * sine], 2)

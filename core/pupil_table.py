@@ -63,7 +63,7 @@ class PupilTable:
     @classmethod
     def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE) -> "PupilTable":
         """Solve the table for film radii 0 … film_radius, or to where the light ends."""
-        tolerance = 2e-4 * REACH * lens.surfaces[-1].semi_diameter
+        tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter)
 
         def solved(radii, accuracy=tolerance):
             return solve(lens, film_distance, radii, POINTS, accuracy, wavelength)
@@ -83,7 +83,8 @@ class PupilTable:
             film_radius = end = dark = high
             centres, rims = solved(_ring_radii(high, high))
             centres[-1] = centres[-2]
-        return cls(film_distance, film_radius, end, dark if lit.size else 0.0, _equal_areas(rims * SPREAD), centres)
+        return cls(film_distance, film_radius, end, dark if lit.size else 0.0,
+                   _equal_areas(_widened(centres, rims)), centres)
 
     def step(self, normaliser: float) -> Step:
         """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
@@ -100,6 +101,21 @@ def _ring_radii(radius: float, end: float) -> np.ndarray:
     """(RINGS,) film radii 0 … radius, ever denser towards `end`."""
     last = 1.0 - math.sqrt(1.0 - radius / end)
     return end * (1.0 - (1.0 - np.linspace(0.0, last, RINGS)) ** 2)
+
+
+def _widened(centres: np.ndarray, rims: np.ndarray) -> np.ndarray:
+    """The rims by SPREAD larger, and drawn out along the meridian by what a straight line between two rings may be off.
+
+    The latter counts where the stop is so small that a region moves by many times its own size from ring to ring.
+    """
+    off, ends = np.zeros(len(centres)), centres[:, None] + rims[:, [0, -1], 0]
+    off[1:-1] = np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0       # of a straight line from a parabola
+    off = np.maximum(np.maximum(off, np.roll(off, 1)), np.roll(off, -1))
+    off[rims[:, 0, 0] <= rims[:, -1, 0]] = 0.0          # an empty region stays so
+    widened = rims * SPREAD
+    side = np.sign(np.argmax(rims[:, :, 1], 1)[:, None] - np.arange(rims.shape[1]))     # of the topmost point
+    widened[:, :, 0] += side * off[:, None]
+    return widened
 
 
 def _equal_areas(rims: np.ndarray) -> np.ndarray:
