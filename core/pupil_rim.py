@@ -210,19 +210,29 @@ def _span(lens: Lens, film_distance: float, radii: np.ndarray) -> tuple[np.ndarr
     return np.maximum(middle - half, -furthest), np.minimum(middle + half, furthest)
 
 
-def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: float,
-          wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
+def passes(lens: Lens, film_distance: float, film_radii: np.ndarray, heights: np.ndarray,
+           wavelength: float = D_LINE) -> np.ndarray:
+    """Whether the rays from film points (r, 0), r in film_radii (n,), to heights (n, k) on the meridian pass."""
+    size = heights.size
+    film, out = np.repeat(film_radii, heights.shape[1]), np.empty(size)
+    _margins(film, heights.ravel(), np.zeros(size), film_distance, out, size, bench(np.float64),
+             stage_address(trace, np.float64), packed(lens, film_distance, wavelength), np.zeros(KEYS, np.uint32))
+    return (out <= 1.0).reshape(heights.shape)
+
+
+def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: float, wavelength: float = D_LINE,
+          span: tuple[float, float] | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n,) on the meridian, and (n, points, 2) of the upper half of each rim seen from them, in mm.
 
     From the furthest point in +x to that in −x, evenly spaced to about a
     twentieth. A radius whose region is empty has all its points at 0.
-    tolerance: of a rim, in mm.
+    tolerance: of a rim, in mm. span: where on the meridian to look for the regions, if not wherever they can be.
     """
     radii = np.ascontiguousarray(film_radii, float)
     shape = (radii.size, points)
     centre, rim, cosine, sine = np.zeros(radii.size), np.zeros(shape), np.zeros(shape), np.zeros(shape)
     reach = REACH * lens.surfaces[-1].semi_diameter
-    low, high = _span(lens, film_distance, radii)
+    low, high = _span(lens, film_distance, radii) if span is None else (np.full(radii.size, x) for x in span)
     size = min(reach, REACH * lens.stop.semi_diameter)
     level = _solve(radii, film_distance, low, high, reach, size, tolerance, centre, rim, cosine, sine, ROUGH_POINTS,
                    bench(np.float64), stage_address(trace, np.float64), packed(lens, film_distance, wavelength))

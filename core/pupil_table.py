@@ -35,6 +35,7 @@ from lensbench.lanes import (
     stage,
 )
 from lensbench.prescription import Lens
+from lensbench.pupil_islands import enclosed
 from lensbench.pupil_rim import REACH, solve
 
 RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
@@ -81,8 +82,10 @@ class PupilTable:
                 last = alive[-1] if alive.size else -1
                 low, high = (between[last] if last >= 0 else low), (between[last + 1] if last < 15 else high)
             film_radius = end = dark = high
-            centres, rims = solved(_ring_radii(high, high))
+            radii = _ring_radii(high, high)
+            centres, rims = solved(radii)
             centres[-1] = centres[-2]
+        centres, rims = enclosed(lens, film_distance, radii, centres, rims, tolerance, wavelength)
         return cls(film_distance, film_radius, end, dark if lit.size else 0.0,
                    _equal_areas(_widened(centres, rims)), centres)
 

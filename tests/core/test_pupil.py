@@ -120,6 +120,27 @@ def test_a_stop_of_a_fiftieth_of_a_millimetre_gets_its_light_between_the_rings_t
         assert (areas * passed).mean() == pytest.approx(area, rel=3e-3)     # lattice points, as above
 
 
+@pytest.mark.parametrize("part", [0.945, 0.963, 0.97, 0.9796, 0.985])
+def test_a_region_in_pieces_is_sampled_whole(part):
+    """The edge of this fisheye's light: a hole opens in the region, then it falls in two, then one piece is left."""
+    lens = lenses.load("lib-miyamoto-fisheye-1964")
+    distance = lb.first_order(lens).bfl
+    end = PupilTable.of(lens, distance, 20.0).dark_beyond
+    r, n = part * end, 400
+    # A fine grid over all places of light, the reference tracer's
+    x, y = (a.ravel() for a in np.meshgrid(9.0 + 3.6 * (np.arange(n) + 0.5) / n, 1.6 * (np.arange(n) + 0.5) / n))
+    grid = np.column_stack([x - r, y, np.full(n * n, -distance)])
+    start = [r, 0.0, lens.length + distance]
+    area = 2.0 * 3.6 * 1.6 * (lb.trace(lens, start, grid).fate == lb.Fate.PASSED).mean()
+    m = 1 << 15
+    uv = np.column_stack([(np.arange(m) + 0.5) / m, (np.arange(m) * 0.6180339887498949) % 1.0])
+    points, areas = lb.exit_pupil(lens, distance, [0.0, end]).sample(np.tile([r, 0.0], (m, 1)), uv)
+    way = np.column_stack([points - [r, 0.0], np.full(m, -distance)])
+    passed = lb.trace(lens, start, way).fate == lb.Fate.PASSED
+    # a few thousand of the samples pass, in lattice points; the grid's cells are 1e-5 of the axis's 7 mm²
+    assert (areas * passed).mean() == pytest.approx(area, rel=0.03)
+
+
 @pytest.mark.parametrize("name", lenses.names())
 def test_a_camera_and_a_close_look_find_the_same_region_at_every_radius(name):
     """41 points at a loose tolerance against 257 at a tight one: the chords alone differ, below 1 % of the axis."""
