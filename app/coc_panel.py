@@ -273,7 +273,8 @@ def _dragged(settings: Settings, got: Readings, plot: PlotMap) -> Settings:
     imgui.invisible_button("Focus line", ImVec2(2.0 * half, plot.bottom - plot.top))
     if imgui.is_item_hovered() or imgui.is_item_active():
         imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
-        imgui.set_item_tooltip("Plane in focus: drag to focus")
+        if not imgui.is_item_active():
+            imgui.set_item_tooltip("Plane in focus: drag to focus")
     mouse = imgui.get_mouse_pos().x
     if imgui.is_item_activated():
         _frame.grip = x - mouse

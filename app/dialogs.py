@@ -234,8 +234,8 @@ class ExportDialog:
         if self._export is not None:
             self._export.cancelled = True
 
-    def draw(self) -> str | None:
-        """Call it in every frame; says once how an export ended."""
+    def draw(self) -> tuple[str, bool] | None:
+        """Call it in every frame; says once how an export ended, and whether well."""
         if self._settings is None:
             return None
         if self._open:
@@ -301,7 +301,7 @@ class ExportDialog:
         if imgui.button("Cancel", ImVec2(theme.em(6.0), 0.0)) or imgui.is_key_pressed(imgui.Key.escape):
             imgui.close_current_popup()
 
-    def _running(self, export: _Export) -> str | None:
+    def _running(self, export: _Export) -> tuple[str, bool] | None:
         imgui.text_unformatted(f"Rendering {export.path.name}")
         colour = theme.colours()
         imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*colour.dim))
@@ -314,8 +314,8 @@ class ExportDialog:
         imgui.close_current_popup()
         self._export = None
         if export.error:
-            return export.error
-        return "" if export.cancelled else f"Exported {export.path}"
+            return export.error, False
+        return None if export.cancelled else (f"Exported {export.path}", True)
 
 
 def _label(text: str, indent: float) -> None:

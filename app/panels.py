@@ -158,8 +158,8 @@ class Panels:
         """What stands over the panels."""
         bench = self._bench
         said = bench.export.draw()
-        if said:
-            bench.view.say(said)
+        if said is not None:
+            bench.view.say(*said)
         if bench.export.wants_path:
             bench.export.wants_path = False
             bench.files.ask("export")

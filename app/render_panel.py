@@ -57,12 +57,14 @@ class View:
     scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last
     dragged: bool = False
     requests: set[str] = field(default_factory=set)     # asked of the window: pause, restart, screenshot, export
-    messages: list[str] = field(default_factory=list)   # what went wrong, until it is dismissed
+    messages: list[str] = field(default_factory=list)   # what went wrong or was done, until it is dismissed
+    done: set[str] = field(default_factory=set)         # those of them that tell of something done
 
-    def say(self, message: str) -> None:
-        """Show a message until it is dismissed; the same one only once."""
+    def say(self, message: str, done: bool = False) -> None:
+        """Show a message until it is dismissed; the same one only once. done: nothing went wrong."""
         if message not in self.messages:
             self.messages.append(message)
+        (self.done.add if done else self.done.discard)(message)
 
 
 def render_panel(settings: Settings, picture: Picture, view: View) -> Settings:
@@ -337,7 +339,10 @@ def _messages(view: View, corner: ImVec2, room: ImVec2) -> None:
     if imgui.begin_child("Messages", ImVec2(room.x - 20 * pixel, 0.0), flags):
         for i, message in enumerate(list(view.messages)):
             imgui.push_id(i)
-            imgui.text_colored(imgui.ImVec4(*colour.warning), fa.ICON_FA_TRIANGLE_EXCLAMATION)
+            if message in view.done:
+                imgui.text_disabled(fa.ICON_FA_CHECK)
+            else:
+                imgui.text_colored(imgui.ImVec4(*colour.warning), fa.ICON_FA_TRIANGLE_EXCLAMATION)
             imgui.same_line()
             close = theme.em(1.6)
             imgui.push_text_wrap_pos(imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x - close)

@@ -86,6 +86,13 @@ def test_what_the_plot_shows_does_not_jump_with_focus_and_aperture():
     assert bottom < top
 
 
+def test_the_plot_has_room_for_the_blur_of_what_is_far_behind_a_near_focus():
+    nearest = replace(START, focus_distance=readings(START).nearest_focus * 1.001)
+    low, high, _, top = plot_range(nearest, readings(nearest))
+    far = main(curves(nearest, low, high))[-1]
+    assert plot_range(START, readings(START))[3] < far < top
+
+
 def test_a_plot_maps_logarithms_and_back():
     plot = PlotMap(10.0, 20.0, 210.0, 120.0, -1.0, 1.0, 0.0, 2.0, log=True)
     assert plot.pixels([0.1, 1.0, 10.0], [1.0, 10.0, 100.0]) == pytest.approx(
