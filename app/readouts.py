@@ -100,7 +100,8 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
             "Estimate: the f-number of a lens without losses that would be as bright, N / √transmission, with the "
             "reflections of uncoated glass"),
         Row("Field of view", field, "", "Horizontal × vertical, 2 atan(h / 2f): of the film that is used, "
-                                        "focused at infinity", gap=True),
+                                        "focused at infinity. Distortion, large in a fisheye, is not counted",
+            gap=True),
         Row("Diagonal", NONE if got.fov_diagonal is None else format_angle(got.fov_diagonal), "",
             "Field of view across the film's diagonal"),
         Row("35 mm equivalent", *_length(got.equivalent), "The focal length that sees the same diagonal on a "

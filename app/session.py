@@ -63,7 +63,7 @@ class Bench:
         self._frames = 0
         self._pace: float | None = None                 # frames a second at most, once there is a picture
         self._fresh = False                             # no layout was saved by an earlier session
-        self._laid_out_for: tuple[float, ...] = ()
+        self.laid_out_for: tuple[float, ...] = ()       # width, height, size of the font
 
     # The life of the window
 
@@ -119,10 +119,8 @@ class Bench:
         self._frames += 1
         size = imgui.get_main_viewport().size
         known = (size.x, size.y, imgui.get_font_size())
-        if self._frames == 1:
-            self._laid_out_for = known
-        if self._fresh and self._frames in (2, 5) and known != self._laid_out_for:
-            self._laid_out_for = known
+        if self._fresh and self._frames in (2, 5) and known != self.laid_out_for:
+            self.laid_out_for = known
             self.lay_out()
 
     def choose_theme(self, dark: bool) -> None:

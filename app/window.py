@@ -57,7 +57,8 @@ def parameters(bench: Bench, size: tuple[int, int] = SIZE) -> hello_imgui.Runner
     call.post_render_dockable_windows = guarded("Dialogs", end)
     call.before_swap = guarded("Screenshot", bench.drawn)
 
-    runner.docking_params.docking_splits = layout(*size, theme.FONT_SIZE)
+    bench.laid_out_for = (*size, theme.FONT_SIZE)
+    runner.docking_params.docking_splits = layout(*bench.laid_out_for)
     runner.docking_params.dockable_windows = bench.panels.windows()
     return runner
 
