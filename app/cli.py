@@ -270,7 +270,7 @@ def _lenses(arguments: argparse.Namespace) -> int:
                       "efl": card.efl, "f_number": card.f_number} for card in cards])
         return 0
     table = [("Name", "EFL", "f/", "Year", "Kind", "Title")]
-    table += [(card.name, f"{card.efl:.1f}" if card.efl else "", f"{card.f_number:.2g}" if card.f_number else "",
+    table += [(card.name, f"{card.efl:.1f}" if card.efl else "", f"{card.f_number:.3g}" if card.f_number else "",
                str(card.year or ""), card.kind, card.title) for card in cards]
     widths = [max(len(row[column]) for row in table) for column in range(5)]
     for row in table:

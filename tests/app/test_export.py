@@ -10,6 +10,7 @@ import subprocess
 import sys
 import zlib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import OpenEXR
@@ -284,6 +285,18 @@ def test_a_cancelled_export_writes_nothing(tmp_path):
     assert not export_render(replace(SMALL, samples=10_000), tmp_path / "a.png", cancelled=cancelled)
     assert os.listdir(tmp_path) == ["a.png"]
     assert (tmp_path / "a.png").read_bytes() == b"the old file"
+
+
+def test_a_folder_that_may_not_be_written_to_is_said_before_anything_is_rendered(tmp_path, monkeypatch):
+    def forbidden(path):                    # as the system answers; the tests may run as one who may write anywhere
+        raise PermissionError(13, "Permission denied")
+
+    told = []
+    (tmp_path / "a.png").write_bytes(b"the old file")
+    monkeypatch.setattr(Path, "touch", forbidden)
+    with pytest.raises(ExportError, match=r"a\.png: Permission denied: nothing was written"):
+        export_render(SMALL, tmp_path / "a.png", progress=told.append)
+    assert not told and (tmp_path / "a.png").read_bytes() == b"the old file"
 
 
 def test_an_export_that_cannot_be_written_fails_before_it_renders(tmp_path):
