@@ -79,10 +79,10 @@ from lensbench.transform import TransformError  # noqa: E402
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Camera", "CameraError", "Disk", "ExitPupil", "Fate",
-    "Film", "FilmError", "FirstOrder", "Floor", "FocusError", "Glass", "GlassError", "Image", "Lens", "LensCamera", "LensError",
-    "Material", "Pattern", "PerspectiveCamera", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Sky",
-    "Sphere", "Sun", "Surface", "Trace", "TransformError", "builtin_scene", "circle_of_confusion", "depth_map",
-    "depth_of_field", "exit_pupil", "film_distance", "first_order", "focused_distance", "hyperfocal", "nearest_focus",
-    "real_circle_of_confusion", "render", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
-    "transmission", "working_f_number",
+    "Film", "FilmError", "FirstOrder", "Floor", "FocusError", "Glass", "GlassError", "Image", "Lens", "LensCamera",
+    "LensError", "Material", "Pattern", "PerspectiveCamera", "Rays", "Rectangle", "Rendering", "Scene",
+    "SceneError", "Sky", "Sphere", "Sun", "Surface", "Trace", "TransformError", "builtin_scene",
+    "circle_of_confusion", "depth_map", "depth_of_field", "exit_pupil", "film_distance", "first_order",
+    "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion", "render", "stopped_down",
+    "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
 ]
