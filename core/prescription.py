@@ -10,9 +10,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from math import isfinite
 
-from lensbench.glass import AIR, D_LINE, Glass
+import numpy as np
 
-HIGHEST_POWER = 20              # of an aspheric term
+from lensbench.glass import AIR, D_LINE, Glass
+from lensbench.surfaces import HIGHEST_POWER, sags, shape
 
 
 class LensError(ValueError):
@@ -64,6 +65,18 @@ class Surface:
     def vertex_curvature(self) -> float:
         """Curvature at the vertex in the section y–z (1/mm), with that of an r² term."""
         return self.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
+
+    @property
+    def shape(self) -> np.ndarray:
+        """The surface as the kernels of `surfaces` read it."""
+        return shape(self.curvature, self.conic, self.aspheric, self.curvature_x, self.semi_diameter)
+
+    def sag(self, x, y=0.0) -> np.ndarray:
+        """Height z (mm) above the vertex's plane at points x, y (mm, broadcast); NaN where the surface ends before.
+
+        It ends at the equator of a sphere, conic or toroid.
+        """
+        return sags(self.shape, x, y)
 
     def scaled(self, factor: float) -> "Surface":
         """The same surface, and the gap behind it, made `factor` times as large."""
