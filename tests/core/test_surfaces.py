@@ -59,10 +59,17 @@ def sag_of(surface, x, y):
     return bend / (1 + mpmath.sqrt(inside)) + sum(mpmath.mpf(a) * r**p for p, a in surface.aspheric)
 
 
+def squares(surface):
+    """(1 + k) c² across and along: the equator is where their sum times x², y² is 1."""
+    c, k = mpmath.mpf(surface.curvature), mpmath.mpf(surface.conic)
+    if surface.curvature_x is not None:
+        return mpmath.mpf(surface.curvature_x) ** 2, c**2
+    return (1 + k) * c**2, (1 + k) * c**2
+
+
 def equator(surface, o, d):
     """The stretch of the ray o + t d within the surface's equator, (-60, 60) where it has none; None: never there."""
-    c, k = mpmath.mpf(surface.curvature), mpmath.mpf(surface.conic)
-    square_x, square_y = (surface.curvature_x**2, c**2) if surface.curvature_x is not None else ((1 + k) * c**2,) * 2
+    square_x, square_y = squares(surface)
     a = square_x * d[0] ** 2 + square_y * d[1] ** 2
     b = square_x * o[0] * d[0] + square_y * o[1] * d[1]
     e = square_x * o[0] ** 2 + square_y * o[1] ** 2 - 1
@@ -176,6 +183,8 @@ def test_rays_through_surfaces_of_any_kind_agree_with_forty_digits_fate_by_fate(
 @LAW
 @given(surfaces(), HEIGHT, HEIGHT)
 def test_the_sag_is_that_of_the_definition(surface, x, y):
+    square_x, square_y = squares(surface)
+    assume(abs(1.0 - square_x * x * x - square_y * y * y) > 1e-3)       # where its root keeps its digits
     with mpmath.workdps(40):
         expected = float(sag_of(surface, mpmath.mpf(x), mpmath.mpf(y)))
     found = float(surface.sag(x, y))
@@ -186,9 +195,8 @@ def test_the_sag_is_that_of_the_definition(surface, x, y):
 @given(surfaces(), st.floats(0.1, 10.0), HEIGHT, HEIGHT)
 def test_a_scaled_surface_has_the_scaled_sag(surface, factor, x, y):
     sag = float(surface.sag(x, y))
-    assume(not isnan(sag) and abs(sag) < 20.0)
-    bent = surface.curvature**2 + (surface.curvature_x or 0.0) ** 2
-    assume((1.0 + abs(surface.conic)) * bent * (x * x + y * y) < 0.9)
+    square_x, square_y = squares(surface)
+    assume(square_x * x * x + square_y * y * y < 0.99 and abs(sag) < 20.0)
     found = float(surface.scaled(factor).sag(factor * x, factor * y))
     assert found == pytest.approx(factor * sag, rel=1e-12, abs=1e-14)
 
