@@ -212,15 +212,14 @@ def test_sags_take_arrays_and_end_at_the_equator():
 # --- Closed forms of optics
 
 @LAW
-@given(st.floats(10.0, 100.0), st.floats(1.3, 1.9), st.floats(-0.95, 0.95))
+@given(st.floats(10.0, 100.0), st.floats(1.3, 1.9), st.floats(0.01, 0.95))
 def test_an_ellipsoid_of_eccentricity_1_over_n_focuses_a_beam_in_glass_to_a_point(radius, n, height):
     """Descartes: k = −1/n², glass behind; the focus lies at n R / (n − 1)."""
     y = height * radius * n / sqrt(n * n - 1.0)                 # of its equator
     shell = lb.Lens((lb.Surface(1.0 / radius, 0.0, 1e3, lb.Glass(n), conic=-1.0 / n**2),), 0)
-    t = lb.trace(shell, [0.0, 0.0, 0.0] + np.array([0.0, y, -5.0]), [0.0, 0.0, 1.0])
+    t = lb.trace(shell, [0.0, y, -5.0], [0.0, 0.0, 1.0])
     assert t.fate[0] == lb.Fate.PASSED
-    focus = t.points[0, 2] - t.points[0, 1] / t.directions[0, 1] * t.directions[0, 2] if y else n * radius / (n - 1.0)
-    assume(abs(y) > 1e-3 * radius)
+    focus = t.points[0, 2] - t.points[0, 1] / t.directions[0, 1] * t.directions[0, 2]
     assert focus == pytest.approx(n * radius / (n - 1.0), rel=1e-10)
 
 
