@@ -9,9 +9,9 @@ that names the nearest names, and `resolve` says what it assumed.
 import os
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from math import hypot
 from pathlib import Path
 from typing import NamedTuple
@@ -108,7 +108,7 @@ def _read(stamps: tuple[tuple[Path, int], ...]) -> tuple[tuple[Entry, ...], tupl
             continue
         findings += catalogue.findings
         entries += [Entry(catalogue.maker, glass.name, glass.n_d if glass.v_d else None, glass.v_d, False,
-                          lambda glass=glass: glass) for glass in catalogue.glasses]
+                          partial(replace, glass)) for glass in catalogue.glasses]
     return tuple(entries), tuple(findings)
 
 
