@@ -115,9 +115,13 @@ def hit(surface, o, d):
     heights = [above(t) for t in near]
     assume(all(b - a > (t - s) / 20 for a, b, s, t in zip(heights, heights[1:], near, near[1:], strict=False)))
     if heights[0] > 0 or heights[-1] < 0:
-        assume(len(near) == len(places))        # beyond what was looked at there might be one
+        assume(len(near) == len(places) and ends[1] < 60 and ends[0] > -60)     # or one may lie farther out
         return None, min(abs(heights[0]), abs(heights[-1]))
-    return mpmath.findroot(above, (near[0], near[-1]), solver="anderson", tol=mpmath.mpf("1e-60")), mpmath.mpf(1)
+    low, high = near[0], near[-1]
+    for _ in range(130):
+        middle = (low + high) / 2
+        low, high = (low, middle) if above(middle) > 0 else (middle, high)
+    return low, mpmath.mpf(1)
 
 
 def normal_of(surface, x, y):
