@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from lensbench.lenses import catalogue, codev, pbrt_format, toml_format, zemax
+from lensbench.lenses import catalogue, codev, optical_bench, pbrt_format, toml_format, zemax
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
 from lensbench.prescription import Lens
@@ -18,12 +18,14 @@ READERS: dict[str, Callable[[str, str], Lens]] = {
     ".dat": pbrt_format.read,
     ".zmx": zemax.read,
     ".seq": codev.read,
+    ".txt": optical_bench.read,
 }
 WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
     ".toml": toml_format.write,
     ".dat": pbrt_format.write,
     ".zmx": zemax.write,
     ".seq": codev.write,
+    ".txt": optical_bench.write,
 }
 
 UTF8_ALONE = (".toml", ".dat")      # other programs write what their machine spoke
