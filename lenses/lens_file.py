@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from lensbench.lenses import catalogue, codev, optical_bench, pbrt_format, toml_format, zemax
+from lensbench.lenses import catalogue, codev, optical_bench, oslo, pbrt_format, toml_format, zemax
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
 from lensbench.prescription import Lens
@@ -19,6 +19,7 @@ READERS: dict[str, Callable[[str, str], Lens]] = {
     ".zmx": zemax.read,
     ".seq": codev.read,
     ".txt": optical_bench.read,
+    ".len": oslo.read,
 }
 WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
     ".toml": toml_format.write,
@@ -26,6 +27,7 @@ WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
     ".zmx": zemax.write,
     ".seq": codev.write,
     ".txt": optical_bench.write,
+    ".len": oslo.write,
 }
 
 UTF8_ALONE = (".toml", ".dat")      # other programs write what their machine spoke

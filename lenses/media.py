@@ -1,6 +1,7 @@
 """Media as lens files name them: catalogue glasses, model glasses of n_d and V_d, plastics and liquids, air."""
 
 import re
+from dataclasses import replace
 
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
 from lensbench.lenses import glass_catalogue
@@ -8,6 +9,8 @@ from lensbench.lenses.rows import RowError
 from lensbench.prescription import Lens
 
 AIR_NAMES = {"", "AIR", "VACUUM", "VACUO"}
+LINES = (F_LINE, D_LINE, C_LINE)
+ROUNDING = 4e-5         # µm: 656.3 nm is the C line
 MIRROR_NAMES = {"MIRROR", "REFL", "RFL", "RFH"}
 
 # n_d and V_d of media that no glass maker lists, by the names that design programs give them
@@ -82,15 +85,21 @@ def code(text: str) -> Glass | None:
 
 
 def tabulated(name: str, points: list[tuple[float, float]]) -> Glass:
-    """The glass of (wavelength µm, index) pairs. RowError: fewer than two, or values that no glass has."""
-    if len(points) < 2:
+    """The glass of (wavelength µm, index) pairs: of n_d and V_d where they stand at the lines F, d and C alone.
+
+    Wavelengths as files round them (587.6 nm) are the lines themselves. RowError:
+    fewer than two pairs, or values that no glass has.
+    """
+    table = tuple(sorted({next((line for line in LINES if abs(line - w) < ROUNDING), w): n for w, n in points}.items()))
+    if len(table) < 2:
         raise RowError(f"the glass {name} needs its indices at two wavelengths at least")
     try:
-        table = Glass(points[0][1], None, name, "table", tuple(points))
-        low, high = points[0][0], points[-1][0]
-        n_d = table.index(D_LINE) if low <= D_LINE <= high else points[len(points) // 2][1]
-        spread = table.index(F_LINE) - table.index(C_LINE) if low <= F_LINE and C_LINE <= high else 0.0
-        return Glass(n_d, (n_d - 1.0) / spread if spread > 0.0 and n_d > 1.0 else None, name, "table", tuple(points))
+        glass = Glass(table[0][1], None, name, "table", table)
+        low, high = table[0][0], table[-1][0]
+        n_d = glass.index(D_LINE) if low <= D_LINE <= high else table[len(table) // 2][1]
+        spread = glass.index(F_LINE) - glass.index(C_LINE) if low <= F_LINE and C_LINE <= high else 0.0
+        v_d = (n_d - 1.0) / spread if spread > 0.0 and n_d > 1.0 else None
+        return Glass(n_d, v_d, name) if {w for w, _ in table} == set(LINES) else replace(glass, n_d=n_d, v_d=v_d)
     except (GlassError, ArithmeticError) as error:
         raise RowError(str(error)) from None
 

@@ -37,6 +37,9 @@ def test_a_private_glass_has_the_indices_of_its_table(tmp_path):
     glass = sample(tmp_path).surfaces[2].glass
     assert (glass.name, glass.n_d) == ("MINE", pytest.approx(1.62, abs=1e-12))
     assert glass.v_d == pytest.approx(0.62 / 0.01, rel=1e-9)
+    glass = sample(tmp_path, ("  'MINE' 1.6170 1.6200 1.6270", "'MINE' 1.617 1.62 1.627 1.636"),
+                   ("486.1327", "486.1327 404.7")).surfaces[2].glass
+    assert [glass.index(w) for w in (0.4047, 0.4861327, 0.6562725)] == [1.636, 1.627, 1.617]
 
 
 def test_curvatures_and_radii_are_told_apart_where_the_file_does_not_say(tmp_path):
