@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from lensbench.lenses import catalogue, codev, optical_bench, oslo, pbrt_format, toml_format, zemax
+from lensbench.lenses import catalogue, codev, optical_bench, optiland, oslo, pbrt_format, rayoptics, toml_format, zemax
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
 from lensbench.prescription import Lens
@@ -20,6 +20,8 @@ READERS: dict[str, Callable[[str, str], Lens]] = {
     ".seq": codev.read,
     ".txt": optical_bench.read,
     ".len": oslo.read,
+    ".json": optiland.read,
+    ".roa": rayoptics.read,
 }
 WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
     ".toml": toml_format.write,
