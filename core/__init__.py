@@ -54,7 +54,7 @@ from lensbench.confusion import (  # noqa: E402
 )
 from lensbench.film import FORMATS, Film, FilmError  # noqa: E402
 from lensbench.focus import FocusError, film_distance, focused_distance, nearest_focus  # noqa: E402
-from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass  # noqa: E402
+from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402
 from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
@@ -79,10 +79,10 @@ from lensbench.transform import TransformError  # noqa: E402
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Camera", "CameraError", "Disk", "ExitPupil", "Fate",
-    "Film", "FilmError", "FirstOrder", "Floor", "FocusError", "Glass", "Image", "Lens", "LensCamera", "LensError",
-    "Material", "Pattern", "PerspectiveCamera", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Sky",
-    "Sphere", "Sun", "Surface", "Trace", "TransformError", "builtin_scene", "circle_of_confusion", "depth_map",
-    "depth_of_field", "exit_pupil", "film_distance", "first_order", "focused_distance", "hyperfocal", "nearest_focus",
-    "real_circle_of_confusion", "render", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
-    "transmission", "working_f_number",
+    "Film", "FilmError", "FirstOrder", "Floor", "FocusError", "Glass", "GlassError", "Image", "Lens", "LensCamera",
+    "LensError", "Material", "Pattern", "PerspectiveCamera", "Rays", "Rectangle", "Rendering", "Scene",
+    "SceneError", "Sky", "Sphere", "Sun", "Surface", "Trace", "TransformError", "builtin_scene",
+    "circle_of_confusion", "depth_map", "depth_of_field", "exit_pupil", "film_distance", "first_order",
+    "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion", "render", "stopped_down",
+    "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
 ]

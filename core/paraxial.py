@@ -2,7 +2,9 @@
 
 Lengths in mm, z along +z from scene to film. A ray is (y, w): its height and its
 reduced slope w = n dy/dz, so that every matrix has determinant 1. The scene side
-is air. Source: Welford, Aberrations of Optical Systems, ch. 3.
+is air. An r² term adds to the curvature of its surface; conics and the other terms
+do not count here, and of a cylinder or toroid it is the section y–z that does.
+Source: Welford, Aberrations of Optical Systems, ch. 3.
 """
 
 from dataclasses import dataclass
@@ -59,7 +61,7 @@ def ray_matrix(lens: Lens, start: int, end: int, wavelength: float = D_LINE) -> 
     a, b, c, d = 1.0, 0.0, 0.0, 1.0
     for i in range(start, end):
         surface = lens.surfaces[i]
-        power = (n[i + 1] - n[i]) * surface.curvature
+        power = (n[i + 1] - n[i]) * surface.vertex_curvature
         c, d = c - power * a, d - power * b
         if i < len(lens.surfaces) - 1:
             gap = surface.thickness / n[i + 1]
@@ -88,7 +90,7 @@ def first_order(lens: Lens, wavelength: float = D_LINE) -> FirstOrder:
     _, b, _, d = ray_matrix(lens, lens.stop_index, last, wavelength)    # B and D know nothing of the stop's own power
     exit_pupil = Pupil(lens.length - n_film * b / d, stop_radius / abs(d)) if abs(d) > _ROUNDING else Pupil(inf, inf)
 
-    petzval_sum = sum(s.curvature * (n[i + 1] - n[i]) / (n[i] * n[i + 1]) for i, s in enumerate(lens.surfaces))
+    petzval_sum = sum(s.vertex_curvature * (n[i + 1] - n[i]) / (n[i] * n[i + 1]) for i, s in enumerate(lens.surfaces))
     return FirstOrder(
         efl=efl, bfl=bfl, ffl=ffl, f_number=_f_number(efl, entrance_pupil.radius),
         front_principal=front_principal, rear_principal=rear_principal,
@@ -125,5 +127,5 @@ def _is_afocal(lens: Lens, wavelength: float) -> bool:
     n = lens.indices(wavelength)
     last = len(lens.surfaces)
     heights = [ray_matrix(lens, 0, i, wavelength)[0] for i in range(last)]
-    terms = [abs((n[i + 1] - n[i]) * s.curvature * heights[i]) for i, s in enumerate(lens.surfaces)]
+    terms = [abs((n[i + 1] - n[i]) * s.vertex_curvature * heights[i]) for i, s in enumerate(lens.surfaces)]
     return abs(ray_matrix(lens, 0, last, wavelength)[2]) <= _ROUNDING * sum(terms)

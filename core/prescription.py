@@ -2,13 +2,18 @@
 
 Lengths in mm, in the lens frame: the origin is the first vertex, light travels
 along +z, and a curvature c = 1/R is positive when the centre of curvature lies
-at +z of the vertex; a plane is c = 0.
+at +z of the vertex; a plane is c = 0. The sag of a rotationally symmetric
+surface is z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from math import isfinite
 
+import numpy as np
+
 from lensbench.glass import AIR, D_LINE, Glass
+from lensbench.surfaces import HIGHEST_POWER, sags, shape
 
 
 class LensError(ValueError):
@@ -19,20 +24,80 @@ class LensError(ValueError):
 class Surface:
     """One surface: curvature (1/mm), gap to the next one (mm), the medium after it, rim radius (mm).
 
-    The stop is a surface too, usually a plane with air on both sides.
+    conic: k, 0 for a sphere, −1 for a parabola. aspheric: ((power, coefficient in
+    mm^(1 − power)), …), powers 2 to 20; kept by rising power, without zeros.
+    curvature_x: None where the surface is rotationally symmetric; otherwise the
+    curvature of the section x–z, `curvature` being that of y–z (a cylinder or a
+    toroid; conic and aspheric must then be left out). The stop is a surface too,
+    usually a plane with air on both sides. LensError for what cannot be.
     """
 
     curvature: float
     thickness: float
     semi_diameter: float
     glass: Glass = AIR
+    conic: float = 0.0
+    aspheric: tuple[tuple[int, float], ...] = ()
+    curvature_x: float | None = None
 
     def __post_init__(self):
-        for name in ("curvature", "thickness", "semi_diameter"):
+        for name in ("curvature", "thickness", "semi_diameter", "conic"):
             if not isfinite(getattr(self, name)):
                 raise LensError(f"{name} is {getattr(self, name)}: it must be a finite number")
         if self.semi_diameter <= 0.0:
             raise LensError(f"semi-diameter is {self.semi_diameter:g} mm: it must be positive")
+        object.__setattr__(self, "aspheric", _sound_terms(self.aspheric))
+        if self.curvature_x is None:
+            return
+        if not isfinite(self.curvature_x):
+            raise LensError(f"curvature_x is {self.curvature_x}: it must be a finite number, or left out")
+        if self.conic != 0.0 or self.aspheric:
+            raise LensError("a surface with curvature_x can have neither a conic nor aspheric terms")
+        if self.curvature_x == self.curvature:
+            object.__setattr__(self, "curvature_x", None)       # both sections alike: a sphere
+
+    @property
+    def is_spherical(self) -> bool:
+        """Whether it is a plane or a sphere."""
+        return not self.aspheric and self.curvature_x is None and (self.conic == 0.0 or self.curvature == 0.0)
+
+    @property
+    def vertex_curvature(self) -> float:
+        """Curvature at the vertex in the section y–z (1/mm), with that of an r² term."""
+        return self.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
+
+    @property
+    def shape(self) -> np.ndarray:
+        """The surface as the kernels of `surfaces` read it."""
+        return shape(self.curvature, self.conic, self.aspheric, self.curvature_x, self.semi_diameter)
+
+    def sag(self, x, y=0.0) -> np.ndarray:
+        """Height z (mm) above the vertex's plane at points x, y (mm, broadcast); NaN where the surface ends before.
+
+        It ends at the equator of a sphere, conic or toroid.
+        """
+        return sags(self.shape, x, y)
+
+    def scaled(self, factor: float) -> "Surface":
+        """The same surface, and the gap behind it, made `factor` times as large."""
+        return replace(self, curvature=self.curvature / factor, thickness=self.thickness * factor,
+                       semi_diameter=self.semi_diameter * factor,
+                       aspheric=tuple((power, a * factor ** (1 - power)) for power, a in self.aspheric),
+                       curvature_x=None if self.curvature_x is None else self.curvature_x / factor)
+
+
+def _sound_terms(terms: Iterable[tuple[int, float]]) -> tuple[tuple[int, float], ...]:
+    """Aspheric terms by rising power, without zeros; LensError where a power or a coefficient is none."""
+    sound: dict[int, float] = {}
+    for power, coefficient in terms:
+        if power != int(power) or not 2 <= power <= HIGHEST_POWER:
+            raise LensError(f"aspheric power {power}: it must be a whole number from 2 to {HIGHEST_POWER}")
+        if power in sound:
+            raise LensError(f"the aspheric term r^{power} stands twice")
+        if not isfinite(coefficient):
+            raise LensError(f"the aspheric coefficient of r^{power} is {coefficient}: it must be a finite number")
+        sound[int(power)] = float(coefficient)
+    return tuple((power, sound[power]) for power in sorted(sound) if sound[power] != 0.0)
 
 
 @dataclass(frozen=True)
@@ -66,6 +131,11 @@ class Lens:
         return self.surfaces[self.stop_index]
 
     @property
+    def is_rotationally_symmetric(self) -> bool:
+        """Whether no surface is a cylinder or a toroid."""
+        return all(surface.curvature_x is None for surface in self.surfaces)
+
+    @property
     def vertices(self) -> tuple[float, ...]:
         """The z of every vertex (mm, lens frame): 0, then the running sum of the gaps."""
         z, places = 0.0, []
@@ -87,9 +157,7 @@ class Lens:
         """The same lens made `factor` times as large."""
         if not (isfinite(factor) and factor > 0.0):
             raise LensError(f"scale {factor:g}: it must be a positive number")
-        surfaces = tuple(replace(s, curvature=s.curvature / factor, thickness=s.thickness * factor,
-                                 semi_diameter=s.semi_diameter * factor) for s in self.surfaces)
-        return replace(self, surfaces=surfaces,
+        return replace(self, surfaces=tuple(surface.scaled(factor) for surface in self.surfaces),
                        stated_efl=None if self.stated_efl is None else self.stated_efl * factor)
 
     def with_stop_radius(self, radius: float) -> "Lens":

@@ -200,9 +200,10 @@ def _span(lens: Lens, film_distance: float, radii: np.ndarray) -> tuple[np.ndarr
     own height. Widened by REACH, but no further than the solver looks.
     """
     surface = lens.surfaces[-1]
-    c, a = surface.curvature, surface.semi_diameter
+    a = surface.semi_diameter
     heights = np.linspace(-a, a, HEIGHTS)
-    sag = c * heights**2 / (1.0 + np.sqrt(np.maximum(0.0, 1.0 - (c * heights) ** 2)))
+    sag = surface.sag(heights)
+    heights, sag = heights[np.isfinite(sag)], sag[np.isfinite(sag)]
     share = film_distance / np.maximum(film_distance - sag, 0.1 * film_distance)
     seen = radii[:, None] * (1.0 - share) + heights * share
     middle, half = 0.5 * (seen.max(1) + seen.min(1)), 0.5 * REACH * np.ptp(seen, axis=1)

@@ -12,6 +12,7 @@ from lensbench.driver import Program
 from lensbench.lanes import GREEN, RED, U0, U1, WEIGHT, B, L, M, N, X, Y, Z, bench
 from lensbench.sampling import sampler
 from lensbench.scene import Scene
+from lensbench.spectrum import WAVELENGTHS, channel, part
 
 BAND = 16               # blocks that a thread takes at a time
 
@@ -27,6 +28,11 @@ class Rendering:
     pixel alone: the film is the same bit for bit for any number of threads.
     steps: what places the samples, the scrambled net by default. shadows=False
     leaves shadows and occlusion out of the scene.
+
+    With a camera that disperses, the first sample is of the d line, a picture without
+    colour fringes that is there at once; every later one is three, of a wavelength for each
+    channel, and from the second on these alone are the picture. A channel takes the same places
+    of film and pupil as the others, so that its noise has no colour.
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True):
@@ -34,9 +40,26 @@ class Rendering:
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
         self.samples = 0
-        before = sampler(film.pixels_x, lit=shadows) if steps is None else steps
-        self._program = Program([*before, *camera.steps(), *scene.steps(shadows)], real)
+        self._before = sampler(film.pixels_x, lit=shadows) if steps is None else steps
+        self._after = scene.steps(shadows)
+        self._camera, self._real = camera, real
+        self._program = Program([*self._before, *camera.steps(), *self._after], real)
+        self._colours: dict[int, list[Program]] = {}            # of each part of the spectrum, one for each channel
         self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
+
+    def _passes(self, samples: int) -> list[tuple[Program, int, int]]:
+        """What these next samples are made of: programs, and which samples of theirs, from and how many."""
+        if not self._camera.disperses or self.samples + samples == 1:
+            return [(self._program, self.samples, samples)]
+        return [(program, sample, 1) for sample in range(max(self.samples - 1, 0), self.samples + samples - 1)
+                for program in self._channels(part(sample, self.seed))]
+
+    def _channels(self, place: int) -> list[Program]:
+        if place not in self._colours:
+            self._colours[place] = [
+                Program([*self._before, *self._camera.steps(row[place]), *self._after, channel(name)], self._real)
+                for name, row in WAVELENGTHS.items()]
+        return self._colours[place]
 
     def add(self, samples: int = 1, pool: Executor | None = None, wanted: Callable[[], bool] = _always,
             threads: int | None = None) -> bool:
@@ -45,6 +68,8 @@ class Rendering:
         pool: the threads to use, `threads` tasks at a time (all cores by default); None: threads of its own.
         """
         bands, stop = count(0, BAND), len(self._sums)
+        passes = self._passes(samples)
+        afresh = self._camera.disperses and self.samples == 1       # the d line has had its day
 
         def work(_: int) -> bool:
             lanes = bench(self._program.real)
@@ -52,7 +77,10 @@ class Rendering:
                 if not wanted():
                     return False
                 last = min(first + BAND, stop)
-                self._program.expose(self._sums, lanes, first, last, self.samples, samples, self.seed)
+                if afresh:
+                    self._sums[first:last] = 0.0
+                for program, sample, number in passes:
+                    program.expose(self._sums, lanes, first, last, sample, number, self.seed)
             return True
 
         threads = threads or os.cpu_count() or 1
@@ -70,7 +98,8 @@ class Rendering:
         """The mean of the samples so far: float32 (h, w, 3), linear, a fresh array."""
         h, w = self.shape
         rows = self._sums.reshape(-1, 3, B).transpose(0, 2, 1).reshape(-1, 3)[:w * h]
-        return np.ascontiguousarray(rows.reshape(h, w, 3) * (1.0 / max(self.samples, 1)), dtype=np.float32)
+        counted = self.samples - 1 if self._camera.disperses and self.samples > 1 else self.samples
+        return np.ascontiguousarray(rows.reshape(h, w, 3) * (1.0 / max(counted, 1)), dtype=np.float32)
 
 
 def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threads: int | None = None) -> np.ndarray:

@@ -22,9 +22,9 @@ from lensbench.lanes import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, 
 
 # Primitive polynomials and first direction numbers of dimensions 1 … (dimension 0 is van der Corput's).
 _JOE_KUO = [(1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)), (3, 2, (1, 1, 1)), (4, 1, (1, 1, 3, 3)),
-            (4, 4, (1, 3, 5, 13))]
+            (4, 4, (1, 3, 5, 13)), (5, 2, (1, 1, 5, 5, 17))]
 DIMENSIONS = 1 + len(_JOE_KUO)
-PUPIL, RASTER, CLOCK, LIGHT = 0, 2, 4, 5      # first dimension of each pair (the clock is one alone)
+PUPIL, RASTER, CLOCK, LIGHT, WAVELENGTH = 0, 2, 4, 5, 7     # first dimension of each pair (clock and wavelength: alone)
 
 
 def _directions() -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The reference tracer: exact rays through spheres and planes, one at a time, each with its fate.
+"""The reference tracer: exact rays through surfaces of every kind, one at a time, each with its fate.
 
 Lengths in mm, in the lens frame: the first vertex is the origin and light travels
 along +z, from scene to film. Rays may run either way. Inside the kernel a
@@ -15,12 +15,14 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from lensbench.glass import D_LINE
 from lensbench.prescription import Lens
+from lensbench.surfaces import COLUMNS, KIND, SPHERE, intersect
 
 
 class Fate(IntEnum):
     """How a ray ends.
 
-    MISSED: it meets no point of the surface on the vertex's side of the equator.
+    MISSED: it meets no point of the surface on the vertex's side of the equator,
+    or none that Newton's method finds.
     CLIPPED: it lands outside the rim. BACKWARD: it was bent to run against its travel.
     """
 
@@ -78,11 +80,16 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
 
 
 def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.float64) -> np.ndarray:
-    """The lens as the kernel reads it, (surfaces, 5): curvature, vertex z, rim radius², indices before and after."""
+    """The lens as the kernel reads it, (surfaces, COLUMNS).
+
+    Curvature, vertex z, rim radius², indices before and after; then the columns of `surfaces`.
+    """
     n = lens.indices(wavelength)
-    rows = [(s.curvature, z, s.semi_diameter**2, n[i], n[i + 1])
-            for i, (s, z) in enumerate(zip(lens.surfaces, lens.vertices, strict=True))]
-    return np.array(rows, dtype)
+    table = np.empty((len(lens.surfaces), COLUMNS))
+    for i, (surface, z) in enumerate(zip(lens.surfaces, lens.vertices, strict=True)):
+        table[i] = surface.shape
+        table[i, 1:5] = z, surface.semi_diameter**2, n[i], n[i + 1]
+    return table.astype(dtype)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -123,16 +130,26 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray):
         if step == 0:                                   # of a far origin it is rounded coarsely: drop it again
             back = (p * x_foot + q * y_foot + r * z_foot) / squared
             x_foot, y_foot, z_foot = x_foot - back * p, y_foot - back * q, z_foot - back * r
-        d = c * (x_foot * x_foot + y_foot * y_foot + z_foot * z_foot) - z_foot - z_foot
-        cos2_in = r * r - squared * c * d
-        if not cos2_in >= zero:
-            return x, y, z, p / index, q / index, r / index, MISSED, reached
-        cos_in = sign * sqrt(cos2_in)
-        t = d / (r + cos_in)
-        z_hit = z_foot + t * r
-        if not c * z_hit < one:
-            return x, y, z, p / index, q / index, r / index, MISSED, reached
-        x, y, z = x_foot + t * p, y_foot + t * q, z_hit + vertex
+        if table[i, KIND] == SPHERE:
+            d = c * (x_foot * x_foot + y_foot * y_foot + z_foot * z_foot) - z_foot - z_foot
+            cos2_in = r * r - squared * c * d
+            if not cos2_in >= zero:
+                return x, y, z, p / index, q / index, r / index, MISSED, reached
+            cos_in = sign * sqrt(cos2_in)
+            t = d / (r + cos_in)
+            z_hit = z_foot + t * r
+            if not c * z_hit < one:
+                return x, y, z, p / index, q / index, r / index, MISSED, reached
+            x, y, z = x_foot + t * p, y_foot + t * q, z_hit + vertex
+            normal_x, normal_y, normal_z, steepness = -c * x, -c * y, one - c * z_hit, one
+        else:
+            x_hit, y_hit, z_hit, normal_x, normal_y, normal_z = intersect(table, i, x_foot, y_foot, z_foot, p, q, r)
+            if not z_hit == z_hit:
+                return x, y, z, p / index, q / index, r / index, MISSED, reached
+            x, y, z = x_hit, y_hit, z_hit + vertex
+            steepness = normal_x * normal_x + normal_y * normal_y + normal_z * normal_z
+            cos_in = (p * normal_x + q * normal_y + r * normal_z) / sqrt(steepness)
+            cos2_in = cos_in * cos_in
         reached = i
         if paths is not None:
             paths[ray, step + 1, 0], paths[ray, step + 1, 1], paths[ray, step + 1, 2] = x, y, z
@@ -145,8 +162,8 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray):
         cos2_out = cos2_in + (index_after - index) * (index_after + index)
         if not cos2_out >= zero:
             return x, y, z, p / index, q / index, r / index, TOTAL_REFLECTION, reached
-        g = sign * sqrt(cos2_out) - cos_in
-        p, q, r = p - g * c * x, q - g * c * y, r + g * (one - c * z_hit)
+        g = (sign * sqrt(cos2_out) - cos_in) / sqrt(steepness)
+        p, q, r = p + g * normal_x, q + g * normal_y, r + g * normal_z
 
     index = table[count - 1, 4] if forward else table[0, 3]
     return x, y, z, p / index, q / index, r / index, PASSED if r * sign > zero else BACKWARD, reached

@@ -8,7 +8,8 @@ Lengths are millimetres; a file of another unit is converted as it is read.
 """
 
 from lensbench.lenses.catalogue import Card, describe, names
+from lensbench.lenses.check import Finding, check
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.lens_file import READERS, WRITERS, load, save
 
-__all__ = ["READERS", "WRITERS", "Card", "LensFileError", "describe", "load", "names", "save"]
+__all__ = ["READERS", "WRITERS", "Card", "Finding", "LensFileError", "check", "describe", "load", "names", "save"]

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from lensbench.lenses import catalogue, pbrt_format, toml_format
+from lensbench.lenses import catalogue, codev, optical_bench, optiland, oslo, pbrt_format, rayoptics, toml_format, zemax
+from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
 from lensbench.prescription import Lens
 
@@ -15,11 +16,23 @@ LARGEST_FILE = 1_000_000    # bytes; the longest known prescriptions have a hund
 READERS: dict[str, Callable[[str, str], Lens]] = {
     ".toml": toml_format.read,
     ".dat": pbrt_format.read,
+    ".zmx": zemax.read,
+    ".seq": codev.read,
+    ".txt": optical_bench.read,
+    ".len": oslo.read,
+    ".json": optiland.read,
+    ".roa": rayoptics.read,
 }
 WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
     ".toml": toml_format.write,
     ".dat": pbrt_format.write,
+    ".zmx": zemax.write,
+    ".seq": codev.write,
+    ".txt": optical_bench.write,
+    ".len": oslo.write,
 }
+
+UTF8_ALONE = (".toml", ".dat")      # other programs write what their machine spoke
 
 
 def load(name_or_path: str | os.PathLike[str]) -> Lens:
@@ -105,6 +118,8 @@ def _content(path: Path) -> str:
     if not data.strip():
         raise LensFileError(path, None, "the file is empty")
     try:
+        if path.suffix.lower() not in UTF8_ALONE:
+            return decoded(data)
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1

@@ -148,6 +148,11 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
             remarks.append(f"a plane, row {i}, is written with a radius of 1 km: a radius of 0 is pbrt's stop")
         cells = (radius, repr(s.thickness), repr(s.glass.n_d), repr(2.0 * s.semi_diameter))
         lines.append(" " + "".join(f"{cell:>21}" for cell in cells))
+    for i, s in enumerate(lens.surfaces):
+        if not s.is_spherical:
+            shape = "a cylinder or toroid" if s.curvature_x is not None else "aspheric"
+            remarks.append(f"surface {i} is {shape}, which pbrt's files cannot hold: its sphere alone is written, "
+                           "and this is another lens")
     if any(s.glass.v_d is not None for s in lens.surfaces):
         remarks.append("Abbe numbers are left out: pbrt's files have one index, at the d line")
     if any(s.glass.name for s in lens.surfaces):

@@ -12,6 +12,7 @@ from lensbench.lenses.soundness import axial_heights
 from lensbench.prescription import Surface
 
 SMALLEST_RADIUS = 1e-6      # mm
+NO_STOP = "no stop is marked"
 
 
 class RowError(ValueError):
@@ -76,7 +77,7 @@ def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tupl
         return marked[0], ()
     if not marked:
         index = min(range(len(surfaces)), key=lambda i: surfaces[i].semi_diameter)
-        return index, (f"no stop is marked: the smallest rim limits, surface {index} "
+        return index, (f"{NO_STOP}: the smallest rim limits, surface {index} "
                        f"(semi-diameter {surfaces[index].semi_diameter:g} mm)",)
     heights = axial_heights(surfaces)
     index = max(marked, key=lambda i: abs(heights[i]) / surfaces[i].semi_diameter)

@@ -33,7 +33,7 @@ def _axial_ray(surfaces: Sequence[Surface]) -> tuple[list[float], float]:
     for surface in surfaces:
         heights.append(height)
         after = surface.glass.n_d
-        slope = (n * slope - height * surface.curvature * (after - n)) / after
+        slope = (n * slope - height * surface.vertex_curvature * (after - n)) / after
         height += slope * surface.thickness
         n = after
     return heights, slope

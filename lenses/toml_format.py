@@ -12,30 +12,40 @@
         [inf,    4.5,   1.0,   8.55, "stop"],
     ]
 
+    [aspheric]
+    6 = { r4 = -1.5313e-05, r6 = 9.4893e-08 }
+
 `columns` says what stands in each row, so that later columns break no file;
 radius 0 or inf is a plane, V_d 0 is not known, and "stop" at the end of a row
 marks the aperture stop. Lengths in mm, each thickness and medium *after* its
-surface. Digits are kept: what is written reads back equal to the last bit.
+surface. What few surfaces have stands in tables by the surface's number, from 0:
+`aspheric`, the coefficients of r^p (mm^(1−p)); `radius_x`, the radius of the
+section x–z where a surface is a cylinder or a toroid, `radius` being that of
+y–z; `dispersion`, the formula of a glass that is known by more than n_d and V_d.
+Digits are kept: what is written reads back equal to the last bit.
 """
 
 import json
 import re
 import tomllib
+from dataclasses import replace
 from decimal import Decimal
 from math import isfinite
 from typing import Any
 
+from lensbench.glass import Glass
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
+from lensbench.lenses.rows import RowError, curvature, number, radius_text, stop_of, surface
 from lensbench.lenses.soundness import f_number, focal_length
 from lensbench.prescription import Lens, Surface
 
 FORMAT = 1
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
-COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "glass")
+COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")
+TABLES = ("aspheric", "radius_x", "dispersion")
 TEXTS = ("title", "kind", "source", "notes")
 NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_f_number", "image_circle")
-KEYS = ("format", "units", "year", "columns", "surfaces", *TEXTS, *NUMBERS)
+KEYS = ("format", "units", "year", "columns", "surfaces", *TABLES, *TEXTS, *NUMBERS)
 
 
 def read(text: str, path: str) -> Lens:
@@ -46,10 +56,11 @@ def read(text: str, path: str) -> Lens:
     rows = data.get("surfaces")
     if not isinstance(rows, list) or not rows:
         raise LensFileError(path, line_of(text, "surfaces"), "there are no surfaces: `surfaces` must be a list of rows")
+    more = _tables(data, len(rows), text, path)
     surfaces, marked = [], []
     for i, row in enumerate(rows):
         try:
-            made, is_stop = _surface(row, columns)
+            made, is_stop = _surface(row, columns, more.get(i, {}))
         except RowError as error:
             raise LensFileError(path, _row_line(text, i), f"surface {i}: {error}") from None
         surfaces.append(made)
@@ -128,8 +139,74 @@ def _columns(columns: object, text: str, path: str) -> tuple[str, ...]:
     return tuple(columns)
 
 
-def _surface(row: object, columns: tuple[str, ...]) -> tuple[Surface, bool]:
-    """The surface of a row, and whether it is marked as the stop."""
+def _tables(data: dict[str, Any], count: int, text: str, path: str) -> dict[int, dict[str, Any]]:
+    """What the tables behind the rows say of each surface, by its number and the table's name."""
+    more: dict[int, dict[str, Any]] = {}
+    for name in TABLES:
+        table = data.get(name, {})
+        if not isinstance(table, dict):
+            raise LensFileError(path, line_of(text, name),
+                                f"{name} must be a table: [{name}], then a line `2 = …` for surface 2")
+        for key, value in table.items():
+            try:
+                if not (re.fullmatch("[0-9]{1,9}", key) and int(key) < count):
+                    raise RowError(f"there is no surface {key!r}: they are numbered from 0 to {count - 1}")
+                if int(key) in more and name in more[int(key)]:
+                    raise RowError(f"surface {int(key)} stands twice")
+                more.setdefault(int(key), {})[name] = ENTRIES[name](value)
+            except RowError as error:
+                raise LensFileError(path, _entry_line(text, name, key), f"{name}: {error}") from None
+    return more
+
+
+def _terms(value: object) -> tuple[tuple[int, float], ...]:
+    """Aspheric terms from { r4 = …, r6 = … }."""
+    if not isinstance(value, dict):
+        raise RowError("the terms of a surface are written { r4 = 1.5e-5, r6 = -2e-8 }")
+    terms = []
+    for name, coefficient in value.items():
+        if not re.fullmatch("r[0-9]{1,3}", name):
+            raise RowError(f"{name!r} is no power of r: a term is written r4 = 1.5e-5")
+        terms.append((int(name[1:]), number(coefficient, f"the coefficient of {name}")))
+    return tuple(terms)
+
+
+def _dispersion(value: object) -> dict[str, Any]:
+    """Formula, coefficients and range of a glass from { formula = "…", coefficients = […], wavelengths = […] }."""
+    if not isinstance(value, dict) or not value.keys() <= {"formula", "coefficients", "wavelengths"}:
+        raise RowError('a glass is written { formula = "sellmeier", coefficients = […], wavelengths = [0.36, 2.3] }')
+    formula, ends = value.get("formula", "model"), value.get("wavelengths")
+    if not isinstance(formula, str):
+        raise RowError("the formula of a glass must be a text in quotes")
+    if ends is not None and not (isinstance(ends, list) and len(ends) == 2):
+        raise RowError("wavelengths must be the two ends of a range in µm")
+    return {"formula": formula, "coefficients": _numbers(value.get("coefficients", [])),
+            "wavelengths": None if ends is None else _numbers(ends)}
+
+
+def _numbers(value: object) -> Any:
+    """A list of numbers, or of lists of them, as tuples."""
+    if isinstance(value, list):
+        return tuple(_numbers(item) for item in value)
+    return number(value, "a coefficient")
+
+
+ENTRIES = {"aspheric": _terms, "radius_x": curvature, "dispersion": _dispersion}
+
+
+def _entry_line(text: str, table: str, key: str) -> int | None:
+    """The line of a surface's entry in a table."""
+    first = line_of(text, table)
+    if first is None:
+        return None
+    for i, line in enumerate(text.split("\n")[first - 1:]):
+        if re.match(rf"""\s*(\[?{table}\.)?["']?{re.escape(key)}["']?\s*[=\].]""", line):
+            return first + i
+    return first
+
+
+def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tuple[Surface, bool]:
+    """The surface of a row and of the tables' entries, and whether it is marked as the stop."""
     if not isinstance(row, list):
         raise RowError("a row must be a list in brackets")
     is_stop = len(row) == len(columns) + 1 and row[-1] == "stop"
@@ -141,6 +218,13 @@ def _surface(row: object, columns: tuple[str, ...]) -> tuple[Surface, bool]:
         raise RowError("the name of a glass must be a text in quotes")
     made = surface(values["radius"], values["thickness"], values["n_d"], values["semi_diameter"],
                    values.get("V_d"), glass)
+    try:
+        if "dispersion" in more:
+            made = replace(made, glass=Glass(made.glass.n_d, made.glass.v_d, glass, **more["dispersion"]))
+        made = replace(made, conic=number(values.get("conic", 0.0), "conic"), aspheric=more.get("aspheric", ()),
+                       curvature_x=more.get("radius_x"))
+    except ValueError as error:
+        raise RowError(str(error)) from None
     return made, is_stop
 
 
@@ -169,8 +253,11 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         "n_d": [_digits(s.glass.n_d) for s in lens.surfaces],
         "V_d": [_digits(s.glass.v_d) if s.glass.v_d else "0" for s in lens.surfaces],
         "semi_diameter": [_digits(s.semi_diameter) for s in lens.surfaces],
+        "conic": [_digits(s.conic) if s.conic else "0" for s in lens.surfaces],
         "glass": [_quoted(s.glass.name) for s in lens.surfaces],
     }
+    if all(text == "0" for text in columns["conic"]):
+        del columns["conic"]
     if all(text == "0" for text in columns["V_d"]):
         del columns["V_d"]
     if all(text == '""' for text in columns["glass"]):
@@ -182,7 +269,32 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         cells = ", ".join(text.rjust(width) for text, width in zip(row, widths, strict=True))
         mark = ', "stop"' if i == lens.stop_index else ""
         lines.append(f"    [{cells}{mark}],")
-    return "\n".join([*lines, "]", ""]), ()
+    lines.append("]")
+    for table, entries in _entries(lens).items():
+        if entries:
+            lines += ["", f"[{table}]", *(f"{i} = {entry}" for i, entry in entries.items())]
+    return "\n".join([*lines, ""]), ()
+
+
+def _entries(lens: Lens) -> dict[str, dict[int, str]]:
+    """The tables behind the rows: what they say, by the surface's number."""
+    tables: dict[str, dict[int, str]] = {name: {} for name in TABLES}
+    for i, s in enumerate(lens.surfaces):
+        glass = s.glass
+        if s.aspheric:
+            tables["aspheric"][i] = f"{{ {', '.join(f'r{power} = {_digits(a)}' for power, a in s.aspheric)} }}"
+        if s.curvature_x is not None:
+            tables["radius_x"][i] = radius_text(s.curvature_x)
+        if glass != Glass(glass.n_d, glass.v_d, glass.name):
+            ends = "" if glass.wavelengths is None else f", wavelengths = {_list(glass.wavelengths)}"
+            tables["dispersion"][i] = (f"{{ formula = {_quoted(glass.formula)}, "
+                                       f"coefficients = {_list(glass.coefficients)}{ends} }}")
+    return tables
+
+
+def _list(values: Any) -> str:
+    """Numbers, or tuples of them, as TOML writes a list."""
+    return f"[{', '.join(_list(v) if isinstance(v, tuple) else _digits(v) for v in values)}]"
 
 
 def _digits(value: float) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from lensbench.driver import Program
 from lensbench.film import Film
+from lensbench.glass import D_LINE
 from lensbench.lanes import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.sampling import unit_square
 from lensbench.transform import checked, placed
@@ -60,13 +61,21 @@ class Camera:
         """The U0, U1 of the ray through the middle of the pupil."""
         return 0.5, 0.5
 
-    def camera_steps(self) -> list[Step]:
+    @property
+    def disperses(self) -> bool:
+        """Whether its rays differ with the wavelength."""
+        return False
+
+    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """From the film point X, Y, Z (camera frame, mm) and U0, U1 to a ray of the camera frame, with its WEIGHT."""
         raise AssertionError("each camera says how it aims")
 
-    def steps(self) -> list[Step]:
-        """From raster X, Y, the place in the pupil U0, U1 and TIME to the ray in the world, with its WEIGHT."""
-        return [self.film.step, *self.camera_steps(), *placed(self.world_from_camera)]
+    def steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """From raster X, Y, the place in the pupil U0, U1 and TIME to the ray in the world, with its WEIGHT.
+
+        wavelength: of the light, in µm; all the same to a camera that does not disperse.
+        """
+        return [self.film.step, *self.camera_steps(wavelength), *placed(self.world_from_camera)]
 
     def _normaliser(self, on_axis: float, z: float) -> float:
         """What cos⁴θ · area is divided by; on_axis: ∫ cos⁴θ dA (mm²) seen from the film's centre."""
@@ -75,10 +84,10 @@ class Camera:
         open_time = self.shutter_close - self.shutter_open
         return z * z / open_time if open_time > 0.0 else math.inf
 
-    def generate_rays(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64) -> Rays:
+    def generate_rays(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE) -> Rays:
         """Rays through raster points (n, 2) in pixels and pupil points (n, 2) in [0, 1]², at time (n,) in [0, 1).
 
-        The very stages that the renderer runs, in float64 unless asked otherwise. ValueError
+        The very stages that the renderer runs, in float64 unless asked otherwise; wavelength in µm. ValueError
         for raster points that are not finite and pupil points outside the unit square.
         """
         raster_xy, pupil_uv = np.atleast_2d(np.asarray(raster_xy, float)), unit_square(pupil_uv, dtype)
@@ -89,5 +98,5 @@ class Camera:
         n = len(raster_xy)
         times = np.broadcast_to(np.asarray(time, float), (n,))
         given = {X: raster_xy[:, 0], Y: raster_xy[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1], TIME: times}
-        out = Program(self.steps(), dtype).run(given, [X, Y, Z, L, M, N, WEIGHT], n)
+        out = Program(self.steps(wavelength), dtype).run(given, [X, Y, Z, L, M, N, WEIGHT], n)
         return Rays(out[:3].T, out[3:6].T, out[6], self.shutter_open + times * (self.shutter_close - self.shutter_open))

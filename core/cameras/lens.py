@@ -9,11 +9,13 @@ from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.thin import axis_irradiance, ideal
 from lensbench.film import Film
 from lensbench.focus import FocusError, film_distance
+from lensbench.glass import D_LINE, GlassError
 from lensbench.lanes import Step
 from lensbench.paraxial import FirstOrder, first_order, stopped_down
 from lensbench.prescription import Lens
 from lensbench.pupil import exit_pupil
 from lensbench.pupil_table import PupilTable
+from lensbench.spectrum import WAVELENGTHS
 
 MODELS = ("trace", "thin", "pinhole")
 
@@ -28,7 +30,10 @@ class LensCamera(Camera):
     model: "trace" follows every ray through every surface; "thin" puts a thin
     lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole,
     which passes as much light as that lens. CameraError for these two where the entrance
-    pupil lies at infinity or beyond the object.
+    pupil lies at infinity or beyond the object. dispersion: whether pictures are traced
+    at many wavelengths, or all at the d line; None: where the indices of the glasses are
+    known for all that a picture sees. CameraError where it is True and they are not. Focus,
+    aperture and the ideal models are those of the d line.
     """
 
     lens: Lens
@@ -36,6 +41,7 @@ class LensCamera(Camera):
     focus_distance: float = math.inf
     f_number: float | None = None
     model: str = "trace"
+    dispersion: bool | None = None
 
     def __post_init__(self):
         super().__post_init__()
@@ -49,6 +55,24 @@ class LensCamera(Camera):
         if self.model != "trace" and not -self.focus_distance < self._pupil_z < math.inf:
             raise CameraError(f"the entrance pupil of this lens lies at infinity or beyond the object: "
                               f"the {self.model} model cannot stand there")
+        if self.dispersion and not self.disperses and self._glass_error:
+            raise CameraError(f"no picture in colours: {self._glass_error}")
+
+    @cached_property
+    def disperses(self) -> bool:
+        """Whether pictures are traced at many wavelengths."""
+        return (self.dispersion is not False and self.model == "trace" and not self._glass_error
+                and any(surface.glass.disperses for surface in self.lens.surfaces))
+
+    @cached_property
+    def _glass_error(self) -> str:
+        """Which glass is not known for all that a picture sees; "" where they all are."""
+        try:
+            for wavelength in (wavelength for row in WAVELENGTHS.values() for wavelength in row):
+                self.lens.indices(wavelength)
+        except GlassError as error:
+            return str(error)
+        return ""
 
     @cached_property
     def first_order(self) -> FirstOrder:
@@ -63,12 +87,18 @@ class LensCamera(Camera):
     @cached_property
     def pupil(self) -> PupilTable:
         """The exit-pupil regions that the trace samples, for every radius of the film."""
-        return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0)
+        return self._pupil_at(D_LINE)
+
+    def _pupil_at(self, wavelength: float) -> PupilTable:
+        return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0, wavelength)
 
     @cached_property
     def axis_irradiance(self) -> float:
         """∫ cos⁴θ dA over the region that the film's centre sees (mm²)."""
-        return exit_pupil(self.lens, self.film_distance, [0.0]).cos4_area[0]
+        return self._axis_irradiance_at(D_LINE)
+
+    def _axis_irradiance_at(self, wavelength: float) -> float:
+        return exit_pupil(self.lens, self.film_distance, [0.0], wavelength).cos4_area[0]
 
     @property
     def _pupil_z(self) -> float:
@@ -80,13 +110,17 @@ class LensCamera(Camera):
         """The U0, U1 of the ray through the middle of the pupil."""
         return (0.0, 0.0) if self.model == "trace" else (0.5, 0.5)
 
-    def camera_steps(self) -> list[Step]:
-        """Aim and trace, or the one step of the ideal lens."""
+    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """Aim and trace, or the one step of the ideal lens.
+
+        Each wavelength has its own exit-pupil regions and, with relative weights, is 1 on the axis.
+        """
         if self.model == "trace":
-            on_axis = self.axis_irradiance
+            plain = wavelength == D_LINE
+            on_axis = self.axis_irradiance if plain else self._axis_irradiance_at(wavelength)
             normaliser = self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
-            aiming = self.pupil.step(normaliser)
-            return [aiming, tracer(self.lens, self.film_distance)]
+            aiming = (self.pupil if plain else self._pupil_at(wavelength)).step(normaliser)
+            return [aiming, tracer(self.lens, self.film_distance, wavelength)]
         fo = self.first_order
         s_e = self.focus_distance + self._pupil_z
         s_p = s_e - fo.entrance_pupil.z + fo.front_principal

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.thin import axis_irradiance, ideal
 from lensbench.film import Film
+from lensbench.glass import D_LINE
 from lensbench.lanes import Step
 
 
@@ -38,8 +39,8 @@ class PerspectiveCamera(Camera):
         """From the lens to its film (mm), as the field of view has it: the film may be imagined anywhere."""
         return min(self.film.width, self.film.height) / 2.0 / math.tan(self.fov / 2.0)
 
-    def camera_steps(self) -> list[Step]:
-        """One step: the thin lens, or the pinhole."""
+    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """One step: the thin lens, or the pinhole, for every wavelength alike."""
         z = self.film_distance
         if self.lens_radius == 0.0:
             return [ideal(0.0, 0.0, z, self.focus_distance, 1.0)]

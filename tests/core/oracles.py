@@ -14,15 +14,20 @@ REFERENCE = json.loads((DATA / "oracles.json").read_text(encoding="utf-8"))
 PBRT_FOCUS = json.loads((DATA / "pbrt_focus.json").read_text(encoding="utf-8"))
 LAW = settings(deadline=None, max_examples=60)
 NAMES = ("dgauss", "fisheye", "cooke")
-WAVELENGTHS = [(name, line) for name in NAMES for line in REFERENCE[name]["paraxial"]]
+TRACED = (*NAMES, "rf50", "codev")                      # rf50 has two aspheres
+WAVELENGTHS = [(name, line) for name in TRACED for line in REFERENCE[name]["paraxial"]]
+
+
+def _pairs(terms=()):
+    return tuple((power, coefficient) for power, coefficient in terms)
 
 
 def lens(name: str, line: str = "d") -> lb.Lens:
     """The reference lens with the indices of one spectral line."""
     data = REFERENCE[name]
     surfaces = [lb.Surface(1.0 / radius if radius else 0.0, thickness, semi_diameter,
-                           lb.Glass(n[line]) if n else lb.AIR)
-                for radius, thickness, semi_diameter, n in data["surfaces"]]
+                           lb.Glass(n[line]) if n else lb.AIR, aspheric=_pairs(*terms))
+                for radius, thickness, semi_diameter, n, *terms in data["surfaces"]]
     return lb.Lens(tuple(surfaces), data["stop"], name=name)
 
 

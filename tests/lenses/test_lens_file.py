@@ -46,7 +46,7 @@ def test_files_that_hold_no_lens_are_refused_each_with_its_reason(tmp_path):
         "latin.toml": ('title = "Müller"\n'.encode("latin-1"), "UTF-8"),
         "wide.dat": ("1 2 1.5 4\n".encode("utf-16"), "UTF-8"),
         "huge.toml": (b"#" * 2_000_000, "2.0 MB"),
-        "lens.zmx": (b"VERS 1", ".toml, .dat"),
+        "lens.abc": (b"VERS 1", ".toml, .dat"),
         "no-suffix": (b"1", ".toml, .dat"),
     }
     for name, (content, reason) in cases.items():
@@ -82,7 +82,7 @@ def test_a_suffix_counts_in_any_case(tmp_path):
 
 def test_saving_where_it_cannot_be_is_one_line(tmp_path):
     lens = lenses.load(NAME)
-    for path, reason in ((tmp_path / "lens.zmx", ".toml, .dat"), (tmp_path / "nowhere" / "lens.toml", "No such"),
+    for path, reason in ((tmp_path / "lens.abc", ".toml, .dat"), (tmp_path / "nowhere" / "lens.toml", "No such"),
                          (tmp_path / "nul\0.toml", "null")):
         with pytest.raises(lenses.LensFileError) as caught:
             lenses.save(lens, path)

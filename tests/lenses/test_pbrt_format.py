@@ -163,3 +163,12 @@ def load_text(folder, text):
     path = folder / "lens.dat"
     path.write_text(text, encoding="utf-8")
     return lenses.load(path)
+
+
+def test_what_is_no_sphere_is_said_to_be_beyond_the_format(tmp_path):
+    lens = lb.Lens((lb.Surface(0.02, 4.0, 10.0, lb.Glass(1.5), conic=-1.0), lb.Surface(-0.02, 3.0, 10.0),
+                    lb.Surface(0.0, 3.0, 8.0), lb.Surface(0.01, 60.0, 10.0, curvature_x=0.0)), 2)
+    remarks = lenses.save(lens, tmp_path / "shaped.dat")
+    assert any("surface 0 is aspheric" in remark for remark in remarks)
+    assert any("surface 3 is a cylinder" in remark for remark in remarks)
+    assert not any("surface 1" in remark for remark in remarks)

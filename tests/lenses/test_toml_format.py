@@ -18,11 +18,31 @@ surfaces = [
 ]
 """
 
+SHAPED = """format = 1
+columns = ["radius", "thickness", "n_d", "semi_diameter", "conic"]
+surfaces = [
+    [50.0, 4.0, 1.5, 10.0, -1.5],
+    [inf, 3.0, 1.0, 10.0, 0],
+    [0, 2.0, 1.0, 8.0, 0, "stop"],
+    [-50.0, 40.0, 1.0, 9.0, 0],
+]
+
+[aspheric]
+0 = { r4 = 1e-5, r7 = -2.5e-9 }
+
+[radius_x]
+1 = 25
+3 = inf
+"""
+
 lengths = st.floats(-1e4, 1e4)
 texts = st.text(st.characters(codec="utf-8"), max_size=20)
 glasses = st.just(AIR) | st.builds(Glass, st.floats(1.0, 4.0), st.none() | st.floats(1.0, 120.0), texts)
-surfaces = st.builds(Surface, st.just(0.0) | st.floats(1e-12, 1e5) | st.floats(-1e5, -1e-12), lengths,
-                     st.floats(1e-6, 1e6), glasses)
+curvatures = st.just(0.0) | st.floats(1e-12, 1e5) | st.floats(-1e5, -1e-12)
+terms = st.dictionaries(st.integers(2, 20), st.floats(-1.0, 1.0), max_size=4).map(lambda found: tuple(found.items()))
+surfaces = (st.builds(Surface, curvatures, lengths, st.floats(1e-6, 1e6), glasses)
+            | st.builds(Surface, curvatures, lengths, st.floats(1e-6, 1e6), glasses, st.floats(-20.0, 20.0), terms)
+            | st.builds(Surface, curvatures, lengths, st.floats(1e-6, 1e6), glasses, curvature_x=curvatures))
 
 
 @st.composite
@@ -46,6 +66,32 @@ def test_a_library_lens_survives_scaling_saving_and_loading(tmp_path, name):
     lens = lenses.load(name).scaled(0.7351)
     lenses.save(lens, tmp_path / "scaled.toml")
     assert lenses.load(tmp_path / "scaled.toml") == lens
+
+
+def test_a_conic_an_asphere_and_a_cylinder_are_read_as_they_are_written(tmp_path):
+    lens = load_text(tmp_path, SHAPED)
+    assert lens.surfaces[0] == Surface(0.02, 4.0, 10.0, Glass(1.5), conic=-1.5, aspheric=((4, 1e-5), (7, -2.5e-9)))
+    assert lens.surfaces[1] == Surface(0.0, 3.0, 10.0, curvature_x=0.04)
+    assert lens.surfaces[3] == Surface(-0.02, 40.0, 9.0, curvature_x=0.0)
+
+
+def test_the_formula_of_a_glass_survives(tmp_path):
+    glass = Glass(1.5168, 64.17, "N-BK7", "sellmeier",
+                  (1.03961212, 0.00600069867, 0.231792344, 0.0200179144, 1.01046945, 103.560653), (0.3, 2.5))
+    lens = Lens((Surface(0.02, 4.0, 10.0, glass), Surface(-0.02, 40.0, 10.0)), 0)
+    lenses.save(lens, tmp_path / "glass.toml")
+    assert lenses.load(tmp_path / "glass.toml") == lens
+
+
+@pytest.mark.parametrize("name", lenses.names())
+def test_a_library_file_is_written_as_it_stands(tmp_path, name):
+    # of a file without what came later not a byte changes
+    lenses.save(lenses.load(name), tmp_path / "again.toml")
+    again = (tmp_path / "again.toml").read_text(encoding="utf-8")
+    shipped = lenses.catalogue.path_of(name).read_text(encoding="utf-8")
+    left_out = {"image_circle", "computed_efl", "computed_f_number"}
+    assert ([line for line in again.split("\n") if line.split(" =")[0] not in left_out]
+            == [line for line in shipped.split("\n") if line.split(" =")[0] not in left_out])
 
 
 def test_a_plane_is_radius_zero_or_inf_and_the_stop_is_marked(tmp_path):
@@ -108,6 +154,30 @@ MISTAKES = {
     "broken off": ("    [-50.0, 40.0, 1.0, 9.0],\n]\n", "    [-50.0, 40", 9, "breaks off"),
     "no surfaces": (ROWS[ROWS.index("surfaces"):], "", None, "no surfaces"),
 }
+
+
+SHAPED_MISTAKES = {
+    "conic that is none": ("-1.5]", "nan]", 4, "conic is nan"),
+    "no such surface": ("3 = inf", "4 = inf", 15, "no surface '4'"),
+    "a surface by name": ("3 = inf", "three = inf", 15, "no surface 'three'"),
+    "a surface twice": ("3 = inf", "01 = inf", 15, "surface 1 stands twice"),
+    "radius across that is none": ("1 = 25", "1 = nan", 14, "radius is nan"),
+    "power that is none": ("r7 =", "x7 =", 11, "'x7' is no power"),
+    "power too high": ("r7 =", "r70 =", 4, "power 70"),
+    "coefficient that is none": ("-2.5e-9", "nan", 11, "r7 is nan"),
+    "terms without names": ("{ r4 = 1e-5, r7 = -2.5e-9 }", "[1e-5]", 11, "written {"),
+    "table that is none": ("[aspheric]\n0 = { r4 = 1e-5, r7 = -2.5e-9 }", "aspheric = 3", 10, "must be a table"),
+    "both across and aspheric": ("1 = 25", "0 = 25", 4, "curvature_x"),
+}
+
+
+@pytest.mark.parametrize("mistake", SHAPED_MISTAKES)
+def test_a_mistake_in_a_shape_names_its_line(tmp_path, mistake):
+    old, new, line, reason = SHAPED_MISTAKES[mistake]
+    assert old in SHAPED
+    with pytest.raises(lenses.LensFileError) as caught:
+        load_text(tmp_path, SHAPED.replace(old, new))
+    assert caught.value.line == line and reason in caught.value.reason
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)

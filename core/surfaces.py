@@ -1,0 +1,185 @@
+"""The shapes of surfaces: sag, gradient and the ray's intersection, for conics, aspheres, cylinders and toroids.
+
+Lengths in mm. The vertex is the origin, light travels along +z, and the
+curvature c = 1/R is positive when the centre of curvature lies at +z. The sag is
+z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p, or for a surface with different
+curvatures in its sections x–z and y–z, z = A / (1 + √(1 − c_x² x² − c_y² y²)),
+A = c_x x² + c_y y²: a cylinder where one of them is 0. The gradient is that of
+F = 0 with F_z > 0, of any length.
+
+The kernels read a shape from row i of the tracer's table, in the columns named
+here; those between are the tracer's. Coefficients are held as a_p h^p, h the
+semi-diameter, so that float32 neither overflows nor loses them.
+"""
+
+from collections.abc import Iterable
+from math import sqrt
+
+import numpy as np
+from numba import njit
+
+SPHERE, CONIC, EVEN, ASPHERE, TOROID = range(5)         # kinds; EVEN: even powers alone, ASPHERE: any
+HIGHEST_POWER = 20                                      # of an aspheric term; the lowest is 2
+TERMS = HIGHEST_POWER - 1
+
+CURVATURE, KIND, K, ACROSS, UNIT, FIRST_TERM = 0, 5, 6, 7, 8, 9     # UNIT: 1 / h²; terms: r², r³, … or r², r⁴, …
+COLUMNS = FIRST_TERM + TERMS
+
+TOLERANCE = 450                 # × the rounding of 1: the residual of a hit, 1e-13 mm in float64
+_STEPS, _HALVINGS = 60, 30
+
+
+def shape(curvature: float, conic: float, aspheric: Iterable[tuple[int, float]], curvature_x: float | None,
+          semi_diameter: float) -> np.ndarray:
+    """A row of the table with the columns of a shape filled in, (COLUMNS,)."""
+    row = np.zeros(COLUMNS)
+    terms = dict(aspheric)
+    row[CURVATURE], row[K], row[ACROSS], row[UNIT] = curvature, conic, curvature, semi_diameter**-2
+    if curvature_x is not None:
+        row[KIND], row[ACROSS] = TOROID, curvature_x
+    elif terms:
+        even = all(power % 2 == 0 for power in terms)
+        row[KIND] = EVEN if even else ASPHERE
+        for power, a in terms.items():
+            row[FIRST_TERM + (power // 2 - 1 if even else power - 2)] = a * semi_diameter**power
+    elif conic != 0.0 and curvature != 0.0:
+        row[KIND] = CONIC
+    return row
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _terms(table, i, r2):
+    """Σ a_p r^p, and its derivative by r over r."""
+    zero = table.dtype.type(0)
+    value, slope = zero, zero
+    u = r2 * table[i, UNIT]
+    if table[i, KIND] == EVEN:
+        for j in range(HIGHEST_POWER // 2 - 1, -1, -1):
+            a = table[i, FIRST_TERM + j]
+            value = value * u + a
+            slope = slope * u + table.dtype.type(2 * j + 2) * a
+    else:
+        root = sqrt(u)
+        for j in range(TERMS - 1, -1, -1):
+            a = table[i, FIRST_TERM + j]
+            value = value * root + a
+            slope = slope * root + table.dtype.type(j + 2) * a
+    return value * u, slope * table[i, UNIT]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sag_and_slopes(table, i, x, y):
+    """Sag at (x, y) and its derivatives by x and by y; NaN beyond the equator of the conic or toroid."""
+    one = table.dtype.type(1)
+    c, kind = table[i, CURVATURE], table[i, KIND]
+    if kind == TOROID:
+        across = table[i, ACROSS]
+        bend = across * x * x + c * y * y
+        inside = one - across * across * x * x - c * c * y * y
+        if not inside > table.dtype.type(0):
+            nan = table.dtype.type(np.nan)
+            return nan, nan, nan
+        root = sqrt(inside)
+        share = one / (one + root)
+        z = bend * share
+        return (z, across * x * share * (one + one + z * across / root),
+                c * y * share * (one + one + z * c / root))
+    r2 = x * x + y * y
+    inside = one - (one + table[i, K]) * c * c * r2
+    if not inside > table.dtype.type(0):
+        nan = table.dtype.type(np.nan)
+        return nan, nan, nan
+    root = sqrt(inside)
+    z, slope = c * r2 / (one + root), c / root
+    if kind == EVEN or kind == ASPHERE:
+        more, steeper = _terms(table, i, r2)
+        z, slope = z + more, slope + steeper
+    return z, slope * x, slope * y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def intersect(table, i, x, y, z, p, q, r):
+    """Where a ray meets a surface that is no sphere → (x, y, z, F_x, F_y, F_z), NaN where it misses.
+
+    (x, y, z) is the foot of the perpendicular from the vertex on the ray, (p, q, r)
+    its direction, of any length, with r ≠ 0. The hit is the one where the ray goes through the
+    surface the way it travels, on the vertex's side of the equator. Conics in closed form;
+    otherwise Newton from the conic (a toroid: the sphere of mean curvature), each step halved until the
+    residual falls; what does not converge to TOLERANCE is a miss.
+    """
+    real = table.dtype.type
+    zero, one, half = real(0), real(1), real(0.5)
+    kind, c, k = table[i, KIND], table[i, CURVATURE], table[i, K]
+    way = one if r > zero else -one
+    nan = real(np.nan)
+    if kind == TOROID:
+        c, k = half * (c + table[i, ACROSS]), zero
+
+    # The conic: D − 2 b t + a t² = 0
+    squared = p * p + q * q + r * r
+    d = c * (x * x + y * y + z * z + k * z * z) - z - z
+    a, b = c * (squared + k * r * r), r * (one - c * k * z)
+    discriminant = b * b - a * d
+    if kind == CONIC and not discriminant >= zero:
+        return nan, nan, nan, nan, nan, nan
+    root = way * sqrt(max(discriminant, zero))
+    t = d / (b + root) if b * way > zero else (b - root) / a
+    side = one - (one + k) * c * (z + t * r)
+    if kind == CONIC:
+        if not side > zero:
+            return nan, nan, nan, nan, nan, nan
+        x, y, z = x + t * p, y + t * q, z + t * r
+        return x, y, z, -c * x, -c * y, side
+
+    # Newton begins on the conic, or where the ray meets the vertex's plane, or nearest the axis
+    at, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
+    if not (side > zero and at == at):
+        t = -z / r
+        at, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
+    if not at == at:
+        t = -(x * p + y * q) / (p * p + q * q)
+        at, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
+    if not at == at:
+        return nan, nan, nan, nan, nan, nan
+    residual = z + t * r - at
+    rounding = real(np.finfo(table.dtype).eps)
+    least_step = rounding * (one + abs(x) + abs(y) + abs(z)) / sqrt(squared)
+    for _ in range(_STEPS):
+        through = way * (r - slope_x * p - slope_y * q)
+        if residual == zero or not through > zero:
+            break
+        step = -way * residual / through
+        if abs(step) <= least_step:
+            break
+        found = False
+        for _ in range(_HALVINGS):
+            ahead = t + step
+            at, new_x, new_y = sag_and_slopes(table, i, x + ahead * p, y + ahead * q)
+            left = z + ahead * r - at
+            if abs(left) < abs(residual):
+                t, residual, slope_x, slope_y, found = ahead, left, new_x, new_y, True
+                break
+            step *= half
+            if abs(step) <= least_step:
+                break
+        if not found:
+            break
+    x, y, z = x + t * p, y + t * q, z + t * r
+    through = way * (r - slope_x * p - slope_y * q)
+    if not (abs(residual) <= real(TOLERANCE) * rounding * max(one, abs(z)) and through > zero):
+        return nan, nan, nan, nan, nan, nan
+    return x, y, z, -slope_x, -slope_y, one
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sags(table, x, y, out):
+    for j in range(x.size):
+        out[j] = sag_and_slopes(table, 0, x[j], y[j])[0]
+
+
+def sags(row: np.ndarray, x, y) -> np.ndarray:
+    """Sag of one shape (COLUMNS,) at points x, y (mm, broadcast); NaN where the surface does not reach."""
+    x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+    out = np.empty(x.size)
+    _sags(row[None, :], np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), out)
+    return out.reshape(x.shape)

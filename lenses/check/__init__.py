@@ -1,0 +1,33 @@
+"""What looks wrong in a prescription, and why: a lint for lens tables, told apart from what merely looks unusual.
+
+    for finding in lenses.check(lenses.load("mine.zmx")):
+        print(finding.surface, finding.message, finding.proposal)
+
+Lengths in mm, surfaces numbered from 0. The thresholds are those that pass
+forty published designs, with their rounded figures and estimated rims, and
+stand with their reasons beside what they decide. One idea a file.
+"""
+
+import numpy as np
+
+from lensbench.lenses.check.digits import digit_findings
+from lensbench.lenses.check.figures import figure_findings
+from lensbench.lenses.check.finding import Finding
+from lensbench.lenses.check.geometry import geometry_findings
+from lensbench.lenses.check.rays import ray_findings
+from lensbench.lenses.check.single_change import with_proposal
+from lensbench.lenses.check.stop import stop_findings
+from lensbench.prescription import Lens
+
+__all__ = ["Finding", "check"]
+
+
+@np.errstate(all="ignore")          # an infinite or undefined figure fails every comparison
+def check(lens: Lens) -> list[Finding]:
+    """What looks wrong in a lens, the gravest first; an empty list where nothing does.
+
+    What the reader of its file had to assume comes last, as findings of the
+    kind "reading".
+    """
+    return [*with_proposal(lens, figure_findings(lens)), *digit_findings(lens),
+            *geometry_findings(lens), *ray_findings(lens), *stop_findings(lens)]

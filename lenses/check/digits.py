@@ -1,0 +1,27 @@
+"""A radius that no table can have held: solved for by a program, to hide what another number spoils."""
+
+from lensbench.lenses.check.finding import Finding
+from lensbench.prescription import Lens
+
+PUBLISHED = 5           # significant digits of a printed radius
+SOLVED = 9              # and of one that a program has left
+SINGLE = 6e-8           # relative: digits beyond it are the noise of a float32
+DOUBLE = 1e-12
+
+
+def digit_findings(lens: Lens) -> list[Finding]:
+    """The one radius with many digits among radii that have few."""
+    radii = {i: 1.0 / s.curvature for i, s in enumerate(lens.surfaces) if s.curvature}
+    long = [i for i, radius in radii.items() if _digits(radius, SINGLE) > PUBLISHED + 1]
+    rest = [_digits(radius, SINGLE) for i, radius in radii.items() if i not in long]
+    if len(long) != 1 or len(rest) < 3 or max(rest) > PUBLISHED or _digits(radii[long[0]], DOUBLE) < SOLVED:
+        return []
+    return [Finding("solved-radius", long[0],
+                    f"radius {radii[long[0]]:.10g} mm has many digits where no other has more than {max(rest)}: "
+                    "it was solved for, to focus the lens, and is not that of the source; another number may be wrong")]
+
+
+def _digits(value: float, tolerance: float) -> int:
+    """The significant decimal digits that hold a value to a relative tolerance."""
+    return next(digits for digits in range(1, 18) if abs(float(f"{value:.{digits}g}") - value) <= tolerance * abs(value)
+                or digits == 17)

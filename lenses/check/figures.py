@@ -1,0 +1,79 @@
+"""Focal length, back focus and f-number: what the surfaces give against what the file states."""
+
+from dataclasses import replace
+from math import isinf
+
+from lensbench.lenses.check.finding import Finding
+from lensbench.paraxial import FirstOrder, first_order
+from lensbench.prescription import Lens
+
+FOCAL_LENGTH = 0.02     # of the stated one: published focal lengths are nominal, and round to two digits
+BACK_FOCUS = 0.01       # of the focal length: published back foci are those of best focus, or of a rounded table
+BLUR = 0.005            # of the focal length: the disk on the axis, at full aperture, that a wrong back focus leaves
+FOCI = 0.01             # of the focal length: between the two sections of an anamorphic lens
+F_NUMBER = 0.25         # of the stated one: estimated rims, and stops that are larger than the marking
+FASTEST = 0.5           # f-number: a cone of 180° in air
+
+
+def across(lens: Lens) -> Lens:
+    """The rotationally symmetric lens that has the section x–z of this one."""
+    return replace(lens, surfaces=tuple(
+        s if s.curvature_x is None else replace(s, curvature=s.curvature_x, curvature_x=None) for s in lens.surfaces))
+
+
+def figure_findings(lens: Lens) -> list[Finding]:
+    """Where the first-order figures contradict the stated ones, or each other."""
+    sections = [first_order(lens)]
+    if not lens.is_rotationally_symmetric:
+        sections.append(first_order(across(lens)))
+    if all(isinf(section.efl) for section in sections):
+        return [Finding("focal-length", None, "the lens is afocal: it forms no image of its own")]
+    findings = []
+    if len(sections) == 2 and not abs(sections[0].bfl - sections[1].bfl) <= FOCI * abs(sections[0].efl):
+        findings.append(Finding("foci", None, "the two sections do not focus in one plane: y–z "
+                                              f"{sections[0].bfl:.5g} mm behind the last surface, x–z "
+                                              f"{sections[1].bfl:.5g} mm"))
+    return [*findings, *_back_focus(lens, sections[0]), *_focal_length(lens, sections), *_f_number(lens, sections[0])]
+
+
+def _back_focus(lens: Lens, section: FirstOrder) -> list[Finding]:
+    stored, bfl, efl = lens.surfaces[-1].thickness, section.bfl, abs(section.efl)
+    inside = ", inside the lens" if bfl < 0.0 else ""
+    if isinf(bfl) or (stored == 0.0 and not inside):                # not stored
+        return []
+    off = bfl - stored
+    blur = abs(off) / section.f_number if section.f_number else 0.0
+    if stored != 0.0 and abs(off) <= BACK_FOCUS * efl and blur <= BLUR * efl:
+        return []
+    message = f"the paraxial focus lies {bfl:.5g} mm behind the last surface{inside}"
+    if stored != 0.0:
+        message += (f", the stored back focus is {stored:.5g} mm: a point on the axis becomes a disk of {blur:.2g} mm, "
+                    f"{blur / efl:.2g} focal lengths")
+    return [Finding("back-focus", len(lens.surfaces) - 1, message)]
+
+
+def _focal_length(lens: Lens, sections: list[FirstOrder]) -> list[Finding]:
+    lengths = [section.efl for section in sections]
+    told = " and ".join(f"{efl:.5g}" for efl in lengths) + " mm" + (" (y–z and x–z)" if len(lengths) == 2 else "")
+    if lens.stated_efl is None or not lens.stated_efl:
+        return [] if max(lengths) > 0.0 else [
+            Finding("focal-length", None, f"the focal length is {told}: the lens diverges")]
+    errors = [abs(efl / lens.stated_efl - 1.0) for efl in lengths]
+    if min(errors) <= FOCAL_LENGTH:
+        return []
+    message = f"the focal length is {told}, {100.0 * min(errors):.3g} % from the stated {lens.stated_efl:g} mm"
+    if len(sections) == 1 and lens.surfaces[-1].thickness != 0.0 and not _back_focus(lens, sections[0]):
+        message += "; yet the back focus is right, so that the stated length may be of another lens or scale"
+    return [Finding("focal-length", None, message)]
+
+
+def _f_number(lens: Lens, section: FirstOrder) -> list[Finding]:
+    stated = lens.stated_f_number
+    if section.f_number < FASTEST:
+        return [Finding("f-number", lens.stop_index,
+                        f"the stop opens the lens to f/{section.f_number:.2g}: "
+                        f"no lens in air is faster than f/{FASTEST:g}")]
+    if stated is None or stated <= 0.0 or abs(section.f_number / stated - 1.0) <= F_NUMBER:
+        return []
+    return [Finding("f-number", lens.stop_index,
+                    f"the stop opens the lens to f/{section.f_number:.3g}, where f/{stated:g} is stated")]

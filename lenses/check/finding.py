@@ -1,0 +1,18 @@
+"""One thing that looks wrong in a prescription."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What looks wrong (`message`), where (`surface`, from 0; None: the whole lens) and of which kind.
+
+    kind: "focal-length", "back-focus", "foci", "f-number", "solved-radius",
+    "thickness", "edge", "crossing", "hemisphere", "ray", "stop", "no-stop" or "reading".
+    proposal: the one changed number that would explain it, or None.
+    """
+
+    kind: str
+    surface: int | None
+    message: str
+    proposal: str | None = None

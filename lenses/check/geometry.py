@@ -1,0 +1,78 @@
+"""Surfaces that cannot stand where the table puts them: rims too large, edges too thin, neighbours that cross."""
+
+import numpy as np
+
+from lensbench import surfaces as shapes
+from lensbench.lenses.check.finding import Finding
+from lensbench.prescription import Lens, Surface
+
+HEMISPHERE = 1.01       # × the largest height that the surface has: tables round to three digits
+CROSSING = 0.01         # of the rim: neighbours that touch are drawn to a hair
+STOP = 0.1              # of the rim: an iris is set where there is room, and its plane is nominal
+HEIGHTS = np.linspace(0.0, 1.0, 33)
+
+
+def geometry_findings(lens: Lens) -> list[Finding]:
+    """Where the table describes no glass that could be ground."""
+    findings = []
+    n_before = 1.0
+    for i, surface in enumerate(lens.surfaces):
+        reach = _reach(surface)
+        if surface.semi_diameter > HEMISPHERE * reach:
+            findings.append(Finding("hemisphere", i, f"the rim has a radius of {surface.semi_diameter:.5g} mm, but the "
+                                                     f"surface ends at {reach:.5g} mm from the axis"))
+        if i + 1 < len(lens.surfaces):
+            findings += _gap(lens, i, n_before)
+        n_before = surface.glass.n_d
+    return findings
+
+
+def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
+    """What is wrong with the gap behind surface i."""
+    front, back = lens.surfaces[i], lens.surfaces[i + 1]
+    in_glass = front.glass.n_d > 1.0
+    beside_stop = _is_dummy(lens, i, n_before) or _is_dummy(lens, i + 1, front.glass.n_d)
+    if in_glass and front.thickness <= 0.0:
+        return [Finding("thickness", i, f"the element behind surface {i} has a thickness of {front.thickness:g} mm")]
+    if front.thickness < 0.0 and not beside_stop:
+        return [Finding("thickness", i, f"the air behind surface {i} has a thickness of {front.thickness:g} mm")]
+    rim = min(front.semi_diameter, back.semi_diameter)
+    gaps, heights = _gaps(front, back, rim)
+    if beside_stop:                                                 # a stop may stand inside the bulge of a surface
+        gaps, heights = gaps[-1:], heights[-1:]
+    narrow = int(np.argmin(gaps))
+    if not gaps[narrow] < -(STOP if beside_stop else CROSSING) * rim:
+        return []
+    where = f"{-gaps[narrow]:.3g} mm deep, {heights[narrow]:.4g} mm from the axis"
+    if in_glass:
+        return [Finding("edge", i, f"the element between surfaces {i} and {i + 1} has a negative edge thickness: "
+                                   f"{where}")]
+    return [Finding("crossing", i, f"surfaces {i} and {i + 1} cross inside their rims: {where}")]
+
+
+def _is_dummy(lens: Lens, i: int, n_before: float) -> bool:
+    """Whether a surface is the stop, or a plane in air that bends no ray."""
+    surface = lens.surfaces[i]
+    in_air = n_before == surface.glass.n_d == 1.0
+    return in_air and (i == lens.stop_index or (surface.curvature == 0.0 and surface.is_spherical))
+
+
+def _gaps(front: Surface, back: Surface, rim: float) -> tuple[np.ndarray, np.ndarray]:
+    """The gap (mm) between two neighbours at heights to the smaller rim, in the narrower of the two sections."""
+    heights = HEIGHTS * min(rim, _reach(front), _reach(back))
+    gaps = [front.thickness + _sags(back, x, y) - _sags(front, x, y)
+            for x, y in ((0.0 * heights, heights), (heights, 0.0 * heights))]
+    gap = np.fmin(*gaps)
+    known = np.isfinite(gap)
+    return gap[known], heights[known]
+
+
+def _sags(surface: Surface, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    row = shapes.shape(surface.curvature, surface.conic, surface.aspheric, surface.curvature_x, surface.semi_diameter)
+    return shapes.sags(row, x, y)
+
+
+def _reach(surface: Surface) -> float:
+    """How far from the axis the surface goes (mm): to its equator, or without end."""
+    steepest = max((1.0 + surface.conic) * surface.curvature**2, (surface.curvature_x or 0.0)**2)
+    return steepest**-0.5 if steepest > 0.0 else np.inf

@@ -1,0 +1,155 @@
+"""The one wrong sign or digit that explains a focus or a focal length that is off, where there is just one.
+
+Every radius, gap and index is varied as a copyist errs: its sign lost, its point
+moved, two digits swapped, one digit misread. A candidate must restore both the
+stated focal length and the stored back focus. Where only one of them is known,
+digits match it by chance and nothing but a sign is believed.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lensbench.lenses.check.finding import Finding
+from lensbench.lenses.check.geometry import geometry_findings
+from lensbench.paraxial import ray_matrix
+from lensbench.prescription import Lens, Surface
+
+EXPLAINED = ("focal-length", "back-focus")
+BELIEVED = {"sign": 3e-3, "point": 2e-3, "swapped digits": 2e-3, "digit": 1e-3}     # misfit, of the focal length
+RIVAL = 5.0             # × the best misfit: another change that fits nearly as well leaves both unproven
+DIGITS = 7              # significant ones that are varied
+INDICES = (1.3, 2.2)
+
+
+@dataclass(frozen=True)
+class _Change:
+    surface: int
+    quantity: str                   # "radius", "thickness" or "n_d"
+    old: float
+    new: float
+    kind: str
+
+    def applied(self, lens: Lens) -> Lens:
+        surfaces = list(lens.surfaces)
+        surfaces[self.surface] = _changed(surfaces[self.surface], self.quantity, self.new)
+        return replace(lens, surfaces=tuple(surfaces))
+
+
+def with_proposal(lens: Lens, findings: list[Finding]) -> list[Finding]:
+    """The findings, the first that one changed number explains with that number as its proposal."""
+    explained = [i for i, finding in enumerate(findings) if finding.kind in EXPLAINED]
+    proposal = _proposal(lens) if explained and lens.is_rotationally_symmetric else None
+    if proposal is None:
+        return findings
+    return [replace(finding, proposal=proposal) if i == explained[0] else finding
+            for i, finding in enumerate(findings)]
+
+
+def _proposal(lens: Lens) -> str | None:
+    """The change that alone restores the figures, in words."""
+    stored, stated = lens.surfaces[-1].thickness, lens.stated_efl
+    if not (stored > 0.0 or stated):
+        return None
+    changes, efl, bfl = _figures(lens, both=stored > 0.0 and bool(stated))
+    if not changes:
+        return None
+    misfits = np.zeros(len(changes))
+    if stated:
+        misfits = np.maximum(misfits, np.abs(efl / stated - 1.0))
+    if stored > 0.0:
+        misfits = np.maximum(misfits, np.abs((bfl - stored) / (stated or efl)))
+    misfits = np.where(np.isfinite(misfits) & (efl > 0.0), misfits, np.inf)
+
+    # One change that fits, and no other nearly as well
+    order = np.argsort(misfits)
+    best = changes[order[0]]
+    if misfits[order[0]] > BELIEVED[best.kind]:
+        return None
+    rivals = (k for k in order[1:] if misfits[k] < RIVAL * max(misfits[order[0]], 1e-5))
+    if any(misfits[k] <= BELIEVED[changes[k].kind] for k in rivals):
+        return None
+    if len(geometry_findings(best.applied(lens))) > len(geometry_findings(lens)):
+        return None
+    return (f"{best.quantity} of surface {best.surface}: {best.new:.7g} in place of {best.old:.7g} (one {best.kind}) "
+            f"gives a focal length of {efl[order[0]]:.5g} mm and a back focus of {bfl[order[0]]:.5g} mm")
+
+
+def _figures(lens: Lens, both: bool) -> tuple[list[_Change], np.ndarray, np.ndarray]:
+    """Every change, with the focal length and the back focus (mm) that it gives: (m,) each."""
+    changes: list[_Change] = []
+    lengths, foci = [np.empty(0)], [np.empty(0)]
+    n, last = lens.indices(), len(lens.surfaces)
+    for i, surface in enumerate(lens.surfaces):
+        here = list(_changes(i, surface, both, is_last=i == last - 1))
+        if not here:
+            continue
+        changes += here
+        tried = [_changed(surface, change.quantity, change.new) for change in here]
+        c = np.array([s.vertex_curvature for s in tried])
+        gap, glass = np.array([s.thickness for s in tried]), np.array([s.glass.n_d for s in tried])
+        y, _, w, _ = ray_matrix(lens, 0, i)             # of the ray that enters parallel at height 1: (A, C)
+        w = w - (glass - n[i]) * c * y
+        y = np.full(len(here), y)
+        if i + 1 < last:
+            y = y + gap / glass * w
+            w = w - (n[i + 2] - glass) * lens.surfaces[i + 1].vertex_curvature * y
+            y, w = _onward(lens, i + 1, y, w)
+        lengths.append(-1.0 / w)
+        foci.append(-n[-1] * y / w)
+    return changes, np.concatenate(lengths), np.concatenate(foci)
+
+
+def _onward(lens: Lens, i: int, y: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Height and reduced slope behind the last surface, of rays just behind surface i."""
+    if i == len(lens.surfaces) - 1:
+        return y, w
+    y = y + lens.surfaces[i].thickness / lens.indices()[i + 1] * w
+    a, b, c, d = ray_matrix(lens, i + 1, len(lens.surfaces))
+    return a * y + b * w, c * y + d * w
+
+
+def _changed(surface: Surface, quantity: str, value: float) -> Surface:
+    if quantity == "radius":
+        return replace(surface, curvature=1.0 / value)
+    if quantity == "thickness":
+        return replace(surface, thickness=value)
+    return replace(surface, glass=replace(surface.glass, n_d=value, formula="model", coefficients=(), wavelengths=None))
+
+
+def _changes(i: int, surface: Surface, both: bool, is_last: bool) -> Iterator[_Change]:
+    """What a copyist could have made of the numbers of a surface."""
+    kinds = tuple(BELIEVED) if both else ("sign",)
+    if surface.curvature != 0.0:
+        radius = 1.0 / surface.curvature
+        for kind in kinds:
+            for new in _slips(radius, kind):
+                yield _Change(i, "radius", radius, new, kind)
+    if surface.thickness != 0.0 and not is_last:
+        for kind in kinds:
+            if kind != "sign":                          # a gap has none
+                for new in _slips(surface.thickness, kind):
+                    yield _Change(i, "thickness", surface.thickness, new, kind)
+    if surface.glass.n_d > 1.0:
+        for kind in kinds:
+            if kind in ("digit", "swapped digits"):
+                for new in _slips(surface.glass.n_d, kind):
+                    if INDICES[0] < new < INDICES[1]:
+                        yield _Change(i, "n_d", surface.glass.n_d, new, kind)
+
+
+def _slips(value: float, kind: str) -> set[float]:
+    """The numbers that a slip of this kind makes of a number."""
+    if kind == "sign":
+        return {-value}
+    if kind == "point":
+        return {value * factor for factor in (0.01, 0.1, 10.0, 100.0)}
+    text = np.format_float_positional(float(f"{value:.{DIGITS}g}"), trim="0")
+    places = [k for k, letter in enumerate(text) if letter.isdigit()]
+    if kind == "swapped digits":
+        texts = [text[:j] + text[k] + text[j + 1:k] + text[j] + text[k + 1:] for j, k in zip(places, places[1:],
+                                                                                          strict=False)]
+    else:
+        texts = [text[:k] + digit + text[k + 1:] for k in places for digit in "0123456789"]
+    return {float(changed) for changed in texts if changed != text} - {0.0, value}

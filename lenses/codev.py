@@ -1,0 +1,351 @@
+"""CODE V sequence files (.seq): lenses of rotationally symmetric surfaces and cylinders.
+
+    RDM                                 radii from here on; RDM N: curvatures
+    TITLE 'A singlet'; EPD 10; DIM M    aperture, unit: M mm, C cm, I inches
+    SO  0 1e14                          object: radius, thickness, glass
+    S   50 5 NBK7_SCHOTT                one surface each
+      STO
+      CON; K -1                         conic constant; ASP: A r⁴, B r⁶, C r⁸ … too
+      CIR 8                             semi-diameter
+    SI  0 0
+
+Commands stand on lines or between semicolons; & continues a line and ! begins a
+comment. A qualifier names another surface (THI S3 2.5). Without RDM the program
+takes what the user has set: both readings are tried, and that taken whose image
+lies where the file puts it. Of a zoom (ZOO) the first position is read. Mirrors,
+gratings, tilts and decentres are refused.
+"""
+
+import re
+from dataclasses import replace
+from math import inf, isfinite
+
+from lensbench.glass import AIR, Glass
+from lensbench.lenses import glass_catalogue, media
+from lensbench.lenses.design import Design, Row
+from lensbench.lenses.encoding import file_curvature, file_number, is_number
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.rows import RowError
+from lensbench.lenses.soundness import axial_heights
+from lensbench.prescription import Lens
+
+UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
+TERMS = {letter: 4 + 2 * i for i, letter in enumerate("ABCDEFGHJ")}     # A r⁴ … H r¹⁸, J r²⁰; there is no I
+REFUSED = {
+    **dict.fromkeys(("ADE", "BDE", "CDE"), "a tilt"), **dict.fromkeys(("XDE", "YDE", "ZDE"), "a decentre"),
+    "DAR": "a decentre that returns", "BEN": "a mirror bend", "REV": "a reverse tilt", "RET": "a return of axes",
+    "GLB": "global coordinates", "DIF": "a diffraction grating or diffractive element", "GRT": "a grating",
+    "GRO": "a grating", "HOE": "a hologram", "NSS": "a non-sequential group", "SPS": "a special surface",
+    "SPL": "a spline", "USR": "a surface of the user", "XTO": "a toroid about x", "FRN": "a Fresnel surface",
+    "LMO": "an ideal lens", "MOD": "an ideal lens", "GRN": "a gradient index", "IMG": "an ideal lens",
+}
+HARMLESS_ALONE = ("DAR", "BEN", "REV", "RET")       # no value: what they are is what they do
+SIDED = {"REX": "a rectangular aperture", "REY": "a rectangular aperture", "ELX": "an elliptical aperture",
+         "ELY": "an elliptical aperture", "ADX": "a decentred aperture", "ADY": "a decentred aperture"}
+
+
+def read(text: str, path: str) -> Lens:
+    """The lens of a file's text; `path` is named in errors. LensFileError: the line, the command, what is wrong."""
+    statements = _statements(text)
+    told = next((words[1:2] for _, words in statements if words[0] in ("RDM", "RDY_MODE")), None)
+    if told is not None:
+        return _Sequence(path, radii=told[:1] not in (["N"], ["n"])).run(statements)
+
+    # The mode is not said: the reading whose image lies where the file puts it
+    readings: list[tuple[float, bool, Lens]] = []
+    errors = []
+    for radii in (True, False):
+        try:
+            sequence = _Sequence(path, radii)
+            lens = sequence.run(statements)
+            readings.append((sequence.design.misfit(), radii, lens))
+        except LensFileError as error:
+            errors.append(error)
+    if not readings:
+        raise errors[0]
+    _, radii, lens = min(readings, key=lambda reading: reading[0])
+    what = "radii" if radii else "curvatures"
+    return replace(lens, findings=(f"the file does not say whether it gives radii or curvatures (RDM): read as {what}",
+                                   *lens.findings))
+
+
+def _statements(text: str) -> list[tuple[int, list[str]]]:
+    """The words of each command, quoted texts kept whole with their quotes, and its line."""
+    found: list[tuple[int, list[str]]] = []
+    words: list[str] = []
+    start, going_on = 1, False
+    for line, content in enumerate(text.split("\n"), start=1):
+        if not going_on:
+            start, words = line, []
+        going_on = False
+        for token in re.findall(r"'[^'\n]*'|\"[^\"\n]*\"|[^\s;!&'\"]+|[;!&]|['\"]", content):
+            if token == "!":
+                break
+            if token == "&":
+                going_on = True
+                break
+            if token == ";":
+                found += [(start, words)] if words else []
+                words = []
+            else:
+                words.append(token)
+        if not going_on and words:
+            found.append((start, words))
+            words = []
+    if words:
+        found.append((start, words))
+    return [(line, [words[0].upper(), *words[1:]]) for line, words in found]
+
+
+class _Sequence:
+    """A file being read, command by command: the surface at hand, and the private glasses so far."""
+
+    def __init__(self, path: str, radii: bool):
+        self.design = Design(path)
+        self.path, self.radii = path, radii
+        self.glasses: dict[str, Glass] = {}
+        self.wavelengths: list[float] = []
+        self.private = False
+        self.edges: dict[int, float] = {}
+        self.biconic: set[int] = set()
+
+    def run(self, statements: list[tuple[int, list[str]]]) -> Lens:
+        """The lens of all commands."""
+        for line, words in statements:
+            try:
+                self.command(line, words)
+            except RowError as error:
+                raise LensFileError(self.path, line, f"{words[0]}: {error}") from None
+        design = self.design
+        if not design.rows:
+            raise LensFileError(self.path, None, "there are no surfaces (SO, S, SI): this is no CODE V lens")
+        for index, row in enumerate(design.rows):
+            if row.semi_diameter is None and index in self.edges:
+                row.semi_diameter = self.edges[index]
+            if index in self.biconic and (row.conic or row.aspheric):
+                raise LensFileError(self.path, row.line, f"S{index} is curved in two sections and has a conic or "
+                                                         "aspheric terms: not traced")
+        if not any(row.is_stop for row in design.rows) and len(design.rows) > 1:
+            design.rows[1].is_stop = True
+            design.found("no stop is marked (STO): surface 0, as CODE V takes it")
+        return design.lens()
+
+    def command(self, line: int, words: list[str]) -> None:
+        """One command. RowError: what it says is not traced, or cannot be."""
+        key, values = words[0], words[1:]
+        if self.private:
+            return self.glass_definition(key, words, values)
+        if key == "ZOO" and values and not is_number(values[0]):
+            self.design.found("the first position of a zoom was read (ZOO)")
+            qualified = 2 if re.fullmatch(r"(?i)s(\d+|o|i|s)", values[1] if len(values) > 1 else "") else 1
+            return self.command(line, [values[0].upper(), *values[1:qualified], *values[qualified:qualified + 1]])
+        if key == "ZOO":
+            if values and int(self.value(values)) > 1:
+                self.design.found(f"the first of {int(self.value(values))} zoom positions was read (ZOO)")
+            return None
+        surface = re.fullmatch(r"S(O|I|\d+)?", key)
+        if surface:
+            return self.surface(line, surface[1] or "", values)
+        if key == "PRV":
+            self.private = True
+        elif key in ("TIT", "TITLE"):
+            self.design.name = " ".join(values).strip("'\" ")
+        elif key in ("EPD", "FNO", "NAO"):
+            self.design.aperture = ({"NAO": "NA"}.get(key, key), self.value(values))
+        elif key in ("YAN", "YOB", "YIM", "YRI"):
+            sizes = [abs(file_number(word, key)) for word in values]
+            if any(sizes):
+                self.design.field_of_view = ({"YAN": "angle", "YOB": "object"}.get(key, "image"), max(sizes))
+        elif key == "DIM":
+            unit = (values or ["M"])[0].upper()
+            if unit not in UNITS:
+                raise RowError(f"{unit}: lengths must be in M (mm), C (cm) or I (inches)")
+            self.design.unit = UNITS[unit]
+        elif self.design.rows:
+            self.surface_command(line, key, values)
+        return None
+
+    def surface(self, line: int, label: str, values: list[str]) -> None:
+        """S radius thickness glass: the next surface, or the one that is named."""
+        self.design.rows.append(Row(line))
+        row = self.design.rows[-1]
+        if label.isdigit() and int(label) != len(self.design.rows) - 1:
+            raise RowError(f"S{label} is out of turn: the next surface is S{len(self.design.rows) - 1}")
+        if values:
+            row.curvature = self.bend(values[0])
+        if len(values) > 1:
+            row.thickness = file_number(values[1], "thickness", infinite=True)
+        if len(values) > 2:
+            self.set_glass(row, values[2:])
+
+    def surface_command(self, line: int, key: str, values: list[str]) -> None:
+        """A command about the surface at hand, or about that of its qualifier."""
+        rows = self.design.rows
+        index = len(rows) - 1
+        if values:
+            named = re.fullmatch(r"(?i)s(o|i|s|\d+)", values[0])
+            if named:
+                where = named[1].upper()
+                stop = next((i for i, row in enumerate(rows) if row.is_stop), 1)
+                index = {"O": 0, "I": len(rows) - 1, "S": stop}.get(where, int(where) if where.isdigit() else 0)
+                values = values[1:]
+        if not 0 <= index < len(rows):
+            if key in ("RDY", "CUY", "THI", "GLA", "STO", "K", "CIR", *TERMS):
+                raise RowError(f"there is no surface {index}")
+            return
+        row = rows[index]
+        if key == "RDY":
+            row.curvature = file_curvature(self.word(values))
+        elif key == "CUY":
+            row.curvature = self.value(values)
+        elif key == "THI":
+            if values and values[0].upper() not in ("HMY", "PUY", "UMY"):       # solves: the value stands on the S line
+                row.thickness = self.value(values, infinite=True)
+        elif key == "GLA":
+            self.set_glass(row, values)
+        elif key in ("STO", "STOP"):
+            for other in rows:
+                other.is_stop = False
+            row.is_stop = True
+        elif key == "K":
+            row.conic = self.value(values)
+        elif key in TERMS:
+            row.aspheric[TERMS[key]] = self.value(values)
+            if row.aspheric[TERMS[key]] == 0.0:
+                del row.aspheric[TERMS[key]]
+        elif key in ("CYL", "YTO", "AAS"):
+            self.biconic.add(index)
+            row.curvature_x = row.curvature_x or 0.0 if key != "AAS" else row.curvature
+        elif key in ("CUX", "RDX"):
+            word = self.word(values)
+            row.curvature_x = file_number(word, key) if key == "CUX" else file_curvature(word)
+            self.biconic.add(index)
+        elif key == "CIR":
+            self.rim(index, row, values)
+        elif key in REFUSED:
+            self.refuse_unless_zero(index, key, values)
+        elif key in SIDED:
+            self.design.found(f"S{index}: {SIDED[key]} ({key}) is left out")
+        elif key in ("KX", "KY", "AR", "BR", "AP", "BP") and any(map(is_number, values)) and self.value(values):
+            raise RowError(f"S{index} has a biconic asphere, which is not traced")
+
+    def refuse_unless_zero(self, index: int, key: str, values: list[str]) -> None:
+        """RowError for what is not traced, unless its value is 0."""
+        if key not in HARMLESS_ALONE and values and all(is_number(word) for word in values) \
+                and not any(file_number(word, key) for word in values):
+            return
+        raise RowError(f"S{index} has {REFUSED[key]}, which is not traced")
+
+    def rim(self, index: int, row: Row, values: list[str]) -> None:
+        """CIR [EDG|OBS|HOL] semi-diameter."""
+        qualifier = next((word.upper() for word in values if not is_number(word) and word[0] not in "'\"Ll"), "")
+        sizes = [file_number(word, "CIR") for word in values if is_number(word)]
+        if not sizes:
+            raise RowError("a semi-diameter is missing")
+        if qualifier == "OBS":
+            self.design.found(f"S{index}: a central obscuration (CIR OBS) is left out")
+        elif qualifier == "HOL":
+            self.design.found(f"S{index}: a central hole (CIR HOL) is left out")
+        elif sizes[0] <= 0.0:
+            raise RowError(f"semi-diameter is {sizes[0]:g}: it must be positive")
+        elif qualifier == "EDG":
+            self.edges[index] = sizes[0]
+        else:
+            row.semi_diameter = sizes[0]
+
+    def set_glass(self, row: Row, words: list[str]) -> None:
+        """The medium after a surface."""
+        name = words[0].strip("'\"") if words else ""
+        if name.upper() in media.MIRROR_NAMES:
+            raise RowError(f"S{len(self.design.rows) - 1} is a mirror ({name.upper()}): only lenses are traced")
+        if name.upper() in self.glasses:
+            row.glass = self.glasses[name.upper()]
+            return
+        coded = media.code(name) if name else AIR
+        if coded is not None:
+            row.glass = coded
+            return
+        if is_number(name):
+            row.glass = media.model(file_number(name, "index"), 0.0)
+            return
+        glass, _, maker = name.partition("_")
+        row.glass, finding = media.named(glass, maker or None)
+        if finding:
+            self.design.found(finding)
+
+    def glass_definition(self, key: str, words: list[str], values: list[str]) -> None:
+        """A line between PRV and END: wavelengths (nm) and the indices of a glass there, or a Laurent series."""
+        if key == "END":
+            self.private = False
+        elif key == "PWL":
+            self.wavelengths = [file_number(word, "PWL") / 1000.0 for word in values]
+        elif values:
+            name = words[0].strip("'\"")
+            kind = values[0].upper()
+            if kind in ("LAU", "GMS", "GML", "HAR", "CAU", "SEL") or not is_number(values[0]):
+                self.design.found(f"the private glass {name} is given by a formula ({kind}), which is not read")
+                return
+            indices = [file_number(word, "index") for word in values]
+            points = sorted({w: n for w, n in zip(self.wavelengths, indices, strict=False) if w > 0.0}.items())
+            self.glasses[name.upper()] = media.tabulated(name, points)
+
+    def bend(self, word: str) -> float:
+        """Curvature of the first value of an S line."""
+        return file_curvature(word) if self.radii else file_number(word, "curvature")
+
+    def word(self, values: list[str]) -> str:
+        """The first value."""
+        if not values:
+            raise RowError("a value is missing")
+        return values[0]
+
+    def value(self, values: list[str], infinite: bool = False) -> float:
+        """The first value as a number."""
+        return file_number(self.word(values), "the value", infinite=infinite)
+
+
+def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
+    """The text of a .seq file, and what it could not hold, one sentence each."""
+    remarks: list[str] = []
+    title = " ".join(lens.name.replace("'", " ").split())
+    lines = ["RDM N; LEN", f"TITLE '{title}'", "DIM M", "WL 656.2725 587.5618 486.1327", "REF 2",
+             *_entrance_pupil(lens), "YAN 0.0", "SO 0.0 0.1e14"]
+    for i, s in enumerate(lens.surfaces):
+        glass = s.glass
+        words = [f"S {s.curvature!r} {s.thickness!r}"]
+        if glass.n_d != 1.0:
+            known = media.is_known(glass)
+            words.append(f"{glass_catalogue.key(glass.name)}_{media.maker_of(glass.name)}" if known
+                         else f"{glass.n_d!r}:{glass.v_d or 0.0!r}")
+            if glass.name and not known:
+                words.append(f"! {' '.join(glass.name.split())}")
+                remarks.append("glasses that no catalogue has are written by n_d and V_d, their names as comments")
+        lines.append(" ".join(words))
+        lines += ["  STO"] if i == lens.stop_index else []
+        if s.curvature_x is not None:
+            lines += ["  AAS", f"  CUX {s.curvature_x!r}"]
+        lines.append(f"  CIR {s.semi_diameter!r}")
+        letters = {power: letter for letter, power in TERMS.items()}
+        if s.aspheric:
+            lines += ["  ASP", f"  K {s.conic!r}"]
+            lines += [f"  {letters[power]} {a!r}" for power, a in s.aspheric if power in letters]
+            lost = [f"r^{power}" for power, _ in s.aspheric if power not in letters]
+            if lost:
+                remarks.append(f"surface {i}: its aspheric terms in {', '.join(lost)} cannot be written, and this is "
+                               "another lens")
+        elif s.conic:
+            lines += ["  CON", f"  K {s.conic!r}"]
+        if media.loss(glass):
+            remarks.append(f"surface {i}: {media.loss(glass)}")
+    lines += ["SI 0.0 0.0", "GO", ""]
+    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
+    if title != lens.name:
+        remarks.append("the name is written in one line, without quotes")
+    return "\n".join(lines), tuple(dict.fromkeys(remarks))
+
+
+def _entrance_pupil(lens: Lens) -> list[str]:
+    """The line about the paraxial diameter of the entrance pupil (mm), where there is one."""
+    height = axial_heights(lens.surfaces)[lens.stop_index]
+    diameter = 2.0 * lens.stop.semi_diameter / abs(height) if height else inf
+    return [f"EPD {diameter!r}"] if isfinite(diameter) else []

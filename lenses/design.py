@@ -1,0 +1,244 @@
+"""What a lens design program's file says, from the object to the image, and the lens between them.
+
+Lengths in the unit of the file until `lens` converts them to mm. A row's
+thickness and medium stand after its surface; the first row is the object, the
+last one the image. Neither is part of the lens: the object's distance is told,
+and the gap before the image is the back focus.
+
+Where a file has no rim for a surface, the paraxial marginal and chief rays of
+its aperture and field say how wide the surface must be: |y| + |ȳ|, and at the
+stop |y|. That is an estimate, and the lens's findings say so.
+"""
+
+from dataclasses import dataclass, field
+from math import asin, inf, isfinite, isinf, radians, tan
+
+from lensbench.glass import AIR, Glass
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.rows import stop_of
+from lensbench.prescription import Lens, LensError, Surface
+
+FAR = 1e8               # file units: an object beyond it is at infinity
+STEEPEST_FIELD = 60.0   # degrees: beyond it a paraxial chief ray says nothing
+FULLEST = 0.98          # of a hemisphere: as far as an estimated rim goes
+
+
+@dataclass
+class Row:
+    """One surface of a design file, in the file's unit; semi_diameter None: the file has none."""
+
+    line: int | None
+    curvature: float = 0.0
+    thickness: float = 0.0
+    semi_diameter: float | None = None
+    glass: Glass = AIR
+    conic: float = 0.0
+    aspheric: dict[int, float] = field(default_factory=dict)
+    curvature_x: float | None = None
+    is_stop: bool = False
+
+    @property
+    def vertex_curvature(self) -> float:
+        """Curvature at the vertex, with that of an r² term."""
+        return self.curvature + 2.0 * self.aspheric.get(2, 0.0)
+
+
+@dataclass
+class Design:
+    """A file's rows, its aperture and field, its words, and what was assumed so far.
+
+    aperture: ("EPD" diameter | "FNO" number | "NA" of the object | "stop"
+    radius, value); field_of_view: ("angle" degrees | "object" | "image" height, value).
+    """
+
+    path: str
+    rows: list[Row] = field(default_factory=list)
+    unit: float = 1.0                       # mm
+    name: str = ""
+    notes: str = ""
+    stated_efl: float | None = None
+    stated_f_number: float | None = None
+    aperture: tuple[str, float] | None = None
+    field_of_view: tuple[str, float] | None = None
+    findings: list[str] = field(default_factory=list)
+
+    def found(self, finding: str) -> None:
+        """Keep what was assumed or left out, once."""
+        if finding not in self.findings:
+            self.findings.append(finding)
+
+    def refuse(self, row: Row | None, reason: str) -> LensFileError:
+        """The error for a row."""
+        return LensFileError(self.path, row.line if row else None, reason)
+
+    def lens(self) -> Lens:
+        """The lens between object and image, in mm. LensFileError: there is none."""
+        if len(self.rows) < 3:
+            raise self.refuse(None, "there is no lens: a design needs an object, at least one surface and an image")
+        surfaces = self.rows[1:-1]
+        self._check_conjugates(surfaces)
+        marked = [i for i, row in enumerate(surfaces) if row.is_stop]
+        if not marked and (self.rows[0].is_stop or self.rows[-1].is_stop):
+            self.found("the stop is marked on the object or the image, which are no part of the lens")
+        if not marked and any(row.semi_diameter is None for row in surfaces):
+            marked = [0]
+            self.found("no stop is marked, and not every rim is known: surface 0 is taken as the stop")
+        self._estimate_rims(surfaces, marked)
+        self._check_stop(surfaces, marked)
+
+        # In mm
+        made = []
+        for row in surfaces:
+            try:
+                surface = Surface(row.curvature, row.thickness, row.semi_diameter or 0.0, row.glass, row.conic,
+                                  tuple(row.aspheric.items()), row.curvature_x)
+                made.append(surface.scaled(self.unit) if self.unit != 1.0 else surface)
+            except (LensError, ArithmeticError) as error:
+                raise self.refuse(row, f"surface {len(made)}: {error}") from None
+        if self.unit != 1.0:
+            self.found(f"lengths were converted to mm: one unit of the file is {self.unit:g} mm")
+        try:
+            stop_index, assumed = stop_of(tuple(made), marked)
+            scaled_efl = None if self.stated_efl is None else self.stated_efl * self.unit
+            return Lens(tuple(made), stop_index, name=self.name, notes=self.notes, stated_efl=scaled_efl,
+                        stated_f_number=self.stated_f_number, findings=(*self.findings, *assumed))
+        except (LensError, ArithmeticError) as error:
+            raise self.refuse(None, str(error)) from None
+
+    def misfit(self) -> float:
+        """How far, in focal lengths, the paraxial image lies from the stored one; more where surfaces cannot be."""
+        surfaces, distance = self.rows[1:-1], self.rows[0].thickness
+        ray = (1.0, 0.0) if abs(distance) >= FAR or distance == 0.0 else (1.0, 1.0 / distance)
+        try:
+            heights, before = _paraxial(surfaces, *ray)
+            efl = _paraxial(surfaces, 1.0, 0.0)[1]
+            image = (heights[-1] * before - surfaces[-1].thickness) / efl
+        except ArithmeticError:
+            image = inf
+        crossed = sum(abs(row.curvature) * (row.semi_diameter or 0.0) > 1.0 for row in surfaces)
+        folded = sum(row.glass.n_d > 1.0 and row.thickness * abs(row.curvature) > 2.5 for row in surfaces)
+        return (min(abs(image), 50.0) if isfinite(image) else 100.0) + 10.0 * (crossed + folded)
+
+    def _check_conjugates(self, surfaces: list[Row]) -> None:
+        """Object and image: their distances, and the media in front of the lens and behind it."""
+        distance = self.rows[0].thickness
+        if self.rows[0].glass.n_d != 1.0:
+            raise self.refuse(self.rows[0], f"the object lies in {self.rows[0].glass.name or 'glass'}: only a lens "
+                                            "whose object is in air can be held")
+        if abs(distance) < FAR:
+            self.found(f"designed for an object {distance * self.unit:g} mm before the first surface; the stored back "
+                       "focus is that of its image")
+        for row in surfaces[:-1]:
+            if isinf(row.thickness):
+                raise self.refuse(row, "a gap within the lens is infinite")
+        last = surfaces[-1]
+        if isinf(last.thickness) or abs(last.thickness) > FAR:
+            last.thickness = 0.0
+            self.found("its image lies at infinity: no back focus is stored")
+        if last.glass.n_d != 1.0:
+            self.found(f"the image lies in {last.glass.name or 'a medium'} of index {last.glass.n_d:g}")
+
+    def _estimate_rims(self, surfaces: list[Row], marked: list[int]) -> None:
+        """Give each surface without a rim one from the paraxial marginal and chief rays."""
+        unknown = [i for i, row in enumerate(surfaces) if row.semi_diameter is None]
+        if not unknown:
+            return
+        try:
+            marginal, chief = self._heights(surfaces, marked[0] if marked else 0)
+        except (ArithmeticError, ValueError):
+            marginal, chief = [], []
+        if not marginal:
+            raise self.refuse(surfaces[unknown[0]], "surface rims are missing, and so is an aperture to estimate "
+                                                    "them from")
+        for i in unknown:
+            y = abs(marginal[i]) + (0.0 if marked and i == marked[0] else abs(chief[i]))
+            row = surfaces[i]
+            bend = (1.0 + row.conic) * row.curvature * row.curvature
+            if bend > 0.0:
+                y = min(y, FULLEST / bend ** 0.5)
+            row.semi_diameter = y if isfinite(y) and y > 1e-9 else max(map(abs, marginal))
+        which = "every surface" if len(unknown) == len(surfaces) else \
+            f"surface{'s' if len(unknown) > 1 else ''} {_listed(unknown)}"
+        kind = self.aperture[0] if self.aperture else "other rims"
+        self.found(f"the file has no rim for {which}: estimated from the paraxial marginal and chief rays ({kind}"
+                   f"{'' if self.field_of_view else ', no field is stated'})")
+
+    def _check_stop(self, surfaces: list[Row], marked: list[int]) -> None:
+        """Say where the stop's rim is not the one that the stated aperture asks for."""
+        kind, value = self.aperture or ("", 0.0)
+        if len(marked) != 1 or kind not in ("EPD", "FNO", "NA") or not value > 0.0:
+            return
+        try:
+            marginal, _ = self._heights(surfaces, marked[0])
+            asked, rim = abs(marginal[marked[0]]), surfaces[marked[0]].semi_diameter or 0.0
+        except (ArithmeticError, ValueError, IndexError):
+            return
+        if abs(asked - rim) > 0.02 * rim:
+            self.found(f"the stop's semi-diameter, {rim * self.unit:.4g} mm, was kept: the stated aperture, {kind} "
+                       f"{value:g}, asks for {asked * self.unit:.4g} mm")
+
+    def _heights(self, surfaces: list[Row], stop: int) -> tuple[list[float], list[float]]:
+        """Heights of the marginal and of the chief ray at the surfaces; empty lists where nothing says how wide."""
+        distance = self.rows[0].thickness
+        at_infinity = abs(distance) >= FAR
+        first, efl = _paraxial(surfaces, 1.0, 0.0)
+        tilted, _ = _paraxial(surfaces, 0.0, 1.0)
+        share = -tilted[stop] / first[stop] if first[stop] else 0.0
+        through_stop = [b + share * a for a, b in zip(first, tilted, strict=True)]      # slope 1 in front of the lens
+
+        # The marginal ray, scaled to the aperture
+        if at_infinity:
+            unit = first
+        else:
+            unit = [a + b / distance for a, b in zip(first, tilted, strict=True)] if distance else tilted
+        kind, value = self.aperture or ("", 0.0)
+        if kind == "FNO" and isfinite(efl) and value > 0.0:
+            kind, value = "EPD", abs(efl) / value
+        if kind == "EPD" and value > 0.0:
+            pupil = 1.0 if at_infinity else 1.0 + share / distance if distance else share
+            scale = value / 2.0 / abs(pupil) if pupil else 0.0
+        elif kind == "NA" and not at_infinity and 0.0 < value < 1.0:
+            scale = tan(asin(value)) * abs(distance or 1.0)
+        elif surfaces[stop].semi_diameter is not None and unit[stop]:
+            scale = (surfaces[stop].semi_diameter or 0.0) / abs(unit[stop])
+        else:
+            rims = [row.semi_diameter / abs(y) for row, y in zip(surfaces, unit, strict=True)
+                    if row.semi_diameter is not None and y]
+            scale = min(rims, default=0.0)
+        if not (0.0 < scale < inf):
+            return [], []
+        marginal = [scale * y for y in unit]
+
+        # The chief ray, scaled to the field
+        kind, value = self.field_of_view or ("", 0.0)
+        slope = 0.0
+        if kind == "angle":
+            slope = tan(radians(min(abs(value), STEEPEST_FIELD)))
+        elif kind == "object" and not at_infinity and distance + share:
+            slope = abs(value) / abs(distance + share)
+        elif kind == "image" and at_infinity and isfinite(efl) and efl:
+            slope = abs(value / efl)
+        return marginal, [slope * y for y in through_stop]
+
+
+def _paraxial(rows: list[Row], height: float, slope: float) -> tuple[list[float], float]:
+    """Heights at the surfaces of a paraxial d-line ray, and −1 over its slope behind the last."""
+    heights, n = [], 1.0
+    for row in rows:
+        heights.append(height)
+        after = row.glass.n_d
+        slope = (n * slope - height * row.vertex_curvature * (after - n)) / after
+        height += slope * row.thickness
+        n = after
+    return heights, -1.0 / slope if slope else inf
+
+
+def _listed(numbers: list[int]) -> str:
+    """“0, 2–5, 7”."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]}–{run[-1]}" for run in runs)

@@ -1,0 +1,56 @@
+"""The text and the numbers of other programs' files: UTF-8, UTF-16 or Latin-1; decimal commas, Fortran's exponents."""
+
+import codecs
+import re
+
+from lensbench.lenses.rows import RowError, curvature, number
+
+INFINITE = ("inf", "infinity", "-inf", "-infinity", "1e999", "1.0e+999")
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
+DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eEdD][+-]?\d+)?")
+
+
+def decoded(data: bytes) -> str:
+    """The text, with plain line ends. UnicodeDecodeError: bytes that are no text in any of these encodings."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        text = data.decode("utf-16")
+    elif data[1:2] == b"\0" != data[:1]:
+        text = data.decode("utf-16-le")
+    elif data[:1] == b"\0" != data[1:2]:
+        text = data.decode("utf-16-be")
+    else:
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = data.decode("latin-1")
+    if "\0" in text:
+        raise UnicodeDecodeError("utf-8", data, max(data.find(b"\0"), 0), len(data), "a NUL in a text")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def plain_number(text: str) -> str:
+    """A number as other programs write it, as Python reads it: 1,5 is 1.5 and 1D-3 is 1e-3; other text as it is."""
+    if DECIMAL_COMMA.fullmatch(text):
+        text = text.replace(",", ".")
+    if NUMBER.fullmatch(text):
+        text = text.replace("D", "e").replace("d", "e")
+    return text
+
+
+def is_number(text: str) -> bool:
+    """Whether a word is meant as a number."""
+    return NUMBER.fullmatch(plain_number(text)) is not None
+
+
+def file_number(text: str, name: str, infinite: bool = False) -> float:
+    """A number of a file. RowError, with the name of the value: none, or (unless allowed) infinite."""
+    plain = plain_number(text)
+    if not NUMBER.fullmatch(plain) and plain.lower() not in INFINITE:
+        raise RowError(f"{name} is {text[:40]!r}: it must be a number")
+    return number(plain, name, infinite=infinite)
+
+
+def file_curvature(text: str) -> float:
+    """The curvature of a radius of a file, correctly rounded from its digits; 0 and infinity are a plane."""
+    file_number(text, "radius", infinite=True)
+    return curvature(plain_number(text))

@@ -1,0 +1,80 @@
+"""JSON as other programs write lenses in it: values by their path, and the line on which each item of a list begins."""
+
+import json
+import re
+from typing import Any
+
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.rows import RowError, number
+
+
+def parse(text: str, path: str) -> dict[str, Any]:
+    """The object of the file. LensFileError: no JSON, or another thing than an object."""
+    try:
+        data = json.loads(text)
+    except RecursionError:
+        raise LensFileError(path, None, "its brackets are nested too deep") from None
+    except json.JSONDecodeError as error:
+        raise LensFileError(path, error.lineno, f"not valid JSON: {error.msg}") from None
+    except ValueError as error:
+        raise LensFileError(path, None, f"not valid JSON: {error}") from None
+    if not isinstance(data, dict):
+        raise LensFileError(path, 1, "a lens in JSON is an object in braces")
+    return data
+
+
+def item_lines(text: str, key: str) -> list[int]:
+    """The line on which each item of the first list of this name begins."""
+    found = re.search(rf'"{re.escape(key)}"\s*:\s*\[', text)
+    lines: list[int] = []
+    place = found.end() if found else len(text)
+    while place < len(text):
+        skipped = re.match(r"[\s,]*", text[place:place + 100_000])
+        place += skipped.end() if skipped else 0
+        if text[place:place + 1] in ("]", ""):
+            break
+        lines.append(text.count("\n", 0, place) + 1)
+        try:
+            _, place = json.JSONDecoder().raw_decode(text, place)
+        except (ValueError, RecursionError):
+            break
+    return lines
+
+
+def table(data: Any, *keys: str) -> dict[str, Any]:
+    """The object that lies at a path of keys, {} where there is none; rayoptics' wrappers are opened."""
+    for key in ("", *keys):
+        if key:
+            data = data.get(key) if isinstance(data, dict) else None
+        if isinstance(data, dict) and isinstance(data.get("attributes"), dict):
+            data = data["attributes"]
+    return data if isinstance(data, dict) else {}
+
+
+def items(data: Any) -> list[Any]:
+    """The items of a list, also of one that numpy wrote; [] for anything else."""
+    if isinstance(data, dict):
+        data = data.get("__ndarray__")
+    return data if isinstance(data, list) else []
+
+
+def value(data: dict[str, Any], key: str, default: float | None = None, infinite: bool = False) -> float:
+    """A number of an object. RowError: none, or one that cannot be."""
+    found = data.get(key, default)
+    if found is None:
+        if default is None:
+            raise RowError(f"{key} is missing")
+        return default
+    return number(found, key, infinite)
+
+
+def coefficients(data: dict[str, Any], key: str, powers: list[int]) -> dict[int, float]:
+    """Aspheric coefficients that are not 0, by their powers. RowError: a power that is not traced."""
+    found = items(data.get(key))
+    numbers = [number(a, f"{key}[{i}]") for i, a in enumerate(found)]
+    if any(numbers[len(powers):]):
+        raise RowError(f"{key} has {len(numbers)} coefficients, of which {len(powers)} can be traced")
+    result = {power: a for power, a in zip(powers, numbers, strict=False) if a}
+    if 1 in result:
+        raise RowError("a term in r¹ makes a cone, which is not traced")
+    return result

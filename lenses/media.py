@@ -1,0 +1,135 @@
+"""Media as lens files name them: catalogue glasses, model glasses of n_d and V_d, plastics and liquids, air."""
+
+import re
+from dataclasses import replace
+
+from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
+from lensbench.lenses import glass_catalogue
+from lensbench.lenses.rows import RowError
+from lensbench.prescription import Lens
+
+AIR_NAMES = {"", "AIR", "VACUUM", "VACUO"}
+LINES = (F_LINE, D_LINE, C_LINE)
+ROUNDING = 4e-5         # µm: 656.3 nm is the C line
+MIRROR_NAMES = {"MIRROR", "REFL", "RFL", "RFH"}
+
+# n_d and V_d of media that no glass maker lists, by the names that design programs give them
+OTHERS = {
+    "SILICA": (1.458464, 67.82), "F_SILICA": (1.458464, 67.82), "FUSED_SILICA": (1.458464, 67.82),
+    "CAF2": (1.433848, 94.99), "PMMA": (1.491756, 57.44), "ACRYLIC": (1.491756, 57.44), "POLYSTYR": (1.590481, 30.87),
+    "POLYCARB": (1.585470, 29.91), "COC": (1.533732, 56.23), "WATER": (1.333041, 55.77),
+}
+
+
+def model(n_d: float, v_d: float, name: str = "") -> Glass:
+    """The glass of n_d and V_d (0: not known) that a file states. RowError: numbers that no glass has."""
+    if n_d == 1.0:
+        return AIR
+    if n_d < 1.0:
+        raise RowError(f"index n_d is {n_d:g}: it must be at least 1 (air)")
+    if v_d < 0.0:
+        raise RowError(f"Abbe number V_d is {v_d:g}: it must be positive, or 0 where it is not known")
+    return Glass(n_d, v_d or None, name)
+
+
+def named(name: str, maker: str | None = None, spare: tuple[float, float] | None = None) -> tuple[Glass, str]:
+    """The glass of this name, and what had to be assumed ("": nothing).
+
+    spare: n_d and V_d that the file keeps beside the name; they count where no
+    catalogue has it. RowError: unknown, with the nearest names, and no spare.
+    """
+    if name.upper() in AIR_NAMES:
+        return AIR, ""
+    try:
+        exact = _catalogued(name, maker)
+        if exact is not None:
+            resolved = glass_catalogue.resolve(name, maker)
+            return exact, resolved.note if maker else ""
+        if name.upper() in OTHERS:
+            n_d, v_d = OTHERS[name.upper()]
+            return Glass(n_d, v_d, name), f"{name} was taken as n_d {n_d:g} and V_d {v_d:g}"
+        if spare and spare[0] > 1.0 and spare[1] >= 0.0:
+            return model(*spare, name), (f"the glass {name} is in no catalogue: n_d {spare[0]:g} and V_d "
+                                         f"{spare[1]:g}, which the file keeps beside it, were taken")
+        near = glass_catalogue.resolve(name, maker)
+        return near.glass, near.note
+    except GlassError as error:
+        raise RowError(str(error)) from None
+
+
+def stated(name: str, n_d: float, v_d: float, maker: str | None = None) -> Glass:
+    """The glass whose numbers a file states: that of the catalogue where it has the very same ones, else a model."""
+    exact = _catalogued(name, maker) if name else None
+    if exact is not None and exact.n_d == n_d and (exact.v_d or 0.0) == v_d:
+        return exact
+    return model(n_d, v_d, name)
+
+
+def _catalogued(name: str, maker: str | None = None) -> Glass | None:
+    """The glass that a catalogue has by this name; None where none has."""
+    try:
+        return glass_catalogue.find(name, maker)
+    except glass_catalogue.UnknownGlass:
+        return None
+
+
+def code(text: str) -> Glass | None:
+    """The glass of a code such as 517642, 517.642, 517000.641700 or 1.5168:64.17; None for other words."""
+    pair = re.fullmatch(r"(\d\.\d+|\d)[:/](\d+\.?\d*)", text)
+    if pair:
+        return model(float(pair[1]), float(pair[2]))
+    digits = re.fullmatch(r"(\d{3,12})\.(\d{2,12})", text) or re.fullmatch(r"(\d{3})(\d{3})", text)
+    if digits:
+        return model(float(f"1.{digits[1]}"), float(f"{digits[2][:2]}.{digits[2][2:] or 0}"))
+    return None
+
+
+def tabulated(name: str, points: list[tuple[float, float]]) -> Glass:
+    """The glass of (wavelength µm, index) pairs: of n_d and V_d where they stand at the lines F, d and C alone.
+
+    Wavelengths as files round them (587.6 nm) are the lines themselves. RowError:
+    fewer than two pairs, or values that no glass has.
+    """
+    table = tuple(sorted({next((line for line in LINES if abs(line - w) < ROUNDING), w): n for w, n in points}.items()))
+    if len(table) < 2:
+        raise RowError(f"the glass {name} needs its indices at two wavelengths at least")
+    try:
+        glass = Glass(table[0][1], None, name, "table", table)
+        low, high = table[0][0], table[-1][0]
+        n_d = glass.index(D_LINE) if low <= D_LINE <= high else table[len(table) // 2][1]
+        spread = glass.index(F_LINE) - glass.index(C_LINE) if low <= F_LINE and C_LINE <= high else 0.0
+        v_d = (n_d - 1.0) / spread if spread > 0.0 and n_d > 1.0 else None
+        return Glass(n_d, v_d, name) if {w for w, _ in table} == set(LINES) else replace(glass, n_d=n_d, v_d=v_d)
+    except (GlassError, ArithmeticError) as error:
+        raise RowError(str(error)) from None
+
+
+def is_known(glass: Glass) -> bool:
+    """Whether a reader finds this very glass by its name."""
+    return bool(glass.name) and glass.formula != "model" and _catalogued(glass.name) == glass
+
+
+def loss(glass: Glass) -> str:
+    """What is lost of a glass where only its name, n_d and V_d are written; "" where nothing is."""
+    if glass.n_d == 1.0:
+        return f"the name of {glass.name}, of index 1, is left out" if glass.name else ""
+    if glass.formula == "model" or is_known(glass):
+        return ""
+    return f"of the dispersion of {glass.name or 'a glass'} only n_d and V_d are written"
+
+
+def maker_of(name: str) -> str:
+    """The maker whose glass `named` takes for a name."""
+    return glass_catalogue.resolve(name).maker
+
+
+def left_out(lens: Lens, *fields: str) -> list[str]:
+    """The remark about those of a lens's words and figures that a format has no place for."""
+    words = {"kind": "kind", "year": "year", "source": "source", "notes": "notes", "name": "name",
+             "stated_efl": "stated focal length", "stated_f_number": "stated f-number"}
+    lost = [words[field] for field in fields if getattr(lens, field) not in ("", None)]
+    return [f"left out: {', '.join(lost)}"] if lost else []
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^A-Z0-9]", "", name.upper())

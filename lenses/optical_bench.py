@@ -1,0 +1,222 @@
+"""Optical Bench files (.txt), as the Photons to Photos site keeps its lenses: sections of tab-separated columns.
+
+    [descriptive data]      title
+    [constants]             AsphericalOddCount n, AsphericalA2: which powers the aspheric columns have
+    [variable distances]    Focal Length, F-Number, d0 (object), Bf (back focus) …: a column a zoom position
+    [lens data]             id, radius, thickness or the name of a distance, n_d, diameter, V_d, glass, maker
+    [aspherical data]       id, radius, conic, coefficients
+    [notes]
+
+Lengths in mm. A radius is a number, Infinity, CG (a cover glass: a plane) or AS,
+the aperture stop; an id that ends in AS puts the stop on that surface. Aspheric
+coefficients go up from r⁴ by even powers, with AsphericalA2 from r², and with
+AsphericalOddCount n the first n odd powers from r³ on stand between them (an n
+of 1: r³ r⁴ r⁶ r⁸ …). Of several zoom positions the first is read.
+"""
+
+import re
+from math import isinf
+
+from lensbench.glass import AIR
+from lensbench.lenses import media
+from lensbench.lenses.design import Design, Row
+from lensbench.lenses.encoding import file_curvature, file_number, is_number
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.rows import RowError, radius_text
+from lensbench.prescription import Lens
+
+PLANES = ("CG", "FS", "INFINITY", "INF", "")
+LONGEST = 30            # aspheric coefficients in a line
+
+
+def read(text: str, path: str) -> Lens:
+    """The lens of a file's text; `path` is named in errors. LensFileError: the line and what is wrong in it."""
+    sections = _sections(text, path)
+    if not sections.get("lens data"):
+        raise LensFileError(path, None, "there is no section [lens data] with surfaces: this is no Optical Bench lens")
+    design = Design(path, [Row(None, thickness=float("inf"))])
+    distances = {cells[0].strip().lower(): (line, cells[1:]) for line, cells in sections.get("variable distances", [])}
+    design.name = next((cells[1].strip() for _, cells in sections.get("descriptive data", [])
+                        if cells[0].strip().lower() == "title" and len(cells) > 1), "")
+    design.notes = " ".join(" ".join(" ".join(cells) for _, cells in sections.get("notes", [])).split())
+    design.stated_efl = _stated(distances, "focal length", path)
+    design.stated_f_number = _stated(distances, "f-number", path)
+    positions = max((sum(1 for cell in cells if cell.strip()) for _, cells in distances.values()), default=1)
+    if positions > 1:
+        at = f" (focal length {design.stated_efl:g} mm)" if design.stated_efl else ""
+        design.found(f"the first of {positions} positions was read{at}")
+    distance = _first(distances, "d0")
+    if distance is not None:
+        design.rows[0].thickness = _number(path, *distance, "d0", infinite=True)
+
+    rows: dict[str, Row] = {}
+    for line, cells in sections["lens data"]:
+        try:
+            row = _row(design, line, [cell.strip() for cell in cells] + [""] * 8, distances)
+        except RowError as error:
+            raise LensFileError(path, line, f"surface {cells[0].strip()}: {error}") from None
+        design.rows.append(row)
+        rows[re.sub(r"(?i)as$", "", cells[0].strip()) or cells[0].strip()] = row
+    powers = _powers(sections)
+    for line, cells in sections.get("aspherical data", []):
+        name = re.sub(r"(?i)as$", "", cells[0].strip())
+        if name not in rows:
+            raise LensFileError(path, line, f"[aspherical data] of surface {cells[0].strip()!r}, which is not there")
+        try:
+            _bend(rows[name], [cell.strip() for cell in cells], powers)
+        except RowError as error:
+            raise LensFileError(path, line, f"surface {name}: {error}") from None
+    for name in sections:
+        if name not in KNOWN:
+            design.found(f"the section [{name}] is left out")
+    design.rows.append(Row(None))
+    return design.lens()
+
+
+KNOWN = ("descriptive data", "constants", "variable distances", "lens data", "aspherical data", "figure", "notes")
+
+
+def _sections(text: str, path: str) -> dict[str, list[tuple[int, list[str]]]]:
+    """The lines of each section with their numbers, split at tabs."""
+    found: dict[str, list[tuple[int, list[str]]]] = {}
+    section: list[tuple[int, list[str]]] | None = None
+    for line, content in enumerate(text.split("\n"), start=1):
+        heading = re.fullmatch(r"\s*\[([^\]]*)\]\s*", content)
+        if heading:
+            section = found.setdefault(heading[1].strip().lower(), [])
+        elif content.strip():
+            if section is None:
+                raise LensFileError(path, line, "a line before the first section: an Optical Bench file begins with "
+                                                "[descriptive data]")
+            section.append((line, content.split("\t")))
+    return found
+
+
+def _first(distances: dict, name: str) -> tuple[int, str] | None:
+    """Line and text of a distance at the first position."""
+    line, cells = distances.get(name.lower(), (0, []))
+    return (line, cells[0].strip()) if cells and cells[0].strip() else None
+
+
+def _stated(distances: dict, name: str, path: str) -> float | None:
+    place = _first(distances, name)
+    return _number(path, *place, name) if place and is_number(place[1]) else None
+
+
+def _number(path: str, line: int, text: str, name: str, infinite: bool = False) -> float:
+    try:
+        return file_number(text, name, infinite)
+    except RowError as error:
+        raise LensFileError(path, line, str(error)) from None
+
+
+def _row(design: Design, line: int, cells: list[str], distances: dict) -> Row:
+    """The surface of a line of [lens data]."""
+    name, radius, thickness, n_d, diameter, v_d, glass, maker = cells[:8]
+    row = Row(line, is_stop=radius.upper() == "AS" or name.upper().endswith("AS"))
+    if radius.upper() not in (*PLANES, "AS"):
+        row.curvature = file_curvature(radius)
+    if is_number(thickness) or thickness.lower().lstrip("+-").startswith("inf"):
+        row.thickness = file_number(thickness, "thickness", infinite=True)
+    else:
+        place = _first(distances, thickness)
+        if place is not None:
+            row.thickness = _number(design.path, *place, thickness, infinite=True)
+        elif thickness.lower() != "bf":
+            raise RowError(f"thickness {thickness!r} is neither a number nor one of the [variable distances]")
+        if thickness.lower() == "bf" and isinf(row.thickness):
+            row.thickness = 0.0
+    if diameter:
+        size = file_number(diameter, "diameter")
+        if size < 0.0:
+            raise RowError(f"diameter is {size:g}: it must be positive")
+        row.semi_diameter = size / 2.0 or None
+    if n_d:
+        row.glass = media.stated(glass, file_number(n_d, "index n_d"),
+                                 file_number(v_d, "Abbe number V_d") if v_d else 0.0, maker or None)
+    elif glass and glass.upper() not in media.AIR_NAMES:
+        row.glass, finding = media.named(glass, maker or None)
+        if finding:
+            design.found(finding)
+    return row
+
+
+def _powers(sections: dict) -> list[int]:
+    """The powers of r of the aspheric columns."""
+    constants = {cells[0].strip().lower(): (cells + [""])[1].strip() for _, cells in sections.get("constants", [])}
+    count = constants.get("asphericaloddcount", "0")
+    if not is_number(count) or file_number(count, "AsphericalOddCount") > 0:
+        odd = int(min(float(count), LONGEST)) if is_number(count) else LONGEST
+        between = [3 + i for i in range(2 * odd)]
+        return (between + list(range(between[-1] + 2, between[-1] + 2 * LONGEST, 2)))[:LONGEST]
+    first = 2 if "asphericala2" in constants else 4
+    return list(range(first, first + 2 * LONGEST, 2))
+
+
+def _bend(row: Row, cells: list[str], powers: list[int]) -> None:
+    """Give a surface the radius, conic and coefficients of its line in [aspherical data]."""
+    if len(cells) > 1 and cells[1].upper() not in (*PLANES, "AS"):
+        row.curvature = file_curvature(cells[1])
+    if len(cells) > 2 and cells[2]:
+        row.conic = file_number(cells[2], "conic")
+    if len(cells) - 3 > len(powers):
+        raise RowError(f"{len(cells) - 3} aspheric coefficients are too many")
+    for power, cell in zip(powers, cells[3:], strict=False):
+        a = file_number(cell, f"the coefficient of r^{power}") if cell else 0.0
+        if a:
+            row.aspheric[power] = a
+    if max(row.aspheric, default=0) > 20:
+        raise RowError(f"a term in r^{max(row.aspheric)} is not traced: powers go to 20")
+
+
+def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
+    """The text of a .txt file, and what it could not hold, one sentence each."""
+    remarks: list[str] = []
+    used = {power for s in lens.surfaces for power, _ in s.aspheric}
+    constants, powers = [], list(range(4, 21, 2))
+    if any(power % 2 for power in used):
+        highest = max(power for power in used if power % 2)
+        constants = [f"AsphericalOddCount\t{(highest - 1) // 2}"]
+        powers = [*range(3, highest + 2), *range(highest + 3, 21, 2)]
+    elif 2 in used:
+        constants, powers = ["AsphericalA2"], list(range(2, 21, 2))
+    title = " ".join(lens.name.split())
+    lines = ["[descriptive data]", f"title\t{title}", "[constants]", *constants, "[variable distances]",
+             f"Focal Length\t{'None' if lens.stated_efl is None else repr(lens.stated_efl)}",
+             f"F-Number\t{'None' if lens.stated_f_number is None else repr(lens.stated_f_number)}", "d0\tInfinity",
+             f"Bf\t{lens.surfaces[-1].thickness!r}", "[lens data]"]
+    bent = []
+    for i, s in enumerate(lens.surfaces):
+        glass, last = s.glass, i == len(lens.surfaces) - 1
+        before = lens.surfaces[i - 1].glass if i else AIR
+        radius = "Infinity" if s.curvature == 0.0 else radius_text(s.curvature)
+        name = str(i + 1)
+        if i == lens.stop_index:
+            plain = s.curvature == 0.0 and glass.n_d == before.n_d == 1.0
+            radius, name = ("AS", name) if plain else (radius, f"{name}AS")
+        cells = [name, radius, "Bf" if last else repr(s.thickness), repr(glass.n_d) if glass.n_d != 1.0 else "",
+                 repr(2.0 * s.semi_diameter), repr(glass.v_d) if glass.n_d != 1.0 and glass.v_d else "", ""]
+        if glass.n_d != 1.0 and glass.name:
+            cells[6] = " ".join(glass.name.split())
+        lines.append("\t".join(cells))
+        if media.loss(glass):
+            remarks.append(f"surface {i}: {media.loss(glass)}")
+        terms = dict(s.aspheric)
+        if s.curvature_x is not None:
+            remarks.append(f"surface {i} is a cylinder or toroid, which this format cannot hold: only its section y–z "
+                           "is written, and this is another lens")
+        lost = [f"r^{p}" for p in terms if p not in powers]
+        if lost:
+            remarks.append(f"surface {i}: its aspheric terms in {', '.join(lost)} cannot be written beside odd ones, "
+                           "and this is another lens")
+        if terms or s.conic:
+            written = [p for p in powers if p <= max(terms, default=0)]
+            bent.append("\t".join([str(i + 1), "Infinity" if s.curvature == 0.0 else radius_text(s.curvature),
+                                   repr(s.conic), *(repr(terms.get(p, 0.0)) for p in written)]))
+    lines += ["[aspherical data]", *bent] if bent else []
+    notes = " ".join(lens.notes.split())
+    lines += ["[notes]", notes] if notes else []
+    remarks += media.left_out(lens, "kind", "year", "source")
+    if title != lens.name or notes != lens.notes:
+        remarks.append("name and notes are written in one line each")
+    return "\n".join([*lines, ""]), tuple(remarks)

@@ -1,0 +1,256 @@
+"""OSLO lens files (.len): lenses of rotationally symmetric surfaces and cylinders.
+
+    LEN NEW "A singlet" 100 3           name, focal length, number of the image surface
+    EBR 10; ANG 5                       radius of the entrance beam, field angle; UNI: mm a unit
+    TH 1e20                             the object's distance
+    NXT                                 the next surface
+    GLA N-BK7                           glass behind it; a number: its index; AIR
+    RD 50; TH 5                         radius (CV: curvature), thickness
+    AP 8                                semi-diameter (AP CHK: one that blocks rays)
+    AST                                 the aperture stop
+    CC -1; AD 1e-6; AE 1e-9             conic; coefficients of r⁴, r⁶ (AF r⁸, AG r¹⁰)
+    NXT
+    …
+    END 3
+
+Further powers by ASP ASR n with AS1 … ASn (r², r⁴, …) or ASP ARA (r, r², …); RDX
+and CVX give the section x–z a curvature of its own. Commands stand on lines or
+between semicolons; // begins a comment. GLA MOD name n1 n2 … has an index for each
+wavelength of WV. Mirrors, tilts, decentres, gratings and ideal lenses are refused.
+After what OSLO's manual and programs that read its files publish of the keywords.
+"""
+
+import re
+
+from lensbench.glass import AIR, Glass
+from lensbench.lenses import media
+from lensbench.lenses.design import Design, Row
+from lensbench.lenses.encoding import file_curvature, file_number, is_number
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.rows import RowError, radius_text
+from lensbench.prescription import Lens, Surface
+
+TERMS = {"AD": 4, "AE": 6, "AF": 8, "AG": 10}
+REFUSED = {
+    **dict.fromkeys(("RFL", "RFH"), "a mirror"), **dict.fromkeys(("TLA", "TLB", "TLC"), "a tilt"),
+    **dict.fromkeys(("DCX", "DCY", "DCZ"), "a decentre"), "BEN": "a mirror bend", "RCO": "a return of coordinates",
+    "GC": "global coordinates", "PFL": "an ideal lens", "GSP": "a grating", "DOE": "a diffractive element",
+    "DFR": "a diffractive element", "DFX": "a diffractive element", "HOR": "a hologram", "EIK": "an eikonal surface",
+    "LMO": "a non-sequential group or an array", "GRT": "a grating", "GDT": "a gradient index",
+    "SPL": "a spline", "CCX": "a second conic", "TIR": "a total reflection", "FRN": "a Fresnel surface",
+}
+HARMLESS_AT_ZERO = ("TLA", "TLB", "TLC", "DCX", "DCY", "DCZ", "GSP", "CCX")
+POWERS = {"ASR": 2, "ARA": 1}           # kinds of ASP: r^(2i), r^i
+WAVELENGTHS = [0.58756, 0.48613, 0.65627]
+
+
+def read(text: str, path: str) -> Lens:
+    """The lens of a file's text; `path` is named in errors. LensFileError: the line, the keyword, what is wrong."""
+    file = _File(path)
+    for line, words in _commands(text):
+        if file.ended:
+            break
+        try:
+            file.command(line, words)
+        except RowError as error:
+            raise LensFileError(path, line, f"SRF {len(file.design.rows) - 1}, {words[0]}: {error}") from None
+    if not file.begun:
+        raise LensFileError(path, None, "there is no command LEN NEW: this is no OSLO lens")
+    return file.design.lens()
+
+
+def _commands(text: str) -> list[tuple[int, list[str]]]:
+    """The words of each command, quoted texts whole without their quotes, and its line."""
+    found = []
+    for line, content in enumerate(text.split("\n"), start=1):
+        words: list[str] = []
+        for token in re.findall(r'"(?:\\.|[^"\\])*"|//|;|(?:(?!//)[^\s;"])+|"', content):
+            if token == "//":
+                break
+            if token == ";":
+                found += [(line, words)] if words else []
+                words = []
+            else:
+                words.append(re.sub(r"\\(.)", r"\1", token[1:-1]) if token[:1] == '"' and len(token) > 1 else token)
+        found += [(line, words)] if words else []
+    return [(line, [words[0].upper(), *words[1:]]) for line, words in found]
+
+
+class _File:
+    """A file being read, command by command."""
+
+    def __init__(self, path: str):
+        self.design = Design(path, [Row(None, thickness=float("inf"))])
+        self.begun = self.ended = False
+        self.wavelengths = list(WAVELENGTHS)
+        self.general: dict[int, str] = {}
+
+    def command(self, line: int, words: list[str]) -> None:
+        """One command. RowError: what it says is not traced, or cannot be."""
+        key, values, design = words[0], words[1:], self.design
+        row = design.rows[-1]
+        row.line = row.line or line
+        if key == "LEN":
+            self.begun = True
+            design.name = next((word for word in values[1:] if not is_number(word)), "")
+        elif key == "NXT":
+            design.rows.append(Row(line))
+        elif key == "END":
+            self.ended = True
+        elif key == "UNI":
+            design.unit = self.number(values)
+            if not 0.0 < design.unit <= 1e6:
+                raise RowError(f"a unit of {design.unit:g} mm cannot be")
+        elif key == "EBR":
+            design.aperture = ("EPD", 2.0 * self.number(values))
+        elif key in ("NAO", "FNO"):
+            design.aperture = ({"NAO": "NA"}.get(key, key), self.number(values))
+        elif key in ("ANG", "OBH", "GIH"):
+            design.field_of_view = ({"ANG": "angle", "OBH": "object", "GIH": "image"}[key], abs(self.number(values)))
+        elif key == "WV":
+            self.wavelengths = [file_number(word, "WV") for word in values]
+        elif key in ("SNO1", "NOTE") and values:
+            design.notes = " ".join(" ".join(values).split())
+        elif key == "AP" and len(design.rows) == 1:
+            return                                  # the object's
+        else:
+            self.surface(row, key, values)
+
+    def surface(self, row: Row, key: str, values: list[str]) -> None:
+        """A command about the surface at hand."""
+        index = len(self.design.rows) - 1
+        if key == "RD":
+            row.curvature = file_curvature(self.word(values))
+        elif key == "CV":
+            row.curvature = self.number(values)
+        elif key == "TH":
+            row.thickness = self.number(values, infinite=True)
+        elif key == "AP":
+            size = self.number([word for word in values if word.upper() != "CHK"])
+            if size < 0.0:
+                raise RowError(f"semi-diameter is {size:g}: it must be positive")
+            row.semi_diameter = size or None
+        elif key == "AST":
+            row.is_stop = True
+        elif key == "CC":
+            row.conic = self.number(values)
+        elif key in ("CVX", "RDX"):
+            row.curvature_x = self.number(values) if key == "CVX" else file_curvature(self.word(values))
+        elif key in TERMS:
+            self.term(row, TERMS[key], self.number(values))
+        elif key == "ASP":
+            kind = self.word(values).upper()
+            if kind not in POWERS:
+                raise RowError(f"an asphere of the kind {kind} is not traced, only {' and '.join(POWERS)}")
+            self.general[index] = kind
+        elif re.fullmatch(r"AS\d+", key):
+            if index not in self.general:
+                raise RowError("the kind of asphere (ASP) is missing before it")
+            self.term(row, POWERS[self.general[index]] * int(key[2:6]), self.number(values))
+        elif key == "AIR":
+            row.glass = AIR
+        elif key in ("GLA", "GL"):
+            row.glass = self.glass(values)
+        elif key in ("PK", "GTO") and values:
+            if values[0].upper() in ("GLA", "GL"):
+                source = int(self.number(values[1:]))
+                if not 0 <= source < index:
+                    raise RowError(f"a pick-up from surface {source}, which does not come before")
+                row.glass = self.design.rows[source].glass
+            else:
+                raise RowError(f"a pick-up (PK {values[0]}) is not read")
+        elif key == "AY1" or (key == "APN" and self.number(values) > 0):
+            self.design.found(f"SRF {index}: special apertures are left out, the round rim taken")
+        elif key in REFUSED:
+            if key in HARMLESS_AT_ZERO and values and self.number(values) == 0.0:
+                return
+            raise RowError(f"{REFUSED[key]} is not traced")
+
+    def term(self, row: Row, power: int, a: float) -> None:
+        """Add an aspheric coefficient."""
+        if a == 0.0:
+            return
+        if not 2 <= power <= 20:
+            raise RowError(f"a term in r^{power} is not traced: powers go from 2 to 20")
+        row.aspheric[power] = a
+
+    def glass(self, values: list[str]) -> Glass:
+        """The medium of GLA: a catalogue's, an index, or MOD name and indices."""
+        name = self.word(values)
+        if name.upper() == "MOD":
+            words = values[1:]
+            label = words.pop(0) if words and not is_number(words[0]) else ""
+            indices = [file_number(word, "index") for word in words]
+            if len(indices) == 2 and indices[1] > 5.0:              # n_d and V_d
+                return media.stated(label, *indices)
+            points = sorted(dict(zip(self.wavelengths, indices, strict=False)).items())
+            if len(points) == 1:
+                return media.model(points[0][1], 0.0, label)
+            return media.tabulated(label, points)
+        if is_number(name):
+            if len(values) > 1 and all(is_number(word) for word in values):
+                return self.glass(["MOD", *values])
+            return media.code(name) if re.fullmatch(r"\d{6}", name) else media.model(file_number(name, "index"), 0.0)
+        if name.upper() in media.MIRROR_NAMES:
+            raise RowError("a mirror is not traced")
+        glass, finding = media.named(name)
+        if finding:
+            self.design.found(finding)
+        return glass
+
+    def word(self, values: list[str]) -> str:
+        """The first value."""
+        if not values:
+            raise RowError("a value is missing")
+        return values[0]
+
+    def number(self, values: list[str], infinite: bool = False) -> float:
+        """The first value as a number."""
+        return file_number(self.word(values), "the value", infinite)
+
+
+def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
+    """The text of a .len file, and what it could not hold, one sentence each."""
+    remarks: list[str] = []
+    words = [word for word in lens.name.replace('"', " ").replace("\\", " ").split() if not is_number(word)]
+    name = " ".join(words)
+    lines = ["// OSLO 6.6", f'LEN NEW "{name}" {lens.stated_efl or 100.0!r} {len(lens.surfaces) + 1}', "UNI 1.0",
+              "// SRF 0", "AIR", "TH 1.0e20"]
+    for i, s in enumerate(lens.surfaces):
+        lines.append(f"NXT  // SRF {i + 1}")
+        lines.append(_glass_line(s.glass, i, remarks))
+        lines += _shape_lines(s, i, remarks)
+        lines += [f"TH {s.thickness!r}", f"AP {s.semi_diameter!r}"]
+        lines += ["AST"] if i == lens.stop_index else []
+    lines += [f"NXT  // SRF {len(lens.surfaces) + 1}", "AIR", "WV 0.58756 0.48613 0.65627", "WW 1.0 1.0 1.0",
+              f"END {len(lens.surfaces) + 1}", ""]
+    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
+    if name != lens.name:
+        remarks.append("the name is written without quotes and without words that are numbers, as OSLO needs it")
+    return "\n".join(lines), tuple(remarks)
+
+
+def _glass_line(glass: Glass, i: int, remarks: list[str]) -> str:
+    if media.loss(glass):
+        remarks.append(f"surface {i}: {media.loss(glass)}")
+    if glass.n_d == 1.0:
+        return "AIR"
+    if media.is_known(glass):
+        return f"GLA {glass.name}"
+    label = re.sub(r'[\s";/]+', "_", glass.name.strip())
+    if is_number(label or "G") or label != glass.name:
+        remarks.append(f"the glass {glass.name!r} is written as G{label}")
+        label = f"G{label}"
+    return f"GLA MOD {label} {glass.n_d!r} {glass.v_d!r}" if glass.v_d else f"GLA MOD {label} {glass.n_d!r}"
+
+
+def _shape_lines(s: Surface, i: int, remarks: list[str]) -> list[str]:
+    lines = [f"RD {radius_text(s.curvature)}"] if s.curvature else []
+    lines += [f"CVX {s.curvature_x!r}"] if s.curvature_x is not None else []
+    lines += [f"CC {s.conic!r}"] if s.conic else []
+    terms = dict(s.aspheric)
+    if set(terms) <= set(TERMS.values()):
+        return lines + [f"{key} {terms[power]!r}" for key, power in TERMS.items() if power in terms]
+    kind = "ARA" if any(power % 2 for power in terms) else "ASR"
+    lines.append(f"ASP {kind} {max(terms) // POWERS[kind]}")
+    return lines + [f"AS{power // POWERS[kind]} {a!r}" for power, a in terms.items()]

@@ -1,0 +1,270 @@
+"""Zemax lens files (.zmx): sequential lenses of rotationally symmetric surfaces and cylinders.
+
+    UNIT MM X W X CM MR CPMM
+    ENPD 10
+    SURF 1
+      STOP
+      TYPE EVENASPH
+      CURV 0.05
+      PARM 2 1.2E-5             coefficient of r⁴ (PARM 1: of r²)
+      DISZ 3.5                  to the next surface
+      GLAS N-BK7 0 0 1.5168 64.17
+      CONI -1
+      DIAM 8                    a radius, in spite of its name
+
+Surface 0 is the object, the last one the image. The flag behind a glass is 0
+where the catalogue is meant (the numbers that follow are then leftovers), 1 for
+a model of n_d and V_d, 2 for a pick-up of another surface's glass. Only the
+first of several configurations is read. Mirrors, gratings, tilts and every
+surface that is not a body of revolution or a cylinder are refused.
+"""
+
+import re
+
+from lensbench.glass import Glass
+from lensbench.lenses import media
+from lensbench.lenses.design import Design, Row
+from lensbench.lenses.encoding import file_curvature, file_number
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.rows import RowError, radius_text
+from lensbench.prescription import Lens, Surface
+
+UNITS = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
+SURFACES = ("STANDARD", "EVENASPH", "ODDASPHE", "XASPHERE", "XODDASPH", "TOROIDAL", "BICONICX")
+REFUSED = {"COORDBRK": "a coordinate break (tilt or decentre)", "DGRATING": "a diffraction grating",
+           "PARAXIAL": "an ideal lens without surfaces", "NONSEQCO": "a non-sequential group"}
+LEFTOVERS = {(0.0, 0.0), (1.0, 0.0), (1.5, 40.0), (1.55, 55.0)}     # beside a catalogue name they say nothing
+EVEN_POWERS = range(2, 17, 2)
+ODD_POWERS = range(1, 9)
+
+
+def read(text: str, path: str) -> Lens:
+    """The lens of a file's text; `path` is named in errors. LensFileError: the line, the keyword, what is wrong."""
+    design = Design(path)
+    surfaces: list[dict[str, tuple[int, list[str]]]] = []
+    numbered: list[dict[tuple[str, int], tuple[int, str]]] = []
+    header: dict[str, tuple[int, list[str]]] = {}
+    notes, configurations = [], 1
+    for line, content in enumerate(text.split("\n"), start=1):
+        key, _, rest = content.strip().partition(" ")
+        key, words = key.upper(), rest.split()
+        if key == "SURF":
+            surfaces.append({"SURF": (line, words)})
+            numbered.append({})
+        elif not content[:1].isspace() and key in ("MNUM", "THIC", "CRVT", "CONN", "SDIA") and surfaces:
+            if key == "MNUM":
+                configurations = int(_number(path, line, "MNUM", words, 0))
+            else:
+                _configure(path, line, key, words, surfaces)
+        elif key == "NOTE":
+            notes.append(rest.partition(" ")[2].strip())
+        elif surfaces and key in ("PARM", "XDAT"):
+            index = _number(path, line, key, words, 0)
+            if len(words) > 1 and index == int(index):
+                numbered[-1][key, int(index)] = (line, words[1])
+        elif surfaces and key:
+            surfaces[-1].setdefault(key, (line, words))
+        elif key:
+            header.setdefault(key, (line, words if key != "NAME" else [rest]))
+    if not surfaces:
+        raise LensFileError(path, None, "there are no surfaces (SURF): this is no Zemax lens")
+
+    _read_header(design, header, surfaces[0])
+    design.name = header.get("NAME", (0, [""]))[1][0].strip().strip('"')
+    design.notes = " ".join(" ".join(notes).split())
+    for i, (keys, values) in enumerate(zip(surfaces, numbered, strict=True)):
+        design.rows.append(_row(design, i, keys, values, i == len(surfaces) - 1))
+    if configurations > 1:
+        design.found(f"the first of {configurations} configurations was read")
+    return design.lens()
+
+
+def _read_header(design: Design, header: dict, first: dict) -> None:
+    """Unit, aperture and field."""
+    path = design.path
+    if "MODE" in header and header["MODE"][1][:1] not in (["SEQ"], []):
+        raise LensFileError(path, header["MODE"][0], f"MODE {header['MODE'][1][0]}: only sequential lenses are read")
+    line, words = header.get("UNIT", (None, ["MM"]))
+    unit = (words or ["MM"])[0].upper()
+    if unit not in UNITS:
+        raise LensFileError(path, line, f"UNIT {unit}: lengths must be in {', '.join(UNITS)}")
+    design.unit = UNITS[unit]
+    for key, kind in (("ENPD", "EPD"), ("FNUM", "FNO"), ("OBNA", "NA")):
+        if key in header and header[key][1]:
+            design.aperture = (kind, _number(path, header[key][0], key, header[key][1], 0))
+    if "FLOA" in header:
+        design.aperture = ("stop", 0.0)
+    if "YFLN" in header:
+        line, words = header["YFLN"]
+        sizes = [abs(_number(path, line, "YFLN", words, i)) for i in range(len(words))]
+        kinds = {0: "angle", 1: "object", 2: "image", 3: "image"}
+        kind = kinds.get(int(_number(path, header["FTYP"][0], "FTYP", header["FTYP"][1], 0)))\
+            if header.get("FTYP", (0, []))[1] else "angle"
+        if kind and any(sizes):
+            design.field_of_view = (kind, max(sizes))
+
+
+def _configure(path: str, line: int, key: str, words: list[str], surfaces: list[dict]) -> None:
+    """The value of a surface in the first configuration in place of that of the current one."""
+    if len(words) < 3 or words[1] != "1":
+        return
+    index = int(_number(path, line, key, words, 0))
+    name = {"THIC": "DISZ", "CRVT": "CURV", "CONN": "CONI", "SDIA": "DIAM"}[key]
+    if 0 <= index < len(surfaces):
+        surfaces[index][name] = (line, words[2:3])
+
+
+def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool) -> Row:
+    """The row of one SURF block."""
+    path, line = design.path, keys["SURF"][0]
+    row = Row(line)
+    kind_line, words = keys.get("TYPE", (line, ["STANDARD"]))
+    kind = (words or ["STANDARD"])[0].upper()
+    if kind not in SURFACES and not (is_image and kind != "COORDBRK"):
+        raise LensFileError(path, kind_line, f"SURF {index} is TYPE {kind}: "
+                                             f"{REFUSED.get(kind, 'a kind of surface that')} is not traced")
+    if "CURV" in keys and keys["CURV"][1]:
+        row.curvature = _number(path, keys["CURV"][0], "CURV", keys["CURV"][1], 0)
+    if "DISZ" in keys and keys["DISZ"][1]:
+        row.thickness = _number(path, keys["DISZ"][0], "DISZ", keys["DISZ"][1], 0, infinite=True)
+    if "CONI" in keys and keys["CONI"][1]:
+        row.conic = _number(path, keys["CONI"][0], "CONI", keys["CONI"][1], 0)
+    row.is_stop = "STOP" in keys
+    for key, place in (("DIAM", 0), ("CLAP", 1)):
+        if key in keys and len(keys[key][1]) > place:
+            size = _number(path, keys[key][0], key, keys[key][1], place)
+            if size > 0.0:
+                row.semi_diameter = size
+    for key, what in (("SQAP", "a rectangular aperture"), ("ELAP", "an elliptical aperture"),
+                      ("OBSC", "a central obscuration"), ("UDAP", "an aperture of free form")):
+        if key in keys and not is_image:
+            design.found(f"SURF {index}: {what} ({key}) is left out, its round rim taken")
+    if not is_image:
+        try:
+            _shape(row, kind, numbered, path)
+        except RowError as error:
+            raise LensFileError(path, kind_line, f"SURF {index}, TYPE {kind}: {error}") from None
+    if "GLAS" in keys and keys["GLAS"][1] and not is_image:
+        row.glass = _glass(design, index, *keys["GLAS"])
+    return row
+
+
+def _shape(row: Row, kind: str, numbered: dict, path: str) -> None:
+    """Aspheric terms and the second curvature of a surface, from its PARM and XDAT. RowError: not traced."""
+    values = {}
+    for (key, index), (line, word) in numbered.items():
+        try:
+            values[key, index] = file_number(word, f"{key} {index}")
+        except RowError as error:
+            raise LensFileError(path, line, str(error)) from None
+    if kind in ("EVENASPH", "ODDASPHE"):
+        for index, power in enumerate(EVEN_POWERS if kind == "EVENASPH" else ODD_POWERS, start=1):
+            row.aspheric[power] = values.get(("PARM", index), 0.0)
+    elif kind in ("XASPHERE", "XODDASPH"):
+        step = 2 if kind == "XASPHERE" else 1
+        radius = values.get(("XDAT", 2), 1.0)
+        if radius <= 0.0:
+            raise RowError(f"XDAT 2, the radius of normalisation, is {radius:g}: it must be positive")
+        terms = int(min(values.get(("XDAT", 1), 0.0), 300.0))
+        for index in range(1, terms + 1):
+            row.aspheric[step * index] = values.get(("XDAT", index + 2), 0.0) / radius ** (step * index)
+    elif kind == "TOROIDAL":
+        row.conic = row.conic if row.curvature else 0.0
+        if any(values.get(("PARM", index)) for index in range(2, 9)) or values.get(("XDAT", 1)) or row.conic:
+            raise RowError("a toroid with a conic or aspheric terms is not traced")
+        row.curvature_x = file_curvature(numbered.get(("PARM", 1), (0, "0"))[1])
+        if row.curvature_x and row.curvature and row.curvature_x != row.curvature:
+            raise RowError("a toroid that is curved in both sections is not traced, only a cylinder is")
+    elif kind == "BICONICX":
+        if row.conic or values.get(("PARM", 2)):
+            raise RowError("a biconic surface with conics is not traced")
+        row.curvature_x = file_curvature(numbered.get(("PARM", 1), (0, "0"))[1])
+    row.aspheric = {power: a for power, a in row.aspheric.items() if a}
+    if 1 in row.aspheric:
+        raise RowError("a term in r¹ makes a cone, which is not traced")
+    if max(row.aspheric, default=0) > 20:
+        raise RowError(f"a term in r^{max(row.aspheric)} is not traced: powers go to 20")
+
+
+def _glass(design: Design, index: int, line: int, words: list[str]) -> Glass:
+    """The medium of a GLAS line."""
+    path, name = design.path, words[0]
+    if name.upper() == "MIRROR":
+        raise LensFileError(path, line, f"SURF {index} is a mirror (GLAS MIRROR): only lenses are traced")
+    flag = words[1] if len(words) > 1 else "0"
+    n_d = _number(path, line, "GLAS", words, 3) if len(words) > 3 else 0.0
+    v_d = _number(path, line, "GLAS", words, 4) if len(words) > 4 else 0.0
+    shown = "" if name.startswith("___") else name
+    try:
+        if flag == "1" or not shown:
+            return media.stated(shown, n_d, v_d)
+        spare = None if (n_d, v_d) in LEFTOVERS else (n_d, v_d)
+        glass, finding = media.named(name, spare=spare)
+    except RowError as error:
+        raise LensFileError(path, line, f"SURF {index}, GLAS: {error}") from None
+    if finding:
+        design.found(finding)
+    return glass
+
+
+def _number(path: str, line: int | None, key: str, words: list[str], place: int, infinite: bool = False) -> float:
+    try:
+        if place >= len(words):
+            raise RowError(f"{key} needs a value")
+        return file_number(words[place], key, infinite=infinite)
+    except RowError as error:
+        raise LensFileError(path, line, str(error)) from None
+
+
+def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
+    """The text of a .zmx file, and what it could not hold, one sentence each."""
+    remarks: list[str] = []
+    lines = ["VERS 140000 0 0", "MODE SEQ", f"NAME {' '.join(lens.name.split())}"]
+    lines += [f"NOTE 0 {' '.join(lens.notes.split())}"] if lens.notes.strip() else []
+    lines += ["UNIT MM X W X CM MR CPMM", "FLOA", "FTYP 0 0 1 3 0 0 0", "YFLN 0", "WAVM 1 0.4861327 1",
+              "WAVM 2 0.5875618 1", "WAVM 3 0.6562725 1", "PWAV 2"]
+    lines += ["SURF 0", "  TYPE STANDARD", "  CURV 0", "  DISZ INFINITY"]
+    for i, surface in enumerate(lens.surfaces):
+        lines.append(f"SURF {i + 1}")
+        if i == lens.stop_index:
+            lines.append("  STOP")
+        lines += _surface_lines(surface)
+        glass = surface.glass
+        if media.loss(glass):
+            remarks.append(f"surface {i}: {media.loss(glass)}")
+        if glass.n_d != 1.0:
+            name = re.sub(r"\s+", "_", glass.name.strip()).lstrip("_")
+            name = "___BLANK" if name.upper() in {*media.MIRROR_NAMES, ""} else name
+            flag = 0 if media.is_known(glass) else 1
+            lines.append(f"  GLAS {name} {flag} 0 {glass.n_d!r} {glass.v_d or 0.0!r}")
+            if glass.name and name != glass.name:
+                remarks.append(f"the glass {glass.name!r} is written as {name}")
+        lines.append(f"  DIAM {surface.semi_diameter!r} 1 0 0 1 \"\"")
+    lines += [f"SURF {len(lens.surfaces) + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0", ""]
+    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number")
+    if lens.name != " ".join(lens.name.split()).strip('"') or lens.notes != " ".join(lens.notes.split()):
+        remarks.append("name and notes are written in one line each")
+    return "\n".join(lines), tuple(remarks)
+
+
+def _surface_lines(surface: Surface) -> list[str]:
+    """Type, curvature, parameters, gap and conic of a surface."""
+    terms = dict(surface.aspheric)
+    if surface.curvature_x is not None:
+        kind = "BICONICX"
+        radius = radius_text(surface.curvature_x)
+        values = [f"PARM 1 {'0' if radius == 'inf' else radius}"]
+    elif not terms:
+        kind, values = "STANDARD", []
+    elif set(terms) <= set(EVEN_POWERS):
+        kind, values = "EVENASPH", [f"PARM {p // 2} {terms[p]!r}" for p in EVEN_POWERS if p in terms]
+    elif set(terms) <= set(ODD_POWERS):
+        kind, values = "ODDASPHE", [f"PARM {p} {terms[p]!r}" for p in ODD_POWERS if p in terms]
+    else:
+        step = 1 if any(p % 2 for p in terms) else 2
+        kind = "XODDASPH" if step == 1 else "XASPHERE"
+        values = [f"XDAT 1 {max(terms) // step}", "XDAT 2 1"]
+        values += [f"XDAT {p // step + 2} {a!r}" for p, a in terms.items()]
+    lines = [f"  TYPE {kind}", f"  CURV {surface.curvature!r}", *(f"  {value}" for value in values),
+             f"  DISZ {surface.thickness!r}"]
+    return lines + ([f"  CONI {surface.conic!r}"] if surface.conic else [])

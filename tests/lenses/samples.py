@@ -1,0 +1,54 @@
+"""Small lens files of other programs, made up for the tests, and lenses at random for the way there and back."""
+
+from pathlib import Path
+
+from hypothesis import strategies as st
+
+from lensbench import AIR, Glass, Lens, Surface, lenses
+
+DATA = Path(__file__).parent / "data"
+
+
+def loaded(folder, name, content):
+    """The lens of a file with this content (text or bytes)."""
+    path = folder / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return lenses.load(path)
+
+
+def refusal(folder, name, content):
+    """Why a file is refused: the error, which is one line."""
+    try:
+        lens = loaded(folder, name, content)
+    except lenses.LensFileError as error:
+        assert "\n" not in str(error)
+        return error
+    raise AssertionError(f"this was read: {lens}")
+
+
+names = st.text("ABCDEFGHKLMNPSTZ-0123456789", min_size=2, max_size=8).filter(lambda text: text[0].isalpha())
+model_glasses = st.builds(Glass, st.floats(1.3, 2.2), st.none() | st.floats(15.0, 100.0), st.just("") | names)
+curvatures = st.just(0.0) | st.floats(1e-9, 0.5) | st.floats(-0.5, -1e-9)
+positive = st.floats(1e-3, 1e3)
+lengths = st.floats(-100.0, 1e4)
+coefficients = st.floats(1e-25, 1e-3) | st.floats(-1e-3, -1e-25)
+plain_words = st.text("abcdefghijkqrstuvwxyzABC 012389.()/", max_size=20).map(lambda text: " ".join(text.split()))
+
+
+def terms(powers):
+    return st.dictionaries(st.sampled_from(powers), coefficients, max_size=5).map(lambda table: tuple(table.items()))
+
+
+def prescriptions(powers, cylinders=True, glasses=model_glasses, **words):
+    """Lenses whose aspheric terms have these powers; words: strategies of the lens's fields."""
+    media = st.just(AIR) | glasses
+    bodies = st.builds(Surface, curvatures, lengths, positive, media, st.just(0.0) | st.floats(-20.0, 20.0),
+                       terms(powers))
+    rods = st.builds(Surface, curvatures, lengths, positive, media, curvature_x=curvatures)
+
+    @st.composite
+    def lens(draw):
+        table = draw(st.lists(bodies | rods if cylinders else bodies, min_size=1, max_size=6))
+        table[-1] = Surface(table[-1].curvature, table[-1].thickness, table[-1].semi_diameter)
+        return Lens(tuple(table), draw(st.integers(0, len(table) - 1)), **{key: draw(s) for key, s in words.items()})
+    return lens()

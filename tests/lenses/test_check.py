@@ -1,0 +1,181 @@
+"""The lint: it explains lenses with known errors, finds errors that are put in, and leaves sound lenses alone."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+
+from lensbench import AIR, Glass, Lens, Surface, lenses
+from lensbench.lenses.rows import stop_of
+from tests.lenses.test_toml_format import prescriptions
+
+DATA = json.loads((Path(__file__).parents[1] / "data" / "suspect_lenses.json").read_text(encoding="utf-8"))
+
+# What each published table with an error in it must be found out by
+SUSPECTS = {
+    "lentil-canon-14mm-1982": {"focal-length"},
+    "lentil-cooke-anamorphic-1954": {"foci", "back-focus", "focal-length"},
+    "lentil-fisheye-aspheric": {"focal-length", "crossing"},
+    "lib-bertele-sonnar-f15": {"solved-radius"},
+    "lib-matsubara-1977": {"back-focus"},
+    "lib-sonnefeld-1935": {"back-focus", "solved-radius"},
+    "lib-us4505553": {"back-focus", "f-number", "ray", "stop"},
+    "lv-nikon-fisheye-nikkor-6mm-f28": {"focal-length", "back-focus", "f-number"},
+}
+
+
+@cache
+def published(name):
+    """The lens of a table in the data."""
+    entry = DATA[name]
+    surfaces = []
+    for radius, gap, n, v, rim, *more in entry["rows"]:
+        extra = more[0] if more else {}
+        shape = {"conic": extra.get("conic", 0.0), "curvature_x": 0.0 if extra.get("cylinder") else None,
+                 "aspheric": tuple((int(power), a) for power, a in extra.get("aspheric", {}).items())}
+        glass = Glass(n, v, extra.get("glass", "")) if n > 1.0 else AIR
+        surfaces.append(Surface(1.0 / radius if radius else 0.0, gap, rim, glass, **shape))
+    stop, findings = stop_of(tuple(surfaces), [] if entry["stop"] is None else [entry["stop"]])
+    return Lens(tuple(surfaces), stop, stated_efl=entry["efl"], stated_f_number=entry["f_number"], findings=findings)
+
+
+def kinds(lens):
+    return {finding.kind for finding in lenses.check(lens)}
+
+
+@pytest.mark.parametrize("name", SUSPECTS)
+def test_a_published_table_with_an_error_is_found_out(name):
+    assert kinds(published(name)) >= SUSPECTS[name]
+
+
+def test_the_lost_sign_of_the_6_mm_fisheye_is_found():
+    proposals = [finding.proposal for finding in lenses.check(published("lv-nikon-fisheye-nikkor-6mm-f28"))]
+    assert "radius of surface 16: 45 in place of -45" in proposals[0]
+
+
+@pytest.mark.parametrize("name", SUSPECTS)
+def test_no_other_published_error_is_explained_by_chance(name):
+    proposals = [finding.proposal for finding in lenses.check(published(name)) if finding.proposal]
+    assert bool(proposals) == (name == "lv-nikon-fisheye-nikkor-6mm-f28")
+
+
+@pytest.mark.parametrize("name", lenses.names())
+def test_a_sound_lens_raises_no_alarm(name):
+    assert lenses.check(lenses.load(name)) == []
+
+
+def test_a_sound_anamorphic_lens_raises_no_alarm():
+    assert lenses.check(published("lentil-schneider-anamorphic-31-2001")) == []
+
+
+def test_that_there_is_no_stop_is_said_and_nothing_else():
+    assert kinds(published("lentil-takumar-1969")) == {"no-stop"}
+
+
+@pytest.mark.parametrize("name", SUSPECTS)
+def test_the_findings_do_not_depend_on_the_scale(name):
+    # but for a solved radius, whose digits a scale changes as well; a power of two keeps all ratios exact
+    lens = published(name)
+    assert kinds(lens.scaled(4.0)) - {"solved-radius"} == kinds(lens) - {"solved-radius"}
+
+
+# Errors that are put in: into lenses whose stated focal length and back focus are those of their surfaces
+
+SOUND = ["pbrt-dgauss-50mm", "lv-czj-tessar-50-f28", "lv-zeiss-distagon-35mm-f4-contarex", "lib-tronnier-1953",
+         "lv-leica-summicron-m-50f2-v5"]
+
+
+def exact(name):
+    """A library lens that states its own figures."""
+    lens = lenses.load(name)
+    fo = first_order(lens)
+    return with_surface(replace(lens, stated_efl=float(f"{fo.efl:.5g}")), len(lens.surfaces) - 1,
+                        thickness=float(f"{fo.bfl:.6g}"))
+
+
+def first_order(lens):
+    from lensbench import first_order
+
+    return first_order(lens)
+
+
+def with_surface(lens, i, **changes):
+    surfaces = list(lens.surfaces)
+    surfaces[i] = replace(surfaces[i], **changes)
+    return replace(lens, surfaces=tuple(surfaces))
+
+
+def proposals(lens):
+    return [finding.proposal for finding in lenses.check(lens) if finding.proposal]
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_a_lost_sign_is_found_wherever_it_is_lost(name):
+    lens = exact(name)
+    for i, surface in enumerate(lens.surfaces):
+        wrong = with_surface(lens, i, curvature=-surface.curvature)
+        if not kinds(wrong) & {"focal-length", "back-focus"}:
+            continue                                    # too weak a surface for its sign to be seen
+        told = proposals(wrong)
+        assert told and f"radius of surface {i}: {1.0 / surface.curvature:.7g} in place of" in told[0]
+
+
+@pytest.mark.parametrize(("name", "surface", "quantity", "wrong"), [
+    ("pbrt-dgauss-50mm", 0, "radius", 29.475 + 40.0),               # 69.475 for 29.475
+    ("lv-czj-tessar-50-f28", 1, "thickness", None),                 # its point moved
+    ("lv-leica-summicron-m-50f2-v5", 2, "radius", None),
+])
+def test_a_misread_digit_or_point_is_found(name, surface, quantity, wrong):
+    lens = exact(name)
+    right = lens.surfaces[surface]
+    if quantity == "radius":
+        radius = 1.0 / right.curvature
+        spoiled = with_surface(lens, surface, curvature=1.0 / (wrong or 10.0 * radius))
+        told = f"radius of surface {surface}: {radius:.7g} in place of"
+    else:
+        spoiled = with_surface(lens, surface, thickness=wrong or 10.0 * right.thickness)
+        told = f"thickness of surface {surface}: {right.thickness:.7g} in place of"
+    assert any(told in proposal for proposal in proposals(spoiled))
+
+
+# One defect at a time, in a biconvex lens before its stop
+
+BICONVEX = Lens((Surface(0.02, 6.0, 10.0, Glass(1.5168, 64.17)), Surface(-0.02, 3.0, 10.0), Surface(0.0, 0.0, 8.0)), 2)
+
+
+def test_a_biconvex_lens_raises_no_alarm():
+    assert lenses.check(BICONVEX) == []
+
+
+@pytest.mark.parametrize(("kind", "surface", "change"), [
+    ("edge", 0, {"curvature": 0.09}),                               # sags of 6.3 and 1 mm, of 6 mm
+    ("hemisphere", 0, {"curvature": 0.11}),
+    ("hemisphere", 0, {"curvature": 0.06, "conic": 3.0}),
+    ("thickness", 0, {"thickness": 0.0}),
+    ("crossing", 1, {"curvature": -0.02, "aspheric": ((4, 1e-3),)}),
+    ("stop", 2, {"semi_diameter": 30.0}),
+    ("edge", 0, {"thickness": 1.5}),
+])
+def test_each_defect_is_named_with_its_surface(kind, surface, change):
+    spoiled = BICONVEX if kind != "crossing" else replace(
+        BICONVEX, surfaces=(*BICONVEX.surfaces[:2], Surface(-0.01, 5.0, 10.0), BICONVEX.surfaces[2]), stop_index=3)
+    found = [(finding.kind, finding.surface) for finding in lenses.check(with_surface(spoiled, surface, **change))]
+    assert (kind, surface) in found
+
+
+def test_an_afocal_and_a_diverging_lens_are_said_to_be_so():
+    plate = with_surface(with_surface(BICONVEX, 0, curvature=0.0), 1, curvature=0.0)
+    assert "afocal" in lenses.check(plate)[0].message
+    hollow = with_surface(with_surface(BICONVEX, 0, curvature=-0.02), 1, curvature=0.02)
+    assert any("diverges" in finding.message for finding in lenses.check(hollow))
+
+
+@given(prescriptions())
+@settings(deadline=None, max_examples=150)
+def test_of_any_table_something_can_be_said(lens):
+    for finding in lenses.check(lens):
+        assert finding.message and "nan" not in finding.message
+        assert finding.surface is None or 0 <= finding.surface < len(lens.surfaces)

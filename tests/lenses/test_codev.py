@@ -1,0 +1,138 @@
+"""CODE V sequence files: radii or curvatures, commands, glasses, units, what is refused, and the way back."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+
+from lensbench import Glass, lenses
+from lensbench.lenses import glass_catalogue
+from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
+
+SAMPLE = (DATA / "triplet.seq").read_text()
+
+
+def sample(folder, *changes):
+    text = SAMPLE
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return loaded(folder, "lens.seq", text)
+
+
+def test_surfaces_glasses_stop_and_image_distance_are_read(tmp_path):
+    lens = sample(tmp_path)
+    radii = [22.0, -435.7, -22.2, 20.3, 79.7, -18.4]
+    assert [s.curvature for s in lens.surfaces] == pytest.approx([1.0 / r for r in radii], rel=1e-15)
+    assert [s.thickness for s in lens.surfaces] == [3.3, 6.0, 1.0, 4.75, 2.95, 42.2]
+    assert [s.semi_diameter for s in lens.surfaces] == [8.5, 8.0, 5.5, 3.8, 7.0, 7.25]
+    assert lens.surfaces[0].glass == glass_catalogue.find("N-SK16", "SCHOTT")
+    assert lens.surfaces[4].glass == Glass(1.62041, 60.32)
+    assert lens.surfaces[2].conic == -0.25
+    assert lens.surfaces[2].aspheric == ((4, 1.5e-6), (6, -0.2e-8), (10, 1e-13))
+    assert (lens.stop_index, lens.name) == (3, "Made-up triplet")
+
+
+def test_a_private_glass_has_the_indices_of_its_table(tmp_path):
+    glass = sample(tmp_path).surfaces[2].glass
+    assert (glass.name, glass.n_d) == ("MINE", pytest.approx(1.62, abs=1e-12))
+    assert glass.v_d == pytest.approx(0.62 / 0.01, rel=1e-9)
+    glass = sample(tmp_path, ("  'MINE' 1.6170 1.6200 1.6270", "'MINE' 1.617 1.62 1.627 1.636"),
+                   ("486.1327", "486.1327 404.7")).surfaces[2].glass
+    assert [glass.index(w) for w in (0.4047, 0.4861327, 0.6562725)] == [1.636, 1.627, 1.617]
+
+
+def test_curvatures_and_radii_are_told_apart_where_the_file_does_not_say(tmp_path):
+    told = sample(tmp_path)
+    silent = sample(tmp_path, ("RDM;LEN", "LEN"))
+    assert silent == told and any("read as radii" in finding for finding in silent.findings)
+    curved = "\n".join(_curved(line) for line in SAMPLE.split("\n"))
+    for first in ("RDM N;LEN", "LEN"):
+        lens = loaded(tmp_path, "curved.seq", curved.replace("RDM;LEN", first))
+        assert [s.curvature for s in lens.surfaces] == pytest.approx([s.curvature for s in told.surfaces], rel=1e-14)
+        assert lens.stop_index == told.stop_index
+
+
+def _curved(line):
+    words = line.split()
+    if words[:1] != ["S"]:
+        return line
+    return " ".join(["S", repr(1.0 / float(words[1])), *words[2:]])
+
+
+@pytest.mark.parametrize(("unit", "mm"), [("C", 10.0), ("I", 25.4)])
+def test_units_are_converted_and_said(tmp_path, unit, mm):
+    lens = sample(tmp_path, ("DIM   M", f"DIM {unit}"))
+    assert lens == sample(tmp_path).scaled(mm)
+    assert any(f"{mm:g} mm" in finding for finding in lens.findings)
+
+
+def test_commands_may_name_their_surface_and_go_on_over_lines(tmp_path):
+    lens = sample(tmp_path, ("  PIM\n", "THI S3 1.5; CUY S1 0.05\nK S1 &\n -2 ; STO S2\n"), ("  STO\n", ""))
+    assert (lens.surfaces[2].thickness, lens.surfaces[0].curvature, lens.surfaces[0].conic) == (1.5, 0.05, -2.0)
+    assert lens.stop_index == 1
+
+
+def test_without_a_stop_the_first_surface_is_it(tmp_path):
+    lens = sample(tmp_path, ("  STO\n", ""))
+    assert lens.stop_index == 0 and any("STO" in finding for finding in lens.findings)
+
+
+def test_the_first_zoom_position_is_read(tmp_path):
+    lens = sample(tmp_path, ("GO\n", "ZOO 3\nZOO THI S2 5.5 6.5 7.5\nGO\n"))
+    assert lens.surfaces[1].thickness == 5.5 and any("first of 3" in finding for finding in lens.findings)
+
+
+@pytest.mark.parametrize(("code", "n_d", "v_d"), [("517642", 1.517, 64.2), ("517.642", 1.517, 64.2),
+                                                  ("517000.641700", 1.517, 64.17), ("1.5168:64.17", 1.5168, 64.17)])
+def test_codes_of_glasses(tmp_path, code, n_d, v_d):
+    glass = sample(tmp_path, ("1.62041:60.32", code)).surfaces[4].glass
+    assert (glass.n_d, glass.v_d) == (n_d, v_d)
+
+
+def test_a_cylinder_bends_one_section_alone(tmp_path):
+    flat = sample(tmp_path, ("  CIR 8.5", "  CYL\n  CIR 8.5")).surfaces[0]
+    assert flat.curvature_x == 0.0
+    assert sample(tmp_path, ("  CIR 8.5", "  YTO\n  RDX -40\n  CIR 8.5")).surfaces[0].curvature_x == -0.025
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("79.7 2.95 1.62041:60.32", "79.7 -2.95 REFL", "mirror"),
+    ("  PIM", "  ADE 5", "ADE"),
+    ("  PIM", "  XDE 0.0; YDE 1.5", "YDE"),
+    ("  PIM", "  DAR", "DAR"),
+    ("  PIM", "  DIF GRT", "DIF"),
+    ("  PIM", "  SPS ODD", "SPS"),
+    ("NSK16_SCHOTT", "NSK99_SCHOTT", "NSK99"),
+    ("DIM   M", "DIM   X", "DIM"),
+    ("S     22.0", "S     nan", "radius"),
+    ("CIR 8.5", "CIR -8.5", "CIR"),
+])
+def test_what_is_not_traced_is_refused_with_line_and_keyword(tmp_path, old, new, told):
+    error = refusal(tmp_path, "lens.seq", SAMPLE.replace(old, new, 1))
+    assert error.line == SAMPLE.count("\n", 0, SAMPLE.index(old)) + 1 and told in error.reason
+
+
+def test_a_decentre_of_nothing_is_harmless(tmp_path):
+    assert sample(tmp_path, ("  PIM", "  XDE 0.0; YDE 0.0; ADE 0")) == sample(tmp_path)
+
+
+@given(prescriptions(range(4, 21, 2), name=plain_words))
+@settings(deadline=None, max_examples=100)
+def test_what_is_saved_loads_equal_to_the_last_bit_but_for_names_of_glasses(tmp_path_factory, lens):
+    path = tmp_path_factory.getbasetemp() / "any.seq"
+    named = any(s.glass.name for s in lens.surfaces)
+    assert bool(lenses.save(lens, path)) == named
+    bare = tuple(replace(s, glass=replace(s.glass, name="")) for s in lens.surfaces)
+    assert lenses.load(path) == replace(lens, surfaces=bare)
+
+
+def test_catalogue_glasses_come_back_and_what_is_lost_is_said(tmp_path):
+    lens = sample(tmp_path)
+    glass = glass_catalogue.find("N-SF5")
+    lens = replace(lens, surfaces=(*lens.surfaces[:2], replace(lens.surfaces[2], glass=glass), *lens.surfaces[3:]))
+    assert lenses.save(lens, tmp_path / "b.seq") == ()
+    assert lenses.load(tmp_path / "b.seq") == lens
+    odd = replace(lens, surfaces=(replace(lens.surfaces[0], aspheric=((3, 1e-6),)), *lens.surfaces[1:]), year=1950)
+    remarks = lenses.save(odd, tmp_path / "c.seq")
+    assert any("r^3" in remark for remark in remarks) and "left out: year" in remarks

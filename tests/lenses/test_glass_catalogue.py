@@ -1,0 +1,184 @@
+"""The glass catalogues against what makers publish, and how a glass is found."""
+
+import csv
+import os
+import subprocess
+import sys
+
+import pytest
+
+from lensbench.glass import C_LINE, D_LINE, F_LINE, Glass, GlassError
+from lensbench.lenses import agf, glass_catalogue
+from lensbench.lenses.file_error import LensFileError
+
+# Indices on the makers' data sheets, printed to five digits: n_d, n_F, n_C
+PUBLISHED = {
+    "SCHOTT N-BK7": (1.51680, 1.52238, 1.51432), "SCHOTT SF6": (1.80518, 1.82775, 1.79609),
+    "SCHOTT N-SF11": (1.78472, 1.80651, 1.77596), "SCHOTT F2": (1.62004, 1.63208, 1.61503),
+    "SCHOTT N-SK16": (1.62041, 1.62756, 1.61727), "OHARA S-FPL53": (1.43875, 1.44195, 1.43733),
+    "OHARA S-TIH6": (1.80518, 1.82777, 1.79610)}
+
+
+@pytest.fixture(autouse=True)
+def no_files_of_the_user(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_glasses_have_the_indices_of_their_data_sheets(name):
+    glass = glass_catalogue.find(name)
+    for wavelength, n in zip((D_LINE, F_LINE, C_LINE), PUBLISHED[name], strict=True):
+        assert glass.index(wavelength) == pytest.approx(n, abs=1.6e-5)      # five digits, and a maker's own rounding
+
+
+def test_every_glass_has_the_published_index_and_abbe_number():
+    # Printed to four or five digits; MC-FAD61's published coefficients give another index than its table
+    with glass_catalogue.FILE.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) > 1790 and len(rows) == len(glass_catalogue.shipped())
+    for row, entry in zip(rows, glass_catalogue.shipped(), strict=True):
+        glass = entry.make()
+        assert glass.name == row["name"] and glass.index(sum(glass.wavelengths) / 2.0) > 1.0
+        if row["n_d"] and row["name"] != "MC-FAD61":
+            assert glass.index() == pytest.approx(float(row["n_d"]), abs=6e-5), row["name"]
+            assert (glass.n_d - 1.0) / (glass.index(F_LINE) - glass.index(C_LINE)) == pytest.approx(
+                float(row["v_d"]), rel=5e-3), row["name"]
+
+
+def test_the_model_errs_by_what_its_description_says():
+    wavelengths = [0.4 + 0.01 * i for i in range(31)]
+    squares, worst = [], []
+    for entry in glass_catalogue.shipped():
+        glass = entry.make()
+        if entry.n_d and glass.wavelengths[0] <= 0.4001 and glass.wavelengths[1] >= 0.7:
+            model = Glass(glass.n_d, glass.v_d)
+            errors = [model.index(w) - glass.index(max(w, glass.wavelengths[0])) for w in wavelengths]
+            squares += [e * e for e in errors]
+            worst.append(max(map(abs, errors)))
+    worst.sort()
+    assert (sum(squares) / len(squares)) ** 0.5 < 8.5e-5
+    assert worst[-1] < 2.2e-3 and worst[int(0.95 * len(worst))] < 6e-4 and worst[len(worst) // 2] < 1.7e-4
+
+
+@pytest.mark.parametrize("text", ["N-BK7", "nbk7", " n-bk7 ", "N BK7", "NBK7_SCHOTT", "Schott N-BK7", "SCHOTT:N-BK7"])
+def test_a_name_is_found_however_it_is_spelled(text):
+    assert glass_catalogue.find(text).name == "N-BK7"
+    assert glass_catalogue.resolve(text) == (glass_catalogue.find("N-BK7"), "SCHOTT", "")
+
+
+def test_the_maker_decides_where_several_use_a_name():
+    assert glass_catalogue.resolve("LAF2", "SCHOTT").maker == "SCHOTT"
+    assert glass_catalogue.resolve("LAF2", "Hoya") == (glass_catalogue.find("LAF2_HOYA"), "HOYA", "")
+    assert glass_catalogue.find("LAF2", "SCHOTT") != glass_catalogue.find("LAF2", "HOYA")
+    assert "SCHOTT" in glass_catalogue.resolve("LAF2").note
+    assert glass_catalogue.resolve("N-BK7", "OHARA").note == "OHARA makes no N-BK7: that of SCHOTT is taken"
+
+
+def test_an_unknown_glass_is_an_error_that_names_the_nearest():
+    with pytest.raises(glass_catalogue.UnknownGlass, match=r"'N-BK77' is in no catalogue: did you mean SCHOTT N-BK7 "):
+        glass_catalogue.find("N-BK77")
+    for text in ("", "_", "_SCHOTT", "847238", "no such glass" * 50):
+        with pytest.raises(glass_catalogue.UnknownGlass, match="in no catalogue"):
+            glass_catalogue.find(text)
+
+
+@pytest.mark.parametrize("code, name", [("517642", "N-BK7"), ("517.642", "N-BK7"), ("517:642", "N-BK7"),
+                                        ("847238", "N-SF57"), ("003283", "S-LAH79"), ("517642.251", "N-BK7")])
+def test_a_six_digit_code_is_a_glass_and_says_which(code, name):
+    glass, maker, note = glass_catalogue.resolve(code)
+    assert glass.name == name and glass == glass_catalogue.from_code(code)
+    assert note.startswith(f"code {code} is taken for {maker} {name} (n_d {glass.n_d:.5f}")
+
+
+def test_a_code_that_no_glass_has_is_the_nearest_glass():
+    assert glass_catalogue.from_code("518644") == glass_catalogue.nearest(1.518, 64.4)
+    for text in ("N-BK7", "51764", "517000", "5176422"):
+        with pytest.raises(GlassError, match="no glass code"):
+            glass_catalogue.from_code(text)
+
+
+def test_an_older_kinds_name_is_taken_for_the_newer_and_said():
+    glass, maker, note = glass_catalogue.resolve("LAK33A")
+    assert (glass.name, maker) == ("N-LAK33A", "SCHOTT")
+    assert note.startswith("LAK33A is in no catalogue: SCHOTT N-LAK33A")
+    with pytest.raises(glass_catalogue.UnknownGlass):
+        glass_catalogue.find("LAK33A")
+
+
+def test_every_glass_is_the_nearest_to_its_own_numbers():
+    for entry in glass_catalogue.shipped()[::37]:
+        if entry.n_d:
+            near = glass_catalogue.nearest(entry.n_d, entry.v_d, entry.maker)
+            assert abs(near.n_d - entry.n_d) < 5e-4 and abs(near.v_d / entry.v_d - 1.0) < 5e-3
+
+
+def test_the_catalogue_is_read_only_when_a_glass_is_asked_for():
+    code = ("import lensbench.lenses.glass_catalogue as g; assert g.shipped.cache_info().currsize == 0; "
+            "g.find('N-BK7'); assert g.shipped.cache_info().currsize == 1")
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+# AGF files
+
+BK7 = """CC A catalogue of our own
+NM OUR-BK7 2 517642 1.516800 64.17 0 0
+GC said to be dear
+ED 7.1 8.3 2.51 -0.0009 0
+CD 1.03961212E+00 6.00069867E-03 2.31792344E-01 2.00179144E-02 1.01046945E+00 1.03560653E+02 0 0 0 0
+LD 0.3 2.5
+NM OUR-SERIES 1 0 1.523080 58.57 0
+CD 2.286575 -8.7334582e-3 1.174288400E-002 2.904175600E-004 -1.250669500E-005 9.264625300E-007
+LD 0.334 2.5
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    folder = tmp_path / "lensbench" / "glass"
+    folder.mkdir(parents=True)
+    return folder
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+def test_an_agf_file_is_read_in_any_of_its_encodings(tmp_path, encoding):
+    path = tmp_path / "ours.agf"
+    path.write_bytes(BK7.replace("dear", "teuer für uns").replace("\n", "\r\n").encode(encoding))
+    catalogue = agf.read(path)
+    assert (catalogue.maker, catalogue.findings) == ("OURS", ())
+    ours, series = catalogue.glasses
+    schott = glass_catalogue.find("N-BK7")
+    assert ours.index(0.45) == schott.index(0.45) and ours.wavelengths == (0.3, 2.5)
+    assert series.index() == pytest.approx(1.52308, abs=5e-6) and series.v_d == pytest.approx(58.57, abs=5e-3)
+
+
+def test_glasses_of_the_users_folder_are_found_and_go_first(folder):
+    (folder / "ours.AGF").write_text(BK7.replace("OUR-SERIES", "N-BK7"), encoding="utf-8")
+    assert glass_catalogue.find("our-bk7").name == "OUR-BK7"
+    assert glass_catalogue.resolve("N-BK7")[1:] == ("OURS", "")
+    assert glass_catalogue.resolve("N-BK7_SCHOTT").maker == "SCHOTT"
+    (folder / "ours.AGF").write_text(BK7, encoding="utf-8")
+    os.utime(folder / "ours.AGF", ns=(1, 1))
+    assert glass_catalogue.resolve("N-BK7").maker == "SCHOTT"           # a file that changes is read again
+
+
+def test_what_an_agf_file_holds_wrongly_is_left_out_and_said(tmp_path):
+    path = tmp_path / "odd.agf"
+    path.write_text(BK7 + "NM BARE 2 0 1.5 60\nNM NONSENSE 77 0 1.5 60\nCD 1 2\nNM SHORT\nNM WORD 2 0 1.5 60\nCD x y\n"
+                    "NM OFF 2 0 1.7 64\nCD 1.03961212 6.00069867E-03 0.231792344 0.0200179144 1.01046945 103.560653\n"
+                    "LD 2.5 0.3\nNM OUR-BK7 2 0 1.5 60\nCD 1 0.01\n", encoding="utf-8")
+    catalogue = agf.read(path)
+    assert [glass.name for glass in catalogue.glasses] == ["OUR-BK7", "OUR-SERIES"]
+    lines = [finding.split(": ")[0] for finding in catalogue.findings]
+    assert lines == [f"odd.agf:{n}" for n in (10, 11, 13, 14, 16, 19)]
+
+
+@pytest.mark.parametrize("content, reason", [(b"", "no NM line"), (b"\x00\xff\xfe" * 99, "no NM line"),
+                                             (b"NM A 2 0 1.5 60\n", "no coefficients")])
+def test_a_file_that_holds_no_glass_is_an_error_of_one_line(tmp_path, folder, content, reason):
+    (folder / "bad.agf").write_bytes(content)
+    with pytest.raises(LensFileError, match=reason):
+        agf.read(folder / "bad.agf")
+    with pytest.raises(LensFileError, match="cannot be read"):
+        agf.read(tmp_path / "none.agf")
+    with pytest.raises(glass_catalogue.UnknownGlass, match=r"bad\.agf"):
+        glass_catalogue.find("A")

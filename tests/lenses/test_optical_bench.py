@@ -1,0 +1,104 @@
+"""Optical Bench files: columns, variable distances, aspheric powers, the stop, mistakes, and the way back."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lensbench import AIR, Glass, lenses
+from lensbench.lenses import glass_catalogue
+from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
+
+SAMPLE = (DATA / "zoom.txt").read_text()
+
+
+def sample(folder, *changes):
+    text = SAMPLE
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return loaded(folder, "lens.txt", text)
+
+
+def test_surfaces_glasses_stop_and_the_first_position_are_read(tmp_path):
+    lens = sample(tmp_path)
+    radii = [48.5, -120.25, None, -60.0, 70.0, -52.5]
+    assert [s.curvature for s in lens.surfaces] == [1.0 / r if r else 0.0 for r in radii]
+    assert [s.thickness for s in lens.surfaces] == [4.0, 1.5, 2.0, 3.5, 3.0, 40.25]
+    assert [s.semi_diameter for s in lens.surfaces] == [10.0, 9.75, 9.5, 6.25, 8.0, 8.25]
+    assert [s.glass for s in lens.surfaces] == [Glass(1.62041, 60.32), Glass(1.64769, 33.79, "N-SF2"), AIR, AIR,
+                                                Glass(1.5168, 64.2), AIR]
+    assert (lens.stop_index, lens.stated_efl, lens.stated_f_number) == (3, 50.0, 4.0)
+    assert (lens.name, lens.notes) == ("Made-up zoom", "Two lines of notes")
+    assert lens.findings == ("the first of 2 positions was read (focal length 50 mm)",)
+
+
+def test_powers_of_the_aspheric_columns_follow_from_the_constants(tmp_path):
+    def terms(constant):
+        return sample(tmp_path, ("AsphericalOddCount\t1", constant)).surfaces[5].aspheric
+
+    assert sample(tmp_path).surfaces[5].conic == -0.5
+    assert terms("AsphericalOddCount\t1") == ((3, 1e-6), (4, -2e-7), (6, 3e-10))
+    assert terms("AsphericalOddCount\t2") == terms("AsphericalOddCount") == ((3, 1e-6), (4, -2e-7), (5, 3e-10))
+    assert terms("AsphericalA2") == ((2, 1e-6), (4, -2e-7), (6, 3e-10))
+    assert terms("Other\t1") == terms("AsphericalOddCount\t0") == ((4, 1e-6), (6, -2e-7), (8, 3e-10))
+
+
+def test_the_stop_stands_on_its_own_or_on_a_surface(tmp_path):
+    lens = sample(tmp_path, ("3\tInfinity", "3\tAS"), ("4AS", "4"))
+    assert lens.stop_index == 2
+    lens = sample(tmp_path, ("4AS", "4"))
+    assert lens.stop_index == 3 and any("no stop" in finding for finding in lens.findings)
+
+
+def test_a_glass_by_its_name_alone_is_that_of_the_catalogue(tmp_path):
+    lens = sample(tmp_path, ("1.64769\t19.5\t33.79\tN-SF2\tSchott", "\t19.5\t\tN-SF2\tSchott"))
+    assert lens.surfaces[1].glass == glass_catalogue.find("N-SF2")
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("4\t1.62041", "d7\t1.62041", "d7"),
+    ("1\t48.5", "1\tabc", "radius"),
+    ("1.62041\t20", "1.62041\t-20", "diameter"),
+    ("1.62041\t20", "0.62041\t20", "n_d"),
+    ("6\t-52.5\t-0.5", "9\t-52.5\t-0.5", "'9'"),
+    ("6\t-52.5\t-0.5\t1e-6", "6\t-52.5\t-0.5\tnan", "r^3"),
+    ("d4\t3.5", "d4\tx", "d4"),
+    ("\t\t19.5\t\tXX", "\t\t19.5\t\tXX", "XX"),
+])
+def test_mistakes_name_their_line(tmp_path, old, new, told):
+    text = SAMPLE.replace("1.64769\t19.5\t33.79\tN-SF2\tSchott", "\t19.5\t\tXX") if told == "XX" else SAMPLE
+    old, new = ("2\t-120.25", "2\t-120.25") if told == "XX" else (old, new)
+    error = refusal(tmp_path, "lens.txt", text.replace(old, new, 1))
+    assert error.line == SAMPLE.count("\n", 0, SAMPLE.index(old)) + 1 and told in error.reason
+
+
+def test_what_is_no_such_file_is_said(tmp_path):
+    assert "[lens data]" in refusal(tmp_path, "a.txt", "[constants]\n").reason
+    assert "before the first section" in refusal(tmp_path, "a.txt", "A letter to a friend\n").reason
+
+
+odd_or_even = st.sampled_from([tuple(range(2, 21, 2)), tuple(range(3, 21))])
+
+
+@given(odd_or_even.flatmap(lambda powers: prescriptions(
+    powers, cylinders=False, name=plain_words, notes=plain_words, stated_efl=st.none() | st.floats(-1e3, 1e3),
+    stated_f_number=st.none() | st.floats(0.5, 64.0))))
+@settings(deadline=None, max_examples=100)
+def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, lens):
+    path = tmp_path_factory.getbasetemp() / "any.txt"
+    assert lenses.save(lens, path) == ()
+    assert lenses.load(path) == lens
+
+
+def test_catalogue_glasses_come_back_and_what_is_lost_is_said(tmp_path):
+    lens = sample(tmp_path)
+    lens = replace(lens, surfaces=(replace(lens.surfaces[0], glass=glass_catalogue.find("N-SK16")),
+                                   *lens.surfaces[1:]), year=1999)
+    assert lenses.save(lens, tmp_path / "b.txt") == ("left out: year",)
+    assert lenses.load(tmp_path / "b.txt") == replace(lens, year=None)
+    rod = replace(lens, surfaces=(replace(lens.surfaces[0], curvature_x=0.0), *lens.surfaces[1:-1],
+                                  replace(lens.surfaces[-1], aspheric=((2, 1e-5), (3, 1e-6)))))
+    remarks = lenses.save(rod, tmp_path / "c.txt")
+    assert any("cylinder" in remark for remark in remarks) and any("r^2" in remark for remark in remarks)

@@ -1,0 +1,151 @@
+"""Zemax files: encodings, units, surface types, glasses, configurations, what is refused, and the way back."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+
+import lensbench as lb
+from lensbench import AIR, Glass, lenses
+from lensbench.lenses import glass_catalogue
+from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
+
+SAMPLE = (DATA / "doublet.zmx").read_text()
+
+
+def sample(folder, *changes):
+    text = SAMPLE
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return loaded(folder, "lens.zmx", text)
+
+
+def test_surfaces_glasses_stop_and_image_distance_are_read(tmp_path):
+    lens = sample(tmp_path)
+    assert [s.curvature for s in lens.surfaces] == [0.016, -0.022, -0.007]
+    assert [s.thickness for s in lens.surfaces] == [6.5, 2.5, 95.0]
+    assert [s.semi_diameter for s in lens.surfaces] == [12.0, 11.5, 11.25]
+    assert [s.glass for s in lens.surfaces] == [glass_catalogue.find("N-BK7"), Glass(1.62, 36.3), AIR]
+    assert lens.surfaces[2].conic == -0.5
+    assert lens.surfaces[2].aspheric == ((4, 1.25e-7), (6, -2e-11))
+    assert (lens.stop_index, lens.name, lens.notes) == (1, "Small achromat with an asphere", "Made up for the tests")
+
+
+@pytest.mark.parametrize("encode", [
+    lambda text: text.encode("utf-16"), lambda text: text.encode("utf-16-le"), lambda text: text.encode("utf-16-be"),
+    lambda text: text.encode("utf-8-sig"), lambda text: text.encode("latin-1"),
+    lambda text: text.replace("\n", "\r\n").encode("utf-16"), lambda text: text.replace("\n", "\r").encode()])
+def test_every_encoding_and_line_end_is_the_same_lens(tmp_path, encode):
+    text = SAMPLE.replace("Small", "Kleiner Zweilinser für")
+    lens = loaded(tmp_path, "lens.zmx", encode(text.replace("ü", "ue") if encode("ü") == "ü".encode() else text))
+    assert lens.surfaces == sample(tmp_path).surfaces
+    assert lens.name.startswith("Kleiner Zweilinser f")
+
+
+def test_decimal_commas_are_points(tmp_path):
+    text = "\n".join(line.replace(".", ",") if line.strip()[:4] in ("CURV", "DISZ", "DIAM", "PARM", "CONI") else line
+                     for line in SAMPLE.split("\n"))
+    assert loaded(tmp_path, "lens.zmx", text) == sample(tmp_path)
+
+
+@pytest.mark.parametrize(("unit", "mm"), [("CM", 10.0), ("IN", 25.4), ("METER", 1000.0)])
+def test_units_are_converted_and_said(tmp_path, unit, mm):
+    lens, same = sample(tmp_path, ("UNIT MM", f"UNIT {unit}")), sample(tmp_path).scaled(mm)
+    assert lens == same
+    assert any(f"{mm:g} mm" in finding for finding in lens.findings)
+
+
+def test_types_of_surfaces(tmp_path):
+    def last(kind, *parameters):
+        lines = "\n".join(f"  {parameter}" for parameter in parameters)
+        return sample(tmp_path, ("  TYPE EVENASPH", f"  TYPE {kind}\n{lines}"), ("  PARM 1 0\n", ""),
+                      ("  PARM 2 1.25E-7\n", ""), ("  PARM 3 -2.0E-11\n", ""), ("  PARM 4 0\n", "")).surfaces[2]
+
+    assert last("ODDASPHE", "PARM 3 1e-5", "PARM 8 2e-9").aspheric == ((3, 1e-5), (8, 2e-9))
+    assert last("XASPHERE", "XDAT 1 9", "XDAT 2 2", "XDAT 3 4.0", "XDAT 11 1.0").aspheric == ((2, 1.0), (18, 2.0**-18))
+    assert last("XODDASPH", "XDAT 1 3", "XDAT 2 10", "XDAT 5 2.0", "XDAT 6 9.9").aspheric == ((3, 2e-3),)
+
+
+def test_a_cylinder_bends_one_section_alone(tmp_path):
+    lens = sample(tmp_path, ("  TYPE STANDARD\n  CURV 1.6E-2", "  TYPE TOROIDAL\n  PARM 1 0\n  CURV 1.6E-2"))
+    assert (lens.surfaces[0].curvature, lens.surfaces[0].curvature_x) == (0.016, 0.0)
+    lens = sample(tmp_path, ("  TYPE STANDARD\n  CURV 1.6E-2", "  TYPE TOROIDAL\n  PARM 1 40\n  CURV 0"))
+    assert (lens.surfaces[0].curvature, lens.surfaces[0].curvature_x) == (0.0, 0.025)
+    lens = sample(tmp_path, ("  TYPE STANDARD\n  CURV 1.6E-2", "  TYPE BICONICX\n  PARM 1 -50\n  CURV 1.6E-2"))
+    assert (lens.surfaces[0].curvature, lens.surfaces[0].curvature_x) == (0.016, -0.02)
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("GLAS N-BK7 0", "GLAS MIRROR 0", "mirror"),
+    ("  TYPE EVENASPH", "  TYPE COORDBRK", "COORDBRK"),
+    ("  TYPE EVENASPH", "  TYPE DGRATING", "grating"),
+    ("  TYPE EVENASPH", "  TYPE PARAXIAL", "PARAXIAL"),
+    ("  TYPE EVENASPH", "  TYPE BINARY_2", "BINARY_2"),
+    ("  TYPE EVENASPH\n", "  TYPE TOROIDAL\n  PARM 1 30\n", "TOROIDAL"),
+    ("GLAS N-BK7 0", "GLAS N-BQ73 0", "BK7"),
+    ("CURV 1.6E-2", "CURV nan", "CURV"),
+    ("CURV 1.6E-2", "CURV 1_6", "CURV"),
+    ("  DISZ 6.5", "  DISZ INFINITY", "infinite"),
+    ("UNIT MM", "UNIT FURLONG", "FURLONG"),
+    ("MODE SEQ", "MODE NSC", "NSC"),
+    ("1 0 1.62 36.3", "1 0 0.62 36.3", "n_d"),
+])
+def test_what_is_not_traced_is_refused_with_line_and_keyword(tmp_path, old, new, told):
+    error = refusal(tmp_path, "lens.zmx", SAMPLE.replace(old, new, 1))
+    line = SAMPLE.count("\n", 0, SAMPLE.index(old)) + 1
+    assert error.line == (line if told != "infinite" else 20) and told in error.reason
+
+
+def test_numbers_beside_a_name_count_only_where_no_catalogue_has_it(tmp_path):
+    known = sample(tmp_path, ("GLAS N-BK7 0 0 1.5 4.0E+1", "GLAS N-BK7 0 0 1.7 4.5E+1"))
+    assert known.surfaces[0].glass == glass_catalogue.find("N-BK7") and not known.findings
+    lens = sample(tmp_path, ("GLAS N-BK7 0 0 1.5 4.0E+1", "GLAS QQ-XY9 0 0 1.7 4.5E+1"))
+    assert lens.surfaces[0].glass == Glass(1.7, 45.0, "QQ-XY9")
+    assert any("QQ-XY9" in finding for finding in lens.findings)
+
+
+def test_the_first_of_several_configurations_is_read(tmp_path):
+    lens = sample(tmp_path, ("MNUM 1 1", "MNUM 2 2\nTHIC   2   1 4.5 0 0 0\nTHIC   2   2 2.5 0 0 0"))
+    assert [s.thickness for s in lens.surfaces] == [6.5, 4.5, 95.0]
+    assert any("first of 2" in finding for finding in lens.findings)
+
+
+def test_missing_rims_are_estimated_from_aperture_and_field_and_said(tmp_path):
+    lens = loaded(tmp_path, "lens.zmx", _without(SAMPLE, "DIAM"))
+    # The entrance pupil must come out as the file's 23.8 mm, and the estimate lie above the axial beam
+    assert 2.0 * lb.first_order(lens).entrance_pupil.radius == pytest.approx(23.8, rel=1e-12)
+    assert 11.9 < lens.surfaces[0].semi_diameter < 12.5
+    assert any("no rim for every surface" in finding for finding in lens.findings)
+    error = refusal(tmp_path, "lens.zmx", _without(SAMPLE, "DIAM", "ENPD"))
+    assert "rims are missing" in error.reason
+
+
+def _without(text, *keys):
+    return "\n".join(line for line in text.split("\n") if line.split()[:1] not in [[key] for key in keys])
+
+
+def test_a_near_object_is_told(tmp_path):
+    lens = sample(tmp_path, ("DISZ INFINITY", "DISZ 250"))
+    assert any("250 mm before" in finding for finding in lens.findings)
+    assert "object lies in" in refusal(tmp_path, "a.zmx", SAMPLE.replace(
+        "  DISZ INFINITY", "  DISZ 250\n  GLAS N-BK7 0 0 1.5 40")).reason
+
+
+@given(prescriptions(range(2, 21), name=plain_words, notes=plain_words))
+@settings(deadline=None, max_examples=100)
+def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, lens):
+    path = tmp_path_factory.getbasetemp() / "any.zmx"
+    assert lenses.save(lens, path) == ()
+    assert lenses.load(path) == lens
+
+
+def test_catalogue_glasses_come_back_and_what_is_lost_is_said(tmp_path):
+    lens = sample(tmp_path)
+    assert lenses.save(replace(lens, kind="achromat", year=2001, stated_efl=100.0), tmp_path / "b.zmx") == (
+        "left out: kind, year, stated focal length",)
+    assert lenses.load(tmp_path / "b.zmx") == lens
+    table = Glass(1.5, 60.0, "MINE", "table", ((0.4, 1.51), (0.7, 1.49)))
+    odd = replace(lens, surfaces=(replace(lens.surfaces[0], glass=table), *lens.surfaces[1:]))
+    assert any("MINE" in remark for remark in lenses.save(odd, tmp_path / "c.zmx"))
+    assert lenses.load(tmp_path / "c.zmx").surfaces[0].glass == Glass(1.5, 60.0, "MINE")
