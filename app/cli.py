@@ -72,14 +72,16 @@ def _mistakes() -> tuple[type[Exception], ...]:
     import lensbench as lb
     from lensbench import lenses
     from lensbench.app.export import ExportError
+    from lensbench.app.lens_commands import RaysError
     from lensbench.app.scene_file import SceneFileError
     from lensbench.app.settings import SettingsError
 
-    return (UsageError, SettingsError, ExportError, SceneFileError, lenses.LensFileError, lb.LensError, lb.FilmError,
-            lb.CameraError, lb.SceneError)
+    return (UsageError, SettingsError, ExportError, SceneFileError, RaysError, lenses.LensFileError, lb.LensError,
+            lb.GlassError, lb.FilmError, lb.CameraError, lb.SceneError)
 
 
 def _parser() -> argparse.ArgumentParser:
+    from lensbench.app import lens_commands
     from lensbench.app.arguments import add_lens_options, add_picture_options, option, read_count
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
@@ -115,6 +117,10 @@ def _parser() -> argparse.ArgumentParser:
 
     library = command("lenses", _lenses, "List the lenses of the library.")
     library.add_argument("--json", action="store_true", help="print JSON: lengths in mm")
+
+    lens_commands.add_convert_options(command("convert", lens_commands.convert,
+                                              "Write a lens file in the format of another program."))
+    lens_commands.add_trace_options(command("trace", lens_commands.trace, "Trace a table of rays through a lens."))
 
     commands.add_parser("bench", help="Measure the program's speed on this machine.", add_help=False)
     return parser

@@ -17,7 +17,7 @@ from lensbench.blocktracer import packed, trace
 from lensbench.driver import call_stage, stage_address
 from lensbench.glass import D_LINE
 from lensbench.lanes import KEYS, MARGIN, PITCH, B, L, M, N, X, Y, Z, bench
-from lensbench.prescription import Lens
+from lensbench.prescription import Lens, LensError
 
 REACH = 1.2             # × the rear semi-diameter: how far the region is looked for (rims have sag)
 HEIGHTS = 17            # on the last surface, whose shadows on the plane say where the region can be
@@ -228,7 +228,11 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     From the furthest point in +x to that in −x, evenly spaced to about a
     twentieth. A radius whose region is empty has all its points at 0.
     tolerance: of a rim, in mm. span: where on the meridian to look for the regions, if not wherever they can be.
+    LensError for a lens with a cylinder or toroid.
     """
+    if not lens.is_rotationally_symmetric:
+        raise LensError("a lens with a cylinder or toroid has no exit pupil by film radius: "
+                        "its pupil turns with the film point")
     radii = np.ascontiguousarray(film_radii, float)
     shape = (radii.size, points)
     centre, rim, cosine, sine = np.zeros(radii.size), np.zeros(shape), np.zeros(shape), np.zeros(shape)

@@ -137,13 +137,13 @@ class _Sequence:
             return self.glass_definition(key, words, values)
         if key == "ZOO" and values and not is_number(values[0]):
             self.design.found("the first position of a zoom was read (ZOO)")
-            qualified = 2 if re.fullmatch(r"(?i)s(\d+|o|i|s)", values[1] if len(values) > 1 else "") else 1
+            qualified = 2 if re.fullmatch(r"(?ai)s(\d{1,4}|o|i|s)", values[1] if len(values) > 1 else "") else 1
             return self.command(line, [values[0].upper(), *values[1:qualified], *values[qualified:qualified + 1]])
         if key == "ZOO":
             if values and int(self.value(values)) > 1:
                 self.design.found(f"the first of {int(self.value(values))} zoom positions was read (ZOO)")
             return None
-        surface = re.fullmatch(r"S(O|I|\d+)?", key)
+        surface = re.fullmatch(r"S(O|I|\d{1,4})?", key, re.ASCII)
         if surface:
             return self.surface(line, surface[1] or "", values)
         if key == "PRV":
@@ -183,7 +183,7 @@ class _Sequence:
         rows = self.design.rows
         index = len(rows) - 1
         if values:
-            named = re.fullmatch(r"(?i)s(o|i|s|\d+)", values[0])
+            named = re.fullmatch(r"(?ai)s(o|i|s|\d{1,4})", values[0])
             if named:
                 where = named[1].upper()
                 stop = next((i for i, row in enumerate(rows) if row.is_stop), 1)

@@ -5,11 +5,13 @@ from dataclasses import replace
 
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
 from lensbench.lenses import glass_catalogue
+from lensbench.lenses.encoding import file_number, is_number
 from lensbench.lenses.rows import RowError
 from lensbench.prescription import Lens
 
 AIR_NAMES = {"", "AIR", "VACUUM", "VACUO"}
 LINES = (F_LINE, D_LINE, C_LINE)
+HIGHEST_INDEX = 6.0     # germanium has 4
 ROUNDING = 4e-5         # µm: 656.3 nm is the C line
 MIRROR_NAMES = {"MIRROR", "REFL", "RFL", "RFH"}
 
@@ -25,8 +27,9 @@ def model(n_d: float, v_d: float, name: str = "") -> Glass:
     """The glass of n_d and V_d (0: not known) that a file states. RowError: numbers that no glass has."""
     if n_d == 1.0:
         return AIR
-    if n_d < 1.0:
-        raise RowError(f"index n_d is {n_d:g}: it must be at least 1 (air)")
+    if not 1.0 < n_d <= HIGHEST_INDEX:
+        raise RowError(f"index n_d is {n_d:g}: it must be at least 1 (air), and no lens is made of more than "
+                       f"{HIGHEST_INDEX:g}")
     if v_d < 0.0:
         raise RowError(f"Abbe number V_d is {v_d:g}: it must be positive, or 0 where it is not known")
     return Glass(n_d, v_d or None, name)
@@ -75,9 +78,9 @@ def _catalogued(name: str, maker: str | None = None) -> Glass | None:
 
 def code(text: str) -> Glass | None:
     """The glass of a code such as 517642, 517.642, 517000.641700 or 1.5168:64.17; None for other words."""
-    pair = re.fullmatch(r"(\d\.\d+|\d)[:/](\d+\.?\d*)", text)
-    if pair:
-        return model(float(pair[1]), float(pair[2]))
+    n_d, colon, v_d = text.partition(":")
+    if colon and is_number(n_d) and is_number(v_d):
+        return model(file_number(n_d, "index n_d"), file_number(v_d, "Abbe number V_d"))
     digits = re.fullmatch(r"(\d{3,12})\.(\d{2,12})", text) or re.fullmatch(r"(\d{3})(\d{3})", text)
     if digits:
         return model(float(f"1.{digits[1]}"), float(f"{digits[2][:2]}.{digits[2][2:] or 0}"))
@@ -99,6 +102,7 @@ def tabulated(name: str, points: list[tuple[float, float]]) -> Glass:
         n_d = glass.index(D_LINE) if low <= D_LINE <= high else table[len(table) // 2][1]
         spread = glass.index(F_LINE) - glass.index(C_LINE) if low <= F_LINE and C_LINE <= high else 0.0
         v_d = (n_d - 1.0) / spread if spread > 0.0 and n_d > 1.0 else None
+        model(n_d, v_d or 0.0)
         return Glass(n_d, v_d, name) if {w for w, _ in table} == set(LINES) else replace(glass, n_d=n_d, v_d=v_d)
     except (GlassError, ArithmeticError) as error:
         raise RowError(str(error)) from None

@@ -182,7 +182,7 @@ class _File:
             label = words.pop(0) if words and not is_number(words[0]) else ""
             indices = [file_number(word, "index") for word in words]
             if len(indices) == 2 and indices[1] > 5.0:              # n_d and V_d
-                return media.stated(label, *indices)
+                return media.stated(label, indices[0], indices[1])
             points = sorted(dict(zip(self.wavelengths, indices, strict=False)).items())
             if len(points) == 1:
                 return media.model(points[0][1], 0.0, label)
@@ -190,7 +190,7 @@ class _File:
         if is_number(name):
             if len(values) > 1 and all(is_number(word) for word in values):
                 return self.glass(["MOD", *values])
-            return media.code(name) if re.fullmatch(r"\d{6}", name) else media.model(file_number(name, "index"), 0.0)
+            return media.code(name) or media.model(file_number(name, "index"), 0.0)
         if name.upper() in media.MIRROR_NAMES:
             raise RowError("a mirror is not traced")
         glass, finding = media.named(name)

@@ -98,10 +98,10 @@ def _read_header(design: Design, header: dict, first: dict) -> None:
         line, words = header["YFLN"]
         sizes = [abs(_number(path, line, "YFLN", words, i)) for i in range(len(words))]
         kinds = {0: "angle", 1: "object", 2: "image", 3: "image"}
-        kind = kinds.get(int(_number(path, header["FTYP"][0], "FTYP", header["FTYP"][1], 0)))\
-            if header.get("FTYP", (0, []))[1] else "angle"
-        if kind and any(sizes):
-            design.field_of_view = (kind, max(sizes))
+        line, words = header.get("FTYP", (None, []))
+        field_kind = kinds.get(int(_number(path, line, "FTYP", words, 0))) if words else "angle"
+        if field_kind and any(sizes):
+            design.field_of_view = (field_kind, max(sizes))
 
 
 def _configure(path: str, line: int, key: str, words: list[str], surfaces: list[dict]) -> None:

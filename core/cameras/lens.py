@@ -47,6 +47,9 @@ class LensCamera(Camera):
         super().__post_init__()
         if self.model not in MODELS:
             raise CameraError(f"camera model {self.model!r}: choose one of {', '.join(MODELS)}")
+        if self.model == "trace" and not self.lens.is_rotationally_symmetric:
+            raise CameraError("the trace model needs a rotationally symmetric lens, and this one has a cylinder or "
+                              "toroid: lb.trace follows its rays")
         if self.f_number is not None:
             object.__setattr__(self, "lens", stopped_down(self.lens, self.f_number))
         if not self.film_distance > 0.0:            # what cannot be focused at all is refused on the way

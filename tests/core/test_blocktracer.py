@@ -1,5 +1,7 @@
 """The block kernel against the scalar reference, and float32 against float64 on a large sensor."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,23 @@ from lensbench import lenses
 from lensbench.blocktracer import tracer
 from lensbench.driver import Program
 from lensbench.lanes import MARGIN, WEIGHT, L, M, N, X, Y, Z
+from tests.core.oracles import lens as reference_lens
 
+
+def reshaped(change):
+    """The aspheric 50/1.8 with each surface changed: change(surface, index) gives the fields."""
+    lens = reference_lens("rf50")
+    return replace(lens, surfaces=tuple(replace(s, **change(s, i)) for i, s in enumerate(lens.surfaces)))
+
+
+ASPHERIC = {
+    "even": reference_lens("rf50"),
+    "conics": reshaped(lambda s, i: {"aspheric": (), "conic": (-0.6, 0.8, -2.0, 0.3)[i % 4]}),
+    "odd": reshaped(lambda s, i: {"aspheric": (*s.aspheric, (3, 1e-5), (5, -2e-6)) if s.aspheric else ()}),
+    "conic aspheres": reshaped(lambda s, i: {"conic": -0.5} if s.aspheric else {"aspheric": ((4, 1e-7), (20, 1e-28))}),
+    "toroids": reshaped(lambda s, i: {"aspheric": (), "curvature_x": 0.7 * s.curvature if i % 2 else None}),
+    "cylinders": reshaped(lambda s, i: {"aspheric": (), "curvature_x": 0.0 if i > 7 else None}),
+}
 NAMES = ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm", "pbrt-wide-22mm", "lenshh-cooke-triplet-50"]
 
 
@@ -32,10 +50,15 @@ def film_rays(lens, film_distance, n, rng, spread=1.3, film=15.0):
     return origins, d / np.linalg.norm(d, axis=1)[:, None]
 
 
-@pytest.mark.parametrize("name", NAMES)
+def found(name):
+    """A lens of ASPHERIC, or of the library."""
+    return ASPHERIC[name] if name in ASPHERIC else lenses.load(name)
+
+
+@pytest.mark.parametrize("name", [*NAMES, *ASPHERIC])
 @pytest.mark.parametrize("towards", ["scene", "film"])
 def test_the_block_kernel_agrees_with_the_reference(name, towards):
-    lens = lenses.load(name)
+    lens = found(name)
     distance = lb.first_order(lens).bfl
     rng = np.random.default_rng(3)
     if towards == "scene":
@@ -77,6 +100,34 @@ def test_float32_keeps_every_fate_and_a_hundredth_of_a_pixel_at_24_megapixels(na
     cross = np.linalg.norm(np.cross(single[:3].T[both], double[:3].T[both]), axis=1)
     pixels = cross * fo.efl / (36.0 / 6000)
     assert pixels.max() < 0.01
+
+
+@pytest.mark.parametrize("name", ASPHERIC)
+def test_aspheres_in_float32_keep_a_hundredth_of_a_pixel(name):
+    lens = ASPHERIC[name]
+    distance = lb.first_order(lens).bfl
+    origins, directions = film_rays(lens, distance, 50_000, np.random.default_rng(7))
+    double = block(lens, distance, origins, directions)
+    single = block(lens, distance, origins, directions, real=np.float32).astype(float)
+    sure = ~(np.abs(double[7] - 1.0) < 1e-5)
+    assert np.array_equal((single[6] > 0.0)[sure], (double[6] > 0.0)[sure])
+    both = (single[6] > 0.0) & (double[6] > 0.0)
+    angle = np.linalg.norm(np.cross(single[3:6].T[both], double[3:6].T[both]), axis=1)
+    assert (angle * 49.56 / 0.006).max() < 0.01
+
+
+def test_a_hit_on_a_steep_hyperboloid_far_beside_its_vertex_keeps_its_digits():
+    """There the usual quotient of the intersection cancels, and its other form is taken."""
+    lens = lb.Lens((lb.Surface(0.05, 5.0, 30.0, lb.Glass(1.6), conic=-10.0),), 0)
+    rng = np.random.default_rng(2)
+    origins = np.stack([*rng.uniform(-25.0, 25.0, (2, 5000)), np.full(5000, -10.0)], 1)
+    directions = np.stack([*rng.uniform(-0.8, 0.8, (2, 5000)), np.ones(5000)], 1)
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    reference = lb.trace(lens, origins, directions)
+    out = block(lens, 40.0, origins, directions, "film")
+    passed = reference.fate == lb.Fate.PASSED
+    assert np.array_equal(out[6] > 0.0, passed) and 100 < passed.sum() < 4900
+    np.testing.assert_allclose(out[:3].T[passed], reference.points[passed], rtol=0.0, atol=1e-11)
 
 
 def test_a_plane_and_a_sphere_of_a_million_kilometres_bend_a_ray_alike():
