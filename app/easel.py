@@ -88,16 +88,22 @@ class Easel:
 
 
 def _first_mark(news: News) -> Mark | None:
-    """A place near the middle of the picture that is in focus."""
+    """A place near the middle of the picture that is in focus, with much around it that is."""
     focus, depth = news.settings.focus_distance, news.depth
     if depth is None or not math.isfinite(focus):
         return None
     rows, columns = depth.shape
-    y, x = np.nonzero(np.abs(depth - focus) < 0.01 * focus)
+    sharp = np.abs(depth - focus) < 0.01 * focus
+    y, x = np.nonzero(sharp)
     off = np.hypot(x / columns - 0.5, y / rows - 0.5)
     if not len(x) or off.min() > OFF_CENTRE:
         return None
-    at = int(np.argmin(off))
+    # The part that is in focus of a square about each place
+    half = max(columns // 20, 1)
+    sums = np.pad(np.pad(sharp, half).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    side = 2 * half + 1
+    around = (sums[y + side, x + side] - sums[y, x + side] - sums[y + side, x] + sums[y, x]) / side**2
+    at = int(np.argmax(around - off - 1e3 * (off > OFF_CENTRE)))
     return Mark((x[at] + 0.5) / columns, (y[at] + 0.5) / rows, focus, news.settings.aim)
 
 

@@ -1,10 +1,14 @@
 """Keys that lead back, and marks and tooltips that go when they are no longer true or wanted."""
 
+import math
 from dataclasses import replace
 
+import numpy as np
 from imgui_bundle import imgui
 
+from lensbench.app.easel import _first_mark
 from lensbench.app.picture_marks import Mark
+from lensbench.app.worker import News
 
 from .conftest import SMALL
 
@@ -68,3 +72,17 @@ def test_the_focus_mark_holds_only_while_the_picture_looks_at_the_same():
                     replace(SMALL, lens="pbrt-wide-22mm"), replace(SMALL, scene="room"), replace(SMALL, yaw=0.1),
                     replace(SMALL, model="thin")):
         assert not mark.holds(changed)
+
+
+def test_the_first_mark_stands_amid_what_is_in_focus_and_not_on_a_stray_pixel():
+    depth = np.full((80, 120), 5000.0, np.float32)
+    depth[40, 60] = 1200.0                          # in the very middle, alone
+    depth[20:40, 30:50] = 1205.0
+    depth[0:12, 0:30] = 1200.0                      # as large, but in the corner
+    news = News(1, np.zeros((80, 120, 3), np.float32), 1, 0.0, replace(SMALL, focus_distance=1200.0), 0.0, depth)
+    mark = _first_mark(news)
+    assert mark is not None and mark.distance == 1200.0
+    assert 30 / 120 < mark.x < 50 / 120 and 20 / 80 < mark.y < 40 / 80
+    nowhere = replace(SMALL, focus_distance=math.inf)
+    assert _first_mark(news._replace(settings=nowhere)) is None
+    assert _first_mark(news._replace(depth=np.full_like(depth, 5000.0))) is None
