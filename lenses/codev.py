@@ -23,7 +23,7 @@ from math import inf, isfinite
 from lensbench.glass import AIR, Glass
 from lensbench.lenses import glass_catalogue, media
 from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import file_curvature, file_number, is_number
+from lensbench.lenses.encoding import LONGEST_NAME, check_lines, file_curvature, file_number, is_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.soundness import axial_heights
@@ -46,6 +46,7 @@ SIDED = {"REX": "a rectangular aperture", "REY": "a rectangular aperture", "ELX"
 
 def read(text: str, path: str) -> Lens:
     """The lens of a file's text; `path` is named in errors. LensFileError: the line, the command, what is wrong."""
+    check_lines(text, path)
     statements = _statements(text)
     told = next((words[1:2] for _, words in statements if words[0] in ("RDM", "RDY_MODE")), None)
     if told is not None:
@@ -167,7 +168,7 @@ class _Sequence:
 
     def surface(self, line: int, label: str, values: list[str]) -> None:
         """S radius thickness glass: the next surface, or the one that is named."""
-        self.design.rows.append(Row(line))
+        self.design.add(Row(line))
         row = self.design.rows[-1]
         if label.isdigit() and int(label) != len(self.design.rows) - 1:
             raise RowError(f"S{label} is out of turn: the next surface is S{len(self.design.rows) - 1}")
@@ -307,7 +308,7 @@ class _Sequence:
 def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     """The text of a .seq file, and what it could not hold, one sentence each."""
     remarks: list[str] = []
-    title = " ".join(lens.name.replace("'", " ").split())
+    title = " ".join(lens.name.replace("'", " ").split())[:LONGEST_NAME].strip()
     lines = ["RDM N; LEN", f"TITLE '{title}'", "DIM M", "WL 656.2725 587.5618 486.1327", "REF 2",
              *_entrance_pupil(lens), "YAN 0.0", "SO 0.0 0.1e14"]
     for i, s in enumerate(lens.surfaces):
@@ -318,7 +319,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
             words.append(f"{glass_catalogue.key(glass.name)}_{media.maker_of(glass.name)}" if known
                          else f"{glass.n_d!r}:{glass.v_d or 0.0!r}")
             if glass.name and not known:
-                words.append(f"! {' '.join(glass.name.split())}")
+                words.append(f"! {' '.join(glass.name.split())[:LONGEST_NAME]}")
                 remarks.append("glasses that no catalogue has are written by n_d and V_d, their names as comments")
         lines.append(" ".join(words))
         lines += ["  STO"] if i == lens.stop_index else []
@@ -340,7 +341,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     lines += ["SI 0.0 0.0", "GO", ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if title != lens.name:
-        remarks.append("the name is written in one line, without quotes")
+        remarks.append("the name is written in one short line, without quotes")
     return "\n".join(lines), tuple(dict.fromkeys(remarks))
 
 

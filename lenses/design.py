@@ -20,6 +20,7 @@ from lensbench.prescription import Lens, LensError, Surface
 
 FAR = 1e8               # file units: an object beyond it is at infinity
 STEEPEST_FIELD = 60.0   # degrees: beyond it a paraxial chief ray says nothing
+MOST_SURFACES = 1000
 FULLEST = 0.98          # of a hemisphere: as far as an estimated rim goes
 
 
@@ -66,6 +67,12 @@ class Design:
         """Keep what was assumed or left out, once."""
         if finding not in self.findings:
             self.findings.append(finding)
+
+    def add(self, row: Row) -> None:
+        """Append a row. LensFileError: more than any lens has."""
+        if len(self.rows) > MOST_SURFACES:
+            raise self.refuse(row, f"more than {MOST_SURFACES} surfaces are no lens")
+        self.rows.append(row)
 
     def refuse(self, row: Row | None, reason: str) -> LensFileError:
         """The error for a row."""

@@ -3,10 +3,12 @@
 import codecs
 import re
 
+from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, curvature, number
 
+LONGEST_LINE, LONGEST_NAME = 4000, 200
 INFINITE = ("inf", "infinity", "-inf", "-infinity", "1e999", "1.0e+999")
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eEdD][+-]?\d+)?")
 
 
@@ -26,6 +28,13 @@ def decoded(data: bytes) -> str:
     if "\0" in text:
         raise UnicodeDecodeError("utf-8", data, max(data.find(b"\0"), 0), len(data), "a NUL in a text")
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def check_lines(text: str, path: str) -> None:
+    """LensFileError for a line that no program writes: it would be cut into words for minutes."""
+    for line, content in enumerate(text.split("\n"), start=1):
+        if len(content) > LONGEST_LINE:
+            raise LensFileError(path, line, f"the line has {len(content)} characters: at most {LONGEST_LINE} are read")
 
 
 def plain_number(text: str) -> str:

@@ -7,6 +7,9 @@ from typing import Any
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, number
 
+BETWEEN = re.compile(r"[\s,]*")
+MOST_ITEMS = 2000
+
 
 def parse(text: str, path: str) -> dict[str, Any]:
     """The object of the file. LensFileError: no JSON, or another thing than an object."""
@@ -27,13 +30,14 @@ def item_lines(text: str, key: str) -> list[int]:
     """The line on which each item of the first list of this name begins."""
     found = re.search(rf'"{re.escape(key)}"\s*:\s*\[', text)
     lines: list[int] = []
-    place = found.end() if found else len(text)
-    while place < len(text):
-        skipped = re.match(r"[\s,]*", text[place:place + 100_000])
-        place += skipped.end() if skipped else 0
+    place, counted, line = (found.end() if found else len(text)), 0, 1
+    while place < len(text) and len(lines) < MOST_ITEMS:
+        between = BETWEEN.match(text, place)
+        place = between.end() if between else place
         if text[place:place + 1] in ("]", ""):
             break
-        lines.append(text.count("\n", 0, place) + 1)
+        line, counted = line + text.count("\n", counted, place), place
+        lines.append(line)
         try:
             _, place = json.JSONDecoder().raw_decode(text, place)
         except (ValueError, RecursionError):

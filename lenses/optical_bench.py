@@ -55,7 +55,7 @@ def read(text: str, path: str) -> Lens:
             row = _row(design, line, [cell.strip() for cell in cells] + [""] * 8, distances)
         except RowError as error:
             raise LensFileError(path, line, f"surface {cells[0].strip()}: {error}") from None
-        design.rows.append(row)
+        design.add(row)
         rows[re.sub(r"(?i)as$", "", cells[0].strip()) or cells[0].strip()] = row
     powers = _powers(sections)
     for line, cells in sections.get("aspherical data", []):
@@ -69,7 +69,7 @@ def read(text: str, path: str) -> Lens:
     for name in sections:
         if name not in KNOWN:
             design.found(f"the section [{name}] is left out")
-    design.rows.append(Row(None))
+    design.add(Row(None))
     return design.lens()
 
 

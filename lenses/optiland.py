@@ -37,7 +37,7 @@ def read(text: str, path: str) -> Lens:
             places.append(_fill(design, row, surface, i, i in (0, len(surfaces) - 1)))
         except RowError as error:
             raise LensFileError(path, row.line, f"surface {i}: {error}") from None
-        design.rows.append(row)
+        design.add(row)
     for row, z, after in zip(design.rows, places, places[1:], strict=False):
         row.thickness = inf if isinf(z) or isinf(after) else after - z
     try:

@@ -25,7 +25,7 @@ import re
 from lensbench.glass import AIR, Glass
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import file_curvature, file_number, is_number
+from lensbench.lenses.encoding import LONGEST_NAME, check_lines, file_curvature, file_number, is_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
 from lensbench.prescription import Lens, Surface
@@ -46,6 +46,7 @@ WAVELENGTHS = [0.58756, 0.48613, 0.65627]
 
 def read(text: str, path: str) -> Lens:
     """The lens of a file's text; `path` is named in errors. LensFileError: the line, the keyword, what is wrong."""
+    check_lines(text, path)
     file = _File(path)
     for line, words in _commands(text):
         if file.ended:
@@ -94,7 +95,7 @@ class _File:
             self.begun = True
             design.name = next((word for word in values[1:] if not is_number(word)), "")
         elif key == "NXT":
-            design.rows.append(Row(line))
+            design.add(Row(line))
         elif key == "END":
             self.ended = True
         elif key == "UNI":
@@ -213,7 +214,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     """The text of a .len file, and what it could not hold, one sentence each."""
     remarks: list[str] = []
     words = [word for word in lens.name.replace('"', " ").replace("\\", " ").split() if not is_number(word)]
-    name = " ".join(words)
+    name = " ".join(words)[:LONGEST_NAME].strip()
     lines = ["// OSLO 6.6", f'LEN NEW "{name}" {lens.stated_efl or 100.0!r} {len(lens.surfaces) + 1}', "UNI 1.0",
               "// SRF 0", "AIR", "TH 1.0e20"]
     for i, s in enumerate(lens.surfaces):
@@ -226,7 +227,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
               f"END {len(lens.surfaces) + 1}", ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if name != lens.name:
-        remarks.append("the name is written without quotes and without words that are numbers, as OSLO needs it")
+        remarks.append("the name is written short, without quotes and without words that are numbers, as OSLO needs it")
     return "\n".join(lines), tuple(remarks)
 
 
@@ -237,7 +238,7 @@ def _glass_line(glass: Glass, i: int, remarks: list[str]) -> str:
         return "AIR"
     if media.is_known(glass):
         return f"GLA {glass.name}"
-    label = re.sub(r'[\s";/]+', "_", glass.name.strip())
+    label = re.sub(r'[\s";/]+', "_", glass.name.strip())[:LONGEST_NAME]
     if is_number(label or "G") or label != glass.name:
         remarks.append(f"the glass {glass.name!r} is written as G{label}")
         label = f"G{label}"

@@ -47,7 +47,7 @@ def read(text: str, path: str) -> Lens:
                 row.glass = _glass(design, gap.get("medium"))
         except RowError as error:
             raise LensFileError(path, row.line, f"surface {i}: {error}") from None
-        design.rows.append(row)
+        design.add(row)
     inner = design.rows[1:-1]
     if all(row.semi_diameter in (None, MISSING_RIM) for row in inner):
         for row in inner:

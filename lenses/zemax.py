@@ -73,7 +73,7 @@ def read(text: str, path: str) -> Lens:
     design.name = header.get("NAME", (0, [""]))[1][0].strip().strip('"')
     design.notes = " ".join(" ".join(notes).split())
     for i, (keys, values) in enumerate(zip(surfaces, numbered, strict=True)):
-        design.rows.append(_row(design, i, keys, values, i == len(surfaces) - 1))
+        design.add(_row(design, i, keys, values, i == len(surfaces) - 1))
     if configurations > 1:
         design.found(f"the first of {configurations} configurations was read")
     return design.lens()

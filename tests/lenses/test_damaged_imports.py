@@ -52,3 +52,26 @@ def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, name):
                 written = lenses.load(tmp_path / f"again{suffix}")
                 assert len(written.surfaces) - len(lens.surfaces) in (0, 1)     # .dat sets its stop apart
     assert read > (2 if name.endswith((".json", ".roa")) else 20)       # a bracket lost is the whole of a JSON file
+
+
+# What would keep a careless reader busy for minutes; the loaders of all of these need milliseconds
+ENDLESS = {
+    "digits.seq": b"S " + b"9" * 900_000 + b"x 1",
+    "digits.zmx": b"SURF 0\nSURF 1\n  CURV " + b"9" * 900_000 + b"x\nSURF 2\n",
+    "quotes.len": b'LEN NEW ' + b'\\"' * 400_000,
+    "quotes.seq": b"'\"" * 400_000,
+    "stops.seq": b"S;STO\n" * 150_000,
+    "surfaces.zmx": b"SURF 1\n SQAP 1\n" * 60_000,
+    "surfaces.len": b"LEN NEW\n" + b"NXT\n" * 240_000,
+    "items.json": b'{"surface_group": {"surfaces": [' + b"1," * 400_000 + b"1]}}",
+    "items.roa": b'{"optical_model": {"seq_model": {"ifcs": [' + b"{}," * 300_000 + b"{}]}}}",
+    "tabs.txt": b"[lens data]\n" + b"\t" * 900_000,
+}
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_no_file_keeps_a_reader_busy(tmp_path, name):
+    (tmp_path / name).write_bytes(ENDLESS[name])
+    with pytest.raises(lenses.LensFileError) as caught:
+        lenses.load(tmp_path / name)
+    assert "\n" not in str(caught.value)
