@@ -89,9 +89,9 @@ def _figures(lens: Lens, both: bool) -> tuple[list[_Change], np.ndarray, np.ndar
         tried = [_changed(surface, change.quantity, change.new) for change in here]
         c = np.array([s.vertex_curvature for s in tried])
         gap, glass = np.array([s.thickness for s in tried]), np.array([s.glass.n_d for s in tried])
-        y, _, w, _ = ray_matrix(lens, 0, i)             # of the ray that enters parallel at height 1: (A, C)
-        w = w - (glass - n[i]) * c * y
-        y = np.full(len(here), y)
+        height, _, slope, _ = ray_matrix(lens, 0, i)    # of the ray that enters parallel at height 1: (A, C)
+        w = slope - (glass - n[i]) * c * height
+        y = np.full(len(here), height)
         if i + 1 < last:
             y = y + gap / glass * w
             w = w - (n[i + 2] - glass) * lens.surfaces[i + 1].vertex_curvature * y
