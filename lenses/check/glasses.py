@@ -13,7 +13,8 @@ STEP_N, STEP_V = 0.01, 2.0      # a glass of another melt, maker or century is a
 FAR = 4.0                       # such steps from every known glass: the first flints of 1890 stand at 3.4
 NAMED_N, NAMED_V = 0.01, 0.08   # and between a glass and its name; V_d as a share: other kinds share old names
 
-PLASTICS = {                    # (n_d, V_d), as their makers publish them; in no catalogue of glass
+OTHERS = {                      # (n_d, V_d), as published: plastics, and what is in no catalogue of glass
+    "water": (1.3330, 55.8), "CaF2": (1.43384, 95.2),
     "PMMA": (1.4918, 57.4), "COP": (1.5311, 56.0), "APEL": (1.5445, 56.0), "PC": (1.5855, 29.9), "PS": (1.5905, 30.9),
     "OKP4": (1.6073, 27.0), "EP5000": (1.6355, 23.9), "OKP1": (1.6422, 22.4), "EP7000": (1.6510, 21.5),
     "EP8000": (1.6610, 20.4), "EP10000": (1.6830, 18.4),
@@ -73,6 +74,6 @@ def _nearest(n_d: float, v_d: float) -> tuple[str, float]:
 def _map() -> tuple[list[str], np.ndarray, np.ndarray]:
     """Names, n_d and V_d of every glass and plastic that is known."""
     known = [(entry.name, entry.n_d, entry.v_d) for entry in glass_catalogue.entries() if entry.n_d and entry.v_d]
-    known += [(name, *numbers) for name, numbers in PLASTICS.items()]
+    known += [(name, *numbers) for name, numbers in OTHERS.items()]
     names, n, v = zip(*known, strict=True)
     return list(names), np.array(n), np.array(v)
