@@ -81,7 +81,7 @@ def _mistakes() -> tuple[type[Exception], ...]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    from lensbench.app import lens_commands
+    from lensbench.app import check_command, lens_commands
     from lensbench.app.arguments import add_lens_options, add_picture_options, option, read_count
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
@@ -118,6 +118,7 @@ def _parser() -> argparse.ArgumentParser:
     library = command("lenses", _lenses, "List the lenses of the library.")
     library.add_argument("--json", action="store_true", help="print JSON: lengths in mm")
 
+    check_command.add_check_options(command("check", check_command.check, "Say what looks wrong in lens files."))
     lens_commands.add_convert_options(command("convert", lens_commands.convert,
                                               "Write a lens file in the format of another program."))
     lens_commands.add_trace_options(command("trace", lens_commands.trace, "Trace a table of rays through a lens."))

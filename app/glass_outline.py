@@ -42,9 +42,13 @@ class Element:
 
 
 def sag(surface: Surface, height: float) -> float:
-    """Depth of a surface at a height, flat beyond its rim and beyond the sphere's equator."""
+    """Depth of a surface at a height in the y–z section, flat beyond its rim and beyond the sphere's equator."""
     c = surface.curvature
     r = min(abs(height), surface.semi_diameter, 1.0 / abs(c) if c else np.inf)
+    if not surface.is_spherical:
+        depth = float(surface.sag(0.0, min(abs(height), surface.semi_diameter)))
+        if isfinite(depth):
+            return depth
     return c * r * r / (1.0 + sqrt(max(1.0 - c * c * r * r, 0.0)))
 
 

@@ -42,6 +42,7 @@ if _features.get("avx512f") and _numba.config.CPU_FEATURES is None:
     # Compilers hold 512-bit registers back on some processors; these kernels gain a fifth by them.
     _numba.config.CPU_FEATURES = _features.flatten() + ",-prefer-256-bit"
 
+from lensbench.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel  # noqa: E402
 from lensbench.cameras.camera import Camera, CameraError, Rays  # noqa: E402
 from lensbench.cameras.lens import LensCamera  # noqa: E402
 from lensbench.cameras.perspective import PerspectiveCamera  # noqa: E402
@@ -78,11 +79,11 @@ from lensbench.tracing import Fate, Trace, trace  # noqa: E402
 from lensbench.transform import TransformError  # noqa: E402
 
 __all__ = [
-    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Camera", "CameraError", "Disk", "ExitPupil", "Fate",
-    "Film", "FilmError", "FirstOrder", "Floor", "FocusError", "Glass", "GlassError", "Image", "Lens", "LensCamera",
-    "LensError", "Material", "Pattern", "PerspectiveCamera", "Rays", "Rectangle", "Rendering", "Scene",
-    "SceneError", "Sky", "Sphere", "Sun", "Surface", "Trace", "TransformError", "builtin_scene",
-    "circle_of_confusion", "depth_map", "depth_of_field", "exit_pupil", "film_distance", "first_order",
-    "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion", "render", "stopped_down",
-    "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
+    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Camera", "CameraError", "ChiefRay", "Disk",
+    "ExitPupil", "Fate", "Film", "FilmError", "FirstOrder", "Floor", "FocusError", "Glass", "GlassError", "Image",
+    "Lens", "LensCamera", "LensError", "Material", "Pattern", "PerspectiveCamera", "Rays", "Rectangle", "Rendering",
+    "Scene", "SceneError", "Seidel", "Sky", "Sphere", "Sun", "Surface", "Trace", "TransformError", "astigmatic_foci",
+    "builtin_scene", "chief_ray", "circle_of_confusion", "depth_map", "depth_of_field", "exit_pupil", "film_distance",
+    "first_order", "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion", "render", "seidel",
+    "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
 ]

@@ -86,19 +86,28 @@ def _entry(line: str) -> Entry:
     return Entry(maker, name, float(n_d) if n_d else None, float(v_d) if v_d else None, status == "old", cache(make))
 
 
-def user_catalogues() -> tuple[tuple[Entry, ...], tuple[str, ...]]:
-    """The glasses of the user's folder, and in one sentence each what of it could not be read."""
+class _Known(NamedTuple):
+    """All glasses, the user's first; the same by `key`; the makers; what of the user's files could not be read."""
+
+    entries: tuple[Entry, ...]
+    table: dict[str, list[Entry]]
+    makers: set[str]
+    findings: tuple[str, ...]
+
+
+def _known() -> _Known:
+    """What is known now: a file of the user that comes, goes or changes is met at once."""
     try:
         files = sorted(path for path in user_folder().iterdir() if path.suffix.lower() == ".agf")
         stamps = tuple((path, path.stat().st_mtime_ns) for path in files)
     except (OSError, RuntimeError):
-        return (), ()
+        stamps = ()
     return _read(stamps)
 
 
 @lru_cache(maxsize=1)
-def _read(stamps: tuple[tuple[Path, int], ...]) -> tuple[tuple[Entry, ...], tuple[str, ...]]:
-    entries: list[Entry] = []
+def _read(stamps: tuple[tuple[Path, int], ...]) -> _Known:
+    own: list[Entry] = []
     findings: list[str] = []
     for path, _ in stamps:
         try:
@@ -107,29 +116,29 @@ def _read(stamps: tuple[tuple[Path, int], ...]) -> tuple[tuple[Entry, ...], tupl
             findings.append(str(error))
             continue
         findings += catalogue.findings
-        entries += [Entry(catalogue.maker, glass.name, glass.n_d if glass.v_d else None, glass.v_d, False,
-                          partial(replace, glass)) for glass in catalogue.glasses]
-    return tuple(entries), tuple(findings)
+        own += [Entry(catalogue.maker, glass.name, glass.n_d if glass.v_d else None, glass.v_d, False,
+                      partial(replace, glass)) for glass in catalogue.glasses]
+    table: dict[str, list[Entry]] = {}
+    for entry in (*own, *shipped()):
+        table.setdefault(key(entry.name), []).append(entry)
+    return _Known((*own, *shipped()), table, {*MAKERS, *(entry.maker for entry in own)}, tuple(findings))
 
 
 def entries() -> tuple[Entry, ...]:
     """All glasses known, the user's first."""
-    return user_catalogues()[0] + shipped()
+    return _known().entries
 
 
-@lru_cache(maxsize=1)
-def _index(known: tuple[Entry, ...]) -> dict[str, tuple[Entry, ...]]:
-    table: dict[str, list[Entry]] = {}
-    for entry in known:
-        table.setdefault(key(entry.name), []).append(entry)
-    return {name: tuple(same) for name, same in table.items()}
+def findings() -> tuple[str, ...]:
+    """In one sentence each, what of the user's folder could not be read."""
+    return _known().findings
 
 
-def _maker_in(name: str, maker: str | None) -> tuple[str, str | None]:
+def _maker_in(name: str, maker: str | None, makers: set[str]) -> tuple[str, str | None]:
     """The glass and the maker that a text names together: "NBK7_SCHOTT", "Schott N-BK7"."""
     for sign in ("_", " ", ":"):
         for front, back in (name.strip().rpartition(sign)[::2], name.strip().partition(sign)[::2][::-1]):
-            if front and back.upper() in {*MAKERS, *(entry.maker for entry in user_catalogues()[0])}:
+            if front and back.upper() in makers:
                 return front, back.upper()
     return name, maker.strip().upper() if maker else None
 
@@ -143,8 +152,9 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
 
     maker: preferred where several makers use the name. UnknownGlass, with the nearest names, where there is none.
     """
-    glass, wanted = _maker_in(name, maker)
-    table = _index(entries())
+    known = _known()
+    glass, wanted = _maker_in(name, maker, known.makers)
+    table = known.table
     if same := table.get(key(glass)):
         entry = _preferred(same, wanted, glass.strip())
         others = sorted({other.maker for other in same} - {entry.maker})
@@ -164,13 +174,13 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
     if kinds:
         entry = _preferred(kinds, wanted, glass)
         return Resolved(entry.make(), entry.maker, f"{glass.strip()} is in no catalogue: {entry} is taken for it")
-    raise UnknownGlass(_unknown(glass.strip(), table))
+    raise UnknownGlass(_unknown(glass.strip(), known))
 
 
-def _unknown(name: str, table: dict[str, tuple[Entry, ...]]) -> str:
-    near = get_close_matches(key(name)[:60], table, n=4, cutoff=0.6)
-    hint = " or ".join(str(_preferred(table[k], None, "")) for k in near)
-    unread = user_catalogues()[1]
+def _unknown(name: str, known: _Known) -> str:
+    near = get_close_matches(key(name)[:60], known.table, n=4, cutoff=0.6)
+    hint = " or ".join(str(_preferred(known.table[k], None, "")) for k in near)
+    unread = known.findings
     return (f"glass {name[:60]!r} is in no catalogue{f': did you mean {hint}?' if near else '.'} "
             f"An AGF file that holds it can be laid into {user_folder()}"
             + (f" (there: {unread[0]}{f', and {len(unread) - 1} more' if len(unread) > 1 else ''})" if unread else ""))
@@ -181,11 +191,11 @@ def find(name: str, maker: str | None = None) -> Glass:
 
     UnknownGlass for all other texts: codes are for `from_code`, and `resolve` takes what is near.
     """
-    glass, wanted = _maker_in(name, maker)
-    table = _index(entries())
-    if same := table.get(key(glass)):
+    known = _known()
+    glass, wanted = _maker_in(name, maker, known.makers)
+    if same := known.table.get(key(glass)):
         return _preferred(same, wanted, glass.strip()).make()
-    raise UnknownGlass(_unknown(glass.strip(), table))
+    raise UnknownGlass(_unknown(glass.strip(), known))
 
 
 def code_numbers(text: str) -> tuple[float, float] | None:

@@ -19,7 +19,7 @@ LAYERS = (
     {"transform", "sampling", "film", "glass", "surfaces", "spectrum"},
     {"prescription", "scene", "scenery"},
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
-    {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "focus", "confusion", "polynomial"},
+    {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "focus", "confusion", "polynomial", "aberrations"},
     {"cameras"},
     {"accuracy"},
     {"render"},

@@ -10,10 +10,12 @@ stand with their reasons beside what they decide. One idea a file.
 
 import numpy as np
 
+from lensbench.glass import GlassError
 from lensbench.lenses.check.digits import digit_findings
 from lensbench.lenses.check.figures import figure_findings
 from lensbench.lenses.check.finding import Finding
 from lensbench.lenses.check.geometry import geometry_findings
+from lensbench.lenses.check.glasses import glass_findings
 from lensbench.lenses.check.rays import ray_findings
 from lensbench.lenses.check.single_change import with_proposal
 from lensbench.lenses.check.stop import stop_findings
@@ -29,5 +31,9 @@ def check(lens: Lens) -> list[Finding]:
     What the reader of its file had to assume comes last, as findings of the
     kind "reading".
     """
+    try:
+        lens.indices()
+    except GlassError as error:         # a glass of the infrared, say: nothing can be traced at the d line
+        return [Finding("glass", None, str(error))]
     return [*with_proposal(lens, figure_findings(lens)), *digit_findings(lens),
-            *geometry_findings(lens), *ray_findings(lens), *stop_findings(lens)]
+            *glass_findings(lens), *geometry_findings(lens), *ray_findings(lens), *stop_findings(lens)]

@@ -71,7 +71,7 @@ def _f_number(lens: Lens, section: FirstOrder) -> list[Finding]:
     stated = lens.stated_f_number
     if section.f_number < FASTEST:
         return [Finding("f-number", lens.stop_index,
-                        f"the stop opens the lens to f/{section.f_number:.2g}: "
+                        f"the stop opens the lens to f/{section.f_number:.3g}: "
                         f"no lens in air is faster than f/{FASTEST:g}")]
     if stated is None or stated <= 0.0 or abs(section.f_number / stated - 1.0) <= F_NUMBER:
         return []

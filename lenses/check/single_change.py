@@ -18,6 +18,7 @@ from lensbench.prescription import Lens, Surface
 
 EXPLAINED = ("focal-length", "back-focus")
 BELIEVED = {"sign": 3e-3, "point": 2e-3, "swapped digits": 2e-3, "digit": 1e-3}     # misfit, of the focal length
+NOMINAL = 0.3           # weight of the stated focal length for a sign: there are few, and 50 mm is often 50.4
 RIVAL = 5.0             # × the best misfit: another change that fits nearly as well leaves both unproven
 DIGITS = 7              # significant ones that are varied
 INDICES = (1.3, 2.2)
@@ -57,7 +58,8 @@ def _proposal(lens: Lens) -> str | None:
         return None
     misfits = np.zeros(len(changes))
     if stated:
-        misfits = np.maximum(misfits, np.abs(efl / stated - 1.0))
+        weights = np.array([NOMINAL if change.kind == "sign" else 1.0 for change in changes])
+        misfits = np.maximum(misfits, weights * np.abs(efl / stated - 1.0))
     if stored > 0.0:
         misfits = np.maximum(misfits, np.abs((bfl - stored) / (stated or efl)))
     misfits = np.where(np.isfinite(misfits) & (efl > 0.0), misfits, np.inf)

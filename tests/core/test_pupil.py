@@ -10,7 +10,8 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.pupil_rim import solve
 from lensbench.pupil_table import RINGS, PupilTable
-from tests.core.oracles import DATA
+from tests.core.oracles import DATA, REFERENCE
+from tests.core.oracles import lens as reference_lens
 
 BOUNDS = json.loads((DATA / "exit_pupils.json").read_text())
 SHAPES = ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm", "pbrt-wide-22mm", "lenshh-cooke-triplet-50",
@@ -27,6 +28,24 @@ def test_the_meridional_bounds_agree_with_forty_digits(name):
         assert pupil.bounds[i, 0] == pytest.approx(field["low"], abs=tolerance)
         assert pupil.bounds[i, 2] == pytest.approx(field["high"], abs=tolerance)
         assert pupil.area[i] == pytest.approx(field["area"], rel=1e-3)      # the reference counts cells of 0.03 mm
+
+
+@pytest.mark.parametrize("name", ["rf50", "codev"])
+def test_the_bounds_of_aspheric_lenses_agree_with_forty_digits(name):
+    lens, reference = reference_lens(name), REFERENCE[name]
+    heights = reference["exit_pupils"]
+    pupil = lb.exit_pupil(lens, reference["film_z"] - lens.length, [float(y) for y in heights])
+    for bounds, (low, high) in zip(pupil.bounds, heights.values(), strict=True):
+        assert (bounds[0], bounds[2]) == pytest.approx((low, high), abs=1e-9)
+
+
+def test_a_lens_without_rotational_symmetry_has_no_pupil_by_radius_and_no_traced_picture():
+    rod = lb.Lens((lb.Surface(0.02, 4.0, 5.0, lb.Glass(1.5), curvature_x=0.0), lb.Surface(0.0, 0.0, 5.0)), 0)
+    with pytest.raises(lb.LensError, match="cylinder or toroid"):
+        lb.exit_pupil(rod, 50.0, [0.0])
+    with pytest.raises(lb.CameraError, match="rotationally symmetric"):
+        lb.LensCamera(rod, lb.Film())
+    assert lb.LensCamera(rod, lb.Film(), model="thin").film_distance > 0.0
 
 
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 
-from lensbench import AIR, Glass, Lens, Surface, lenses
+from lensbench import AIR, Glass, Lens, Surface, first_order, lenses
 from lensbench.lenses.rows import stop_of
 from tests.lenses.test_toml_format import prescriptions
 
@@ -22,7 +22,7 @@ SUSPECTS = {
     "lib-bertele-sonnar-f15": {"solved-radius"},
     "lib-matsubara-1977": {"back-focus"},
     "lib-sonnefeld-1935": {"back-focus", "solved-radius"},
-    "lib-us4505553": {"back-focus", "f-number", "ray", "stop"},
+    "lib-us4505553": {"glass", "back-focus", "f-number", "ray", "stop"},
     "lv-nikon-fisheye-nikkor-6mm-f28": {"focal-length", "back-focus", "f-number"},
 }
 
@@ -96,12 +96,6 @@ def exact(name):
                         thickness=float(f"{fo.bfl:.6g}"))
 
 
-def first_order(lens):
-    from lensbench import first_order
-
-    return first_order(lens)
-
-
 def with_surface(lens, i, **changes):
     surfaces = list(lens.surfaces)
     surfaces[i] = replace(surfaces[i], **changes)
@@ -164,6 +158,32 @@ def test_each_defect_is_named_with_its_surface(kind, surface, change):
         BICONVEX, surfaces=(*BICONVEX.surfaces[:2], Surface(-0.01, 5.0, 10.0), BICONVEX.surfaces[2]), stop_index=3)
     found = [(finding.kind, finding.surface) for finding in lenses.check(with_surface(spoiled, surface, **change))]
     assert (kind, surface) in found
+
+
+@pytest.mark.parametrize("glass", [Glass(1.5, 40.0), Glass(1.9, 60.0), Glass(2.4, 30.0)])
+def test_a_glass_off_the_map_is_said_to_be_none(glass):
+    found = lenses.check(with_surface(BICONVEX, 0, glass=glass))
+    assert [finding.surface for finding in found if finding.kind == "glass"] == [0]
+
+
+@pytest.mark.parametrize("glass", [Glass(1.5), Glass(1.4918, 57.4), Glass(1.46, 67.8), Glass(1.84666, 23.78, "J-SF03")])
+def test_a_glass_of_unknown_dispersion_a_plastic_and_a_made_up_name_raise_no_alarm(glass):
+    assert lenses.check(with_surface(BICONVEX, 0, glass=glass)) == []
+
+
+def test_a_glass_that_is_not_what_its_name_says_is_told_with_the_right_numbers():
+    found = lenses.check(with_surface(BICONVEX, 0, glass=Glass(1.6727, 32.2, "N-BK7")))
+    assert [finding.kind for finding in found] == ["glass"] and "1.5168" in found[0].proposal
+
+
+def test_glasses_of_several_names_with_the_same_impossible_numbers_are_a_stand_in():
+    found = [finding for finding in lenses.check(published("lib-us4505553")) if finding.kind == "glass"]
+    assert len(found) == 1 and all(name in found[0].message for name in ("NBFD5", "FDS9", "CAF2"))
+
+
+def test_a_glass_that_is_opaque_at_the_d_line_is_told():
+    infrared = Glass(3.4, None, "silicon", "cauchy", (3.4,), (1.2, 8.0))
+    assert kinds(with_surface(BICONVEX, 0, glass=infrared)) == {"glass"}
 
 
 def test_an_afocal_and_a_diverging_lens_are_said_to_be_so():

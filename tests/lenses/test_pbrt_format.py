@@ -137,7 +137,18 @@ def test_a_mistake_is_one_clear_line_with_its_place(tmp_path, mistake):
     assert caught.value.line == line and reason in caught.value.reason and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", lenses.names())
+SPHERICAL = [name for name in lenses.names() if all(s.is_spherical for s in lenses.load(name).surfaces)]
+
+
+@pytest.mark.parametrize("name", sorted(set(lenses.names()) - set(SPHERICAL)))
+def test_of_an_aspheric_lens_every_surface_that_is_lost_is_named(tmp_path, name):
+    lens = lenses.load(name)
+    remarks = lenses.save(lens, tmp_path / "lost.dat")
+    lost = [remark for remark in remarks if "cannot hold" in remark]
+    assert len(lost) == sum(not surface.is_spherical for surface in lens.surfaces) > 0
+
+
+@pytest.mark.parametrize("name", SPHERICAL)
 def test_the_geometry_survives_the_way_through_pbrt(tmp_path, name):
     # planes become radii of 1 km: 1e-3 of a power of at most 1/10 mm; a stop on a curved rim becomes a plane beside it
     lens, path = lenses.load(name), tmp_path / "through.dat"

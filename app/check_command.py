@@ -1,0 +1,66 @@
+"""The command `lensbench check FILE…`: what looks wrong in lens files.
+
+It ends with 0 where nothing was found, with 1 where something was, and with 2
+where a file holds no lens. What a reader had to assume is told and does not count.
+"""
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+from typing import Any
+
+CLEAN, FOUND, NO_LENS = 0, 1, 2
+
+
+def add_check_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench check`."""
+    parser.add_argument("files", nargs="+", metavar="FILE", help="a lens file, or a lens of the library")
+    parser.add_argument("--json", action="store_true", help="print JSON: a list of files, each with its findings")
+
+
+def check(arguments: argparse.Namespace) -> int:
+    """Check every file, whatever becomes of the one before, and return the gravest of their codes."""
+    reports = [_report(name) for name in arguments.files]
+    if arguments.json:
+        print(json.dumps(reports, indent=2, ensure_ascii=False, allow_nan=False))
+    else:
+        for report in reports:
+            _print(report)
+    return max(_code(report) for report in reports)
+
+
+def _report(name: str) -> dict[str, Any]:
+    """Of one file: its findings, or why it holds no lens."""
+    import lensbench as lb
+    from lensbench import lenses
+
+    try:
+        lens = lenses.load(name)
+    except (lenses.LensFileError, lb.LensError) as error:
+        return {"file": name, "error": " ".join(str(error).split()), "findings": []}
+    return {"file": name, "error": None, "findings": [asdict(finding) for finding in lenses.check(lens)]}
+
+
+def _code(report: dict[str, Any]) -> int:
+    if report["error"] is not None:
+        return NO_LENS
+    return FOUND if any(finding["kind"] != "reading" for finding in report["findings"]) else CLEAN
+
+
+def _print(report: dict[str, Any]) -> None:
+    """A line for the file, and for each finding where it is, of which kind, and what it says."""
+    if report["error"] is not None:
+        print(f"lensbench: {report['error']}", file=sys.stderr)
+        return
+    findings = report["findings"]
+    if not findings:
+        print(f"{report['file']}: nothing found")
+        return
+    print(f"{report['file']}: {len(findings)} finding{'s' if len(findings) > 1 else ''}")
+    width = max(len(finding["kind"]) for finding in findings)
+    for finding in findings:
+        place = "" if finding["surface"] is None else f"surface {finding['surface']}"
+        print(f"  {finding['kind']:{width}}  {place:11}  {finding['message']}")
+        if finding["proposal"]:
+            print(f"  {'':{width}}  {'':11}  Proposal: {finding['proposal']}")

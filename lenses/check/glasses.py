@@ -1,0 +1,79 @@
+"""Glasses that nobody makes: index and Abbe number off every known glass, or off the glass that is named."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from lensbench.glass import GlassError
+from lensbench.lenses import glass_catalogue
+from lensbench.lenses.check.finding import Finding
+from lensbench.prescription import Lens
+
+STEP_N, STEP_V = 0.01, 2.0      # a glass of another melt, maker or century is about so far from one of today
+FAR = 4.0                       # such steps from every known glass: the first flints of 1890 stand at 3.4
+NAMED_N, NAMED_V = 0.01, 0.08   # and between a glass and its name; V_d as a share: other kinds share old names
+
+OTHERS = {                      # (n_d, V_d), as published: plastics, and what is in no catalogue of glass
+    "water": (1.3330, 55.8), "CaF2": (1.43384, 95.2),
+    "PMMA": (1.4918, 57.4), "COP": (1.5311, 56.0), "APEL": (1.5445, 56.0), "PC": (1.5855, 29.9), "PS": (1.5905, 30.9),
+    "OKP4": (1.6073, 27.0), "EP5000": (1.6355, 23.9), "OKP1": (1.6422, 22.4), "EP7000": (1.6510, 21.5),
+    "EP8000": (1.6610, 20.4), "EP10000": (1.6830, 18.4),
+}
+
+
+def glass_findings(lens: Lens) -> list[Finding]:
+    """Each medium once, at the first surface that has it."""
+    findings = []
+    media: dict[tuple[float, float], list[int]] = {}
+    for i, surface in enumerate(lens.surfaces):
+        glass = surface.glass
+        if glass.n_d > 1.0 and glass.v_d is not None:
+            media.setdefault((glass.n_d, glass.v_d), []).append(i)
+    for (n_d, v_d), places in media.items():
+        wrong = _misnamed(lens, places)
+        name, away = _nearest(n_d, v_d)
+        if away <= FAR:
+            findings += wrong
+            continue
+        where = f"surface{'s' if len(places) > 1 else ''} {', '.join(map(str, places))}"
+        labels = list(dict.fromkeys(lens.surfaces[i].glass.name for i in places if lens.surfaces[i].glass.name))
+        message = f"no known glass is near n_d {n_d:g}, V_d {v_d:g} ({where}); the nearest is {name}"
+        if len(labels) > 1:
+            message += f". It stands for {', '.join(labels)} alike, as where a program did not know them"
+        findings.append(Finding("glass", places[0], message, next((f.proposal for f in wrong), None)))
+    return findings
+
+
+def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
+    """Of surfaces with one glass, those whose name belongs to another."""
+    findings = []
+    for i in places:
+        glass = lens.surfaces[i].glass
+        try:
+            known = glass_catalogue.find(glass.name) if glass.name else None
+        except GlassError:
+            continue
+        if known is None or known.v_d is None or glass.v_d is None or (
+                abs(known.n_d - glass.n_d) <= NAMED_N and abs(known.v_d / glass.v_d - 1.0) <= NAMED_V):
+            continue
+        findings.append(Finding(
+            "glass", i, f"the glass is named {glass.name}, but has n_d {glass.n_d:g} and V_d {glass.v_d:g}",
+            f"{glass.name} of surface {i}: n_d {known.n_d:.6g}, V_d {known.v_d:.4g}"))
+    return findings
+
+
+def _nearest(n_d: float, v_d: float) -> tuple[str, float]:
+    """The known glass nearest to these numbers, in words, and how many steps it is away."""
+    names, n, v = _map()
+    away = np.hypot((n - n_d) / STEP_N, (v - v_d) / STEP_V)
+    nearest = int(np.argmin(away))
+    return f"{names[nearest]}, {n[nearest]:.5g} and {v[nearest]:.3g}", float(away[nearest])
+
+
+@lru_cache(maxsize=1)
+def _map() -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Names, n_d and V_d of every glass and plastic that is known."""
+    known = [(entry.name, entry.n_d, entry.v_d) for entry in glass_catalogue.entries() if entry.n_d and entry.v_d]
+    known += [(name, *numbers) for name, numbers in OTHERS.items()]
+    names, n, v = zip(*known, strict=True)
+    return list(names), np.array(n), np.array(v)

@@ -1,0 +1,139 @@
+"""Seidel sums, colour and Coddington's foci against 40-digit values, real rays and closed forms."""
+
+import json
+from dataclasses import replace
+from math import atan, cos, inf, pi, radians, sin, tan
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+import lensbench as lb
+from tests.core.oracles import DATA, LAW, REFERENCE, TRACED, biconvex, lens
+
+THIRD_ORDER = json.loads((DATA / "third_order.json").read_text(encoding="utf-8"))
+LINES = {"F": lb.F_LINE, "d": lb.D_LINE, "C": lb.C_LINE}
+RADIUS = st.one_of(st.floats(15.0, 100.0), st.floats(-100.0, -15.0))
+
+
+def coloured(name):
+    """A reference lens whose glasses are tables of their indices at F, d and C."""
+    plain, rows = lens(name), REFERENCE[name]["surfaces"]
+    return replace(plain, surfaces=tuple(
+        replace(s, glass=lb.Glass(n["d"], formula="table",
+                                  coefficients=tuple((LINES[line], n[line]) for line in ("F", "d", "C")))) if n else s
+        for s, (_, _, _, n, *_) in zip(plain.surfaces, rows, strict=True)))
+
+
+def pupil_radius(name):
+    return REFERENCE[name]["paraxial"]["d"]["enp_radius"]
+
+
+@pytest.mark.parametrize("name", TRACED)
+def test_seidel_sums_agree_with_forty_digits_surface_by_surface(name):
+    expected = THIRD_ORDER[name]
+    sums = lb.seidel(lens(name), radians(expected["field_deg"]), pupil_radius(name))
+    assert sums.invariant == pytest.approx(expected["invariant"], rel=1e-12)
+    np.testing.assert_allclose(sums.surfaces, np.array(expected["per_surface"])[:, :5], rtol=1e-9, atol=1e-13)
+    np.testing.assert_allclose(sums.total, expected["sum"][:5], rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["cooke", "codev"])
+def test_axial_and_lateral_colour_agree_with_forty_digits_surface_by_surface(name):
+    expected = np.array(THIRD_ORDER[name]["per_surface"])[:, 5:]
+    sums = lb.seidel(coloured(name), radians(THIRD_ORDER[name]["field_deg"]), pupil_radius(name),
+                     colour=(lb.F_LINE, lb.C_LINE))
+    np.testing.assert_allclose(sums.axial_colour, expected[:, 0], rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(sums.lateral_colour, expected[:, 1], rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", TRACED)
+def test_chief_rays_and_coddingtons_foci_agree_with_forty_digits(name):
+    film = REFERENCE[name]["film_z"]
+    for degrees, (tangential, sagittal, launch, image) in THIRD_ORDER[name]["foci"].items():
+        angle = radians(float(degrees))
+        ray = lb.chief_ray(lens(name), angle)
+        assert -ray.pupil_z * tan(angle) == pytest.approx(launch, abs=1e-11)
+        x, y, z = ray.points[-1]
+        assert y + (film - z) / ray.direction[2] * ray.direction[1] == pytest.approx(image, abs=1e-11)
+        assert x == 0.0 and abs(ray.points[REFERENCE[name]["stop"], 1]) < 1e-12
+        foci = np.array(lb.astigmatic_foci(lens(name), angle)) - film
+        np.testing.assert_allclose(foci, [tangential, sagittal], rtol=0.0, atol=1e-9)
+
+
+def test_the_code_v_listing_is_met_to_its_printed_digits():
+    """Third-order transverse aberrations −S / (2 n′ u′) of the double Gauss, with the indices that it prints."""
+    printed = {"N-SSK2": 1.622291500789}
+    assert lens("codev").surfaces[0].glass.n_d == pytest.approx(printed["N-SSK2"], abs=3e-6)
+    sums = lb.seidel(lens("codev"), radians(14.0), 25.0)
+    slope = -25.0 / lb.first_order(lens("codev")).efl
+    s1, s2, s3, s4, s5 = sums.total / (2.0 * slope)
+    # the listing's glasses differ by 2e-6 and its wavelengths in the fourth digit
+    found = (s1, 3.0 * s2, 3.0 * s3 + s4, s3 + s4, s4, s5)
+    assert found == pytest.approx((-0.306954, 0.037071, -0.07491, -0.160505, -0.203302, -0.23242), abs=2e-4)
+
+
+@LAW
+@given(RADIUS, st.floats(-3.0, 2.0), st.floats(-1e-5, 1e-5), st.floats(-2e-3, 2e-3), st.floats(1.3, 1.9))
+def test_real_rays_approach_the_spherical_aberration_of_a_figured_surface(radius, k, a_4, a_2, n):
+    """Transversely −S_I / (2 n′ u′) at the pupil's edge, falling as h³; r² and r⁶ terms included."""
+    glass = lb.Lens((lb.Surface(1.0 / radius, 0.0, 5.0, lb.Glass(n), k, ((2, a_2), (4, a_4), (6, 1e-10))),), 0)
+    fo = lb.first_order(glass)
+    assume(abs(fo.efl) < 1e3)
+    h = 0.003 * min(abs(radius), abs(fo.efl))
+    t = lb.trace(glass, [0.0, h, -1.0], [0.0, 0.0, 1.0], clip=False)
+    across = t.points[0, 1] + (fo.bfl - t.points[0, 2]) * t.directions[0, 1] / t.directions[0, 2]
+    expected = lb.seidel(glass, 0.0, h).total[0] / (2.0 * -h / fo.efl)
+    # what is left is of the fifth order; 1e-13: the rounding of the ray
+    assert across == pytest.approx(expected, rel=0.02, abs=2e-3 * h * (h / fo.efl) ** 2 + 1e-13)
+
+
+@LAW
+@given(st.floats(15.0, 80.0), st.floats(1.4, 1.9), st.floats(0.01, 0.5))
+def test_petzvals_sum_is_that_of_the_first_order(radius, n, angle):
+    stack = biconvex(1.0 / radius, 4.0, n, 3.0)
+    sums = lb.seidel(stack, angle)
+    assert sums.total[3] == pytest.approx(-sums.invariant**2 / lb.first_order(stack).petzval_radius, rel=1e-12)
+
+
+def test_a_conic_free_of_spherical_aberration_has_a_first_sum_of_zero():
+    n = 1.6
+    shell = lb.Lens((lb.Surface(0.02, 0.0, 5.0, lb.Glass(n), conic=-1.0 / n**2),), 0)
+    assert lb.seidel(shell, 0.2).total[0] == pytest.approx(0.0, abs=1e-16)
+    assert abs(lb.seidel(replace(shell, surfaces=(replace(shell.stop, conic=0.0),)), 0.2).total[0]) > 1e-5
+
+
+@LAW
+@given(st.floats(0.05, 0.6), st.floats(20.0, 80.0))
+def test_coddingtons_foci_are_where_close_rays_meet_the_chief_ray(angle, radius):
+    """On an aspheric surface behind a stop, against real rays a hundredth of a millimetre aside."""
+    stack = lb.Lens((lb.Surface(0.0, 6.0, 3.0), lb.Surface(-1.0 / radius, 3.0, 20.0, lb.Glass(1.5), -0.7, ((4, 1e-5),)),
+                     lb.Surface(-1.5 / radius, 0.0, 20.0, lb.AIR, 0.3)), 0)
+    ray = lb.chief_ray(stack, angle)
+    direction = np.array([0.0, sin(angle), cos(angle)])
+    e = 1e-2
+    for focus, aside in zip(lb.astigmatic_foci(stack, angle), ([0.0, e, 0.0], [e, 0.0, 0.0]), strict=True):
+        assume(abs(focus) < 1e3)
+        ends = [lb.trace(stack, sign * np.array(aside) - 1.0 * direction, direction, clip=False) for sign in (1, -1)]
+        at = [t.points[0] + (focus - t.points[0, 2]) / t.directions[0, 2] * t.directions[0] for t in ends]
+        closed = np.linalg.norm(at[0] - at[1])
+        opened = np.linalg.norm(ends[0].points[0] - ends[1].points[0])
+        assert closed < 2e-5 * opened * max(1.0, abs(focus) / 10.0)         # of the second order in the offset
+    assert ray.pupil_z == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_has_no_chief_ray_or_no_symmetry_is_refused():
+    with pytest.raises(lb.LensError, match="below 90°"):
+        lb.seidel(biconvex(), 0.5 * pi)
+    with pytest.raises(lb.LensError, match="cylinder or toroid"):
+        lb.seidel(lb.Lens((lb.Surface(0.02, 4.0, 5.0, curvature_x=0.0),), 0), 0.1)
+    telecentric = lb.Lens((*(replace(s, thickness=t) for s, t in zip(
+        biconvex().surfaces, (4.0, lb.first_order(biconvex()).bfl), strict=True)), lb.Surface(0.0, 0.0, 3.0)), 2)
+    with pytest.raises(lb.LensError, match="at infinity"):
+        lb.chief_ray(telecentric, 0.1)
+    with pytest.raises(lb.LensError, match="no chief ray"):
+        lb.chief_ray(lb.Lens((lb.Surface(0.0, 60.0, 3.0), lb.Surface(-0.02, 2.0, 20.0, lb.Glass(1.5)),
+                              lb.Surface(0.0, 0.0, 20.0)), 0), atan(1.5))
+    window = lb.Lens((lb.Surface(0.0, 1.0, 3.0, lb.Glass(1.5)), lb.Surface(0.0, 0.0, 3.0)), 0)
+    assert lb.astigmatic_foci(window, 0.1) == (inf, inf)
