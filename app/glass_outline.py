@@ -7,7 +7,7 @@ a flat shoulder, and the edge is a cylinder of the larger one.
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import ceil, sqrt
+from math import ceil, isfinite, sqrt
 
 import numpy as np
 
