@@ -105,6 +105,25 @@ def trace(lanes, p, key):
 
 
 @stage
+def trace_spheres(lanes, p, key):
+    """As `trace`, for lenses of spheres and planes alone: quicker to compile, and the first start waits for it."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    Z_, N_, W_, V_ = row[Z], row[N], row[WEIGHT], row[MARGIN]
+    sign, end = p[0], p[p.size - 1]
+    for i in range(B):
+        Z_[i] *= sign
+        N_[i] *= sign
+        V_[i] = real(0)
+    for s in range(1, p.size - 1, SURFACE):
+        _sphere(lanes, p, s)
+    for i in range(B):
+        Z_[i] = (Z_[i] + end) * sign
+        N_[i] *= sign
+        W_[i] = W_[i] if V_[i] <= real(1) else real(0)
+
+
+@stage
 def _sphere(lanes, p, s):
     """Through a sphere or a plane."""
     real = lanes.dtype.type
@@ -314,4 +333,5 @@ def _refract(lanes, p, s, curl_x, curl_y):
 
 def tracer(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> Step:
     """The step that traces this lens with its film this far behind the last vertex (mm)."""
-    return Step(trace, packed(lens, film_distance, wavelength, towards))
+    spherical = all(surface.is_spherical for surface in lens.surfaces)
+    return Step(trace_spheres if spherical else trace, packed(lens, film_distance, wavelength, towards))

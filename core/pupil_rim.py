@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
-from lensbench.blocktracer import packed, trace
+from lensbench.blocktracer import tracer
 from lensbench.driver import call_stage, stage_address
 from lensbench.glass import D_LINE
 from lensbench.lanes import KEYS, MARGIN, PITCH, B, L, M, N, X, Y, Z, bench
@@ -215,9 +215,10 @@ def passes(lens: Lens, film_distance: float, film_radii: np.ndarray, heights: np
            wavelength: float = D_LINE) -> np.ndarray:
     """Whether the rays from film points (r, 0), r in film_radii (n,), to heights (n, k) on the meridian pass."""
     size = heights.size
+    step = tracer(lens, film_distance, wavelength)
     film, out = np.repeat(film_radii, heights.shape[1]), np.empty(size)
     _margins(film, heights.ravel(), np.zeros(size), film_distance, out, size, bench(np.float64),
-             stage_address(trace, np.float64), packed(lens, film_distance, wavelength), np.zeros(KEYS, np.uint32))
+             stage_address(step.kernel, np.float64), step.parameters, np.zeros(KEYS, np.uint32))
     return (out <= 1.0).reshape(heights.shape)
 
 
@@ -239,7 +240,8 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     reach = REACH * lens.surfaces[-1].semi_diameter
     low, high = _span(lens, film_distance, radii) if span is None else (np.full(radii.size, x) for x in span)
     size = min(reach, REACH * lens.stop.semi_diameter)
+    step = tracer(lens, film_distance, wavelength)
     level = _solve(radii, film_distance, low, high, reach, size, tolerance, centre, rim, cosine, sine, ROUGH_POINTS,
-                   bench(np.float64), stage_address(trace, np.float64), packed(lens, film_distance, wavelength))
+                   bench(np.float64), stage_address(step.kernel, np.float64), step.parameters)
     centre[~(level < 1.0)] = 0.0
     return centre, np.stack([rim * cosine, rim * sine], 2)
