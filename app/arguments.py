@@ -17,7 +17,7 @@ from lensbench.app.reach import full_view, with_field_of_view, with_film, within
 from lensbench.app.scale import read_angle, read_distance, read_exposure, read_f_number, read_length
 from lensbench.app.settings import MODELS, TONES, Settings, SettingsError
 
-PICTURES = (".png", ".exr")
+PICTURES = (".png", ".exr", ".ppm")      # that carry their settings
 
 
 def read_size(text: str) -> tuple[int, int]:
@@ -98,6 +98,7 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     """The options of `view` and `render`."""
     add_lens_options(parser)
     add = parser.add_argument
+    add("--settings", metavar="FILE.toml", help="begin with the settings of this file; other options change them")
     add("--focus", type=option(read_distance), metavar="DISTANCE",
         help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given")
     add("--scene", metavar="SCENE", help="a built-in scene, or a scene file (.toml)")
@@ -122,12 +123,17 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
 def settings_from(arguments: argparse.Namespace) -> Settings:
     """The Settings that the options describe, checked.
 
-    They start from an exported picture where one is given in place of the lens, else
+    They start from a file of settings, or from an exported picture where one is given in place of the lens, else
     from the bench's own; an aperture or a focus distance that nobody asked for gives
     way to what the lens can do. SettingsError, LensError, LensFileError, ExportError.
     """
     lens = arguments.lens
-    if lens is not None and Path(lens).suffix.lower() in PICTURES:
+    if arguments.settings is not None:
+        from lensbench.app.settings_file import load_settings
+        settings = load_settings(arguments.settings)
+        if lens is not None:
+            settings = within_reach(replace(settings, lens=_name_or_file(lens), focal_length=arguments.focal_length))
+    elif lens is not None and Path(lens).suffix.lower() in PICTURES:
         from lensbench.app.export import read_settings
         settings = read_settings(lens)
     else:

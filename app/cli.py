@@ -102,11 +102,14 @@ def _parser() -> argparse.ArgumentParser:
                       help="write a picture of the whole window and end; needs no display")
 
     render = command("render", _render, "Render a picture through a lens.")
-    render.add_argument("lens", metavar="LENS", help=lens_help)
+    render.add_argument("lens", nargs="?", metavar="LENS", help=f"{lens_help}; not needed with --settings")
     add_picture_options(render)
     render.add_argument("-o", "--output", required=True, metavar="FILE",
-                        help="developed picture (.png) or linear light (.exr)")
-    render.add_argument("--bits", type=int, choices=(8, 16), default=8, help="depth of a PNG")
+                        help="developed picture (.png, .ppm) or linear light (.exr, .pfm)")
+    render.add_argument("--bits", type=int, choices=(8, 16), default=8, help="depth of a PNG or PPM")
+    render.add_argument("--text", action="store_true", help="write a PPM as numbers in text (P3)")
+    render.add_argument("--save-settings", metavar="FILE.toml",
+                        help="write the settings too, to be read by --settings or changed by hand")
     render.add_argument("--threads", type=option(read_count), metavar="N", help="as many as there are cores by default")
     render.add_argument("--json", action="store_true", help="print what was done as JSON")
 
@@ -167,15 +170,21 @@ def _render(arguments: argparse.Namespace) -> int:
     from lensbench.app.ahead import compile_ahead
     from lensbench.app.arguments import settings_from
     from lensbench.app.export import export_render
+    from lensbench.app.settings_file import save_settings
 
+    if arguments.lens is None and arguments.settings is None:
+        raise UsageError("which LENS? Name one, an exported picture, or --settings (see lensbench render --help)")
     settings = settings_from(arguments)
+    if arguments.save_settings is not None:
+        save_settings(arguments.save_settings, settings)
     compile_ahead(settings.scene)
     # Let a termination unwind, so that a half-written file is removed
     former = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     started = perf_counter()
     show = _Progress(started) if sys.stderr.isatty() else lambda fraction: None
     try:
-        export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads)
+        export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads,
+                      text=arguments.text)
     finally:
         signal.signal(signal.SIGTERM, former)
         if isinstance(show, _Progress):

@@ -23,7 +23,13 @@ from lensbench.app.settings import Settings
 
 fa = icons_fontawesome_6
 HELPERS = ("zenity", "kdialog", "matedialog", "qarma")
-FORMATS = {"PNG, 8 bits": (".png", 8), "PNG, 16 bits": (".png", 16), "EXR, linear float": (".exr", 16)}
+FORMATS = {                     # suffix, bits, and what else there is to say
+    "PNG, 8 bits": (".png", 8, "As the window shows it, with its settings"),
+    "PNG, 16 bits": (".png", 16, "As the window shows it, finely graded, with its settings"),
+    "PPM, 16 bits": (".ppm", 16, "The same without compression, for simple programs"),
+    "EXR, linear": (".exr", 16, "The light itself, neither exposed nor toned, with its settings"),
+    "PFM, linear": (".pfm", 16, "The light itself, for simple programs; holds no settings"),
+}
 LONGEST = 20_000                # pixels of an exported picture's longer side
 
 
@@ -223,10 +229,9 @@ class ExportDialog:
     def take_path(self, path: Path) -> None:
         """The place that was chosen by Browse."""
         self.path = path
-        if path.suffix.lower() == ".exr":
-            self._format = "EXR, linear float"
-        elif self._format.startswith("EXR"):
-            self._format = "PNG, 8 bits"
+        suffix = path.suffix.lower()
+        if suffix != FORMATS[self._format][0]:
+            self._format = next((name for name, (known, *_) in FORMATS.items() if known == suffix), self._format)
         self._open = True
 
     def cancel(self) -> None:
@@ -273,13 +278,15 @@ class ExportDialog:
             settings = replace(settings, samples=min(max(samples, 1), 1_000_000))
         imgui.same_line()
         imgui.text_disabled("a pixel")
-        _label("Format", indent)
         for i, name in enumerate(FORMATS):
-            if i:
-                imgui.same_line()
+            if i % 3:
+                imgui.same_line(indent + i % 3 * theme.em(8.0))
+            else:
+                _label("" if i else "Format", indent)
             if imgui.radio_button(name, name == self._format):
                 self._format = name
                 self.path = self.path.with_suffix(FORMATS[name][0])
+            imgui.set_item_tooltip(FORMATS[name][2])
         _label("File", indent)
         imgui.set_next_item_width(-theme.em(6.0))
         _, text = imgui.input_text("##File", str(self.path))
@@ -293,7 +300,7 @@ class ExportDialog:
         # Do it, or not
         imgui.dummy(ImVec2(0.0, theme.em(0.3)))
         if imgui.button("Export", ImVec2(theme.em(6.0), 0.0)):
-            suffix, bits = FORMATS[self._format]
+            suffix, bits, _ = FORMATS[self._format]
             self.path = Path(os.path.expanduser(str(self.path))).with_suffix(suffix)
             self._export = _Export(self.path)
             threading.Thread(target=self._export.run, args=(settings, bits), daemon=True).start()

@@ -1,11 +1,11 @@
-"""Pictures on disk: PNG as developed, EXR in linear light, both with the settings that made them.
+"""Pictures on disk: PNG and PPM as developed, EXR and PFM in linear light, all but the last with their settings.
 
 A picture is written beside its place and moved there when it is whole and on the
 disk: whatever happens, a file of that name is either the old one or the new one.
 
 PNG is written here, chunk by chunk: Pillow has no 16-bit RGB, and one writer serves
-both depths. The settings are JSON, in PNG as an iTXt chunk and in EXR as a header
-attribute, each named `lensbench`.
+both depths. The settings are JSON, in PNG as an iTXt chunk, in EXR as a header
+attribute and in PPM as a comment, each named `lensbench`.
 """
 
 import json
@@ -26,11 +26,12 @@ from typing import BinaryIO
 import numpy as np
 
 import lensbench as lb
-from lensbench.app import tone
+from lensbench.app import netpbm, tone
 from lensbench.app.scene_file import find_scene
 from lensbench.app.settings import Settings, camera
 
-SUFFIXES = {".png": "developed picture, 8 or 16 bits", ".exr": "linear light, float"}
+SUFFIXES = {".png": "developed picture, 8 or 16 bits", ".ppm": "the same, without compression",
+            ".exr": "linear light, float", ".pfm": "the same, without settings"}
 BITS = (8, 16)
 KEY = "lensbench"                       # of the settings in a picture's metadata
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
@@ -53,18 +54,26 @@ def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
     return tone.develop(np.nan_to_num(image, nan=0.0, posinf=1e9, neginf=0.0), settings.exposure, settings.tone)
 
 
-def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: int = 8) -> None:
-    """Write a linear picture (h, w, 3): developed as .png of 8 or 16 bits, or as it is as .exr of float32.
+def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: int = 8, text: bool = False) -> None:
+    """Write a linear picture (h, w, 3): developed to .png or .ppm of 8 or 16 bits, or as floats to .exr or .pfm.
 
-    ExportError for another suffix or depth, and where the disk does not take it; the
-    file that was there before is then untouched.
+    text: a PPM whose numbers are written out (P3). ExportError for another suffix or depth, for text in another
+    kind of file, and where the disk does not take it; the file that was there before is then untouched.
     """
     path = Path(path)
-    write = _write_exr if _suffix(path) == ".exr" else _write_png
+    suffix = checked_place(path, text)
     if bits not in BITS:
         raise ExportError(f"{bits} bits: choose 8 or 16")
-    with _replacing(path) as part:
-        write(part, image, settings, bits)
+    with replacing(path) as part:
+        if suffix == ".png":
+            _write_png(part, image, settings, bits)
+        elif suffix == ".ppm":
+            _write_ppm(part, image, settings, bits, text)
+        elif suffix == ".exr":
+            _write_exr(part, image, settings)
+        else:
+            with part.open("wb") as file:
+                netpbm.write_pfm(file, image)
 
 
 def read_settings(path: str | Path) -> Settings:
@@ -81,8 +90,11 @@ def read_settings(path: str | Path) -> Settings:
                 text = _png_text(file, path)
             elif signature.startswith(EXR_SIGNATURE):
                 text = _exr_text(path)
+            elif signature.startswith(netpbm.SIGNATURES):
+                file.seek(0)
+                text = netpbm.read_comment(file, KEY)
             else:
-                raise ExportError(f"{path}: this is neither a PNG nor an EXR picture")
+                raise ExportError(f"{path}: this is neither a PNG nor an EXR nor a PPM picture")
     except OSError as error:
         raise ExportError(f"{path}: {error.strerror}") from error
     if text is None:
@@ -95,7 +107,8 @@ def read_settings(path: str | Path) -> Settings:
 
 def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | None = None, samples: int | None = None,
                   bits: int = 8, progress: Callable[[float], object] = lambda fraction: None,
-                  cancelled: Callable[[], bool] = lambda: False, threads: int | None = None) -> bool:
+                  cancelled: Callable[[], bool] = lambda: False, threads: int | None = None,
+                  text: bool = False) -> bool:
     """Render the settings at a size (pixels across, down) and a number of samples, and save the picture.
 
     `progress` is told the finished part, 0 to 1; `cancelled` is asked many times a second
@@ -103,15 +116,15 @@ def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | 
     The place is tried before the work begins.
     """
     path = Path(path)
-    _suffix(path)
-    with _replacing(path, keep=False) as part:
+    checked_place(path, text)
+    with replacing(path, keep=False) as part:
         part.touch()
     across, down = size or (settings.pixels_x, settings.pixels_y)
     settings = replace(settings, pixels_x=across, pixels_y=down, samples=samples or settings.samples).checked()
     image = render(settings, progress, cancelled, threads)
     if image is None:
         return False
-    save_picture(path, image, settings, bits)
+    save_picture(path, image, settings, bits, text)
     return True
 
 
@@ -138,16 +151,19 @@ def render(settings: Settings, progress: Callable[[float], object] = lambda frac
     return rendering.image()
 
 
-def _suffix(path: Path) -> str:
+def checked_place(path: Path, text: bool = False) -> str:
+    """The suffix, in small letters, of a picture that can be written; ExportError names those that can."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         known = ", ".join(f"{suffix} ({what})" for suffix, what in SUFFIXES.items())
         raise ExportError(f"{path}: pictures are written as {known}")
+    if text and suffix != ".ppm":
+        raise ExportError(f"{path}: only a .ppm can be written as text")
     return suffix
 
 
 @contextmanager
-def _replacing(path: Path, keep: bool = True) -> Iterator[Path]:
+def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
     """A place beside `path` to write to; what stands there at the end becomes `path`, unless it is not to be kept."""
     path = path.resolve()               # a link stays, and what it points to is replaced
     part = path.with_name(f".lensbench-{secrets.token_hex(4)}.part")
@@ -181,10 +197,23 @@ def _settings_text(settings: Settings) -> str:
     return json.dumps(settings.to_dict(), ensure_ascii=True, allow_nan=False)
 
 
+def _codes(image: np.ndarray, settings: Settings, deepest: int) -> Iterator[np.ndarray]:
+    """The developed picture in bands of rows, as whole numbers from 0 to `deepest`."""
+    kind = np.uint8 if deepest < 256 else np.uint16
+    for first in range(0, len(image), BAND):
+        yield np.rint(develop(image[first:first + BAND], settings) * deepest).astype(kind)
+
+
+def _write_ppm(path: Path, image: np.ndarray, settings: Settings, bits: int, text: bool) -> None:
+    deepest = 2**bits - 1
+    with path.open("wb") as file:
+        netpbm.write_ppm(file, _codes(image, settings, deepest), (image.shape[1], image.shape[0]), deepest,
+                         f"{KEY} {_settings_text(settings)}", text)
+
+
 def _write_png(path: Path, image: np.ndarray, settings: Settings, bits: int) -> None:
     """PNG (ISO/IEC 15948): RGB, sRGB, every row filtered as its difference from the row above."""
     height, width = image.shape[:2]
-    deepest, kind = (255, ">u1") if bits == 8 else (65535, ">u2")
     packer = zlib.compressobj(6)
     above = np.zeros((1, 3 * width * bits // 8), np.uint8)
     with path.open("wb") as file:
@@ -193,9 +222,8 @@ def _write_png(path: Path, image: np.ndarray, settings: Settings, bits: int) -> 
         _write_chunk(file, b"sRGB", b"\0")
         _write_chunk(file, b"tEXt", b"Software\0lensbench " + version("lensbench").encode("latin-1"))
         _write_chunk(file, b"iTXt", KEY.encode() + b"\0\0\0\0\0" + _settings_text(settings).encode())
-        for first in range(0, height, BAND):
-            codes = np.rint(develop(image[first:first + BAND], settings) * deepest).astype(kind)
-            rows = codes.view(np.uint8).reshape(len(codes), -1)
+        for codes in _codes(image, settings, 2**bits - 1):
+            rows = codes.astype(f">u{bits // 8}").view(np.uint8).reshape(len(codes), -1)
             lines = np.empty((len(rows), rows.shape[1] + 1), np.uint8)
             lines[:, 0] = 2             # the filter "Up"
             lines[:, 1:] = rows - np.concatenate([above, rows[:-1]])
@@ -229,8 +257,8 @@ def _png_text(file: BinaryIO, path: Path) -> str | None:
         file.seek(end)
 
 
-def _write_exr(path: Path, image: np.ndarray, settings: Settings, bits: int) -> None:
-    """OpenEXR: scan lines of linear RGB in float32, whatever `bits` says."""
+def _write_exr(path: Path, image: np.ndarray, settings: Settings) -> None:
+    """OpenEXR: scan lines of linear RGB in float32."""
     import OpenEXR
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, KEY: _settings_text(settings)}

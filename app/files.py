@@ -3,6 +3,7 @@
 Whatever cannot be opened is said above the picture, and the settings stay as they were.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,14 +17,17 @@ if TYPE_CHECKING:
     from lensbench.app.session import Bench
 
 RECENT = 8                      # files that are remembered
-PICTURES = (".png", ".exr")
+PICTURES = (".png", ".exr", ".ppm")                      # that carry their settings
+SAVED = (*PICTURES, ".pfm")
 QUESTIONS = {
     "lens": Question("lens", "Open lens", "Lens files", (".toml", ".dat")),
     "scene": Question("scene", "Open scene", "Scene files", (".toml",)),
     "picture": Question("picture", "Open the settings of a picture", "Pictures by lensbench", PICTURES),
-    "screenshot": Question("screenshot", "Save the picture", "Pictures", PICTURES, True, "lensbench.png"),
+    "settings": Question("settings", "Open settings", "Settings", (".toml",)),
+    "save settings": Question("save settings", "Save the settings", "Settings", (".toml",), True, "settings.toml"),
+    "screenshot": Question("screenshot", "Save the picture", "Pictures", SAVED, True, "lensbench.png"),
     "window": Question("window", "Save a picture of the window", "PNG", (".png",), True, "lensbench-window.png"),
-    "export": Question("export", "Export to", "Pictures", PICTURES, True, "lensbench.png"),
+    "export": Question("export", "Export to", "Pictures", SAVED, True, "lensbench.png"),
 }
 
 
@@ -50,6 +54,8 @@ class Files:
             self._bench.photograph(path)
         elif purpose == "export":
             self._bench.export.take_path(path)
+        elif purpose == "save settings":
+            self.save_settings(path)
         else:
             self.open(path, purpose)
 
@@ -59,7 +65,7 @@ class Files:
             self.open(Path(path))
 
     def open(self, path: Path, kind: str | None = None) -> None:
-        """Take a lens, a scene or the settings of a picture; without a kind, by what the file turns out to be."""
+        """Take a lens, a scene, settings or those of a picture; without a kind, by what the file turns out to be."""
         bench, path = self._bench, path.expanduser().resolve()
         try:
             settings = self._opened(path, kind or self._kind(path), bench.history.present)
@@ -82,15 +88,18 @@ class Files:
             return "picture"
         if path.suffix.lower() == ".toml":
             text = path.read_text(encoding="utf-8", errors="replace")
+            if re.search(r"^\s*version\s*=", text, re.MULTILINE):
+                return "settings"
             return "lens" if "columns" in text or "surfaces" in text else "scene"
         return "lens"
 
     @staticmethod
     def _opened(path: Path, kind: str, present: Settings) -> Settings:
-        if kind == "picture":
+        if kind in ("picture", "settings"):
             from lensbench.app.export import read_settings
+            from lensbench.app.settings_file import load_settings
 
-            settings = read_settings(path)
+            settings = read_settings(path) if kind == "picture" else load_settings(path)
             within_reach(settings)              # where its lens is gone, that is said here
             return settings
         if kind == "scene":
@@ -101,6 +110,15 @@ class Files:
             return replace(present, scene=str(path), position=plain.position, yaw=plain.yaw, pitch=plain.pitch)
         model = "trace" if present.model == "perspective" else present.model
         return within_reach(replace(present, lens=str(path), focal_length=None, model=model))
+
+    def save_settings(self, path: Path) -> None:
+        """Save the present settings."""
+        from lensbench.app.settings_file import save_settings
+
+        try:
+            save_settings(path, self._bench.history.present)
+        except (ValueError, OSError) as error:
+            self._bench.view.say(str(error))
 
     def save_picture(self, path: Path) -> None:
         """Save the picture that is shown, as far as it has come, with its settings."""

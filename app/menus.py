@@ -34,7 +34,7 @@ def menus(bench: "Bench") -> None:
     history = bench.history
     if imgui.begin_menu("File"):
         for name, kind, key in (("Open lens…", "lens", "Ctrl+O"), ("Open scene…", "scene", ""),
-                                ("Open picture…", "picture", "")):
+                                ("Open picture…", "picture", ""), ("Open settings…", "settings", "")):
             if _item(name, key):
                 bench.files.ask(kind)
         if imgui.begin_menu("Recent", bool(bench.files.recent)):
@@ -44,6 +44,8 @@ def menus(bench: "Bench") -> None:
                 imgui.set_item_tooltip(str(path))
             imgui.end_menu()
         imgui.separator()
+        if _item("Save settings…"):
+            bench.files.ask("save settings")
         if _item("Export…", "Ctrl+E"):
             bench.export.open(history.present)
         if _item("Screenshot of render…", "Ctrl+S"):

@@ -9,7 +9,8 @@ import math
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, get_args, get_origin
 
 import numpy as np
 
@@ -65,8 +66,8 @@ class Settings:
 
     @classmethod
     def from_dict(cls, plain: dict[str, Any]) -> "Settings":
-        """Read what to_dict wrote; SettingsError for a newer version, unknown names or values of a wrong kind,
-        FilmError for a film that cannot be.
+        """Read what to_dict wrote, or a part of it; SettingsError for a newer version, unknown names or values of a
+        wrong kind, FilmError for a film that cannot be.
         """
         version = plain.get("version")
         if not isinstance(version, int):
@@ -78,30 +79,21 @@ class Settings:
         unknown = sorted(set(plain) - known - {"version"})
         if unknown:
             raise SettingsError(f"these settings have names that lensbench does not know: {', '.join(unknown)}")
-        values: dict[str, Any] = {name: math.inf if value == "inf" else value
-                                  for name, value in plain.items() if name != "version"}
-        if "position" in values:
-            values["position"] = tuple(values["position"])
-        try:
-            return replace(cls(), **values).checked()
-        except TypeError as error:
-            raise SettingsError(f"these settings hold a value of a wrong kind: {error}") from error
+        return replace(cls(), **{f.name: _of_kind(f.name, f.type, plain[f.name])
+                                 for f in fields(cls) if f.name in plain}).checked()
 
     def checked(self) -> "Settings":
         """Itself, or a SettingsError or FilmError that says which value cannot be."""
         for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS)):
             if getattr(self, name) not in choices:
                 raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(choices)}")
-        for name in ("lens", "scene"):
-            if not isinstance(getattr(self, name), str):
-                raise SettingsError(f"{name} is {getattr(self, name)!r}: it must be a name or a path")
-        if not (isinstance(self.seed, int) and 0 <= self.seed < 1 << 32):
+        if not 0 <= self.seed < 1 << 32:
             raise SettingsError(f"seed {self.seed!r}: it must be a whole number from 0 to {(1 << 32) - 1}")
         for name in ("film_width", "film_height", "crop", "fov", "yaw", "pitch", "exposure", *(
                 ("focal_length",) if self.focal_length is not None else ())):
             if not math.isfinite(getattr(self, name)):
                 raise SettingsError(f"{name} is {getattr(self, name)}: it must be a finite number")
-        if not (len(self.position) == 3 and all(math.isfinite(x) for x in self.position)):
+        if not all(math.isfinite(x) for x in self.position):
             raise SettingsError(f"position {self.position}: it must be three finite numbers")
         if self.focal_length is not None and self.focal_length <= 0.0:
             raise SettingsError(f"focal length {self.focal_length:g} mm: it must be positive")
@@ -113,7 +105,7 @@ class Settings:
             raise SettingsError(f"f-number {self.f_number:g}: it must be a positive number")
         if math.isnan(self.focus_distance) or self.focus_distance <= 0.0:
             raise SettingsError(f"focus distance {self.focus_distance:g} mm: it must be positive")
-        if not (isinstance(self.samples, int) and self.samples >= 1):
+        if self.samples < 1:
             raise SettingsError(f"{self.samples} samples: at least 1 is needed")
         lb.Film(self.film_width, self.film_height, self.pixels_x, self.pixels_y)
         return self
@@ -145,6 +137,25 @@ class Settings:
         default = Settings()
         return replace(self.picture, focus_distance=default.focus_distance, f_number=default.f_number,
                        seed=default.seed)
+
+
+def _of_kind(name: str, kind: Any, value: Any) -> Any:
+    """The value as one of the field's type; SettingsError where it is of another."""
+    if isinstance(kind, UnionType):                     # of one kind and None
+        return None if value is None else _of_kind(name, get_args(kind)[0], value)
+    if get_origin(kind) is tuple:
+        kinds = get_args(kind)
+        if not isinstance(value, list | tuple) or len(value) != len(kinds):
+            raise SettingsError(f"{name} is {value!r}: it must be {len(kinds)} numbers")
+        return tuple(_of_kind(name, kind, part) for kind, part in zip(kinds, value, strict=True))
+    if kind is float and value == "inf":
+        return math.inf
+    if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not kind:
+        what = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}[kind]
+        raise SettingsError(f"{name} is {value!r}: it must be {what}")
+    return value
 
 
 @lru_cache(maxsize=64)

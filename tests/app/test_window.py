@@ -258,6 +258,27 @@ def test_the_picture_is_saved_and_opened_again_with_its_settings(drive, tmp_path
         assert saved.size == (120, 80)
 
 
+def test_settings_are_saved_and_opened_by_the_menu(drive, tmp_path):
+    path = tmp_path / "mine.toml"
+
+    def use(hand):
+        hand.ctx.menu_click("//##MainMenuBar/File/Save settings…")
+        hand.ctx.yield_(2)
+        hand.ctx.item_input_value("//$FOCUSED/##Name", str(path))
+        hand.wait(path.exists, "the file")
+        hand.bench.edited = replace(SMALL, f_number=8.0)
+        hand.bench.history.edit(hand.bench.edited, False, 0.0)
+        hand.bench.dropped(None, [str(path)])
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL
+        path.write_text("version = 1\ncrop = 7.0\n")
+        hand.bench.dropped(None, [str(path)])
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL and ":2: crop:" in hand.bench.view.messages[0]
+
+    drive(use)
+
+
 def test_an_export_can_be_cancelled_and_finished(drive, tmp_path):
     path = tmp_path / "large.png"
 
