@@ -36,7 +36,7 @@ REFUSED = {
     "DAR": "a decentre that returns", "BEN": "a mirror bend", "REV": "a reverse tilt", "RET": "a return of axes",
     "GLB": "global coordinates", "DIF": "a diffraction grating or diffractive element", "GRT": "a grating",
     "GRO": "a grating", "HOE": "a hologram", "NSS": "a non-sequential group", "SPS": "a special surface",
-    "SPL": "a spline", "USR": "a surface of the user", "XTO": "a toroid about x", "FRN": "a Fresnel surface",
+    "SPL": "a spline", "USR": "a surface of the user", "FRN": "a Fresnel surface",
     "LMO": "an ideal lens", "MOD": "an ideal lens", "GRN": "a gradient index", "IMG": "an ideal lens",
 }
 HARMLESS_ALONE = ("DAR", "BEN", "REV", "RET")       # no value: what they are is what they do
@@ -214,9 +214,10 @@ class _Sequence:
             row.aspheric[TERMS[key]] = self.value(values)
             if row.aspheric[TERMS[key]] == 0.0:
                 del row.aspheric[TERMS[key]]
-        elif key in ("CYL", "YTO", "AAS"):
+        elif key in ("CYL", "YTO", "XTO", "AAS"):
             self.biconic.add(index)
             row.curvature_x = row.curvature_x or 0.0 if key != "AAS" else row.curvature
+            row.toroid = {"YTO": "torus", "XTO": "torus about x"}.get(key, "biconic")
         elif key in ("CUX", "RDX"):
             word = self.word(values)
             row.curvature_x = file_number(word, key) if key == "CUX" else file_curvature(word)
@@ -315,10 +316,10 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         glass = s.glass
         words = [f"S {s.curvature!r} {s.thickness!r}"]
         if glass.n_d != 1.0:
-            known = media.is_known(glass)
-            words.append(f"{glass_catalogue.key(glass.name)}_{media.maker_of(glass.name)}" if known
+            maker = media.maker_of(glass)
+            words.append(f"{glass_catalogue.key(glass.name)}_{maker}" if maker
                          else f"{glass.n_d!r}:{glass.v_d or 0.0!r}")
-            if glass.name and not known:
+            if glass.name and not maker:
                 words.append(f"! {' '.join(glass.name.split())[:LONGEST_NAME]}")
                 remarks.append("glasses that no catalogue has are written by n_d and V_d, their names as comments")
         lines.append(" ".join(words))
@@ -336,7 +337,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
                                "another lens")
         elif s.conic:
             lines += ["  CON", f"  K {s.conic!r}"]
-        if media.loss(glass):
+        if media.loss(glass, with_maker=True):
             remarks.append(f"surface {i}: {media.loss(glass)}")
     lines += ["SI 0.0 0.0", "GO", ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from math import asin, inf, isfinite, isinf, radians, tan
 
 from lensbench.glass import AIR, Glass
+from lensbench.lenses import toroids
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import stop_of
 from lensbench.prescription import Lens, LensError, Surface
@@ -36,6 +37,7 @@ class Row:
     conic: float = 0.0
     aspheric: dict[int, float] = field(default_factory=dict)
     curvature_x: float | None = None
+    toroid: str = "biconic"     # of what kind, where both sections are curved: see `toroids`
     is_stop: bool = False
 
     @property
@@ -94,12 +96,15 @@ class Design:
         self._check_stop(surfaces, marked)
 
         # In mm
-        made = []
+        made: list[Surface] = []
         for row in surfaces:
             try:
                 surface = Surface(row.curvature, row.thickness, row.semi_diameter or 0.0, row.glass, row.conic,
                                   tuple(row.aspheric.items()), row.curvature_x)
                 made.append(surface.scaled(self.unit) if self.unit != 1.0 else surface)
+                told = toroids.finding(row.toroid, made[-1])
+                if told:
+                    self.found(f"surface {len(made) - 1}: {told}")
             except (LensError, ArithmeticError) as error:
                 raise self.refuse(row, f"surface {len(made)}: {error}") from None
         if self.unit != 1.0:

@@ -198,6 +198,12 @@ def find(name: str, maker: str | None = None) -> Glass:
     raise UnknownGlass(_unknown(glass.strip(), known))
 
 
+def makers(name: str) -> list[str]:
+    """Who has a glass of this name, the preferred one first."""
+    same = sorted(_known().table.get(key(name), ()), key=lambda entry: (entry.maker in MAKERS, entry.rank))
+    return list(dict.fromkeys(entry.maker for entry in same))
+
+
 def code_numbers(text: str) -> tuple[float, float] | None:
     """(n_d, V_d) of a six-digit code: "517642", also "517.642" and "517:642"; None where the text is none."""
     match = re.fullmatch(r"\s*(\d{3})[.:/-]?(\d{3})(?:\.\d+)?\s*", text, re.ASCII)

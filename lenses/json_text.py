@@ -1,7 +1,12 @@
-"""JSON as other programs write lenses in it: values by their path, and the line on which each item of a list begins."""
+"""JSON as other programs write lenses in it: values by their path, and the line on which each item of a list begins.
+
+Numbers with a point are read as Decimal and written from it, so that sums and
+differences of them (places on the axis, 1 + k) lose no digit on the way there and back.
+"""
 
 import json
 import re
+from decimal import Context, Decimal
 from typing import Any
 
 from lensbench.lenses.file_error import LensFileError
@@ -9,12 +14,13 @@ from lensbench.lenses.rows import RowError, number
 
 BETWEEN = re.compile(r"[\s,]*")
 MOST_ITEMS = 2000
+EXACT = Context(prec=1200, traps=[])        # enough for the sum of the largest and the smallest float
 
 
 def parse(text: str, path: str) -> dict[str, Any]:
     """The object of the file. LensFileError: no JSON, or another thing than an object."""
     try:
-        data = json.loads(text)
+        data = json.loads(text, parse_float=Decimal)
     except RecursionError:
         raise LensFileError(path, None, "its brackets are nested too deep") from None
     except json.JSONDecodeError as error:
@@ -70,6 +76,39 @@ def value(data: dict[str, Any], key: str, default: float | None = None, infinite
             raise RowError(f"{key} is missing")
         return default
     return number(found, key, infinite)
+
+
+def exact(number: float | Decimal) -> Decimal:
+    """The number with the digits that it is written with."""
+    return number if isinstance(number, Decimal) else Decimal(repr(number))
+
+
+def exact_value(data: dict[str, Any], key: str, default: float | None = None, infinite: bool = False) -> Decimal:
+    """A number of an object with all its digits. RowError: none, or one that cannot be."""
+    plain = value(data, key, default, infinite)
+    found = data.get(key)
+    return found if isinstance(found, Decimal) else exact(plain)
+
+
+def text_of(data: Any, indent: int = 0) -> str:
+    """The JSON of dicts, lists and plain values, those of few items in one line; a Decimal is written as it stands."""
+    if isinstance(data, Decimal):
+        return str(data) if data.is_finite() else f"{float(data):f}".replace("inf", "Infinity")
+    if not isinstance(data, dict | list):
+        return json.dumps(data)
+    marks = "{}" if isinstance(data, dict) else "[]"
+    if not any(isinstance(item, dict | list) and item for item in (data.values() if isinstance(data, dict) else data)):
+        inner = ", ".join(_entries(data, 0))
+        if len(inner) < 100:
+            return f"{marks[0]}{inner}{marks[1]}"
+    margin = "\n" + " " * (indent + 1)
+    return f"{marks[0]}{margin}{f',{margin}'.join(_entries(data, indent + 1))}\n{' ' * indent}{marks[1]}"
+
+
+def _entries(data: dict[str, Any] | list[Any], indent: int) -> list[str]:
+    if isinstance(data, list):
+        return [text_of(item, indent) for item in data]
+    return [f"{json.dumps(key)}: {text_of(item, indent)}" for key, item in data.items()]
 
 
 def coefficients(data: dict[str, Any], key: str, powers: list[int]) -> dict[int, float]:

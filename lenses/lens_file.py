@@ -30,6 +30,8 @@ WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
     ".seq": codev.write,
     ".txt": optical_bench.write,
     ".len": oslo.write,
+    ".json": optiland.write,
+    ".roa": rayoptics.write,
 }
 
 UTF8_ALONE = (".toml", ".dat")      # other programs write what their machine spoke

@@ -108,23 +108,36 @@ def tabulated(name: str, points: list[tuple[float, float]]) -> Glass:
         raise RowError(str(error)) from None
 
 
+def listed(name: str, maker: str | None, points: list[tuple[float, float]]) -> Glass | None:
+    """The catalogue's glass of this name, where its index is that of every (wavelength µm, index) pair; else None."""
+    glass = _catalogued(name, maker) if name else None
+    try:
+        if glass is not None and points and all(abs(glass.index(w) - n) < 1e-9 for w, n in points):
+            return glass
+    except GlassError:
+        pass
+    return None
+
+
 def is_known(glass: Glass) -> bool:
     """Whether a reader finds this very glass by its name."""
     return bool(glass.name) and glass.formula != "model" and _catalogued(glass.name) == glass
 
 
-def loss(glass: Glass) -> str:
-    """What is lost of a glass where only its name, n_d and V_d are written; "" where nothing is."""
+def loss(glass: Glass, with_maker: bool = False) -> str:
+    """What is lost of a glass where only its name (with_maker: and its maker), n_d and V_d are written; "": nothing."""
     if glass.n_d == 1.0:
         return f"the name of {glass.name}, of index 1, is left out" if glass.name else ""
-    if glass.formula == "model" or is_known(glass):
+    if glass.formula == "model" or is_known(glass) or (with_maker and maker_of(glass)):
         return ""
     return f"of the dispersion of {glass.name or 'a glass'} only n_d and V_d are written"
 
 
-def maker_of(name: str) -> str:
-    """The maker whose glass `named` takes for a name."""
-    return glass_catalogue.resolve(name).maker
+def maker_of(glass: Glass) -> str:
+    """The maker in whose catalogue this very glass stands by its name; "" where it stands in none."""
+    if not glass.name or glass.formula == "model":
+        return ""
+    return next((maker for maker in glass_catalogue.makers(glass.name) if _catalogued(glass.name, maker) == glass), "")
 
 
 def left_out(lens: Lens, *fields: str) -> list[str]:

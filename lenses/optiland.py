@@ -1,23 +1,41 @@
 """Optiland's lens files (.json): surfaces with a geometry, a place on the axis and the material behind them.
 
 Lengths in mm. The first surface is the object, the last one the image; the gaps
-are differences of the places z. EvenAsphere has coefficients of r², r⁴ …,
-OddAsphere of r, r², r³ …. Mirrors, tilts, decentres and other geometries are refused.
+are differences of the places z, which are written with all the digits of the
+gaps' sum. EvenAsphere has coefficients of r², r⁴ …, OddAsphere of r, r², r³ ….
+BiconicGeometry adds the arcs of its two sections, ToroidalGeometry turns the one
+of y–z about an axis along y: either is a cylinder where one of them is straight.
+Mirrors, tilts, decentres and other geometries are refused.
 """
 
-from math import hypot, inf, isinf
+from decimal import Decimal
+from math import hypot, inf
 from typing import Any
 
-from lensbench.glass import AIR, Glass
+from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import coefficients, item_lines, items, parse, table, value
-from lensbench.lenses.rows import RowError, curvature, number
-from lensbench.prescription import Lens
+from lensbench.lenses.json_text import (
+    EXACT,
+    coefficients,
+    exact,
+    exact_value,
+    item_lines,
+    items,
+    parse,
+    table,
+    text_of,
+    value,
+)
+from lensbench.lenses.rows import RowError, curvature, number, radius_text
+from lensbench.prescription import Lens, Surface
 
 APERTURES = {"EPD": "EPD", "imageFNO": "FNO", "objectNA": "NA"}
-FIELDS = {"angle": "angle", "object_height": "object", "paraxial_image_height": "image", "real_image_height": "image"}
+FIELDS = {"angle": "angle", "object_height": "object", "paraxial_image_height": "image", "real_image_height": "image",
+          "AngleField": "angle", "ObjectHeightField": "object", "ParaxialImageHeightField": "image",
+          "RealImageHeightField": "image"}
+PLAIN_INTERACTION = ("", "RefractiveReflectiveModel")
 
 
 def read(text: str, path: str) -> Lens:
@@ -28,7 +46,7 @@ def read(text: str, path: str) -> Lens:
         raise LensFileError(path, None, "there is no surface_group with surfaces: this is no Optiland lens")
     lines = item_lines(text, "surfaces")
     design = Design(path, name=data["name"] if isinstance(data.get("name"), str) else "")
-    places: list[float] = []
+    places: list[Decimal] = []
     for i, surface in enumerate(surfaces):
         row = Row(lines[i] if i < len(lines) else None)
         try:
@@ -39,7 +57,7 @@ def read(text: str, path: str) -> Lens:
             raise LensFileError(path, row.line, f"surface {i}: {error}") from None
         design.add(row)
     for row, z, after in zip(design.rows, places, places[1:], strict=False):
-        row.thickness = inf if isinf(z) or isinf(after) else after - z
+        row.thickness = float(EXACT.subtract(after, z)) if z.is_finite() and after.is_finite() else inf
     try:
         _system(design, data)
     except RowError as error:
@@ -60,32 +78,36 @@ def _system(design: Design, data: dict[str, Any]) -> None:
     fields = table(data, "fields")
     points = [table(point) for point in items(fields.get("fields"))]
     sizes = [hypot(value(point, "x", 0.0), value(point, "y", 0.0)) for point in points]
-    named = fields.get("field_type") or next((point.get("field_type") for point in points), None)
+    named = fields.get("field_type") or table(fields, "field_definition").get("field_type") or next(
+        (point.get("field_type") for point in points), None)
     if isinstance(named, str) and named in FIELDS and any(sizes):
         design.field_of_view = (FIELDS[named], max(sizes))
 
 
-def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end: bool) -> float:
+def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end: bool) -> Decimal:
     """Fill the row from a surface and return its place on the axis. RowError: not traced."""
     geometry, frame = table(surface, "geometry"), table(surface, "geometry", "cs")
     for key in ("x", "y", "rx", "ry", "rz"):
         if value(frame, key, 0.0):
             raise RowError(f"a {'tilt' if 'r' in key else 'decentre'} (cs.{key}) is not traced")
-    z = value(frame, "z", 0.0, infinite=True)
-    if surface.get("is_reflective"):
+    z = exact_value(frame, "z", 0.0, infinite=True)
+    interaction = table(surface, "interaction_model")
+    if surface.get("is_reflective") or interaction.get("is_reflective"):
         raise RowError("a mirror (is_reflective) is not traced")
     if not is_end:
         kind = str(surface.get("type") or surface.get("surface_type") or "Surface")
-        interaction = str(table(surface, "interaction_model").get("type", ""))
-        if "araxial" in kind or "hinLens" in interaction or "iffract" in kind + interaction:
-            raise RowError(f"{kind} {interaction} is not traced".replace("  ", " "))
+        effect = str(interaction.get("type") or interaction.get("interaction_type") or "")
+        if "araxial" in kind or "iffract" in kind or effect not in PLAIN_INTERACTION:
+            raise RowError(f"{kind} {effect} is not traced".replace("  ", " "))
         _shape(row, geometry)
         row.is_stop = bool(surface.get("is_stop"))
         aperture = surface.get("aperture")
         if isinstance(aperture, dict) and aperture.get("r_max") is not None:
             size = value(aperture, "r_max", infinite=True)
             row.semi_diameter = size if 0.0 < size < inf else None
-        elif isinstance(aperture, int | float) and not isinstance(aperture, bool):
+            if value(aperture, "r_min", 0.0):
+                design.found(f"surface {index}: a central obscuration (r_min) is left out")
+        elif isinstance(aperture, int | float | Decimal) and not isinstance(aperture, bool):
             row.semi_diameter = number(aperture, "aperture") / 2.0 or None
         elif aperture is not None:
             design.found(f"surface {index}: an aperture that is not round is left out")
@@ -96,11 +118,13 @@ def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end:
 def _shape(row: Row, geometry: dict[str, Any]) -> None:
     """Curvature, conic and aspheric terms of a geometry."""
     kind = geometry.get("type")
-    if kind == "BiconicGeometry":
-        if value(geometry, "conic_x", 0.0) or value(geometry, "conic_y", 0.0):
-            raise RowError("a BiconicGeometry with conics is not traced")
+    if kind in ("BiconicGeometry", "ToroidalGeometry"):
+        if any(value(geometry, key, 0.0) for key in ("conic_x", "conic_y", "conic_yz")) or any(
+                number(a, "coeffs_poly_y") for a in items(geometry.get("coeffs_poly_y"))):
+            raise RowError(f"a {kind} with conics or aspheric terms is not traced")
         row.curvature = curvature(geometry.get("radius_y"))
         row.curvature_x = curvature(geometry.get("radius_x"))
+        row.toroid = "arcs" if kind == "BiconicGeometry" else "torus"
         return
     if kind not in ("Plane", "StandardGeometry", "EvenAsphere", "OddAsphere"):
         raise RowError(f"the geometry {kind} is not traced")
@@ -115,13 +139,86 @@ def _glass(design: Design, material: dict[str, Any]) -> Glass:
     """The medium of a material."""
     kind = material.get("type")
     if kind == "IdealMaterial":
-        return media.model(value(material, "index"), 0.0)
+        name = material.get("name")
+        return media.stated(name if isinstance(name, str) else "", value(material, "index"), 0.0)
     if kind == "AbbeMaterial":
-        return media.model(value(material, "index"), value(material, "abbe"))
+        name = material.get("name")
+        return media.stated(name if isinstance(name, str) else "", value(material, "index"), value(material, "abbe"))
     if kind == "Material" and isinstance(material.get("name"), str):
-        maker = material.get("reference")
+        maker = material.get("catalog") or material.get("reference")
         glass, finding = media.named(material["name"], maker if isinstance(maker, str) else None)
         if finding:
             design.found(finding)
         return glass
     raise RowError("a mirror is not traced" if kind == "Mirror" else f"the material {kind} is not read")
+
+
+def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
+    """The text of an Optiland .json file, and what it could not hold, one sentence each."""
+    remarks: list[str] = []
+    air = _material(AIR)
+    place, before = Decimal(0), air
+    surfaces = [{"type": "ObjectSurface", "geometry": {"type": "Plane", "cs": _frame(-inf), "radius": inf},
+                 "material_post": air, "comment": ""}]
+    for i, s in enumerate(lens.surfaces):
+        after = _material(s.glass)
+        if media.loss(s.glass, with_maker=True):
+            remarks.append(f"surface {i}: {media.loss(s.glass)}")
+        if s.curvature and s.curvature_x:
+            remarks.append(f"surface {i} is a toroid, whose two arcs Optiland adds: this is another lens")
+        surfaces.append(_surface(_geometry(s, place), before, after, s.thickness, i == lens.stop_index) | {
+            "aperture": {"type": "RadialAperture", "r_max": s.semi_diameter, "r_min": 0.0}})
+        place, before = EXACT.add(place, exact(s.thickness)), after
+    image = {"type": "Plane", "cs": _frame(place), "radius": inf}
+    surfaces.append(_surface(image, before, before, 0.0, False))
+    lines = [{"value": line, "is_primary": line == D_LINE, "unit": "um"} for line in (F_LINE, D_LINE, C_LINE)]
+    data = {
+        "version": 1.0, "name": lens.name,
+        "aperture": {"type": "float_by_stop_size", "value": 2.0 * lens.stop.semi_diameter,
+                     "object_space_telecentric": False},
+        "fields": {"fields": [{"field_type": "angle", "x": 0.0, "y": 0.0, "vx": 0.0, "vy": 0.0}],
+                   "telecentric": False, "field_type": "angle", "object_space_telecentric": False},
+        "wavelengths": {"wavelengths": lines, "polarization": "ignore"},
+        "pickups": [], "solves": {"solves": []}, "surface_group": {"surfaces": surfaces}}
+    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
+    return text_of(data) + "\n", tuple(remarks)
+
+
+def _surface(geometry: dict[str, Any], before: dict[str, Any], after: dict[str, Any], thickness: float,
+             is_stop: bool) -> dict[str, Any]:
+    """A surface in the words of Optiland's older and newer versions."""
+    return {"type": "Surface", "thickness": thickness, "geometry": geometry, "material_pre": before,
+            "material_post": after, "is_stop": is_stop, "aperture": None, "coating": None, "bsdf": None,
+            "is_reflective": False, "comment": "",
+            "interaction_model": {"type": "RefractiveReflectiveModel", "is_reflective": False, "coating": None,
+                                  "bsdf": None}}
+
+
+def _frame(z: float | Decimal) -> dict[str, Any]:
+    return {"x": 0.0, "y": 0.0, "z": z, "rx": 0.0, "ry": 0.0, "rz": 0.0, "reference_cs": None}
+
+
+def _geometry(s: Surface, place: Decimal) -> dict[str, Any]:
+    """The geometry of a surface, its radius with the digits that give back the curvature."""
+    radius = Decimal(radius_text(s.curvature))
+    if s.curvature_x is not None:
+        return {"type": "BiconicGeometry", "cs": _frame(place), "radius_x": Decimal(radius_text(s.curvature_x)),
+                "radius_y": radius, "conic_x": 0.0, "conic_y": 0.0}
+    terms = dict(s.aspheric)
+    plain = {"cs": _frame(place), "radius": radius, "conic": s.conic}
+    if not terms:
+        return {"type": "StandardGeometry", **plain}
+    step = 1 if any(power % 2 for power in terms) else 2
+    return {"type": "OddAsphere" if step == 1 else "EvenAsphere", **plain, "tol": 1e-10, "max_iter": 100,
+            "coefficients": [terms.get(power, 0.0) for power in range(step, max(terms) + 1, step)]}
+
+
+def _material(glass: Glass) -> dict[str, Any]:
+    maker = media.maker_of(glass)
+    if maker:
+        return {"type": "Material", "name": glass.name, "reference": maker.lower(), "catalog": maker.lower(),
+                "robust_search": False, "min_wavelength": None, "max_wavelength": None}
+    named = {"name": glass.name} if glass.name and glass.n_d != 1.0 else {}
+    if glass.v_d is None or glass.n_d == 1.0:
+        return {"type": "IdealMaterial", "index": glass.n_d, "absorp": 0.0, **named}
+    return {"type": "AbbeMaterial", "index": glass.n_d, "abbe": glass.v_d, "model": "buchdahl", **named}

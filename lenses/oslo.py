@@ -14,7 +14,7 @@
     END 3
 
 Further powers by ASP ASR n with AS1 … ASn (r², r⁴, …) or ASP ARA (r, r², …); RDX
-and CVX give the section x–z a curvature of its own. Commands stand on lines or
+and CVX turn the section y–z about an axis along y, to this radius or curvature. Commands stand on lines or
 between semicolons; // begins a comment. GLA MOD name n1 n2 … has an index for each
 wavelength of WV. Mirrors, tilts, decentres, gratings and ideal lenses are refused.
 After what OSLO's manual and programs that read its files publish of the keywords.
@@ -137,6 +137,7 @@ class _File:
             row.conic = self.number(values)
         elif key in ("CVX", "RDX"):
             row.curvature_x = self.number(values) if key == "CVX" else file_curvature(self.word(values))
+            row.toroid = "torus"
         elif key in TERMS:
             self.term(row, TERMS[key], self.number(values))
         elif key == "ASP":
@@ -218,6 +219,9 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     lines = ["// OSLO 6.6", f'LEN NEW "{name}" {lens.stated_efl or 100.0!r} {len(lens.surfaces) + 1}', "UNI 1.0",
               "// SRF 0", "AIR", "TH 1.0e20"]
     for i, s in enumerate(lens.surfaces):
+        if s.curvature and s.curvature_x:
+            remarks.append(f"surface {i} is a biconic toroid: the torus of the same two curvatures is written, and "
+                           "this is another lens")
         lines.append(f"NXT  // SRF {i + 1}")
         lines.append(_glass_line(s.glass, i, remarks))
         lines += _shape_lines(s, i, remarks)

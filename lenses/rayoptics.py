@@ -2,23 +2,47 @@
 
 `ifcs` are the surfaces from the object to the image, `gaps` what lies between
 them, profiles stand in `profile_dict` or in the surface. EvenPolynomial has
-coefficients of r², r⁴ …, RadialPolynomial of r, r², r³ … and ec = 1 + k. Mirrors,
-tilts, decentres, gratings and ideal lenses are refused.
+coefficients of r², r⁴ …, RadialPolynomial of r, r², r³ … and ec = 1 + k; YToroid
+turns its section y–z (cv) about an axis along y, at 1/cR. Wavelengths in nm.
+Mirrors, tilts, decentres, gratings and ideal lenses are refused.
 """
 
+from decimal import Decimal
+from math import inf, isfinite
 from typing import Any
 
-from lensbench.glass import AIR, Glass
+from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import coefficients, item_lines, items, parse, table, value
-from lensbench.lenses.rows import RowError
-from lensbench.prescription import Lens
+from lensbench.lenses.json_text import (
+    EXACT,
+    coefficients,
+    exact,
+    exact_value,
+    item_lines,
+    items,
+    parse,
+    table,
+    text_of,
+    value,
+)
+from lensbench.lenses.rows import RowError, number
+from lensbench.lenses.soundness import axial_heights
+from lensbench.prescription import Lens, Surface
 
 UNITS = {"mm": 1.0, "cm": 10.0, "meters": 1000.0, "m": 1000.0, "in": 25.4, "inches": 25.4}
 APERTURES = {("object", "epd"): "EPD", ("object", "pupil"): "EPD", ("image", "f/#"): "FNO", ("object", "NA"): "NA"}
 MISSING_RIM = 1.0           # what rayoptics puts where no rim was computed
+FAR_OBJECT = 1e10
+CLASSES = {                 # of catalogue glasses, and the formula with which rayoptics reckons their six coefficients
+    "SCHOTT": ("opticalglass.schott", "SchottGlass", "sellmeier"),
+    "OHARA": ("opticalglass.ohara", "OharaGlass", "sellmeier"),
+    "HOYA": ("opticalglass.hoya", "HoyaGlass", "schott"),
+    "CDGM": ("opticalglass.cdgm", "CDGMGlass", "schott"),
+    "SUMITA": ("opticalglass.sumita", "SumitaGlass", "schott"),
+}
+SAMPLES = 60                # wavelengths at which the index of another glass is tabulated
 
 
 def read(text: str, path: str) -> Lens:
@@ -40,7 +64,7 @@ def read(text: str, path: str) -> Lens:
         row = Row(lines[i] if i < len(lines) else None, is_stop=i == stop and not isinstance(stop, bool))
         try:
             if 0 < i < len(surfaces) - 1:
-                _fill(row, surface, table(model, "profile_dict"))
+                _fill(design, row, surface, table(model, "profile_dict"), i)
             if i < len(gaps):
                 gap = table(gaps[i])
                 row.thickness = value(gap, "thi", infinite=True)
@@ -48,9 +72,10 @@ def read(text: str, path: str) -> Lens:
         except RowError as error:
             raise LensFileError(path, row.line, f"surface {i}: {error}") from None
         design.add(row)
-    inner = design.rows[1:-1]
-    if all(row.semi_diameter in (None, MISSING_RIM) for row in inner):
-        for row in inner:
+    bare = [(row, table(surface)) for row, surface in zip(design.rows[1:-1], surfaces[1:-1], strict=True)]
+    if all(not items(surface.get("clear_apertures")) and row.semi_diameter in (None, MISSING_RIM)
+           for row, surface in bare):
+        for row, _ in bare:
             row.semi_diameter = None
     try:
         _system(design, table(model, "optical_spec"))
@@ -69,9 +94,9 @@ def _system(design: Design, spec: dict[str, Any]) -> None:
     field = table(spec, "field_of_view")
     key = [str(word) for word in items(field.get("_key") or field.get("key"))]
     points = [table(point) for point in items(field.get("fields"))]
-    size = max((abs(value(point, "y", 0.0)) for point in points), default=0.0)
+    size = max((abs(value(point, "_y" if "_y" in point else "y", 0.0)) for point in points), default=0.0)
     if field.get("is_relative"):
-        size *= abs(value(field, "value", 0.0))
+        size *= abs(value(field, "_value" if "_value" in field else "value", 0.0))
     if size and len(key) > 1:
         where = "angle" if key[-1] == "angle" else "object" if key[-2] == "object" else "image"
         design.field_of_view = (where, size)
@@ -83,7 +108,7 @@ def _class_of(wrapped: Any) -> str:
     return str(names[-1]) if names else ""
 
 
-def _fill(row: Row, wrapped: Any, profiles: dict[str, Any]) -> None:
+def _fill(design: Design, row: Row, wrapped: Any, profiles: dict[str, Any], index: int) -> None:
     """Fill the row from an interface. RowError: not traced."""
     kind, surface = _class_of(wrapped), table(wrapped)
     if kind != "Surface":
@@ -99,19 +124,35 @@ def _fill(row: Row, wrapped: Any, profiles: dict[str, Any]) -> None:
     if value(surface, "max_aperture", MISSING_RIM, infinite=True) > 0.0:
         row.semi_diameter = value(surface, "max_aperture", MISSING_RIM)
     for wrapped_aperture in items(surface.get("clear_apertures")):
-        if _class_of(wrapped_aperture) == "Circular":
-            row.semi_diameter = value(table(wrapped_aperture), "radius") or None
+        aperture = table(wrapped_aperture)
+        if _class_of(wrapped_aperture) != "Circular" or aperture.get("is_obscuration") or any(
+                value(aperture, key, 0.0) for key in ("x_offset", "y_offset")):
+            design.found(f"surface {index}: an aperture that is not round and centred is left out")
+        else:
+            row.semi_diameter = value(aperture, "radius") or None
     wrapped_profile = surface.get("profile") or profiles.get(str(surface.get("profile_id")))
     shape, kind = table(wrapped_profile), _class_of(wrapped_profile)
-    if kind not in ("Spherical", "Conic", "EvenPolynomial", "RadialPolynomial"):
+    if kind not in ("Spherical", "Conic", "EvenPolynomial", "RadialPolynomial", "YToroid", "XToroid"):
         raise RowError(f"the profile {kind or 'is missing, or'} is not traced")
     row.curvature = value(shape, "cv")
     if kind == "RadialPolynomial":
-        row.conic = value(shape, "ec", 1.0) - 1.0
-        row.aspheric = coefficients(shape, "coefs", list(range(1, 21)))
+        row.conic = float(EXACT.subtract(exact_value(shape, "ec", 1.0), Decimal(1)))
+        row.aspheric = _terms(shape, 1)
     elif kind != "Spherical":
         row.conic = value(shape, "cc", 0.0)
-        row.aspheric = coefficients(shape, "coefs", list(range(2, 21, 2)))
+        row.aspheric = _terms(shape, 2)
+    if kind in ("YToroid", "XToroid"):
+        row.curvature_x, row.toroid = value(shape, "cR", 0.0), "torus"
+        if kind == "XToroid":
+            row.curvature, row.curvature_x, row.toroid = row.curvature_x, row.curvature, "torus about x"
+
+
+def _terms(shape: dict[str, Any], step: int) -> dict[int, float]:
+    """Coefficients of r^step, r^(2 step) …; older versions keep them one by one."""
+    powers = list(range(step, 21, step))
+    if not any(number(a, "coefs") for a in items(shape.get("coefs"))):
+        shape = {"coefs": [shape.get(f"coef{power}") or 0.0 for power in powers]}
+    return coefficients(shape, "coefs", powers)
 
 
 def _glass(design: Design, wrapped: Any) -> Glass:
@@ -125,7 +166,134 @@ def _glass(design: Design, wrapped: Any) -> Glass:
         if finding:
             design.found(finding)
         return glass
+    label = medium.get("label") or medium.get("name") or ""
+    label = label if isinstance(label, str) else ""
     if "n" in medium:
-        label = medium.get("label") or medium.get("name") or ""
-        return media.stated(label if isinstance(label, str) else "", value(medium, "n"), value(medium, "v", 0.0))
+        return media.stated(label, value(medium, "n"), value(medium, "v", 0.0))
+    if items(medium.get("wvls")):
+        indices = [number(n, "rndx") for n in items(medium.get("rndx"))]
+        lines = [float(EXACT.divide(exact(w), Decimal(1000))) for w in items(medium.get("wvls"))
+                 if number(w, "wvls") > 0.0]
+        points = list(zip(lines, indices, strict=False))
+        maker = medium.get("_catalog")
+        return media.listed(label, maker if isinstance(maker, str) else None, points) or media.tabulated(label, points)
     raise RowError(f"the medium {kind} is not read")
+
+
+def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
+    """The text of a .roa file, and what it could not hold, one sentence each."""
+    remarks: list[str] = []
+    flat = ("Spherical", {"cv": 0.0})
+    indices = (*lens.indices(), lens.surfaces[-1].glass.n_d)
+    ifcs, profiles = [_interface(0, "dummy", 0.0, MISSING_RIM, "Obj")], [flat]
+    gaps = [_gap(FAR_OBJECT, AIR)]
+    for i, s in enumerate(lens.surfaces):
+        refracts = s.glass.n_d != indices[i] or s.curvature != 0.0 or not s.is_spherical
+        ifcs.append(_interface(i + 1, "transmit" if refracts else "dummy", s.glass.n_d - indices[i], s.semi_diameter,
+                               clear=True))
+        profiles.append(_profile(s))
+        gaps.append(_gap(s.thickness, s.glass))
+        if s.glass.formula != "table" and media.loss(s.glass, with_maker=True):
+            remarks.append(f"surface {i}: {media.loss(s.glass)}")
+        if s.curvature and s.curvature_x:
+            remarks.append(f"surface {i} is a biconic toroid: the torus of the same two curvatures is written, and "
+                           "this is another lens")
+    ifcs.append(_interface(len(ifcs), "dummy", 0.0, MISSING_RIM, "Img"))
+    profiles.append(flat)
+    title = " ".join(lens.name.split())
+    model = {
+        "ro_version": "0.9.8", "radius_mode": True, "specsheet": None,
+        "system_spec": _wrapped("rayoptics.optical.opticalmodel", "SystemSpec", {
+            "title": title, "initials": "", "_dimensions": "mm", "temperature": 20.0, "pressure": 760.0}),
+        "seq_model": _wrapped("rayoptics.seq.sequential", "SequentialModel", {
+            "ifcs": ifcs, "gaps": gaps, "z_dir": [1] * len(gaps), "do_apertures": False,
+            "stop_surface": lens.stop_index + 1, "cur_surface": len(gaps) - 1}),
+        "optical_spec": _specification(lens),
+        "profile_dict": {str(i): _wrapped("rayoptics.elem.profiles", *profile) for i, profile in enumerate(profiles)},
+        "parts_dict": {}}
+    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
+    if title != lens.name:
+        remarks.append("the name is written in one line")
+    return text_of({"optical_model": _wrapped("rayoptics.optical.opticalmodel", "OpticalModel", model)}) + "\n", \
+        tuple(remarks)
+
+
+def _wrapped(module: str, kind: str, attributes: dict[str, Any]) -> dict[str, Any]:
+    return {"__instance_type__": [module, kind], "attributes": attributes}
+
+
+def _interface(index: int, mode: str, step: float, rim: float, label: str = "", clear: bool = False) -> dict[str, Any]:
+    """A surface; clear: its rim as an aperture too, which rayoptics leaves as it is."""
+    round_ones = [_wrapped("rayoptics.elem.surface", "Circular", {
+        "x_offset": 0.0, "y_offset": 0.0, "rotation": 0.0, "radius": rim})] if clear else []
+    return _wrapped("rayoptics.elem.surface", "Surface", {
+        "interact_mode": mode, "delta_n": step, "decenter": None, "max_aperture": rim, "label": label,
+        "clear_apertures": round_ones, "edge_apertures": [], "profile_id": str(index)})
+
+
+def _profile(s: Surface) -> tuple[str, dict[str, Any]]:
+    """Class and values of a surface's shape."""
+    terms = dict(s.aspheric)
+    if s.curvature_x is not None:
+        return "YToroid", {"cv": s.curvature, "cR": s.curvature_x, "cc": 0.0, "coefs": [0.0] * 10,
+                           "max_nonzero_coef": 0}
+    if not terms:
+        return ("Conic", {"cv": s.curvature, "cc": s.conic}) if s.conic else ("Spherical", {"cv": s.curvature})
+    step = 1 if any(power % 2 for power in terms) else 2
+    coefs = [terms.get(power, 0.0) for power in range(step, 21, step)]
+    shape: dict[str, Any] = {"cv": s.curvature, "coefs": coefs, "max_nonzero_coef": max(terms) // step}
+    if step == 1:
+        return "RadialPolynomial", shape | {"ec": EXACT.add(exact(s.conic), Decimal(1))}
+    return "EvenPolynomial", shape | {"cc": s.conic}
+
+
+def _gap(thickness: float, glass: Glass) -> dict[str, Any]:
+    return _wrapped("rayoptics.seq.gap", "Gap", {"thi": thickness, "medium": _medium(glass)})
+
+
+def _medium(glass: Glass) -> dict[str, Any]:
+    """The medium: by its maker's class, as a table of indices, or by n_d and V_d."""
+    if glass.n_d == 1.0:
+        return _wrapped("opticalglass.opticalmedium", "Air", {})
+    maker = media.maker_of(glass)
+    module, kind, formula = CLASSES.get(maker, ("", "", ""))
+    c = list(glass.coefficients)
+    if glass.formula == formula and len(c) == 6:
+        return _wrapped(module, kind, {"gname": glass.name, "coefs": c if formula == "schott" else c[::2] + c[1::2]})
+    if maker or glass.formula == "table":
+        if glass.formula == "table":
+            points = [(EXACT.multiply(exact(w), Decimal(1000)), n) for w, n in glass.coefficients]
+        else:
+            low, high = glass.wavelengths or (0.4, 0.7)
+            steps = [low * (high / low) ** (i / (SAMPLES - 1)) for i in range(1, SAMPLES - 1)]
+            points = [(exact(1000.0 * w), glass.index(w)) for w in steps]
+        return _wrapped("opticalglass.opticalmedium", "InterpolatedMedium", {
+            "label": glass.name, "_catalog": maker, "wvls": [w for w, _ in points], "rndx": [n for _, n in points],
+            "kvals": None, "kvals_wvls": None})
+    if glass.v_d is None:
+        return _wrapped("opticalglass.opticalmedium", "ConstantIndex", {
+            "label": glass.name, "n": glass.n_d, "_catalog_name": ""})
+    return _wrapped("opticalglass.modelglass", "ModelGlass", {
+        "label": glass.name, "_catalog_name": "user", "n": glass.n_d, "v": glass.v_d})
+
+
+def _specification(lens: Lens) -> dict[str, Any]:
+    """Wavelengths, entrance pupil and a field on the axis."""
+    height = axial_heights(lens.surfaces)[lens.stop_index]
+    diameter = 2.0 * lens.stop.semi_diameter / abs(height) if height else inf
+    module = "rayoptics.raytr.opticalspec"
+    axis = _wrapped(module, "Field", {"x": 0.0, "y": 0.0, "vux": 0.0, "vuy": 0.0, "vlx": 0.0, "vly": 0.0, "wt": 1.0,
+                                      "aim_pt": [0.0, 0.0]})
+    return _wrapped(module, "OpticalSpecs", {
+        "spectral_region": _wrapped(module, "WvlSpec", {
+            "wavelengths": [1000.0 * line for line in (F_LINE, D_LINE, C_LINE)], "spectral_wts": [1.0, 1.0, 1.0],
+            "render_colors": ["#268bd2", "#859900", "#dc322f"], "reference_wvl": 1, "coating_wvl": 550.0}),
+        "pupil": _wrapped(module, "PupilSpec", {
+            "_key": ["aperture", "object", "epd"],
+            "value": diameter if isfinite(diameter) else 2.0 * lens.stop.semi_diameter,
+            "pupil_rays": [[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]],
+            "ray_labels": ["00", "+X", "-X", "+Y", "-Y"]}),
+        "field_of_view": _wrapped(module, "FieldSpec", {
+            "key": ["field", "object", "angle"], "value": 0.0, "is_relative": False, "index_labels": ["axis"],
+            "fields": [axis]}),
+        "defocus": _wrapped(module, "FocusRange", {"focus_shift": 0.0, "defocus_range": 0.0})})

@@ -1,4 +1,4 @@
-"""Zemax lens files (.zmx): sequential lenses of rotationally symmetric surfaces and cylinders.
+"""Zemax lens files (.zmx): sequential lenses of rotationally symmetric surfaces, cylinders and toroids.
 
     UNIT MM X W X CM MR CPMM
     ENPD 10
@@ -16,7 +16,7 @@ Surface 0 is the object, the last one the image. The flag behind a glass is 0
 where the catalogue is meant (the numbers that follow are then leftovers), 1 for
 a model of n_d and V_d, 2 for a pick-up of another surface's glass. Only the
 first of several configurations is read. Mirrors, gratings, tilts and every
-surface that is not a body of revolution or a cylinder are refused.
+surface that is neither a body of revolution nor a toroid are refused.
 """
 
 import re
@@ -173,8 +173,7 @@ def _shape(row: Row, kind: str, numbered: dict, path: str) -> None:
         if any(values.get(("PARM", index)) for index in range(2, 9)) or values.get(("XDAT", 1)) or row.conic:
             raise RowError("a toroid with a conic or aspheric terms is not traced")
         row.curvature_x = file_curvature(numbered.get(("PARM", 1), (0, "0"))[1])
-        if row.curvature_x and row.curvature and row.curvature_x != row.curvature:
-            raise RowError("a toroid that is curved in both sections is not traced, only a cylinder is")
+        row.toroid = "torus"
     elif kind == "BICONICX":
         if row.conic or values.get(("PARM", 2)):
             raise RowError("a biconic surface with conics is not traced")

@@ -39,12 +39,15 @@ def terms(powers):
     return st.dictionaries(st.sampled_from(powers), coefficients, max_size=5).map(lambda table: tuple(table.items()))
 
 
-def prescriptions(powers, cylinders=True, glasses=model_glasses, **words):
+def prescriptions(powers, cylinders=True, toroids=True, glasses=model_glasses, **words):
     """Lenses whose aspheric terms have these powers; words: strategies of the lens's fields."""
     media = st.just(AIR) | glasses
     bodies = st.builds(Surface, curvatures, lengths, positive, media, st.just(0.0) | st.floats(-20.0, 20.0),
                        terms(powers))
-    rods = st.builds(Surface, curvatures, lengths, positive, media, curvature_x=curvatures)
+    rods = st.builds(Surface, curvatures, lengths, positive, media,
+                     curvature_x=curvatures if toroids else st.just(0.0))
+    if not toroids:
+        rods |= st.builds(Surface, st.just(0.0), lengths, positive, media, curvature_x=curvatures)
 
     @st.composite
     def lens(draw):

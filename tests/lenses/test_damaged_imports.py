@@ -47,7 +47,7 @@ def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, name):
         if turn % 5 == 0:
             lenses.save(lens, tmp_path / "again.toml")
             assert lenses.load(tmp_path / "again.toml") == lens
-            for suffix in (".zmx", ".seq", ".txt", ".len", ".dat"):
+            for suffix in (".zmx", ".seq", ".txt", ".len", ".dat", ".json", ".roa"):
                 lenses.save(lens, tmp_path / f"again{suffix}")
                 written = lenses.load(tmp_path / f"again{suffix}")
                 assert len(written.surfaces) - len(lens.surfaces) in (0, 1)     # .dat sets its stop apart

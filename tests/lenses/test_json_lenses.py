@@ -2,12 +2,14 @@
 
 import json
 from copy import deepcopy
+from dataclasses import replace
 
 import pytest
+from hypothesis import given, settings
 
-from lensbench import AIR, Glass
+from lensbench import AIR, Glass, Lens, Surface, lenses
 from lensbench.lenses import glass_catalogue
-from tests.lenses.samples import DATA, loaded, refusal
+from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
 
 OPTILAND = json.loads((DATA / "four.json").read_text())
 RAYOPTICS = json.loads((DATA / "pair.roa").read_text())
@@ -85,6 +87,76 @@ def test_rayoptics_rims_of_one_everywhere_are_none(tmp_path):
         item["attributes"]["max_aperture"] = 1.0
     lens = loaded(tmp_path, "lens.roa", json.dumps(model))
     assert lens.surfaces[0].semi_diameter > 6.25 and any("every surface" in told for told in lens.findings)
+
+
+def test_optiland_newer_files_say_mirror_and_field_in_other_places(tmp_path):
+    text = changed(OPTILAND, surface(2, "interaction_model"), {"type": "RefractiveReflectiveModel",
+                                                               "is_reflective": True})
+    assert "mirror" in refusal(tmp_path, "lens.json", text).reason
+    for effect in ("ThinLensInteractionModel", "PhaseInteractionModel"):
+        text = changed(OPTILAND, surface(2, "interaction_model"), {"type": effect})
+        assert effect in refusal(tmp_path, "lens.json", text).reason
+    model = json.loads(changed(OPTILAND, surface(1, "aperture"), None))
+    estimated = loaded(tmp_path, "lens.json", json.dumps(model)).surfaces[0].semi_diameter
+    model["fields"] = {"fields": [{"x": 0.0, "y": 10.0}], "field_definition": {"field_type": "AngleField"}}
+    assert loaded(tmp_path, "lens.json", json.dumps(model)).surfaces[0].semi_diameter == estimated > 6.0
+
+
+def test_rayoptics_newer_fields_and_older_coefficients_stand_in_other_places(tmp_path):
+    model = deepcopy(RAYOPTICS)
+    place = model["optical_model"]["attributes"]
+    for item in place["seq_model"]["attributes"]["ifcs"]:
+        item["attributes"]["max_aperture"] = 1.0
+    estimated = loaded(tmp_path, "lens.roa", json.dumps(model)).surfaces[0].semi_diameter
+    field = place["optical_spec"]["attributes"]["field_of_view"]["attributes"]
+    del field["value"]
+    field |= {"_value": 10.0, "is_relative": True,
+              "fields": [{"__instance_type__": ["rayoptics.raytr.opticalspec", "Field"],
+                          "attributes": {"_x": 0.0, "_y": 1.0}}]}
+    shape = place["profile_dict"]["3"]["attributes"]
+    shape["coefs"], shape["coef4"], shape["coef6"] = [0.0] * 10, 1.5e-06, -2e-09
+    lens = loaded(tmp_path, "lens.roa", json.dumps(model))
+    assert lens.surfaces[0].semi_diameter == estimated
+    assert lens.surfaces[1].aspheric == ((4, 1.5e-6), (6, -2e-9))
+
+
+def test_rayoptics_tables_of_indices_become_the_glass_that_they_are(tmp_path):
+    def medium(label, maker, points):
+        return changed(RAYOPTICS, sequence("gaps", 1, "attributes", "medium"), {
+            "__instance_type__": ["opticalglass.opticalmedium", "InterpolatedMedium"],
+            "attributes": {"label": label, "_catalog": maker, "wvls": [1000.0 * w for w, _ in points],
+                           "rndx": [n for _, n in points]}})
+    glass = glass_catalogue.find("S-LAL14")
+    lines = (0.4, 0.5, 0.6, 0.7)
+    known = loaded(tmp_path, "lens.roa", medium("S-LAL14", "OHARA", [(w, glass.index(w)) for w in lines]))
+    assert known.surfaces[0].glass == glass
+    other = loaded(tmp_path, "lens.roa", medium("S-LAL14", "OHARA", [(w, glass.index(w) + 1e-3) for w in lines]))
+    assert other.surfaces[0].glass.formula == "table"
+    assert other.surfaces[0].glass.index(0.5) == pytest.approx(glass.index(0.5) + 1e-3, abs=1e-12)
+
+
+@given(prescriptions(range(2, 21), toroids=False, name=plain_words))
+@settings(deadline=None, max_examples=100)
+@pytest.mark.parametrize("suffix", [".json", ".roa"])
+def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, suffix, lens):
+    path = tmp_path_factory.getbasetemp() / f"any{suffix}"
+    assert lenses.save(lens, path) == ()
+    assert lenses.load(path) == lens
+
+
+@pytest.mark.parametrize("suffix", [".json", ".roa"])
+def test_what_is_lost_is_said(tmp_path, suffix):
+    lens = lenses.load("pbrt-dgauss-50mm")
+    assert lenses.save(lens, tmp_path / f"a{suffix}") == (
+        "left out: kind, year, source, stated focal length, stated f-number, notes",)
+    table = Glass(1.5, 60.0, "MINE", "table", ((0.4, 1.51), (0.5875618, 1.5), (0.7, 1.49)))
+    formula = replace(glass_catalogue.find("N-BK7"), name="MINE")
+    for glass, kept in ((table, suffix == ".roa"), (formula, False)):
+        odd = Lens((Surface(0.01, 5.0, 9.0, glass), Surface(0.0, 90.0, 9.0)), 1)
+        remarks = lenses.save(odd, tmp_path / f"b{suffix}")
+        found = lenses.load(tmp_path / f"b{suffix}").surfaces[0].glass
+        assert bool(remarks) != kept and (found.coefficients == glass.coefficients) == kept
+        assert found.n_d == glass.n_d and found.name == "MINE"
 
 
 @pytest.mark.parametrize(("keys", "value", "told"), [

@@ -1,0 +1,51 @@
+"""Toroids of other programs' files: three shapes share two curvatures, and lensbench traces the biconic one.
+
+    biconic         z = A / (1 + √(1 − c_x² x² − c_y² y²)), A = c_x x² + c_y y²
+    torus           the arc of the section y–z, turned about an axis along y
+    torus about x   the arc of the section x–z, turned about an axis along x
+    arcs            the sum of the arcs of both sections
+
+They agree in both sections, and everywhere where one of them is straight: a cylinder.
+"""
+
+from math import cos, pi, sin, sqrt
+
+from lensbench.prescription import Surface
+
+NAMES = {"torus": "a torus", "torus about x": "a torus", "arcs": "the sum of two arcs"}
+POINTS = 24
+
+
+def finding(kind: str, surface: Surface) -> str:
+    """What is to be said of a surface (mm) that its file means as another toroid than the biconic; "": nothing."""
+    if kind not in NAMES or not surface.curvature or not surface.curvature_x:
+        return ""
+    return (f"{NAMES[kind]} in the file, it is traced as the biconic toroid of the same two curvatures, "
+            f"{departure(kind, surface):.2g} mm from it at the rim")
+
+
+def departure(kind: str, surface: Surface) -> float:
+    """How far (mm) the toroid of this kind lies at most from the biconic one round the rim, along the axis."""
+    worst, h = 0.0, surface.semi_diameter
+    for i in range(POINTS + 1):
+        x, y = h * sin(0.5 * pi * i / POINTS), h * cos(0.5 * pi * i / POINTS)
+        worst = max(worst, abs(_sag(kind, surface, x, y) - _sag("biconic", surface, x, y)))
+    return worst
+
+
+def _sag(kind: str, surface: Surface, x: float, y: float) -> float:
+    """Sag (mm) of a toroid, that of its equator beyond it."""
+    across, c = surface.curvature_x or 0.0, surface.curvature
+    if kind == "biconic":
+        return (across * x * x + c * y * y) / (1.0 + sqrt(max(0.0, 1.0 - (across * x) ** 2 - (c * y) ** 2)))
+    if kind == "arcs":
+        return _arc(across, x) + _arc(c, y)
+    if kind == "torus about x":
+        x, y, across, c = y, x, c, across
+    profile = _arc(c, y)
+    reach = 1.0 - across * profile                      # of the axis, in its radius: 0 where the surface meets it
+    return profile + (_arc(across / reach, x) if reach else 0.0)
+
+
+def _arc(c: float, r: float) -> float:
+    return c * r * r / (1.0 + sqrt(max(0.0, 1.0 - (c * r) ** 2)))

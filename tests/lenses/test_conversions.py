@@ -1,0 +1,77 @@
+"""Every format to every other, on the whole library: the same lens to the last digit, or a remark on what is lost."""
+
+from dataclasses import replace
+from itertools import product
+
+import pytest
+
+from lensbench import Glass, Surface, lenses
+from lensbench.lenses import glass_catalogue
+from lensbench.lenses.lens_file import READERS, WRITERS
+
+WORDS = ("name", "kind", "year", "source", "notes", "stated_efl", "stated_f_number")
+EXACT = [suffix for suffix in WRITERS if suffix != ".dat"]      # pbrt's four columns hold less
+
+
+def through(lens, suffix):
+    """The lens after a file of this format, and what the writer said."""
+    text, remarks = WRITERS[suffix](lens)
+    return READERS[suffix](text, f"lens{suffix}"), remarks
+
+
+def geometry(lens):
+    """Surfaces with the index at the d line in place of the glass."""
+    return [replace(s, glass=Glass(s.glass.n_d)) for s in lens.surfaces], lens.stop_index
+
+
+def prescription(lens):
+    return lens.surfaces, lens.stop_index
+
+
+@pytest.mark.parametrize("first", WRITERS)
+def test_from_any_format_to_any_other_nothing_is_lost_in_silence(first):
+    for name, second in product(lenses.names(), WRITERS):
+        given, _ = through(lenses.load(name), first)
+        found, remarks = through(given, second)
+        said = [remark for remark in remarks if not remark.startswith("left out: ")]
+        assert prescription(found) == prescription(given) or said, (name, first, second)
+        words_kept = all(getattr(found, word) == getattr(given, word) for word in WORDS)
+        assert words_kept or remarks, (name, first, second)
+        if second in EXACT:
+            assert geometry(found) == geometry(given), (name, first, second, remarks)
+
+
+@pytest.mark.parametrize(("first", "second"), list(product(EXACT, EXACT)))
+def test_a_lens_that_goes_through_two_formats_and_back_is_the_same_lens(first, second):
+    for name in ("lenshh-cooke-triplet-50", "lib-us10281683", "lv-nikon-z-58f095-noct"):
+        given, _ = through(lenses.load(name), first)
+        found, remarks = through(through(given, second)[0], first)
+        assert geometry(found) == geometry(given), (name, remarks)
+
+
+@pytest.mark.parametrize("suffix", [".toml", ".seq", ".json", ".roa"])
+@pytest.mark.parametrize("maker", glass_catalogue.MAKERS)
+def test_catalogue_glasses_of_every_maker_and_formula_come_back(suffix, maker):
+    same = [entry for entry in glass_catalogue.entries() if entry.maker == maker and entry.n_d and entry.v_d]
+    for entry in same[::29]:
+        lens = replace(lenses.load("lenshh-cooke-triplet-50"), name="", notes="", source="", kind="")
+        glass = entry.make()
+        lens = replace(lens, surfaces=(replace(lens.surfaces[0], glass=glass), *lens.surfaces[1:]))
+        found, remarks = through(lens, suffix)
+        # A name that one maker gives to two glasses is not unique, and a writer says so
+        assert found.surfaces[0].glass == glass or any("surface 0" in remark for remark in remarks), entry
+
+
+@pytest.mark.parametrize("suffix", [suffix for suffix in WRITERS if suffix != ".toml"])
+def test_a_toroid_is_kept_or_said_to_be_another_lens(suffix):
+    rod = Surface(0.02, 5.0, 10.0, Glass(1.5, 60.0), curvature_x=0.0)
+    toroid = Surface(0.02, 5.0, 10.0, Glass(1.5, 60.0), curvature_x=0.03)
+    for surface in (rod, toroid):
+        lens = replace(lenses.load("pbrt-dgauss-50mm"), surfaces=(surface, Surface(0.0, 90.0, 9.0)), stop_index=1)
+        found, remarks = through(lens, suffix)
+        told = any("another lens" in remark for remark in remarks)
+        assert found.surfaces == lens.surfaces or told
+        exact = suffix not in (".dat", ".txt") and (surface is rod or suffix in (".zmx", ".seq"))
+        assert told != exact
+        if suffix in (".json", ".roa", ".len") and surface is toroid:
+            assert any("traced as the biconic toroid" in finding for finding in found.findings)
