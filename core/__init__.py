@@ -77,13 +77,15 @@ from lensbench.scenery.objects import (  # noqa: E402
 )
 from lensbench.tracing import Fate, Trace, trace  # noqa: E402
 from lensbench.transform import TransformError  # noqa: E402
+from lensbench.views import VIEWS, fate_colours  # noqa: E402
 
 __all__ = [
-    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "Camera", "CameraError", "ChiefRay", "Disk",
+    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "Camera", "CameraError", "ChiefRay", "Disk",
     "ExitPupil", "Fate", "Film", "FilmError", "FirstOrder", "Floor", "FocusError", "Glass", "GlassError", "Image",
     "Lens", "LensCamera", "LensError", "Material", "Pattern", "PerspectiveCamera", "Rays", "Rectangle", "Rendering",
     "Scene", "SceneError", "Seidel", "Sky", "Sphere", "Sun", "Surface", "Trace", "TransformError", "astigmatic_foci",
-    "builtin_scene", "chief_ray", "circle_of_confusion", "depth_map", "depth_of_field", "exit_pupil", "film_distance",
-    "first_order", "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion", "render", "seidel",
-    "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
+    "builtin_scene", "chief_ray", "circle_of_confusion", "depth_map", "depth_of_field", "exit_pupil", "fate_colours",
+    "film_distance", "first_order", "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion",
+    "render", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission",
+    "working_f_number",
 ]

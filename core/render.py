@@ -13,6 +13,7 @@ from lensbench.lanes import GREEN, RED, U0, U1, WEIGHT, B, L, M, N, X, Y, Z, ben
 from lensbench.sampling import sampler
 from lensbench.scene import Scene
 from lensbench.spectrum import WAVELENGTHS, channel, part
+from lensbench.views import view_steps
 
 BAND = 16               # blocks that a thread takes at a time
 
@@ -27,7 +28,8 @@ class Rendering:
     Every block is worked on by one thread, and its random numbers depend on the
     pixel alone: the film is the same bit for bit for any number of threads.
     steps: what places the samples, the scrambled net by default. shadows=False
-    leaves shadows and occlusion out of the scene.
+    leaves shadows and occlusion out of the scene. view: one of `views.VIEWS`, to see
+    in place of the light what the samples are.
 
     With a camera that disperses, the first sample is of the d line, a picture without
     colour fringes that is there at once; every later one is three, of a wavelength for each
@@ -35,7 +37,8 @@ class Rendering:
     of film and pupil as the others, so that its noise has no colour.
     """
 
-    def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True):
+    def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
+                 view: str = ""):
         film = camera.film
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
@@ -43,13 +46,15 @@ class Rendering:
         self._before = sampler(film.pixels_x, lit=shadows) if steps is None else steps
         self._after = scene.steps(shadows)
         self._camera, self._real = camera, real
-        self._program = Program([*self._before, *camera.steps(), *self._after], real)
+        self._disperses = camera.disperses and not view
+        seen = view_steps(camera, scene, view) if view else [*camera.steps(), *self._after]
+        self._program = Program([*self._before, *seen], real)
         self._colours: dict[int, list[Program]] = {}            # of each part of the spectrum, one for each channel
         self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
 
     def _passes(self, samples: int) -> list[tuple[Program, int, int]]:
         """What these next samples are made of: programs, and which samples of theirs, from and how many."""
-        if not self._camera.disperses or self.samples + samples == 1:
+        if not self._disperses or self.samples + samples == 1:
             return [(self._program, self.samples, samples)]
         return [(program, sample, 1) for sample in range(max(self.samples - 1, 0), self.samples + samples - 1)
                 for program in self._channels(part(sample, self.seed))]
@@ -69,7 +74,7 @@ class Rendering:
         """
         bands, stop = count(0, BAND), len(self._sums)
         passes = self._passes(samples)
-        afresh = self._camera.disperses and self.samples == 1       # the d line has had its day
+        afresh = self._disperses and self.samples == 1       # the d line has had its day
 
         def work(_: int) -> bool:
             lanes = bench(self._program.real)
@@ -98,7 +103,7 @@ class Rendering:
         """The mean of the samples so far: float32 (h, w, 3), linear, a fresh array."""
         h, w = self.shape
         rows = self._sums.reshape(-1, 3, B).transpose(0, 2, 1).reshape(-1, 3)[:w * h]
-        counted = self.samples - 1 if self._camera.disperses and self.samples > 1 else self.samples
+        counted = self.samples - 1 if self._disperses and self.samples > 1 else self.samples
         return np.ascontiguousarray(rows.reshape(h, w, 3) * (1.0 / max(counted, 1)), dtype=np.float32)
 
 

@@ -21,7 +21,7 @@ LAYERS = (
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
     {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "focus", "confusion", "polynomial", "aberrations"},
     {"cameras"},
-    {"accuracy"},
+    {"accuracy", "views"},
     {"render"},
     {"analysis", "lightfield"},
 )
