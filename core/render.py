@@ -9,7 +9,8 @@ import numpy as np
 
 from lensbench.cameras.camera import Camera
 from lensbench.driver import Program
-from lensbench.lanes import GREEN, RED, U0, U1, WEIGHT, B, L, M, N, X, Y, Z, bench
+from lensbench.lanes import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, X, Y, Z, bench
+from lensbench.motion import AnimatedTransform
 from lensbench.sampling import sampler
 from lensbench.scene import Scene
 from lensbench.spectrum import WAVELENGTHS, channel, part
@@ -43,7 +44,8 @@ class Rendering:
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
         self.samples = 0
-        self._before = sampler(film.pixels_x, lit=shadows) if steps is None else steps
+        timed = camera.moves
+        self._before = sampler(film.pixels_x, lit=shadows, timed=timed) if steps is None else steps
         self._after = scene.steps(shadows)
         self._camera, self._real = camera, real
         self._disperses = camera.disperses and not view
@@ -119,23 +121,23 @@ def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threa
     return rendering.image()
 
 
-def depth_map(camera: Camera, scene: Scene) -> np.ndarray:
+def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
     """How far before the camera's origin, along −z, each pixel's centre looks: float32 (h, w) mm.
 
-    Along the ray through the middle of the pupil; inf where there is only sky,
-    NaN where the camera is dark.
+    Along the ray through the middle of the pupil, at `time` in [0, 1) of the shutter where
+    something moves; inf where there is only sky, NaN where the camera is dark.
     """
     film = camera.film
     h, w = film.pixels_y, film.pixels_x
     y, x = np.mgrid[0:h, 0:w] + 0.5
     n = w * h
-    program = Program([*camera.steps(), *scene.depth_steps()])
     middle = camera.pupil_centre
-    out = program.run({X: x.ravel(), Y: y.ravel(), U0: np.full(n, middle[0]), U1: np.full(n, middle[1])},
-                      [X, Y, Z, L, M, N, RED, GREEN, WEIGHT], n)
-    axis, origin = -camera.world_from_camera[:3, 2], camera.world_from_camera[:3, 3]
+    given = {X: x.ravel(), Y: y.ravel(), U0: np.full(n, middle[0]), U1: np.full(n, middle[1]), TIME: np.full(n, time)}
+    along, hit, weight = Program([*camera.steps(), *scene.depth_steps()]).run(given, [RED, GREEN, WEIGHT], n)
+    z, slope, clock = Program([camera.clock, camera.film.step, *camera.camera_steps()]).run(given, [Z, N, TIME], n)
+    place = camera.world_from_camera
+    scale = place.scale_at(camera.shutter_open + clock) if isinstance(place, AnimatedTransform) else 1.0
     with np.errstate(invalid="ignore", over="ignore"):
-        points = out[:3] + out[3:6] * out[6]
-        depth = ((points - origin[:, None]) * axis[:, None]).sum(0)
-    depth = np.where(out[7] > 0.0, depth, np.inf)
-    return np.where(out[8] > 0.0, depth, np.nan).reshape(h, w).astype(np.float32)
+        depth = -(z * scale + slope * along)
+    depth = np.where(hit > 0.0, depth, np.inf)
+    return np.where(weight > 0.0, depth, np.nan).reshape(h, w).astype(np.float32)

@@ -132,8 +132,21 @@ def lights(lanes, p, key):
 
 
 @stage
+def moments(lanes, p, key):
+    """When, TIME in [0, 1): for pictures of what moves."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    time = row[TIME]
+    d = sobol(key[SAMPLE], CLOCK, key[SEED])
+    unit = real(1 / 16777216)
+    for i in range(B):
+        a = _mix(uint32(uint32(key[PIXEL] + uint32(i)) ^ _u(0x68E31DA4)))
+        time[i] = real(np.int32(uint32(a ^ d) >> _u(8))) * unit
+
+
+@stage
 def independent(lanes, p, key):
-    """White noise in place of `pixels` and `lights`: every number on its own, to measure the others against."""
+    """White noise in place of `pixels`, `lights` and `moments`: each number on its own, to measure them against."""
     real = lanes.dtype.type
     row = rows(lanes)
     u0, u1, x, y, v0, v1, time = row[U0], row[U1], row[X], row[Y], row[V0], row[V1], row[TIME]
@@ -175,7 +188,8 @@ def unit_square(places, real) -> np.ndarray:
     return np.minimum(places, np.nextafter(places.dtype.type(1), places.dtype.type(0)))
 
 
-def sampler(pixels_x: int, lit: bool) -> list[Step]:
-    """The steps that place the samples of a film; lit: the scene samples its lights."""
+def sampler(pixels_x: int, lit: bool, timed: bool = False) -> list[Step]:
+    """The steps that place the samples of a film; lit: the scene samples its lights; timed: something moves."""
     steps = [Step(pixels, [pixels_x])]
-    return [*steps, Step(lights, [])] if lit else steps
+    steps += [Step(lights, [])] if lit else []
+    return [*steps, Step(moments, [])] if timed else steps

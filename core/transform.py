@@ -15,8 +15,8 @@ class TransformError(ValueError):
     """A transform that cannot place a camera; the message says what is wrong with it."""
 
 
-def checked(matrix) -> np.ndarray:
-    """The (4, 4) matrix, or a TransformError: not finite, not affine, singular, mirrored or not rigid."""
+def affine(matrix) -> np.ndarray:
+    """The (4, 4) matrix, or a TransformError: not finite, not affine, singular or mirrored."""
     m = np.array(matrix, float)
     if m.shape != (4, 4) or not np.isfinite(m).all():
         raise TransformError("a transform must be a 4 × 4 matrix of finite numbers")
@@ -27,6 +27,12 @@ def checked(matrix) -> np.ndarray:
         raise TransformError("this transform is singular: its axes lie in one plane")
     if volume < 0.0:
         raise TransformError("this transform mirrors: swap or negate one of its axes")
+    return m
+
+
+def checked(matrix) -> np.ndarray:
+    """The (4, 4) matrix, or a TransformError: not finite, not affine, singular, mirrored or not rigid."""
+    m = affine(matrix)
     if np.abs(m[:3, :3].T @ m[:3, :3] - np.eye(3)).max() > RIGID:
         raise TransformError("this transform stretches or shears: its axes must be perpendicular and of length 1")
     return m

@@ -15,8 +15,8 @@ GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
 
 # The layers of the core, the lowest first: a file knows its own layer and those below
 LAYERS = (
-    {"lanes", "driver", "disk"},
-    {"transform", "sampling", "film", "glass", "surfaces", "spectrum"},
+    {"lanes", "driver", "disk", "turn"},
+    {"transform", "motion", "shutter", "sampling", "film", "glass", "surfaces", "spectrum"},
     {"prescription", "scene", "scenery"},
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
     {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "focus", "confusion", "polynomial", "aberrations"},
@@ -25,8 +25,8 @@ LAYERS = (
     {"render"},
     {"analysis", "lightfield"},
 )
-WORKBENCH = {"lanes", "driver", "disk"}
-KNOW_THE_WORKBENCH_ALONE = {"transform", "sampling", "film", "scene", "scenery"}
+WORKBENCH = {"lanes", "driver", "disk", "turn"}
+KNOW_THE_WORKBENCH_ALONE = {"transform", "shutter", "sampling", "film", "scene", "scenery"}
 
 
 def files(room):

@@ -10,7 +10,9 @@ from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.glass import D_LINE
 from lensbench.lanes import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
+from lensbench.motion import AnimatedTransform
 from lensbench.sampling import unit_square
+from lensbench.shutter import DIRECTIONS, clock_step
 from lensbench.transform import checked, placed
 
 
@@ -31,23 +33,33 @@ class Rays(NamedTuple):
 class Camera:
     """Fields that all cameras share, beside the film that each of them has.
 
-    world_from_camera: (4, 4), the identity by default. The shutter is open from
-    shutter_open to shutter_close, in seconds. weights: "relative" (the
-    unvignetted axis point is 1, whatever the stop) or "physical"
-    (cos⁴θ · area / z² · open time).
+    world_from_camera: (4, 4) rigid, the identity by default, or an AnimatedTransform, which
+    may also scale all directions alike. The shutter is open from shutter_open to
+    shutter_close (s); shutter_ramp: the time that it takes to open and to close (s), 0 for a
+    box. readout: from the opening of the first line to that of the last (s), 0 for a global
+    shutter; shutter_open and shutter_close are those of the first line, and readout_direction
+    says where the lines go in the upright picture: "down", "up", "left" or "right".
+    weights: "relative" (the unvignetted axis point is 1, whatever the stop) or "physical"
+    (cos⁴θ · area / z² · effective time).
     """
 
     if TYPE_CHECKING:                   # each camera's own field, in its own place among them
         @property
         def film(self) -> Film:
             """What the picture falls on."""
-    world_from_camera: np.ndarray = field(default_factory=lambda: np.eye(4))
+    world_from_camera: np.ndarray | AnimatedTransform = field(default_factory=lambda: np.eye(4))
     shutter_open: float = 0.0
     shutter_close: float = 1.0
+    shutter_ramp: float = 0.0
+    readout: float = 0.0
+    readout_direction: str = "down"
     weights: str = "relative"
 
     def __post_init__(self):
-        object.__setattr__(self, "world_from_camera", checked(self.world_from_camera))
+        if isinstance(self.world_from_camera, AnimatedTransform):
+            _ = self.world_from_camera.scales                       # one that stretches is refused on the way
+        else:
+            object.__setattr__(self, "world_from_camera", checked(self.world_from_camera))
         if self.weights not in ("relative", "physical"):
             raise CameraError(f"weights {self.weights!r}: choose relative or physical")
         if not (math.isfinite(self.shutter_open) and math.isfinite(self.shutter_close)):
@@ -55,6 +67,46 @@ class Camera:
         if self.shutter_close < self.shutter_open:
             raise CameraError(f"the shutter closes at {self.shutter_close:g} s, "
                               f"before it opens at {self.shutter_open:g} s")
+        if not 0.0 <= self.shutter_ramp <= self.exposure_time / 2.0:
+            raise CameraError(f"shutter ramp {self.shutter_ramp:g} s: it must lie between 0 and "
+                              f"{self.exposure_time / 2.0:g} s, half of the time that the shutter is open")
+        if not (math.isfinite(self.readout) and self.readout >= 0.0):
+            raise CameraError(f"readout {self.readout:g} s: it must be 0 (a global shutter) or positive")
+        if self.readout_direction not in DIRECTIONS:
+            raise CameraError(f"readout direction {self.readout_direction!r}: choose one of {', '.join(DIRECTIONS)}")
+
+    @property
+    def exposure_time(self) -> float:
+        """From the moment when a line begins to open until it is closed (s)."""
+        return self.shutter_close - self.shutter_open
+
+    @property
+    def effective_time(self) -> float:
+        """How long a shutter without ramps would be open for the same light (s): the trapezoid's area."""
+        return self.exposure_time - self.shutter_ramp
+
+    @property
+    def shutter_efficiency(self) -> float:
+        """effective_time / exposure_time: 1 for a box, down to 1/2 for a shutter that is never quite open."""
+        return self.effective_time / self.exposure_time if self.exposure_time > 0.0 else 1.0
+
+    @property
+    def moves(self) -> bool:
+        """Whether the camera moves while any of its lines is open."""
+        place = self.world_from_camera
+        return isinstance(place, AnimatedTransform) and place.changes_between(self.shutter_open, self._last_moment)
+
+    @property
+    def _last_moment(self) -> float:
+        """When the last line is closed (s)."""
+        return self.shutter_close + self.readout
+
+    def world_from_camera_at(self, seconds) -> np.ndarray:
+        """(4, 4) at a time (s), or (n, 4, 4) at n times."""
+        place = self.world_from_camera
+        if isinstance(place, AnimatedTransform):
+            return place.at(seconds)
+        return np.broadcast_to(place, (*np.shape(seconds), 4, 4))
 
     @property
     def pupil_centre(self) -> tuple[float, float]:
@@ -70,25 +122,39 @@ class Camera:
         """From the film point X, Y, Z (camera frame, mm) and U0, U1 to a ray of the camera frame, with its WEIGHT."""
         raise AssertionError("each camera says how it aims")
 
-    def steps(self, wavelength: float = D_LINE) -> list[Step]:
+    def steps(self, wavelength: float = D_LINE, timed: bool = False) -> list[Step]:
         """From raster X, Y, the place in the pupil U0, U1 and TIME to the ray in the world, with its WEIGHT.
 
-        wavelength: of the light, in µm; all the same to a camera that does not disperse.
+        wavelength: of the light, in µm; all the same to a camera that does not disperse. timed: TIME is wanted in
+        seconds since shutter_open; so it is of a camera that moves. Others have no step for the time.
         """
-        return [self.film.step, *self.camera_steps(wavelength), *placed(self.world_from_camera)]
+        place = self.world_from_camera
+        if isinstance(place, AnimatedTransform):
+            carried = place.steps(self.shutter_open, self._last_moment)
+        else:
+            carried = placed(place)
+        clock = [self.clock] if timed or self.moves else []
+        return [*clock, self.film.step, *self.camera_steps(wavelength), *carried]
+
+    @property
+    def clock(self) -> Step:
+        """The step from TIME in [0, 1) of the shutter, and raster X, Y, to seconds since shutter_open."""
+        return clock_step(self.exposure_time, self.shutter_ramp, self.readout, self.readout_direction,
+                          self.film.pixels_x, self.film.pixels_y)
 
     def _normaliser(self, on_axis: float, z: float) -> float:
         """What cos⁴θ · area is divided by; on_axis: ∫ cos⁴θ dA (mm²) seen from the film's centre."""
         if self.weights == "relative":
             return on_axis
-        open_time = self.shutter_close - self.shutter_open
-        return z * z / open_time if open_time > 0.0 else math.inf
+        return z * z / self.effective_time if self.effective_time > 0.0 else math.inf
 
     def generate_rays(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE) -> Rays:
         """Rays through raster points (n, 2) in pixels and pupil points (n, 2) in [0, 1]², at time (n,) in [0, 1).
 
-        The very stages that the renderer runs, in float64 unless asked otherwise; wavelength in µm. ValueError
-        for raster points that are not finite and pupil points outside the unit square.
+        The very stages that the renderer runs, in float64 unless asked otherwise; wavelength in µm. A time is a part
+        of the light that the shutter lets through: 0 as it begins to open, 1 as it has closed. The rays' own are
+        seconds, with the delay of their line. ValueError for raster points that are not finite, pupil points outside
+        the unit square and times outside [0, 1].
         """
         raster_xy, pupil_uv = np.atleast_2d(np.asarray(raster_xy, float)), unit_square(pupil_uv, dtype)
         if raster_xy.shape[1:] != (2,) or raster_xy.shape != pupil_uv.shape:
@@ -97,6 +163,8 @@ class Camera:
             raise CameraError("raster points must be finite numbers")
         n = len(raster_xy)
         times = np.broadcast_to(np.asarray(time, float), (n,))
+        if not ((times >= 0.0) & (times <= 1.0)).all():
+            raise CameraError("times must lie between 0 and 1, parts of what the shutter lets through")
         given = {X: raster_xy[:, 0], Y: raster_xy[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1], TIME: times}
-        out = Program(self.steps(wavelength), dtype).run(given, [X, Y, Z, L, M, N, WEIGHT], n)
-        return Rays(out[:3].T, out[3:6].T, out[6], self.shutter_open + times * (self.shutter_close - self.shutter_open))
+        out = Program(self.steps(wavelength, timed=True), dtype).run(given, [X, Y, Z, L, M, N, WEIGHT, TIME], n)
+        return Rays(out[:3].T, out[3:6].T, out[6], self.shutter_open + out[7].astype(float))
