@@ -44,7 +44,7 @@ class Rendering:
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
         self.samples = 0
-        timed = camera.moves
+        timed = camera.moves or view == "time"
         self._before = sampler(film.pixels_x, lit=shadows, timed=timed) if steps is None else steps
         self._after = scene.steps(shadows)
         self._camera, self._real = camera, real

@@ -5,7 +5,7 @@ shows of each is averaged over the samples of a pixel:
 
 direction   (d + 1) / 2 of the ray's unit direction d in the world
 origin      the point (mm, camera frame) where the ray leaves the lens
-time        when it was taken: TIME as the camera leaves it
+time        when it was taken: 0 as the first line begins to open, 1 as the last one has closed
 depth       1 / distance (1/m) of what it meets, from the camera's origin along −z; 0 for the sky
 weight      its weight: what the camera lets through, in the units of the camera's weights
 fate        1 (white) where a ray to anywhere in the lens's rear opening arrives in the scene, and where
@@ -31,7 +31,9 @@ from lensbench.lanes import (
     GREEN,
     MARGIN,
     RED,
+    TG,
     TIME,
+    TR,
     U0,
     U1,
     WEIGHT,
@@ -60,14 +62,16 @@ def view_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
         return [camera.film.step, *_fates(camera)]
     if view == "origin":
         return [camera.film.step, *camera.camera_steps(), _shown((X, Y, Z))]
+    if view == "time":
+        lasting = camera.exposure_time + camera.readout
+        return [*camera.steps(timed=True), _shown((TIME, TIME, TIME), 1.0 / lasting if lasting > 0.0 else 0.0)]
     steps = camera.steps()
     if view == "direction":
         return [*steps, _shown((L, M, N), 0.5, 0.5)]
-    if view == "time":
-        return [*steps, _shown((TIME, TIME, TIME))]
     if view == "depth":
-        axis, origin = -camera.world_from_camera[:3, 2], camera.world_from_camera[:3, 3]
-        return [*steps, *scene.depth_steps(), Step(nearness, [*axis, *origin])]
+        here = len(steps) - len(camera.carried)
+        size = np.linalg.norm(camera.world_from_camera_at(camera.shutter_open + camera.exposure_time / 2.0)[:3, 2])
+        return [*steps[:here], Step(kept, [size]), *steps[here:], *scene.depth_steps(), Step(nearness, [])]
     return [*steps, Step(passed, [1.0 if view == "fate" else 0.0])]
 
 
@@ -99,17 +103,24 @@ def shown(lanes, p, key):
 
 
 @stage
+def kept(lanes, p, key):
+    """TR, TG: how far behind the camera's origin its ray begins, p[0] times Z, and N, still in the camera frame."""
+    row = rows(lanes)
+    z, n, behind, slope = row[Z], row[N], row[TR], row[TG]
+    for i in range(B):
+        behind[i], slope[i] = p[0] * z[i], n[i]
+
+
+@stage
 def nearness(lanes, p, key):
-    """RED, GREEN, BLUE: 1 / distance of the hit along the axis p[0:3] from the point p[3:6], in 1/m; 0 for the sky."""
+    """RED, GREEN, BLUE: 1 / distance of the hit along the camera's −z, which `kept` knows, in 1/m; 0 for the sky."""
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, l, m, n, depth, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[DEPTH], row[WEIGHT]
+    behind, slope, depth, weight = row[TR], row[TG], row[DEPTH], row[WEIGHT]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
-    a, b, c = p[0], p[1], p[2]
-    begin = p[3] * a + p[4] * b + p[5] * c
     for i in range(B):
         t = depth[i]
-        along = (x[i] + t * l[i]) * a + (y[i] + t * m[i]) * b + (z[i] + t * n[i]) * c - begin
+        along = -(behind[i] + t * slope[i])
         near = real(1000) / along if t < real(REACH) else real(0)
         red[i], green[i], blue[i] = near, near, near
         weight[i] = real(1) if weight[i] > real(0) else real(0)

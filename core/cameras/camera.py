@@ -128,13 +128,16 @@ class Camera:
         wavelength: of the light, in µm; all the same to a camera that does not disperse. timed: TIME is wanted in
         seconds since shutter_open; so it is of a camera that moves. Others have no step for the time.
         """
+        clock = [self.clock] if timed or self.moves else []
+        return [*clock, self.film.step, *self.camera_steps(wavelength), *self.carried]
+
+    @property
+    def carried(self) -> list[Step]:
+        """From a ray of the camera frame, at its TIME in seconds since shutter_open, to the world."""
         place = self.world_from_camera
         if isinstance(place, AnimatedTransform):
-            carried = place.steps(self.shutter_open, self._last_moment)
-        else:
-            carried = placed(place)
-        clock = [self.clock] if timed or self.moves else []
-        return [*clock, self.film.step, *self.camera_steps(wavelength), *carried]
+            return place.steps(self.shutter_open, self._last_moment)
+        return placed(place)
 
     @property
     def clock(self) -> Step:

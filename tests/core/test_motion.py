@@ -413,3 +413,17 @@ def test_single_precision_carries_rays_as_double_does():
     np.testing.assert_allclose(single[:3], double[:3], atol=2e-3)       # 4 ulp of 2 m
     np.testing.assert_allclose(single[3:], double[3:], atol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(double[3:], axis=0), 1.0, atol=1e-14)
+
+
+def test_the_views_of_time_and_depth_are_those_of_a_moving_camera():
+    end = np.eye(4)
+    end[2, 3] = 500.0
+    wall = Scene("wall", plates=(Rectangle((0.0, 0.0, -1700.0), (9e3, 0.0, 0.0), (0.0, 9e3, 0.0)),))
+    camera = lb.PerspectiveCamera(FILM, shutter_close=0.25, readout=0.75,
+                                  world_from_camera=lb.AnimatedTransform(np.eye(4), end))
+    lines = 0.125 + 0.75 * (np.arange(80) + 0.5) / 80            # the middle of each line's exposure
+    for view, wanted in (("time", lines), ("depth", 1e3 / (1700.0 + 500.0 * lines))):
+        rendering = lb.Rendering(camera, wall, view=view)
+        rendering.add(64)
+        # times are stratified by 64 in each pixel
+        np.testing.assert_allclose(rendering.image()[..., 0].mean(1), wanted, atol=1e-3)
