@@ -39,6 +39,12 @@ REFUSED = {
     "SPL": "a spline", "USR": "a surface of the user", "FRN": "a Fresnel surface",
     "LMO": "an ideal lens", "MOD": "an ideal lens", "GRN": "a gradient index", "IMG": "an ideal lens",
 }
+# Solves and controls of an optimisation, labels, colours, wavelengths, fields, and what the program is to show
+HARMLESS = frozenset("""
+    CCY CCX THC GLC GLN GLD KC AC BC CC DC EC FC GC HC JC ADC BDC CDC XDC YDC ZDC CUM CUF PIM PIK RFP SLB
+    CLS COM INI GO LEN WL WTW REF RDM XAN XOB XIM XRI VUX VUY VLX VLY WTF TEM PRE THM DER CA POL MIR CIN CNS
+    ASP CON SPH DDM UID CUN
+""".split())
 HARMLESS_ALONE = ("DAR", "BEN", "REV", "RET")       # no value: what they are is what they do
 SIDED = {"REX": "a rectangular aperture", "REY": "a rectangular aperture", "ELX": "an elliptical aperture",
          "ELY": "an elliptical aperture", "ADX": "a decentred aperture", "ADY": "a decentred aperture"}
@@ -230,6 +236,8 @@ class _Sequence:
             self.design.found(f"S{index}: {SIDED[key]} ({key}) is left out")
         elif key in ("KX", "KY", "AR", "BR", "AP", "BP") and any(map(is_number, values)) and self.value(values):
             raise RowError(f"S{index} has a biconic asphere, which is not traced")
+        elif key not in HARMLESS and key not in ("KX", "KY", "AR", "BR", "AP", "BP"):
+            self.design.not_read(key, line)
 
     def refuse_unless_zero(self, index: int, key: str, values: list[str]) -> None:
         """RowError for what is not traced, unless its value is 0."""

@@ -22,6 +22,7 @@ from lensbench.prescription import Lens, LensError, Surface
 FAR = 1e8               # file units: an object beyond it is at infinity
 STEEPEST_FIELD = 60.0   # degrees: beyond it a paraxial chief ray says nothing
 MOST_SURFACES = 1000
+MOST_UNKNOWN = 12       # keywords that are told as not read
 FULLEST = 0.98          # of a hemisphere: as far as an estimated rim goes
 
 
@@ -64,11 +65,17 @@ class Design:
     aperture: tuple[str, float] | None = None
     field_of_view: tuple[str, float] | None = None
     findings: list[str] = field(default_factory=list)
+    unknown: dict[str, int] = field(default_factory=dict)      # keywords that were not read, and their first lines
 
     def found(self, finding: str) -> None:
         """Keep what was assumed or left out, once."""
         if finding not in self.findings:
             self.findings.append(finding)
+
+    def not_read(self, keyword: str, line: int) -> None:
+        """Keep a keyword that the reader does not know, with its first line."""
+        if len(self.unknown) <= MOST_UNKNOWN:
+            self.unknown.setdefault(keyword[:20], line)
 
     def add(self, row: Row) -> None:
         """Append a row. LensFileError: more than any lens has."""
@@ -84,8 +91,9 @@ class Design:
         """The lens between object and image, in mm. LensFileError: there is none."""
         if len(self.rows) < 3:
             raise self.refuse(None, "there is no lens: a design needs an object, at least one surface and an image")
+        covered = self._lay_cover_glass()
         surfaces = self.rows[1:-1]
-        self._check_conjugates(surfaces)
+        self._check_conjugates(surfaces, covered)
         marked = [i for i, row in enumerate(surfaces) if row.is_stop]
         if not marked and (self.rows[0].is_stop or self.rows[-1].is_stop):
             self.found("the stop is marked on the object or the image, which are no part of the lens")
@@ -109,6 +117,9 @@ class Design:
                 raise self.refuse(row, f"surface {len(made)}: {error}") from None
         if self.unit != 1.0:
             self.found(f"lengths were converted to mm: one unit of the file is {self.unit:g} mm")
+        if self.unknown:
+            keywords = [f"{key} (line {line})" for key, line in self.unknown.items()]
+            self.found(f"not read: {', '.join(keywords[:MOST_UNKNOWN])}{' …' if len(keywords) > MOST_UNKNOWN else ''}")
         try:
             stop_index, assumed = stop_of(tuple(made), marked)
             scaled_efl = None if self.stated_efl is None else self.stated_efl * self.unit
@@ -131,13 +142,30 @@ class Design:
         folded = sum(row.glass.n_d > 1.0 and row.thickness * abs(row.curvature) > 2.5 for row in surfaces)
         return (min(abs(image), 50.0) if isfinite(image) else 100.0) + 10.0 * (crossed + folded)
 
-    def _check_conjugates(self, surfaces: list[Row]) -> None:
+    def _lay_cover_glass(self) -> bool:
+        """Give an object within a medium a plane in front, where it lies: in front of a lens there is air."""
+        source = self.rows[0]
+        if source.glass.n_d == 1.0:
+            return False
+        what = source.glass.name or f"a medium of index {source.glass.n_d:g}"
+        if not 0.0 < source.thickness < FAR:
+            raise self.refuse(source, f"the object lies in {what}, and not at a distance: only a lens that stands in "
+                                      "air can be held")
+        size = source.semi_diameter or 0.0
+        if self.field_of_view and self.field_of_view[0] == "object":
+            size = max(size, abs(self.field_of_view[1]))
+        cover = Row(source.line, thickness=source.thickness, glass=source.glass, semi_diameter=size or None)
+        self.found(f"the object lies in {what}, {source.thickness * self.unit:g} mm before the first surface of the "
+                   "file: a plane that touches the object is added as surface 0; the stored back focus is that of the "
+                   "object's image")
+        source.glass, source.thickness = AIR, 0.0
+        self.rows.insert(1, cover)
+        return True
+
+    def _check_conjugates(self, surfaces: list[Row], covered: bool) -> None:
         """Object and image: their distances, and the media in front of the lens and behind it."""
         distance = self.rows[0].thickness
-        if self.rows[0].glass.n_d != 1.0:
-            raise self.refuse(self.rows[0], f"the object lies in {self.rows[0].glass.name or 'glass'}: only a lens "
-                                            "whose object is in air can be held")
-        if abs(distance) < FAR:
+        if abs(distance) < FAR and not covered:
             self.found(f"designed for an object {distance * self.unit:g} mm before the first surface; the stored back "
                        "focus is that of its image")
         for row in surfaces[:-1]:

@@ -22,7 +22,8 @@ from lensbench.lenses.file_error import LensFileError
 
 MAKERS = ("SCHOTT", "OHARA", "HOYA", "CDGM", "SUMITA")       # in the order in which they are preferred
 FILE = Path(__file__).parent / "glasses.csv"
-PREFIXES = ("N", "S", "H", "E", "K", "D", "P", "L", "M")      # of the newer kinds of a glass: N-BK7 came after BK7
+PREFIXES = ("N", "S", "H", "E", "K", "D", "P", "L", "M", "J", "Q")    # of newer kinds of a glass: N-BK7 followed BK7
+MOULDED = re.compile(r"[_-]MOLD(ED)?$", re.IGNORECASE)        # moulding lowers the index by some thousandths
 TOLERANCE_N, TOLERANCE_V = 5e-4, 5e-3                         # of one melt: n_d, and V_d as a share of it
 
 
@@ -167,6 +168,10 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
     if numbers := code_numbers(glass):
         entry = _by_code(*numbers, wanted)
         return Resolved(entry.make(), entry.maker, f"code {glass.strip()} is taken for {entry}")
+    if MOULDED.search(glass):
+        unmoulded = resolve(MOULDED.sub("", glass), wanted)
+        return unmoulded._replace(note=f"{glass.strip()}, a moulded glass, is taken as unmoulded "
+                                       f"{unmoulded.maker} {unmoulded.glass.name}")
     bare = key(glass)
     kinds = [entry for prefix in PREFIXES for entry in table.get(prefix + bare, ())]
     if bare[:1] in PREFIXES and re.match(r"\s*\w-", glass):

@@ -40,6 +40,11 @@ REFUSED = {
     "SPL": "a spline", "CCX": "a second conic", "TIR": "a total reflection", "FRN": "a Fresnel surface",
 }
 HARMLESS_AT_ZERO = ("TLA", "TLB", "TLC", "DCX", "DCY", "DCZ", "GSP", "CCX")
+# Labels, wavelengths, colours, tolerances, drawing and evaluation
+HARMLESS = frozenset("""
+    WW WR DES SDES NOTE SNO1 SNO2 SNO3 SNO4 SNO5 DLNR DRW APDX AMO CBK TEM PRE CSD AFO EVZ IMS PFM WRSP SASD
+    LME
+""".split())
 POWERS = {"ASR": 2, "ARA": 1}           # kinds of ASP: r^(2i), r^i
 WAVELENGTHS = [0.58756, 0.48613, 0.65627]
 
@@ -115,9 +120,9 @@ class _File:
         elif key == "AP" and len(design.rows) == 1:
             return                                  # the object's
         else:
-            self.surface(row, key, values)
+            self.surface(line, row, key, values)
 
-    def surface(self, row: Row, key: str, values: list[str]) -> None:
+    def surface(self, line: int, row: Row, key: str, values: list[str]) -> None:
         """A command about the surface at hand."""
         index = len(self.design.rows) - 1
         if key == "RD":
@@ -167,6 +172,8 @@ class _File:
             if key in HARMLESS_AT_ZERO and values and self.number(values) == 0.0:
                 return
             raise RowError(f"{REFUSED[key]} is not traced")
+        elif key not in HARMLESS:
+            self.design.not_read(key, line)
 
     def term(self, row: Row, power: int, a: float) -> None:
         """Add an aspheric coefficient."""

@@ -20,6 +20,7 @@ surface that is neither a body of revolution nor a toroid are refused.
 """
 
 import re
+from math import inf
 
 from lensbench.glass import Glass
 from lensbench.lenses import media
@@ -32,8 +33,15 @@ from lensbench.prescription import Lens, Surface
 UNITS = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
 SURFACES = ("STANDARD", "EVENASPH", "ODDASPHE", "XASPHERE", "XODDASPH", "TOROIDAL", "BICONICX")
 REFUSED = {"COORDBRK": "a coordinate break (tilt or decentre)", "DGRATING": "a diffraction grating",
-           "PARAXIAL": "an ideal lens without surfaces", "NONSEQCO": "a non-sequential group"}
+           "PARAXIAL": "an ideal lens without surfaces", "NONSEQCO": "a non-sequential group",
+           "QED_TYPE": "a Q-type asphere", "BINARY_2": "a diffractive surface", "GRADIUM": "a gradient index",
+           "TILTSURF": "a tilted surface", "FZERNSAG": "a Zernike surface", "SZERNSAG": "a Zernike surface"}
 LEFTOVERS = {(0.0, 0.0), (1.0, 0.0), (1.5, 40.0), (1.55, 55.0)}     # beside a catalogue name they say nothing
+READ = ("SURF", "TYPE", "CURV", "DISZ", "CONI", "STOP", "DIAM", "CLAP", "SQAP", "ELAP", "OBSC", "UDAP", "OBDC", "GLAS")
+HARMLESS = frozenset("""
+    COMM HIDE MIRR POPS FIMP SLAB SSID MEMA OEMA FLAP COAT SCOL OPDX RSCE PPAR PZUP CPUP CNUP MAZH MAZA CHZA
+    VDSZ VPAR VCON VCUR VDIA VGLA
+""".split())
 EVEN_POWERS = range(2, 17, 2)
 ODD_POWERS = range(1, 9)
 
@@ -73,10 +81,26 @@ def read(text: str, path: str) -> Lens:
     design.name = header.get("NAME", (0, [""]))[1][0].strip().strip('"')
     design.notes = " ".join(" ".join(notes).split())
     for i, (keys, values) in enumerate(zip(surfaces, numbered, strict=True)):
-        design.add(_row(design, i, keys, values, i == len(surfaces) - 1))
+        kind = (keys.get("TYPE", (0, []))[1] or [""])[0].upper()
+        if kind == "COORDBRK" and 0 < i < len(surfaces) - 1 and not any(
+                _number(path, line, "PARM", [word], 0) for (key, n), (line, word) in values.items()
+                if key == "PARM" and n <= 5):
+            design.rows[-1].thickness += _number(path, *_place(keys, "DISZ"), 0) if "DISZ" in keys else 0.0
+            design.found(f"SURF {i}: a coordinate break that neither tilts nor moves anything is left out")
+        elif kind == "PARAXIAL" and 1 < i == len(surfaces) - 2 and "STOP" not in keys \
+                and design.rows[-1].glass.n_d == 1.0:
+            design.rows[-1].thickness = inf
+            design.found(f"SURF {i}: the ideal lens (TYPE PARAXIAL) between the lens and its image is left out")
+        else:
+            design.add(_row(design, i, keys, values, i == len(surfaces) - 1))
     if configurations > 1:
         design.found(f"the first of {configurations} configurations was read")
     return design.lens()
+
+
+def _place(keys: dict[str, tuple[int, list[str]]], key: str) -> tuple[int, str, list[str]]:
+    """Line, name and words of a keyword that is there."""
+    return keys[key][0], key, keys[key][1]
 
 
 def _read_header(design: Design, header: dict, first: dict) -> None:
@@ -136,9 +160,13 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool)
             if size > 0.0:
                 row.semi_diameter = size
     for key, what in (("SQAP", "a rectangular aperture"), ("ELAP", "an elliptical aperture"),
-                      ("OBSC", "a central obscuration"), ("UDAP", "an aperture of free form")):
+                      ("OBSC", "a central obscuration"), ("UDAP", "an aperture of free form"),
+                      ("OBDC", "an aperture's decentre")):
         if key in keys and not is_image:
             design.found(f"SURF {index}: {what} ({key}) is left out, its round rim taken")
+    for key in keys:
+        if key not in READ and key not in HARMLESS and not is_image:
+            design.not_read(key, keys[key][0])
     if not is_image:
         try:
             _shape(row, kind, numbered, path)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 
@@ -128,8 +129,64 @@ def _without(text, *keys):
 def test_a_near_object_is_told(tmp_path):
     lens = sample(tmp_path, ("DISZ INFINITY", "DISZ 250"))
     assert any("250 mm before" in finding for finding in lens.findings)
+
+
+def test_an_object_within_glass_gets_a_plane_in_front(tmp_path):
+    lens = sample(tmp_path, ("DISZ INFINITY", "DISZ 250\n  GLAS N-BK7 0 0 1.5 40"))
+    plain = sample(tmp_path)
+    cover, glass = lens.surfaces[0], glass_catalogue.find("N-BK7")
+    assert lens.surfaces[1:] == plain.surfaces and lens.stop_index == plain.stop_index + 1
+    assert (cover.curvature, cover.thickness, cover.glass) == (0.0, 250.0, glass)
+    assert any("added as surface 0" in finding for finding in lens.findings)
     assert "object lies in" in refusal(tmp_path, "a.zmx", SAMPLE.replace(
-        "  DISZ INFINITY", "  DISZ 250\n  GLAS N-BK7 0 0 1.5 40")).reason
+        "  DISZ INFINITY", "  DISZ INFINITY\n  GLAS N-BK7 0 0 1.5 40")).reason
+
+
+def _with_a_surface(text, before, kind, lines):
+    """The file with one more surface before one of its surfaces, the later ones counted on."""
+    head, *blocks = text.split("\nSURF ")
+    blocks.insert(before, f"{before}\n  TYPE {kind}\n  CURV 0\n" + "\n".join(f"  {line}" for line in lines))
+    return "\nSURF ".join([head, *(f"{i}{block[len(block.split()[0]):]}" for i, block in enumerate(blocks))])
+
+
+def test_a_coordinate_break_that_moves_nothing_is_left_out_and_its_gap_kept(tmp_path):
+    still = ["PARM 1 0", "PARM 3 0.0", "PARM 6 1", "DISZ 1.5"]
+    plain, lens = sample(tmp_path), loaded(tmp_path, "b.zmx", _with_a_surface(SAMPLE, 2, "COORDBRK", still))
+    gaps = [s.thickness for s in plain.surfaces]
+    gaps[0] += 1.5
+    assert [s.thickness for s in lens.surfaces] == gaps
+    assert any("SURF 2: a coordinate break" in finding for finding in lens.findings)
+    error = refusal(tmp_path, "c.zmx", _with_a_surface(SAMPLE, 2, "COORDBRK", ["PARM 3 0.1", "DISZ 0"]))
+    assert "SURF 2 is TYPE COORDBRK" in error.reason
+
+
+def test_an_ideal_lens_before_the_image_is_left_out_and_one_before_the_lens_refused(tmp_path):
+    ideal, last = ["PARM 1 10", "DISZ 10"], SAMPLE.count("\nSURF ") - 1
+    lens = loaded(tmp_path, "b.zmx", _with_a_surface(SAMPLE, last, "PARAXIAL", ideal))
+    plain = sample(tmp_path)
+    assert [s.curvature for s in lens.surfaces] == [s.curvature for s in plain.surfaces]
+    assert lens.surfaces[-1].thickness == 0.0 and any("ideal lens" in finding for finding in lens.findings)
+    assert "PARAXIAL" in refusal(tmp_path, "c.zmx", _with_a_surface(SAMPLE, 1, "PARAXIAL", ideal)).reason
+
+
+def test_keywords_that_are_not_read_are_listed_with_their_lines(tmp_path):
+    lens = sample(tmp_path, ("SURF 2", "SURF 2\n  WOBB 1\n  COMM harmless"))
+    line = SAMPLE.split("\n").index("SURF 2") + 2
+    assert any(f"not read: WOBB (line {line})" == finding for finding in lens.findings)
+
+
+def test_a_torus_of_revolution_is_a_biconic_toroid_and_the_finding_says_how_far(tmp_path):
+    lens = sample(tmp_path, ("COMM front\n  TYPE STANDARD", "COMM front\n  TYPE TOROIDAL\n  PARM 1 80"))
+    surface = lens.surfaces[0]
+    assert surface.curvature_x == 1 / 80 and surface.curvature == sample(tmp_path).surfaces[0].curvature
+    told = next(finding for finding in lens.findings if finding.startswith("surface 0: a torus"))
+    # Independent of the reader: the arc of y–z, turned about an axis along y through x = 0, z = 80
+    angle = np.linspace(0.0, np.pi / 2, 1001)
+    x, y = surface.semi_diameter * np.sin(angle), surface.semi_diameter * np.cos(angle)
+    profile = 1 / surface.curvature - np.sqrt(surface.curvature ** -2 - y * y)
+    torus = 80.0 - np.sqrt((80.0 - profile) ** 2 - x * x)
+    apart = float(np.abs(torus - surface.sag(x, y)).max())
+    assert float(told.partition("curvatures, ")[2].split()[0]) == pytest.approx(apart, rel=0.06)     # two digits
 
 
 @given(prescriptions(range(2, 21), name=plain_words, notes=plain_words))
