@@ -16,14 +16,16 @@ from lensbench.app.settings import Settings, design
 
 @dataclass(frozen=True)
 class Setup:
-    """The lens as it stands before the film: stopped down, with its film distance (mm).
+    """The lens as it stands before the film: stopped down, its focus groups moved, with its film distance (mm).
 
-    `reason` says why it is not quite what was asked for: the lens is then wide
-    open, or focused as near as it can be.
+    `at_infinity` is what it has when focused there, where focal length and f-number count.
+    `reason` says why it is not quite what was asked for: the lens is then wide open, or
+    focused as near as it can be.
     """
 
     lens: lb.Lens
     first_order: lb.FirstOrder
+    at_infinity: lb.FirstOrder
     film: lb.Film
     film_distance: float
     reason: str = ""
@@ -94,20 +96,23 @@ def _setup(lens: lb.Lens, settings: Settings) -> Setup:
             lens = lb.stopped_down(lens, settings.f_number)
         except lb.LensError as error:
             reasons.append(str(error))
+    at_infinity = lb.first_order(lens)
     try:
         film_distance = lb.film_distance(lens, settings.focus_distance)
+        lens = lb.focused(lens, settings.focus_distance)
     except lb.LensError as error:
         reasons.append(str(error))
-        film_distance = _nearest_film_distance(lens)
-    return Setup(lens, lb.first_order(lens), settings.film, film_distance, "; ".join(reasons))
+        lens, film_distance = _at_nearest(lens)
+    return Setup(lens, lb.first_order(lens), at_infinity, settings.film, film_distance, "; ".join(reasons))
 
 
-def _nearest_film_distance(lens: lb.Lens) -> float:
-    """The film as far from the lens as focusing brings it, or somewhere behind a lens that cannot focus."""
+def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:
+    """The lens focused as near as it can be, with its film; or the film somewhere behind a lens that cannot focus."""
     try:
-        return lb.film_distance(lens, lb.nearest_focus(lens))
+        nearest = lb.nearest_focus(lens)
+        return lb.focused(lens, nearest), lb.film_distance(lens, nearest)
     except lb.LensError:
-        return max(lens.length, lens.surfaces[-1].semi_diameter)
+        return lens, max(lens.length, lens.surfaces[-1].semi_diameter)
 
 
 def readings(settings: Settings) -> Readings:
@@ -124,10 +129,10 @@ def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
     if lens is None:
         return _of_perspective(settings)
     stand = _setup(lens, settings)
-    fo, film, limit = stand.first_order, stand.film, blur_limit(settings)
+    fo, far, film, limit = stand.first_order, stand.at_infinity, stand.film, blur_limit(settings)
     pinhole = settings.model == "pinhole"
     plain = replace(
-        _angles(film, fo.efl), efl=_finite(fo.efl), bfl=_finite(fo.bfl), ffl=_finite(fo.ffl), limit=limit,
+        _angles(film, far.efl), efl=_finite(far.efl), bfl=_finite(far.bfl), ffl=_finite(far.ffl), limit=limit,
         widest_f_number=_finite(lb.first_order(lens).f_number), film_distance=stand.film_distance,
         entrance_pupil=_finite(2.0 * fo.entrance_pupil.radius), exit_pupil=_finite(2.0 * fo.exit_pupil.radius),
         reason=stand.reason,
@@ -144,7 +149,7 @@ def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
     near, far = lb.depth_of_field(fo.efl, fo.f_number, focus, limit)
     working = lb.working_f_number(stand.lens, stand.film_distance)
     return replace(
-        plain, f_number=fo.f_number, working_f_number=_finite(working), airy=_airy(working),
+        plain, f_number=far.f_number, working_f_number=_finite(working), airy=_airy(working),
         t_number=lb.t_number(stand.lens),
         near_limit=near + offset, far_limit=far + offset,
         hyperfocal=lb.hyperfocal(fo.efl, fo.f_number, limit) + offset,

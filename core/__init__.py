@@ -54,11 +54,12 @@ from lensbench.confusion import (  # noqa: E402
     thick_circle_of_confusion,
 )
 from lensbench.film import FORMATS, Film, FilmError  # noqa: E402
-from lensbench.focus import FocusError, film_distance, focused_distance, nearest_focus  # noqa: E402
+from lensbench.focus import FocusError, film_distance, focused, focused_distance, nearest_focus  # noqa: E402
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
 from lensbench.motion import AnimatedTransform  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402
+from lensbench.positions import Positions, PositionsError  # noqa: E402
 from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
 from lensbench.pupil import ExitPupil, exit_pupil  # noqa: E402
 from lensbench.render import Rendering, depth_map, render  # noqa: E402
@@ -83,10 +84,11 @@ from lensbench.views import VIEWS, fate_colours  # noqa: E402
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Camera", "CameraError",
     "ChiefRay", "Disk", "ExitPupil", "Fate", "Film", "FilmError", "FirstOrder", "Floor", "FocusError", "Glass",
-    "GlassError", "Image", "Lens", "LensCamera", "LensError", "Material", "Pattern", "PerspectiveCamera", "Rays",
-    "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sky", "Sphere", "Sun", "Surface", "Trace",
-    "TransformError", "astigmatic_foci", "builtin_scene", "chief_ray", "circle_of_confusion", "depth_map",
-    "depth_of_field", "exit_pupil", "fate_colours", "film_distance", "first_order", "focused_distance",
-    "hyperfocal", "nearest_focus", "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number",
-    "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
+    "GlassError", "Image", "Lens", "LensCamera", "LensError", "Material", "Pattern", "PerspectiveCamera",
+    "Positions", "PositionsError", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sky",
+    "Sphere", "Sun", "Surface", "Trace", "TransformError", "astigmatic_foci", "builtin_scene", "chief_ray",
+    "circle_of_confusion", "depth_map", "depth_of_field", "exit_pupil", "fate_colours", "film_distance",
+    "first_order", "focused", "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion",
+    "render", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission",
+    "working_f_number",
 ]

@@ -1,8 +1,15 @@
 """Focusing: where the film must stand for an object's distance, and what plane a film is focused on.
 
-Lengths in mm. The whole lens moves (unit focusing); the object's distance is
-measured from the film plane, as engraved on a lens, and math.inf is allowed. The
-film distance runs from the last vertex to the film. Both sides are in air.
+Lengths in mm. The object's distance is measured from the film plane, as engraved on
+a lens, and math.inf is allowed. The film distance runs from the last vertex to the
+film. Both sides are in air.
+
+A lens moves as a whole (unit focusing), unless its positions say how its groups move
+to focus. Then the film stands where those positions put it, the last gap behind the
+last vertex, moved once for each zoom setting so that infinity is sharp: between the
+stations of a zoom this takes up what interpolation leaves (a maker's cam has no such
+error), at the stations the rounding of the table. The groups stand where the object's
+image falls on that film, up to the nearest of their stations and no further.
 """
 
 from collections.abc import Callable
@@ -11,9 +18,11 @@ from math import ceil, floor, inf, isinf, log10, sqrt
 import numpy as np
 
 from lensbench.axial_bundle import ZONES, trace_bundles, zone_rule
-from lensbench.paraxial import FirstOrder, first_order
+from lensbench.paraxial import FirstOrder, first_order, ray_matrix
 from lensbench.prescription import Lens, LensError
 from lensbench.tracing import surface_table
+
+ROUNDING = 4e-15                # of the lens's length: what the place of an image can be known to
 
 
 class FocusError(LensError):
@@ -24,14 +33,16 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
     """Last vertex → film (mm) for an object at focus_distance (mm) from the film.
 
     "paraxial": the thick lens in closed form. "real": the film stands where the real
-    bundle of the object, over the full pupil, has its least rms blur. FocusError
-    where the object is nearer than the lens can focus, or where the lens forms no
-    real image.
+    bundle of the object, over the full pupil, has its least rms blur. Of a lens with
+    focus groups: behind `focused(lens, focus_distance, method)`. FocusError where
+    the object is nearer than the lens can focus, or where the lens forms no real image.
     """
+    if method not in ("paraxial", "real"):
+        raise ValueError(f"focus method {method!r}: it must be 'paraxial' or 'real'")
+    if lens.has_focus_groups:
+        return _film_behind(focused(lens, focus_distance, method), method)
     if method == "real":
         return _real_film_distance(lens, focus_distance)
-    if method != "paraxial":
-        raise ValueError(f"focus method {method!r}: it must be 'paraxial' or 'real'")
     fo = _focusable(lens)
     _check_distance(focus_distance, nearest_focus(lens))
     # With T = s + s' between the conjugates, s' − f = f x / (1 + √(1 − x))², x = 4 f / T: nothing cancels at infinity
@@ -39,12 +50,43 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
     return fo.bfl + fo.efl * x / (1.0 + sqrt(max(0.0, 1.0 - x))) ** 2
 
 
-def nearest_focus(lens: Lens) -> float:
-    """The nearest object that unit focusing can reach: mm from the film, paraxially.
+def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens:
+    """The lens with its focus groups where an object at focus_distance (mm) from the film asks for them.
 
-    At magnification −1 (4 f + the hiatus), or where the object would touch the
-    first vertex if that is farther. FocusError where the lens forms no real image.
+    A lens without such groups as it is: its film moves. Methods and FocusError as
+    for film_distance.
     """
+    if not lens.has_focus_groups:
+        return lens
+    image = _image_distance if method == "paraxial" else _real_image_distance
+    at_infinity = lens.at(close=0.0)
+    fo = _focusable(at_infinity)
+    if focus_distance == inf:
+        return at_infinity
+    _check_distance(focus_distance, _nearest_of_groups(lens, method))
+    off = _collimation(lens, method)
+
+    def excess(close: float) -> float:
+        """By how much the film lies behind the image."""
+        moved = lens.at(close=close)
+        film = moved.surfaces[-1].thickness + off
+        return film - image(moved, focus_distance - moved.length - film)
+
+    if not excess(1.0) > 0.0:                       # the nearest distance itself
+        return lens.at(close=1.0)
+    return lens.at(close=_root(excess, 0.0, 1.0, ROUNDING * (at_infinity.length + fo.efl)))
+
+
+def nearest_focus(lens: Lens) -> float:
+    """The nearest object that the lens can focus: mm from the film, paraxially.
+
+    By unit focusing: at magnification −1 (4 f + the hiatus), or where the object would
+    touch the first vertex if that is farther. By focus groups: at the nearest of their
+    stations; inf where that is no nearer than infinity. FocusError where the lens
+    forms no real image.
+    """
+    if lens.has_focus_groups:
+        return _nearest_of_groups(lens, "paraxial")
     fo = _focusable(lens)
     object_distance = max(2.0 * fo.efl, fo.front_principal)      # from the front principal plane
     return _hiatus(lens, fo) + object_distance + fo.efl * object_distance / (object_distance - fo.efl)
@@ -53,9 +95,9 @@ def nearest_focus(lens: Lens) -> float:
 def focused_distance(lens: Lens, film_distance: float) -> float:
     """The plane in focus, mm from the film, for a film at film_distance (mm) from the last vertex: the inverse.
 
-    inf where the film stands at the rear focus or nearer to the lens. Beyond
-    magnification −1 the distance grows again, and film_distance would find the
-    other, shorter place of the film for it.
+    Of the lens as it stands, groups included. inf where the film stands at the rear
+    focus or nearer to the lens. Beyond magnification −1 the distance grows again, and
+    unit focusing would find the other, shorter place of the film for it.
     """
     fo = _focusable(lens)
     extension = film_distance - fo.bfl
@@ -91,6 +133,46 @@ def _real_film_distance(lens: Lens, focus_distance: float) -> float:
     return _least_blur(table, 1.0 / _root(excess, near, far))
 
 
+def _film_behind(lens: Lens, method: str) -> float:
+    """Last vertex → film (mm) of a lens with focus groups, as it stands."""
+    return lens.surfaces[-1].thickness + _collimation(lens, method)
+
+
+def _collimation(lens: Lens, method: str) -> float:
+    """By how much (mm) the film stands behind the last gap of the positions, for infinity to be sharp."""
+    lens = lens.at(close=0.0)
+    sharp = first_order(lens).bfl if method == "paraxial" else _least_blur(surface_table(lens), 0.0)
+    return sharp - lens.surfaces[-1].thickness
+
+
+def _nearest_of_groups(lens: Lens, method: str) -> float:
+    """The distance (mm from the film) in focus at the last focus station; inf where it is none nearer."""
+    _focusable(lens.at(close=0.0))
+    moved = lens.at(close=1.0)
+    fo = _focusable(moved)
+    film = _film_behind(moved, method)
+    nearest = focused_distance(moved, film)
+    if method == "paraxial" or nearest == inf:
+        return nearest
+    table = surface_table(moved)
+    low = high = 1.0 / max(nearest - moved.length - film, 1e-6 * fo.efl)     # of the paraxial object
+    while _least_blur(table, low) > film:
+        low *= 0.5
+    while _least_blur(table, high) < film:
+        high *= 1.5
+    return moved.length + film + 1.0 / _root(lambda nearness: _least_blur(table, nearness) - film, low, high)
+
+
+def _image_distance(lens: Lens, object_distance: float) -> float:
+    """Last vertex → paraxial image (mm) of the axis point so far before the first vertex."""
+    a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
+    return -(a * object_distance + b) / (c * object_distance + d)
+
+
+def _real_image_distance(lens: Lens, object_distance: float) -> float:
+    return _least_blur(surface_table(lens), 1.0 / object_distance)
+
+
 def _least_blur(table: np.ndarray, nearness: float) -> float:
     """Last vertex → plane of the least rms radius (mm), for the axis point of this nearness."""
     zones, weights = zone_rule()
@@ -115,8 +197,13 @@ def _focusable(lens: Lens) -> FirstOrder:
 
 def _check_distance(focus_distance: float, nearest: float) -> None:
     if not focus_distance >= nearest:
-        raise FocusError(f"focus at {focus_distance / 1000.0:.6g} m: "
-                         f"the nearest distance of this lens is {_rounded_up(nearest / 1000.0):.4g} m from the film")
+        raise _too_near(focus_distance, nearest)
+
+
+def _too_near(focus_distance: float, nearest: float) -> FocusError:
+    told = f"{_rounded_up(nearest / 1000.0):.4g} m from the film" if nearest < inf else \
+        "infinity: its focus groups reach no nearer object"
+    return FocusError(f"focus at {focus_distance / 1000.0:.6g} m: the nearest distance of this lens is {told}")
 
 
 def _rounded_up(value: float) -> float:
@@ -125,15 +212,18 @@ def _rounded_up(value: float) -> float:
     return ceil(value / unit) * unit
 
 
-def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Root of a rising function within a bracket, to the rounding of its values: false position, Illinois form."""
+def _root(function: Callable[[float], float], low: float, high: float, small: float = 0.0) -> float:
+    """Root of a rising function within a bracket, to the rounding of its values: false position, Illinois form.
+
+    small: a value of the function that is rounding.
+    """
     at_low, at_high = function(low), function(high)
     side, tolerance = 0, 1e-15 * high
     x = low
     for _ in range(60):
         x = high - at_high * (high - low) / (at_high - at_low)
         value = function(x)
-        if abs(value) <= tolerance or high - low <= tolerance:
+        if abs(value) <= max(tolerance, small) or high - low <= tolerance:
             break
         if value > 0.0:
             high, at_high = x, value

@@ -125,7 +125,9 @@ def _f_number(efl: float, radius: float) -> float:
 def _is_afocal(lens: Lens, wavelength: float) -> bool:
     """Whether the power is no more than the rounding of the terms that it is the sum of."""
     n = lens.indices(wavelength)
-    last = len(lens.surfaces)
-    heights = [ray_matrix(lens, 0, i, wavelength)[0] for i in range(last)]
-    terms = [abs((n[i + 1] - n[i]) * s.vertex_curvature * heights[i]) for i, s in enumerate(lens.surfaces)]
-    return abs(ray_matrix(lens, 0, last, wavelength)[2]) <= _ROUNDING * sum(terms)
+    height, slope, terms = 1.0, 0.0, 0.0                # of the ray that enters parallel to the axis; slope times index
+    for i, surface in enumerate(lens.surfaces):
+        bend = (n[i + 1] - n[i]) * surface.vertex_curvature * height
+        slope, terms = slope - bend, terms + abs(bend)
+        height += surface.thickness / n[i + 1] * slope
+    return abs(slope) <= _ROUNDING * terms

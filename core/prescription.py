@@ -13,6 +13,7 @@ from math import isfinite
 import numpy as np
 
 from lensbench.glass import AIR, D_LINE, Glass
+from lensbench.positions import Positions, PositionsError
 from lensbench.surfaces import HIGHEST_POWER, sags, shape
 
 
@@ -104,8 +105,10 @@ def _sound_terms(terms: Iterable[tuple[int, float]]) -> tuple[tuple[int, float],
 class Lens:
     """Surfaces 0 … from the scene to the film; the last thickness is the stored back focus (0: not known).
 
-    stop_index names the surface that is the aperture stop. What a reader had to
-    assume or found odd stands in `findings`; it does not count in comparisons.
+    stop_index names the surface that is the aperture stop. `surfaces` is the lens as
+    it stands; `positions`, where it has any, says where its groups can go, and `at` moves
+    them. What a reader had to assume or found odd stands in `findings`; it does not count
+    in comparisons.
     """
 
     surfaces: tuple[Surface, ...]
@@ -117,6 +120,7 @@ class Lens:
     stated_efl: float | None = None         # mm, as published
     stated_f_number: float | None = None
     notes: str = ""
+    positions: Positions | None = None      # of a zoom, or of a lens that focuses by moving groups
     findings: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self):
@@ -124,6 +128,9 @@ class Lens:
             raise LensError("a lens needs at least one surface")
         if not 0 <= self.stop_index < len(self.surfaces):
             raise LensError(f"stop index {self.stop_index}: this lens has surfaces 0 to {len(self.surfaces) - 1}")
+        if self.positions is not None and self.positions.gaps[-1] >= len(self.surfaces):
+            raise LensError(f"the gap behind surface {self.positions.gaps[-1]} varies: this lens has surfaces 0 to "
+                            f"{len(self.surfaces) - 1}")
 
     @property
     def stop(self) -> Surface:
@@ -158,10 +165,50 @@ class Lens:
         if not (isfinite(factor) and factor > 0.0):
             raise LensError(f"scale {factor:g}: it must be a positive number")
         return replace(self, surfaces=tuple(surface.scaled(factor) for surface in self.surfaces),
-                       stated_efl=None if self.stated_efl is None else self.stated_efl * factor)
+                       stated_efl=None if self.stated_efl is None else self.stated_efl * factor,
+                       positions=None if self.positions is None else self.positions.scaled(factor))
 
     def with_stop_radius(self, radius: float) -> "Lens":
-        """The same lens with its stop opened or closed to this radius (mm)."""
+        """The same lens with its stop opened or closed to this radius (mm), at its other positions in proportion."""
         surfaces = list(self.surfaces)
         surfaces[self.stop_index] = replace(self.stop, semi_diameter=radius)
-        return replace(self, surfaces=tuple(surfaces))
+        positions = self.positions and self.positions.with_stops(radius / self.stop.semi_diameter)
+        return replace(self, surfaces=tuple(surfaces), positions=positions)
+
+    @property
+    def zooms(self) -> bool:
+        """Whether it has zoom stations."""
+        return self.positions is not None and self.positions.zooms
+
+    @property
+    def has_focus_groups(self) -> bool:
+        """Whether it focuses by moving groups, as its positions say; other lenses are focused as a whole."""
+        return self.positions is not None and self.positions.focuses
+
+    def at(self, zoom: float | None = None, close: float | None = None) -> "Lens":
+        """The same lens with its groups moved: zoom 0 (wide) to 1 (tele), close 0 (infinity) to 1 (nearest).
+
+        What is left out stays where it is. The varying gaps, the last one included where
+        it is one of them, a stop that varies and the stated figures follow. LensError: beyond
+        0 to 1, or other than 0 where the lens has no such positions.
+        """
+        for asked, has, what in ((zoom, self.zooms, "does not zoom: zoom must be 0"),
+                                 (close, self.has_focus_groups, "has no focus groups and is focused as a whole: "
+                                                                "close must be 0")):
+            if asked and not has:
+                raise LensError(f"this lens {what}")
+        now = self.positions
+        if now is None:
+            return self
+        try:
+            now = now.at(now.zoom if zoom is None else zoom, now.close if close is None else close)
+        except PositionsError as error:
+            raise LensError(str(error)) from None
+        surfaces = list(self.surfaces)
+        for i, gap in zip(now.gaps, now.thickness_now, strict=True):
+            surfaces[i] = replace(surfaces[i], thickness=gap)
+        if now.stops:
+            surfaces[self.stop_index] = replace(surfaces[self.stop_index], semi_diameter=now.stop_now)
+        return replace(self, surfaces=tuple(surfaces), positions=now,
+                       stated_efl=now.focal_length_now if now.focal_lengths else self.stated_efl,
+                       stated_f_number=now.f_number_now if now.f_numbers else self.stated_f_number)

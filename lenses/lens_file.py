@@ -37,11 +37,14 @@ WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
 UTF8_ALONE = (".toml", ".dat")      # other programs write what their machine spoke
 
 
-def load(name_or_path: str | os.PathLike[str]) -> Lens:
+def load(name_or_path: str | os.PathLike[str], zoom: float | None = None, close: float | None = None) -> Lens:
     """The lens of a library name ("pbrt-dgauss-50mm") or of a file, by its suffix.
 
-    What had to be assumed to read the file stands in `findings`. LensFileError:
-    an unknown name, or a file that holds no lens; it names the line.
+    zoom: 0 (wide) to 1 (tele); close: 0 (infinity) to 1 (the nearest position of its
+    focus groups); as the file has it, which is 0, where they are left out. The lens keeps
+    its other positions: see `Lens.at`. What had to be assumed to read the file stands
+    in `findings`. LensFileError: an unknown name, or a file that holds no lens; it names
+    the line. LensError: a position that the lens does not have.
     """
     text = os.fspath(name_or_path)
     if isinstance(name_or_path, str) and text in catalogue.names():
@@ -55,7 +58,7 @@ def load(name_or_path: str | os.PathLike[str]) -> Lens:
     if reader is None:
         raise LensFileError(path, None, f"lens files of type {path.suffix or 'none'} are not supported; "
                                         f"supported are {', '.join(READERS)}")
-    return reader(content, str(path))
+    return reader(content, str(path)).at(zoom, close)
 
 
 def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[str, ...]:

@@ -21,15 +21,24 @@ def focal_length(surfaces: Sequence[Surface]) -> float:
     return -1.0 / slope if slope else inf
 
 
+def object_distance(surfaces: Sequence[Surface]) -> float:
+    """How far (mm) before the first vertex the object lies whose paraxial d-line image is at the last gap's end."""
+    on_film = []                        # of height 1 in front of the lens, and of slope 1
+    for ray in ((1.0, 0.0), (0.0, 1.0)):
+        heights, slope = _axial_ray(surfaces, *ray)
+        on_film.append(heights[-1] + surfaces[-1].thickness * slope)
+    return -on_film[1] / on_film[0] if on_film[0] else inf
+
+
 def f_number(surfaces: Sequence[Surface], stop_index: int) -> float:
     """Focal length over the entrance pupil's diameter, as the stop alone sets it; inf for an afocal system."""
     height = axial_heights(surfaces)[stop_index]
     return abs(focal_length(surfaces) * height) / (2.0 * surfaces[stop_index].semi_diameter)
 
 
-def _axial_ray(surfaces: Sequence[Surface]) -> tuple[list[float], float]:
+def _axial_ray(surfaces: Sequence[Surface], height: float = 1.0, slope: float = 0.0) -> tuple[list[float], float]:
     """Heights at the surfaces, and the slope behind the last one."""
-    height, slope, n, heights = 1.0, 0.0, 1.0, []
+    n, heights = 1.0, []
     for surface in surfaces:
         heights.append(height)
         after = surface.glass.n_d

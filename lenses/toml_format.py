@@ -22,10 +22,11 @@ surface. What few surfaces have stands in tables by the surface's number, from 0
 `aspheric`, the coefficients of r^p (mm^(1−p)); `radius_x`, the radius of the
 section x–z where a surface is a cylinder or a toroid, `radius` being that of
 y–z; `dispersion`, the formula of a glass that is known by more than n_d and V_d.
+`positions` says where the groups of a zoom stand, or of a lens that moves groups to
+focus (see `position_table`).
 Digits are kept: what is written reads back equal to the last bit.
 """
 
-import json
 import re
 import tomllib
 from dataclasses import replace
@@ -34,9 +35,11 @@ from math import isfinite
 from typing import Any
 
 from lensbench.glass import Glass
+from lensbench.lenses import position_table
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, curvature, number, radius_text, stop_of, surface
 from lensbench.lenses.soundness import f_number, focal_length
+from lensbench.lenses.toml_text import digits, listed, quoted
 from lensbench.prescription import Lens, Surface
 
 FORMAT = 1
@@ -45,7 +48,7 @@ COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass
 TABLES = ("aspheric", "radius_x", "dispersion")
 TEXTS = ("title", "kind", "source", "notes")
 NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_f_number", "image_circle")
-KEYS = ("format", "units", "year", "columns", "surfaces", *TABLES, *TEXTS, *NUMBERS)
+KEYS = ("format", "units", "year", "columns", "surfaces", "positions", *TABLES, *TEXTS, *NUMBERS)
 
 
 def read(text: str, path: str) -> Lens:
@@ -67,9 +70,16 @@ def read(text: str, path: str) -> Lens:
         if is_stop:
             marked.append(i)
     stop_index, findings = stop_of(tuple(surfaces), marked)
-    return Lens(tuple(surfaces), stop_index, name=header.get("title", ""), kind=header.get("kind", ""),
+    lens = Lens(tuple(surfaces), stop_index, name=header.get("title", ""), kind=header.get("kind", ""),
                 year=header.get("year"), source=header.get("source", ""), stated_efl=header.get("stated_efl"),
                 stated_f_number=header.get("stated_f_number"), notes=header.get("notes", ""), findings=findings)
+    if "positions" not in data:
+        return lens
+    try:
+        return position_table.placed(lens, data["positions"])
+    except position_table.TableError as error:
+        line = _entry_line(text, "positions", error.key) if error.key else line_of(text, "positions")
+        raise LensFileError(path, line, f"positions: {error}") from None
 
 
 def parse(text: str, path: str) -> dict[str, Any]:
@@ -230,31 +240,31 @@ def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tup
 
 def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     """The text of a lens file, and what it could not hold (nothing)."""
-    lines = [f"format = {FORMAT}", f"title = {_quoted(lens.name)}", f"kind = {_quoted(lens.kind)}"]
+    lines = [f"format = {FORMAT}", f"title = {quoted(lens.name)}", f"kind = {quoted(lens.kind)}"]
     if lens.year is not None:
         lines.append(f"year = {lens.year}")
-    lines.append(f"source = {_quoted(lens.source)}")
+    lines.append(f"source = {quoted(lens.source)}")
     if lens.stated_efl is not None:
-        lines.append(f"stated_efl = {_digits(lens.stated_efl)}")
+        lines.append(f"stated_efl = {digits(lens.stated_efl)}")
     if lens.stated_f_number is not None:
-        lines.append(f"stated_f_number = {_digits(lens.stated_f_number)}")
+        lines.append(f"stated_f_number = {digits(lens.stated_f_number)}")
     for key, value in (("computed_efl", focal_length(lens.surfaces)),
                        ("computed_f_number", f_number(lens.surfaces, lens.stop_index))):
         if isfinite(value):
-            lines.append(f"{key} = {_digits(float(f'{value:.6g}'))}")
+            lines.append(f"{key} = {digits(float(f'{value:.6g}'))}")
     if lens.notes:
-        lines.append(f"notes = {_quoted(lens.notes)}")
+        lines.append(f"notes = {quoted(lens.notes)}")
     lines.append('units = "mm"')
 
     # The columns that some surface fills, aligned as in a printed table
     columns = {
         "radius": [radius_text(s.curvature) for s in lens.surfaces],
-        "thickness": [_digits(s.thickness) for s in lens.surfaces],
-        "n_d": [_digits(s.glass.n_d) for s in lens.surfaces],
-        "V_d": [_digits(s.glass.v_d) if s.glass.v_d else "0" for s in lens.surfaces],
-        "semi_diameter": [_digits(s.semi_diameter) for s in lens.surfaces],
-        "conic": [_digits(s.conic) if s.conic else "0" for s in lens.surfaces],
-        "glass": [_quoted(s.glass.name) for s in lens.surfaces],
+        "thickness": [digits(s.thickness) for s in lens.surfaces],
+        "n_d": [digits(s.glass.n_d) for s in lens.surfaces],
+        "V_d": [digits(s.glass.v_d) if s.glass.v_d else "0" for s in lens.surfaces],
+        "semi_diameter": [digits(s.semi_diameter) for s in lens.surfaces],
+        "conic": [digits(s.conic) if s.conic else "0" for s in lens.surfaces],
+        "glass": [quoted(s.glass.name) for s in lens.surfaces],
     }
     if all(text == "0" for text in columns["conic"]):
         del columns["conic"]
@@ -262,7 +272,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         del columns["V_d"]
     if all(text == '""' for text in columns["glass"]):
         del columns["glass"]
-    lines.append(f"columns = [{', '.join(map(_quoted, columns))}]")
+    lines.append(f"columns = [{', '.join(map(quoted, columns))}]")
     lines.append("surfaces = [")
     widths = [max(map(len, column)) for column in columns.values()]
     for i, row in enumerate(zip(*columns.values(), strict=True)):
@@ -273,6 +283,8 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     for table, entries in _entries(lens).items():
         if entries:
             lines += ["", f"[{table}]", *(f"{i} = {entry}" for i, entry in entries.items())]
+    if lens.positions is not None:
+        lines += ["", *position_table.lines(lens.positions)]
     return "\n".join([*lines, ""]), ()
 
 
@@ -282,24 +294,13 @@ def _entries(lens: Lens) -> dict[str, dict[int, str]]:
     for i, s in enumerate(lens.surfaces):
         glass = s.glass
         if s.aspheric:
-            tables["aspheric"][i] = f"{{ {', '.join(f'r{power} = {_digits(a)}' for power, a in s.aspheric)} }}"
+            tables["aspheric"][i] = f"{{ {', '.join(f'r{power} = {digits(a)}' for power, a in s.aspheric)} }}"
         if s.curvature_x is not None:
             tables["radius_x"][i] = radius_text(s.curvature_x)
         if glass != Glass(glass.n_d, glass.v_d, glass.name):
-            ends = "" if glass.wavelengths is None else f", wavelengths = {_list(glass.wavelengths)}"
-            tables["dispersion"][i] = (f"{{ formula = {_quoted(glass.formula)}, "
-                                       f"coefficients = {_list(glass.coefficients)}{ends} }}")
+            ends = "" if glass.wavelengths is None else f", wavelengths = {listed(glass.wavelengths)}"
+            tables["dispersion"][i] = (f"{{ formula = {quoted(glass.formula)}, "
+                                       f"coefficients = {listed(glass.coefficients)}{ends} }}")
     return tables
 
 
-def _list(values: Any) -> str:
-    """Numbers, or tuples of them, as TOML writes a list."""
-    return f"[{', '.join(_list(v) if isinstance(v, tuple) else _digits(v) for v in values)}]"
-
-
-def _digits(value: float) -> str:
-    return repr(float(value))
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

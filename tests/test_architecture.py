@@ -15,8 +15,8 @@ GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
 
 # The layers of the core, the lowest first: a file knows its own layer and those below
 LAYERS = (
-    {"lanes", "driver", "disk", "turn"},
-    {"transform", "motion", "shutter", "sampling", "film", "glass", "surfaces", "spectrum"},
+    {"lanes", "driver", "disk", "turn", "interpolation"},
+    {"transform", "motion", "shutter", "sampling", "film", "glass", "surfaces", "spectrum", "positions"},
     {"prescription", "scene", "scenery"},
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
     {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "focus", "confusion", "polynomial", "aberrations"},
@@ -111,7 +111,7 @@ def test_a_file_of_the_core_knows_only_what_lies_below_it(path):
 
 @pytest.mark.parametrize("path", files("lenses"), ids=module)
 def test_lenses_know_the_prescription_and_the_glass_and_their_check_what_it_traces(path):
-    allowed = {"prescription", "glass"}
+    allowed = {"prescription", "positions", "glass"}
     if path.name == "check.py" or path.parent.name == "check":
         allowed |= {"paraxial", "surfaces", "tracing"}
     assert {part(name) for name in imports(path)} - {None} <= allowed

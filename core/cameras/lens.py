@@ -8,7 +8,7 @@ from lensbench.blocktracer import tracer
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.thin import axis_irradiance, ideal
 from lensbench.film import Film
-from lensbench.focus import FocusError, film_distance
+from lensbench.focus import FocusError, film_distance, focused
 from lensbench.glass import D_LINE, GlassError
 from lensbench.lanes import Step
 from lensbench.paraxial import FirstOrder, first_order, stopped_down
@@ -22,11 +22,12 @@ MODELS = ("trace", "thin", "pinhole")
 
 @dataclass(frozen=True, eq=False)
 class LensCamera(Camera):
-    """A prescription before a film, focused as a whole.
+    """A prescription before a film, focused as a whole or by its focus groups (see `focus`).
 
     The camera's origin is the film's centre, in every model. focus_distance:
     from the film (mm), math.inf allowed; FocusError where the lens cannot come
-    so near. f_number: None is wide open; LensError where it cannot open so far.
+    so near. The camera's own lens has its groups in their places. f_number, which counts
+    at infinity: None is wide open; LensError where it cannot open so far.
     model: "trace" follows every ray through every surface; "thin" puts a thin
     lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole,
     which passes as much light as that lens. CameraError for these two where the entrance
@@ -50,8 +51,10 @@ class LensCamera(Camera):
         if self.model == "trace" and not self.lens.is_rotationally_symmetric:
             raise CameraError("the trace model needs a rotationally symmetric lens, and this one has a cylinder or "
                               "toroid: lb.trace follows its rays")
+        lens = self.lens.at(close=0.0)
         if self.f_number is not None:
-            object.__setattr__(self, "lens", stopped_down(self.lens, self.f_number))
+            lens = stopped_down(lens, self.f_number)
+        object.__setattr__(self, "lens", focused(lens, self.focus_distance))
         if not self.film_distance > 0.0:            # what cannot be focused at all is refused on the way
             raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
                              "where no film can stand")

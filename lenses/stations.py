@@ -1,0 +1,203 @@
+"""The tabulated positions of a lens file, as a list of configurations, and the table of positions that they are.
+
+Lengths in mm. Design programs number their configurations and let each have any
+thickness; a zoom is such a list, and so is a lens that focuses by moving groups, whose
+close positions have an object nearby. In a list of both the zoom settings at infinity
+come first and then those at each nearer distance, or each setting's distances follow
+one another.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import inf, log, nextafter
+
+from lensbench.lenses.soundness import focal_length, object_distance
+from lensbench.positions import Positions, PositionsError
+from lensbench.prescription import Lens, Surface
+
+FAR = 1e8               # mm: an object beyond it is at infinity
+
+
+@dataclass
+class Station:
+    """One configuration: gaps by their surface; the object's distance before the first vertex; stated figures."""
+
+    gaps: dict[int, float] = field(default_factory=dict)
+    distance: float = inf
+    stop: float | None = None
+    focal_length: float | None = None
+    f_number: float | None = None
+    name: str = ""
+
+    @property
+    def is_far(self) -> bool:
+        """Whether its object is at infinity."""
+        return abs(self.distance) >= FAR
+
+
+def zoom_places(focal_lengths: Sequence[float]) -> tuple[float, ...]:
+    """Where zoom stations stand from 0 to 1: evenly in the logarithm of the focal length, if that rises."""
+    if len(focal_lengths) == 1:
+        return (0.0,)
+    rising = all(0.0 < a < b < inf for a, b in zip(focal_lengths, focal_lengths[1:], strict=False))
+    if not rising:
+        return _even(len(focal_lengths))
+    span = log(focal_lengths[-1] / focal_lengths[0])
+    return (0.0, *(log(f / focal_lengths[0]) / span for f in focal_lengths[1:-1]), 1.0)
+
+
+def focus_places(distances: Sequence[float]) -> tuple[float, ...]:
+    """Where focus stations stand from 0 to 1: evenly in the reciprocal of the distance, if that rises."""
+    if len(distances) == 1:
+        return (0.0,)
+    near = [0.0 if distance == inf else 1.0 / distance for distance in distances]
+    if near[0] != 0.0 or any(not a < b for a, b in zip(near, near[1:], strict=False)):
+        return _even(len(distances))
+    return (0.0, *(nearness / near[-1] for nearness in near[1:-1]), 1.0)
+
+
+def _even(count: int) -> tuple[float, ...]:
+    return tuple(i / (count - 1) for i in range(count)) if count > 1 else (0.0,)
+
+
+def standing(surfaces: Sequence[Surface], gaps: Sequence[int], thicknesses: Sequence[float]) -> list[Surface]:
+    """The surfaces with other gaps."""
+    moved = list(surfaces)
+    for i, thickness in zip(gaps, thicknesses, strict=True):
+        moved[i] = replace(moved[i], thickness=thickness)
+    return moved
+
+
+def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[str]]:
+    """The lens with the positions of a file's configurations, in the first of them; and what is to be said of it.
+
+    A list of zoom settings is put in order from wide to tele, one of distances from
+    infinity to the nearest.
+    """
+    varying = sorted({i for station in stations for i in station.gaps
+                      if any(other.gaps.get(i) != station.gaps[i] for other in stations)})
+    stops = {station.stop for station in stations}
+    if len(stations) < 2 or not (varying or len(stops) > 1):
+        return lens, []
+    findings = []
+    gaps = tuple(varying) or (len(lens.surfaces) - 1,)
+
+    def row(station: Station) -> tuple[float, ...]:
+        return tuple(station.gaps.get(i, lens.surfaces[i].thickness) for i in gaps)
+
+    grid = _grid(stations)
+    if grid is None:
+        far = [station for station in stations if station.is_far]
+        findings.append(f"{len(stations)} positions of {len(far)} zoom settings are no table of zoom by distance: "
+                        "only those at infinity are kept")
+        grid = [[station] for station in far or stations[:1]]
+    lengths = [focal_length(standing(lens.surfaces, gaps, row(first))) for first, *_ in grid]
+    order = sorted(range(len(grid)), key=lengths.__getitem__)
+    if order != list(range(len(grid))) and len({*lengths}) == len(grid) and min(lengths) > 0.0:
+        findings.append("the positions were put in order, from wide to tele")
+        grid, lengths = [grid[i] for i in order], [lengths[i] for i in order]
+    firsts = [stations_of_one[0] for stations_of_one in grid]
+
+    def stated(name: str) -> tuple[float, ...]:
+        values = [getattr(station, name) for station in firsts]
+        return tuple(values) if len(grid) > 1 and None not in values else ()
+
+    distances = tuple(tuple(_from_film(lens, gaps, station) for station in along) for along in grid)
+    try:
+        positions = Positions(
+            gaps, tuple(tuple(row(station) for station in along) for along in grid),
+            zoom_places(lengths), focus_places(distances[0]), stated_names(firsts),
+            stated("focal_length"), stated("f_number"),
+            distances if len(grid[0]) > 1 else (),
+            tuple(tuple(station.stop or lens.stop.semi_diameter for station in along) for along in grid)
+            if len(stops) > 1 else ())
+    except PositionsError as error:
+        return lens, [*findings, f"its positions are left out: {error}"]
+    if len(grid) == len(grid[0]) == 1:
+        return lens, findings
+    return replace(lens, positions=positions).at(zoom=0.0, close=0.0), findings
+
+
+def stated_names(stations: list[Station]) -> tuple[str, ...]:
+    """The names of zoom stations, where they have any."""
+    names = tuple(station.name for station in stations)
+    return names if len(stations) > 1 and any(names) else ()
+
+
+def _grid(stations: list[Station]) -> list[list[Station]] | None:
+    """By zoom setting and distance, each from infinity to the nearest; None where the list is no such table."""
+    far = [i for i, station in enumerate(stations) if station.is_far]
+    if not far or len(far) == len(stations):
+        same = len({station.distance for station in stations}) == 1
+        if far or same:
+            return [[station] for station in stations]
+        return [sorted(stations, key=lambda station: -station.distance)]
+    settings, rest = len(far), len(stations) % len(far)
+    if rest:
+        return None
+    per_setting = len(stations) // settings
+    if far == list(range(settings)):
+        grid = [stations[i::settings] for i in range(settings)]
+    elif far == list(range(0, len(stations), per_setting)):
+        grid = [stations[i:i + per_setting] for i in range(0, len(stations), per_setting)]
+    else:
+        return None
+    return [[along[0], *sorted(along[1:], key=lambda station: -station.distance)] for along in grid]
+
+
+def _track(lens: Lens, gaps: Sequence[int], thicknesses: Sequence[float]) -> float:
+    """First vertex → film with these gaps."""
+    return sum(surface.thickness for surface in standing(lens.surfaces, gaps, thicknesses))
+
+
+def _from_film(lens: Lens, gaps: Sequence[int], station: Station) -> float:
+    """The object's distance from the film."""
+    if station.is_far:
+        return inf
+    return station.distance + _track(lens, gaps, [station.gaps.get(i, lens.surfaces[i].thickness) for i in gaps])
+
+
+def stations_of(lens: Lens) -> tuple[list[Station], list[str]]:
+    """The configurations of a lens with positions, all zoom settings at infinity first; and what is to be said of it.
+
+    A close position whose distance is not stated has that of its paraxial image's object.
+    """
+    positions = lens.positions
+    if positions is None:
+        return [], []
+    stations, remarks = [], []
+    for j in range(len(positions.focus_stations)):
+        for i in range(len(positions.zoom_stations)):
+            gaps = positions.thicknesses[i][j]
+            if positions.distances:
+                distance = _before(positions.distances[i][j], _track(lens, positions.gaps, gaps))
+            elif j == 0:
+                distance = inf
+            else:
+                distance = object_distance(standing(lens.surfaces, positions.gaps, gaps))
+                remarks.append("the distances of the close positions are not stated: their paraxial ones were written")
+            stations.append(Station(
+                dict(zip(positions.gaps, gaps, strict=True)), distance,
+                positions.stops[i][j] if positions.stops else None,
+                positions.focal_lengths[i] if positions.focal_lengths else None,
+                positions.f_numbers[i] if positions.f_numbers else None,
+                positions.names[i] if positions.names else ""))
+    if positions.zoom or positions.close:
+        remarks.append("the lens is written in its first position, wide and at infinity")
+    lengths = [focal_length(standing(lens.surfaces, positions.gaps, row[0])) for row in positions.thicknesses]
+    firsts = positions.distances[0] if positions.distances else positions.focus_stations
+    if positions.zoom_stations != zoom_places(lengths) or (
+            positions.distances and positions.focus_stations != focus_places(firsts)):
+        remarks.append("where its stations stand between 0 and 1 is left out: a reader places them by focal length and "
+                       "distance")
+    return stations, list(dict.fromkeys(remarks))
+
+
+def _before(distance: float, track: float) -> float:
+    """The distance before the first vertex that, with the track, is this one from the film, to the last bit."""
+    before = distance - track
+    for _ in range(4):
+        if before + track == distance:
+            break
+        before = nextafter(before, inf if before + track < distance else -inf)
+    return before
