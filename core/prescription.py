@@ -207,8 +207,8 @@ class Lens:
         surfaces = list(self.surfaces)
         for i, gap in zip(now.gaps, now.thickness_now, strict=True):
             surfaces[i] = replace(surfaces[i], thickness=gap)
-        if now.stops:
-            surfaces[self.stop_index] = replace(surfaces[self.stop_index], semi_diameter=now.stop_now)
+        if (stop := now.stop_now) is not None:
+            surfaces[self.stop_index] = replace(surfaces[self.stop_index], semi_diameter=stop)
         return replace(self, surfaces=tuple(surfaces), positions=now,
                        stated_efl=now.focal_length_now if now.focal_lengths else self.stated_efl,
                        stated_f_number=now.f_number_now if now.f_numbers else self.stated_f_number)
