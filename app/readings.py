@@ -129,10 +129,11 @@ def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
     if lens is None:
         return _of_perspective(settings)
     stand = _setup(lens, settings)
-    fo, far, film, limit = stand.first_order, stand.at_infinity, stand.film, blur_limit(settings)
+    fo, designed, film, limit = stand.first_order, stand.at_infinity, stand.film, blur_limit(settings)
     pinhole = settings.model == "pinhole"
     plain = replace(
-        _angles(film, far.efl), efl=_finite(far.efl), bfl=_finite(far.bfl), ffl=_finite(far.ffl), limit=limit,
+        _angles(film, designed.efl), efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl),
+        limit=limit,
         widest_f_number=_finite(lb.first_order(lens).f_number), film_distance=stand.film_distance,
         entrance_pupil=_finite(2.0 * fo.entrance_pupil.radius), exit_pupil=_finite(2.0 * fo.exit_pupil.radius),
         reason=stand.reason,
@@ -149,7 +150,7 @@ def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
     near, far = lb.depth_of_field(fo.efl, fo.f_number, focus, limit)
     working = lb.working_f_number(stand.lens, stand.film_distance)
     return replace(
-        plain, f_number=far.f_number, working_f_number=_finite(working), airy=_airy(working),
+        plain, f_number=designed.f_number, working_f_number=_finite(working), airy=_airy(working),
         t_number=lb.t_number(stand.lens),
         near_limit=near + offset, far_limit=far + offset,
         hyperfocal=lb.hyperfocal(fo.efl, fo.f_number, limit) + offset,
