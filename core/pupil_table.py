@@ -42,6 +42,7 @@ RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
 POINTS = 41                     # solved on the upper half of each rim
 GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
 SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
+ROUND = math.sqrt(math.pi / SECTORS / math.sin(math.pi / SECTORS))      # what the chords of a disk lack
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +63,12 @@ class PupilTable:
     centres: np.ndarray
 
     @classmethod
-    def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE) -> "PupilTable":
-        """Solve the table for film radii 0 … film_radius, or to where the light ends."""
+    def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE,
+           widened: bool = True) -> "PupilTable":
+        """Solve the table for film radii 0 … film_radius, or to where the light ends.
+
+        widened: by SPREAD, for a camera that traces what it samples; or else of the regions' own area.
+        """
         tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter)
 
         def solved(radii, accuracy=tolerance):
@@ -87,14 +92,24 @@ class PupilTable:
             centres[-1] = centres[-2]
         centres, rims = enclosed(lens, film_distance, radii, centres, rims, tolerance, wavelength)
         return cls(film_distance, film_radius, end, dark if lit.size else 0.0,
-                   _equal_areas(_widened(centres, rims)), centres)
+                   _equal_areas(_widened(centres, rims) if widened else rims * ROUND), centres)
+
+    def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Between which rings film radii (n,) lie: the inner one, (n,) below RINGS − 1, and the share of the next."""
+        place = (1.0 - np.sqrt(np.maximum(1.0 - film_radius / self.end, 0.0))) * self._scale
+        inner = np.minimum(place.astype(int), RINGS - 2)
+        return inner, place - inner
+
+    @property
+    def _scale(self) -> float:
+        """Rings per unit of 1 − √(1 − r / end)."""
+        return (RINGS - 1) / (1.0 - math.sqrt(1.0 - self.radius / self.end))
 
     def step(self, normaliser: float) -> Step:
         """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
-        scale = (RINGS - 1) / (1.0 - math.sqrt(1.0 - self.radius / self.end))
         size = max(float(np.abs(self.outline).max()), 1e-30)
         cells = np.round((self.outline / size + 1.0) * (0.5 * (GRID - 1)))
-        head = [self.film_distance, scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser]
+        head = [self.film_distance, self._scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser]
         return Step(aim, np.concatenate([
             [*head, 2.0 * size / (GRID - 1), -size],
             (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.centres]))

@@ -12,12 +12,13 @@ from lensbench.focus import FocusError, film_distance, focused
 from lensbench.glass import D_LINE, GlassError
 from lensbench.lanes import Step
 from lensbench.paraxial import FirstOrder, first_order, stopped_down
+from lensbench.polynomial import DEGREES, Polynomial
 from lensbench.prescription import Lens
 from lensbench.pupil import exit_pupil
 from lensbench.pupil_table import PupilTable
 from lensbench.spectrum import WAVELENGTHS
 
-MODELS = ("trace", "thin", "pinhole")
+MODELS = ("trace", "polynomial", "thin", "pinhole")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +29,8 @@ class LensCamera(Camera):
     from the film (mm), math.inf allowed; FocusError where the lens cannot come
     so near. The camera's own lens has its groups in their places. f_number, which counts
     at infinity: None is wide open; LensError where it cannot open so far.
-    model: "trace" follows every ray through every surface; "thin" puts a thin
+    model: "trace" follows every ray through every surface; "polynomial" evaluates a polynomial of
+    this degree (3, 5, 7, 9 or 11) that is fitted to the trace; "thin" puts a thin
     lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole,
     which passes as much light as that lens. CameraError for these two where the entrance
     pupil lies at infinity or beyond the object. dispersion: whether pictures are traced
@@ -42,15 +44,18 @@ class LensCamera(Camera):
     focus_distance: float = math.inf
     f_number: float | None = None
     model: str = "trace"
+    degree: int = 9
     dispersion: bool | None = None
 
     def __post_init__(self):
         super().__post_init__()
         if self.model not in MODELS:
             raise CameraError(f"camera model {self.model!r}: choose one of {', '.join(MODELS)}")
-        if self.model == "trace" and not self.lens.is_rotationally_symmetric:
-            raise CameraError("the trace model needs a rotationally symmetric lens, and this one has a cylinder or "
-                              "toroid: lb.trace follows its rays")
+        if self.model == "polynomial" and self.degree not in DEGREES:
+            raise CameraError(f"polynomial degree {self.degree}: choose one of {', '.join(map(str, DEGREES))}")
+        if self.follows_rays and not self.lens.is_rotationally_symmetric:
+            raise CameraError(f"the {self.model} model needs a rotationally symmetric lens, and this one has a "
+                              "cylinder or toroid: lb.trace follows its rays")
         lens = self.lens.at(close=0.0)
         if self.f_number is not None:
             lens = stopped_down(lens, self.f_number)
@@ -58,16 +63,21 @@ class LensCamera(Camera):
         if not self.film_distance > 0.0:            # what cannot be focused at all is refused on the way
             raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
                              "where no film can stand")
-        if self.model != "trace" and not -self.focus_distance < self._pupil_z < math.inf:
+        if not self.follows_rays and not -self.focus_distance < self._pupil_z < math.inf:
             raise CameraError(f"the entrance pupil of this lens lies at infinity or beyond the object: "
                               f"the {self.model} model cannot stand there")
         if self.dispersion and not self.disperses and self._glass_error:
             raise CameraError(f"no picture in colours: {self._glass_error}")
 
+    @property
+    def follows_rays(self) -> bool:
+        """Whether its rays are those of the real lens, traced or fitted, through the exit-pupil regions."""
+        return self.model in ("trace", "polynomial")
+
     @cached_property
     def disperses(self) -> bool:
         """Whether pictures are traced at many wavelengths."""
-        return (self.dispersion is not False and self.model == "trace" and not self._glass_error
+        return (self.dispersion is not False and self.follows_rays and not self._glass_error
                 and any(surface.glass.disperses for surface in self.lens.surfaces))
 
     @cached_property
@@ -92,11 +102,12 @@ class LensCamera(Camera):
 
     @cached_property
     def pupil(self) -> PupilTable:
-        """The exit-pupil regions that the trace samples, for every radius of the film."""
+        """The exit-pupil regions that the camera samples, for every radius of the film."""
         return self._pupil_at(D_LINE)
 
     def _pupil_at(self, wavelength: float) -> PupilTable:
-        return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0, wavelength)
+        return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0, wavelength,
+                             widened=self.model == "trace")
 
     @cached_property
     def axis_irradiance(self) -> float:
@@ -114,19 +125,21 @@ class LensCamera(Camera):
     @property
     def pupil_centre(self) -> tuple[float, float]:
         """The U0, U1 of the ray through the middle of the pupil."""
-        return (0.0, 0.0) if self.model == "trace" else (0.5, 0.5)
+        return (0.0, 0.0) if self.follows_rays else (0.5, 0.5)
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """Aim and trace, or the one step of the ideal lens.
 
         Each wavelength has its own exit-pupil regions and, with relative weights, is 1 on the axis.
         """
-        if self.model == "trace":
+        if self.follows_rays:
             plain = wavelength == D_LINE
             on_axis = self.axis_irradiance if plain else self._axis_irradiance_at(wavelength)
             normaliser = self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
-            aiming = (self.pupil if plain else self._pupil_at(wavelength)).step(normaliser)
-            return [aiming, tracer(self.lens, self.film_distance, wavelength)]
+            table = self.pupil if plain else self._pupil_at(wavelength)
+            lens = tracer(self.lens, self.film_distance, wavelength) if self.model == "trace" else Polynomial.fit(
+                self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance).step
+            return [table.step(normaliser), lens]
         fo = self.first_order
         s_e = self.focus_distance + self._pupil_z
         s_p = s_e - fo.entrance_pupil.z + fo.front_principal
