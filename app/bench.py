@@ -48,7 +48,7 @@ def least(works: dict[str, Callable[[], object]], seconds: float = 0.6) -> dict[
 
 
 @njit(nogil=True)
-def _blocks(bench, given, p, key, code, times):
+def blocks(bench, given, p, key, code, times):
     """The same block of rays again and again; the rays are put back each time."""
     for _ in range(times):
         bench[lanes.X * lanes.PITCH:lanes.WEIGHT * lanes.PITCH + lanes.B] = given
@@ -83,7 +83,7 @@ def block_against_scalar() -> Iterator[tuple[str, float, str]]:
         surfaces = surface_table(lens, dtype=real)
         ways = way.astype(real)
         best = least({
-            "block": partial(_blocks, bench, given, numbers, key, code, 60),
+            "block": partial(blocks, bench, given, numbers, key, code, 60),
             "scalar": partial(_rays, surfaces, origins, ways, *out, 2)})
         name = np.dtype(real).name
         block, scalar = 60 * lanes.B / best["block"] / 1e6, 2 * lanes.B / best["scalar"] / 1e6
@@ -96,18 +96,18 @@ def fused() -> Iterator[tuple[str, float, str]]:
     """Whole samples: double Gauss traced in full, ten spheres, floor, sky, sun without shadows, 640 × 360."""
     scene, camera = benchmark_scene(), lb.LensCamera(lenses.load(LENS), FILM, 1200.0)
     steps = [*sampler(FILM.pixels_x, lit=False), *camera.steps(), *scene.steps(shadows=False)]
-    blocks = -(-FILM.pixels_x * FILM.pixels_y // lanes.B)
-    sums, bench = np.zeros((blocks, 3 * lanes.B), np.float32), lanes.bench()
+    count = -(-FILM.pixels_x * FILM.pixels_y // lanes.B)
+    sums, bench = np.zeros((count, 3 * lanes.B), np.float32), lanes.bench()
     grown = {step.kernel.__name__: Program(steps[:i + 1]) for i, step in enumerate(steps)}
-    best = least({name: partial(program.expose, sums, bench, 0, blocks, 0, 2, np.uint32(0))
+    best = least({name: partial(program.expose, sums, bench, 0, count, 0, 2, np.uint32(0))
                   for name, program in grown.items()}, 0.3)
     before = 0.0
     for name, seconds in best.items():
-        each = seconds / (2 * blocks * lanes.B) * 1e9
+        each = seconds / (2 * count * lanes.B) * 1e9
         yield f"stage {name}", each - before, "ns"
         before = each
     yield "fused render, one thread", 1e3 / before, "Msamples/s"
-    for model in ("trace", "thin", "pinhole"):
+    for model in ("trace", "polynomial", "thin", "pinhole"):
         view = lb.LensCamera(lenses.load(LENS), FILM, 1200.0, model=model)
         rendering = lb.Rendering(view, scene, shadows=False)
         seconds = least({"add": partial(rendering.add, 8, threads=2)}, 1.0)["add"]
@@ -219,9 +219,10 @@ def machine() -> str:
 
 def main(argv: list[str] | None = None) -> int:
     """Run the parts that are named, or all; print a table, or JSON."""
+    from lensbench.app.bench_models import polynomials
     from lensbench.app.bench_window import window
 
-    parts = {**PARTS, "window": window}
+    parts = {**PARTS, "models": polynomials, "window": window}
     parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
     parser.add_argument("part", nargs="*", help=f"of {', '.join(parts)} (all by default)")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")

@@ -13,7 +13,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.readings import Readings, readings, setup
 from lensbench.app.scale import WHOLE_STOPS
-from lensbench.app.settings import Settings
+from lensbench.app.settings import REAL, Settings
 
 NEIGHBOURS = (-1, 2, 5)         # stops from the present f-number, drawn faint
 SMALLEST = 1e-4                 # µm: a curve's dip at the focus ends here, below every plot
@@ -71,7 +71,7 @@ def curves(settings: Settings, low: float, high: float) -> Curves:
     thin = np.where(distances > offset, lb.circle_of_confusion(got.efl, got.f_number, s_f, from_lens), np.nan)
     thick = lb.thick_circle_of_confusion(stand.lens, stand.film_distance, distances)
     real = None
-    if settings.model == "trace":
+    if settings.model in REAL:
         real = _micrometres(lb.real_circle_of_confusion(stand.lens, stand.film_distance, distances)[0])
     return Curves(distances / 1000.0, _micrometres(thin), _micrometres(thick), real, _neighbours(got, thick))
 

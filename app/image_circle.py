@@ -2,7 +2,7 @@
 
 from lensbench.app.readings import setup
 from lensbench.app.section_fans import lit_radius
-from lensbench.app.settings import Settings
+from lensbench.app.settings import REAL, Settings
 
 NARROW = 0.97                   # of the film's diagonal: an image circle below it is spoken of
 
@@ -21,6 +21,6 @@ def lit(settings: Settings) -> float:
 def dark_corners(settings: Settings) -> str:
     """Why the picture has dark corners, if it has; an ideal lens lights any film."""
     reach, diagonal = 2.0 * lit(settings), settings.film.diagonal
-    if settings.model != "trace" or reach >= NARROW * diagonal:
+    if settings.model not in REAL or reach >= NARROW * diagonal:
         return ""
     return f"Image circle ø {reach:.1f} mm, film diagonal {diagonal:.1f} mm"

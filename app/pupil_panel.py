@@ -19,7 +19,7 @@ from lensbench.app.ring import ring
 from lensbench.app.scale import format_area, radius_scale
 from lensbench.app.section_fans import lit_radius
 from lensbench.app.section_view import round_length
-from lensbench.app.settings import Settings
+from lensbench.app.settings import REAL, Settings
 
 FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the film that the lens lights
 MARGIN, BELOW, ABOVE = 1.12, -1.08, 1.3     # of the rear rim, shown around it; regions lean up, a rim's sag beyond it
@@ -202,7 +202,7 @@ def _words(seen: Region, samples: BoxSamples, hovering: bool, model: str, reach:
     imgui.pop_font()
     imgui.set_item_tooltip("Area of the exit-pupil region on the plane of the last vertex, and how many of the samples "
                            "in its bounding box, which pbrt takes, reach the scene"
-                           + ("; the region is that of the real lens" if model != "trace" else ""))
+                           + ("; the region is that of the real lens" if model not in REAL else ""))
 
 
 def _tell(plot: PlotMap, lens: lb.Lens, film_distance: float, seen: Region) -> None:

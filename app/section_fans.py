@@ -14,6 +14,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.readings import Setup
+from lensbench.app.settings import REAL
 
 FIELDS = (("axis", 0.0), ("0.7 field", 0.7), ("full field", 1.0))
 EDGE = "edge of light"          # the full field's name where the film reaches beyond the lens's image
@@ -57,14 +58,14 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
           open_stop: float) -> tuple[Fan, ...]:
     count = 5 if lens.stop.semi_diameter < CLOSED * open_stop else 9
     lit = _lit_radius(lens, film_distance, half_diagonal)
-    if model == "trace" and lit < half_diagonal:
+    if model in REAL and lit < half_diagonal:
         found = [_traced(lens, film_distance, EDGE if part == 1.0 else name, part * lit, focus_distance, count)
                  for name, part in FIELDS]
         return tuple(found)
     found = []
     for name, part in FIELDS:
         height = part * half_diagonal
-        if model == "trace":
+        if model in REAL:
             found.append(_traced(lens, film_distance, name, height, focus_distance, count))
         else:
             found.append(_ideal(lens, film_distance, name, height, 1 if model == "pinhole" else count))

@@ -11,7 +11,7 @@ from functools import lru_cache
 import lensbench as lb
 from lensbench.app.readings import Setup, optical, readings, setup
 from lensbench.app.section_fans import FIELDS, Fan, fans, ideal_fan
-from lensbench.app.settings import Settings, design
+from lensbench.app.settings import REAL, Settings, design
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def _of_lens(stand: Setup, wide_open: lb.Lens, settings: Settings) -> Sketch:
         stop_z=lens.vertices[lens.stop_index],
         stop_radius=None if pinhole else lens.stop.semi_diameter,
         open_radius=None if pinhole else wide_open.stop.semi_diameter,
-        ideal=settings.model != "trace", reason=stand.reason,
+        ideal=settings.model not in REAL, reason=stand.reason,
     )
 
 

@@ -20,10 +20,12 @@ from lensbench import lenses
 VERSION = 1                     # of the settings in a picture's metadata
 MODELS = {                      # the cameras that the bench offers
     "trace": "Full lens trace",
+    "polynomial": "Fitted polynomial",
     "thin": "Thin lens",
     "pinhole": "Pinhole",
     "perspective": "Perspective, no lens",
 }
+REAL = ("trace", "polynomial")  # those of them that follow the real lens
 TONES = {"none": "None", "filmic": "Filmic", "agx": "AgX-like"}
 OVERLAYS = {"none": "None", "coc": "Circle of confusion", "peaking": "Focus peaking", "clipping": "Clipping zebra"}
 LIMITS = {"diagonal": "Diagonal / 1500", "pixel": "One pixel"}
