@@ -20,6 +20,9 @@ from numba import njit
 import lensbench as lb
 from lensbench import lanes, lenses
 from lensbench.blocktracer import packed, trace, tracer
+from lensbench.cameras.environment import LAYOUTS
+from lensbench.cameras.fisheye import PROJECTIONS
+from lensbench.cameras.lens import MODELS
 from lensbench.driver import Program, call_stage, stage_address
 from lensbench.pupil_rim import solve
 from lensbench.pupil_table import POINTS, PupilTable
@@ -118,6 +121,25 @@ def fused() -> Iterator[tuple[str, float, str]]:
         yield f"{name} with shadows, two threads", FILM.pixels_x * FILM.pixels_y * 4 / seconds / 1e6, "Msamples/s"
 
 
+def cameras() -> Iterator[tuple[str, float, str]]:
+    """Every kind of camera before still-life without shadows, two threads, and each against the pinhole in one run."""
+    lens, scene = lenses.load(LENS), lb.builtin_scene("still-life")
+    kinds: dict[str, lb.Camera] = {"perspective": lb.PerspectiveCamera(FILM)}
+    kinds["perspective with a lens"] = lb.PerspectiveCamera(FILM, lens_radius=10.0, focus_distance=1200.0)
+    kinds["orthographic"] = lb.OrthographicCamera(FILM, 1000.0)
+    kinds["orthographic with a lens"] = lb.OrthographicCamera(FILM, 1000.0, 10.0, 1200.0)
+    kinds.update({layout: lb.EnvironmentCamera(FILM, layout) for layout in LAYOUTS})
+    kinds.update({f"{name} fisheye": lb.FisheyeCamera(FILM, math.pi, name, "diagonal") for name in PROJECTIONS})
+    kinds.update({f"lens, {model}": lb.LensCamera(lens, FILM, 1200.0, model=model) for model in MODELS})
+    works: dict[str, Callable[[], object]] = {}
+    for name, camera in kinds.items():
+        works[name] = partial(lb.Rendering(camera, scene, shadows=False).add, 4, threads=2)
+    best = least(works)
+    for name, seconds in best.items():
+        yield f"still-life, no shadows, {name}", FILM.pixels_x * FILM.pixels_y * 4 / seconds / 1e6, "Msamples/s"
+        yield f"{name} / perspective", best["perspective"] / seconds, "×"
+
+
 def pupil() -> Iterator[tuple[str, float, str]]:
     """Solving the exit-pupil region of 64 film radii, and what of its samples passes and what light it loses."""
     for name in (LENS, "pbrt-fisheye-10mm"):
@@ -203,7 +225,8 @@ def precision() -> Iterator[tuple[str, float, str]]:
         yield f"fates that differ in {n:,}, {name}", float(((single[3] > 0.0) != (double[3] > 0.0)).sum()), ""
 
 
-PARTS = {"tracer": block_against_scalar, "render": fused, "pupil": pupil, "sampling": sampling, "precision": precision}
+PARTS = {"tracer": block_against_scalar, "render": fused, "cameras": cameras, "pupil": pupil,
+         "sampling": sampling, "precision": precision}
 
 
 def machine() -> str:

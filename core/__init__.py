@@ -44,7 +44,10 @@ if _features.get("avx512f") and _numba.config.CPU_FEATURES is None:
 
 from lensbench.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel  # noqa: E402
 from lensbench.cameras.camera import Camera, CameraError, Rays  # noqa: E402
+from lensbench.cameras.environment import EnvironmentCamera  # noqa: E402
+from lensbench.cameras.fisheye import FisheyeCamera  # noqa: E402
 from lensbench.cameras.lens import LensCamera  # noqa: E402
+from lensbench.cameras.orthographic import OrthographicCamera  # noqa: E402
 from lensbench.cameras.perspective import PerspectiveCamera  # noqa: E402
 from lensbench.confusion import (  # noqa: E402
     circle_of_confusion,
@@ -77,18 +80,19 @@ from lensbench.scenery.objects import (  # noqa: E402
     Sphere,
     Sun,
 )
+from lensbench.spaces import Intrinsics, Places, Spaces, depth_resolution  # noqa: E402
 from lensbench.tracing import Fate, Trace, trace  # noqa: E402
-from lensbench.transform import TransformError  # noqa: E402
+from lensbench.transform import TransformError, look_at  # noqa: E402
 from lensbench.views import VIEWS, fate_colours  # noqa: E402
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Camera", "CameraError",
-    "ChiefRay", "Disk", "ExitPupil", "Fate", "Film", "FilmError", "FirstOrder", "Floor", "FocusError", "Glass",
-    "GlassError", "Image", "Lens", "LensCamera", "LensError", "Material", "Pattern", "PerspectiveCamera",
-    "Positions", "PositionsError", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sky",
-    "Sphere", "Sun", "Surface", "Trace", "TransformError", "astigmatic_foci", "builtin_scene", "chief_ray",
-    "circle_of_confusion", "depth_map", "depth_of_field", "exit_pupil", "fate_colours", "film_distance",
-    "first_order", "focused", "focused_distance", "hyperfocal", "nearest_focus", "real_circle_of_confusion",
-    "render", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission",
-    "working_f_number",
+    "ChiefRay", "Disk", "EnvironmentCamera", "ExitPupil", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera",
+    "Floor", "FocusError", "Glass", "GlassError", "Image", "Intrinsics", "Lens", "LensCamera", "LensError",
+    "Material", "OrthographicCamera", "Pattern", "PerspectiveCamera", "Places", "Positions", "PositionsError", "Rays",
+    "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace",
+    "TransformError", "astigmatic_foci", "builtin_scene", "chief_ray", "circle_of_confusion", "depth_map",
+    "depth_of_field", "depth_resolution", "exit_pupil", "fate_colours", "film_distance", "first_order", "focused",
+    "focused_distance", "hyperfocal", "look_at", "nearest_focus", "real_circle_of_confusion", "render", "seidel",
+    "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
 ]

@@ -61,3 +61,28 @@ def placed(world_from_camera: np.ndarray) -> list[Step]:
     if np.array_equal(world_from_camera, np.eye(4)):
         return []
     return [Step(place, world_from_camera[:3])]
+
+
+def look_at(eye, target, up=(0.0, 1.0, 0.0)) -> np.ndarray:
+    """world_from_camera (4, 4) of a camera at `eye` (mm) that looks at `target`, `up` upright in its picture.
+
+    TransformError where the target is the eye, or up is zero or points along the view.
+    """
+    eye, target, up = (np.asarray(point, float) for point in (eye, target, up))
+    if any(point.shape != (3,) or not np.isfinite(point).all() for point in (eye, target, up)):
+        raise TransformError("look_at needs three points, each of three finite numbers")
+    back, length = eye - target, float(np.linalg.norm(up))
+    distance = float(np.linalg.norm(back))
+    if distance == 0.0:
+        raise TransformError("the camera stands where it looks at: move its eye or its target")
+    if length == 0.0:
+        raise TransformError("the up direction is zero: give it a length")
+    back = back / distance
+    right = np.cross(up / length, back)
+    sine = float(np.linalg.norm(right))
+    if sine < 1e-9:
+        raise TransformError("the camera looks along its up direction: choose another one")
+    right = right / sine
+    m = np.eye(4)
+    m[:3, 0], m[:3, 1], m[:3, 2], m[:3, 3] = right, np.cross(back, right), back, eye
+    return m

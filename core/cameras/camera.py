@@ -1,4 +1,4 @@
-"""What every camera has: a film, a place in the world, a shutter, weights, and rays."""
+"""What every camera has: a film, a place in the world, a shutter, weights, rays, and the way back to the film."""
 
 import math
 from dataclasses import dataclass, field
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lensbench.cameras.gaussian import Gaussian
 from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.glass import D_LINE
@@ -13,6 +14,7 @@ from lensbench.lanes import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.motion import AnimatedTransform
 from lensbench.sampling import unit_square
 from lensbench.shutter import DIRECTIONS, clock_step
+from lensbench.spaces import Intrinsics, Places, Spaces, Window, transformed, window_of
 from lensbench.transform import checked, placed
 
 
@@ -114,6 +116,21 @@ class Camera:
         return 0.5, 0.5
 
     @property
+    def gaussian(self) -> Gaussian:
+        """Its rays as those of a lens without aberrations; CameraError for a camera that is not projective."""
+        raise CameraError("this camera is not projective: straight lines are curves in its pictures")
+
+    @property
+    def window(self) -> Window | None:
+        """What of the screen falls on the film; None: all of it."""
+        return None
+
+    @property
+    def film_step(self) -> Step:
+        """The step from raster pixels to the film."""
+        return self.film.step
+
+    @property
     def disperses(self) -> bool:
         """Whether its rays differ with the wavelength."""
         return False
@@ -129,7 +146,7 @@ class Camera:
         seconds since shutter_open; so it is of a camera that moves. Others have no step for the time.
         """
         clock = [self.clock] if timed or self.moves else []
-        return [*clock, self.film.step, *self.camera_steps(wavelength), *self.carried]
+        return [*clock, self.film_step, *self.camera_steps(wavelength), *self.carried]
 
     @property
     def carried(self) -> list[Step]:
@@ -165,9 +182,130 @@ class Camera:
         if not np.isfinite(raster_xy).all():
             raise CameraError("raster points must be finite numbers")
         n = len(raster_xy)
-        times = np.broadcast_to(np.asarray(time, float), (n,))
-        if not ((times >= 0.0) & (times <= 1.0)).all():
-            raise CameraError("times must lie between 0 and 1, parts of what the shutter lets through")
+        times = np.broadcast_to(checked_times(time), (n,))
         given = {X: raster_xy[:, 0], Y: raster_xy[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1], TIME: times}
         out = Program(self.steps(wavelength, timed=True), dtype).run(given, [X, Y, Z, L, M, N, WEIGHT, TIME], n)
         return Rays(out[:3].T, out[3:6].T, out[6], self.shutter_open + out[7].astype(float))
+
+    def raster_from_point(self, points, pupil_uv=None, time=0.0, wavelength: float = D_LINE):
+        """The way back: which raster points (n, 2) see points (n, 3) of the world (mm), and whether they do, (n,) bool.
+
+        By the ray through pupil points (n, 2) in [0, 1]² at time (n,) in [0, 1), as generate_rays takes them; None:
+        through the middle of the pupil. wavelength in µm. Not visible: what lies behind the camera, is blocked by the
+        lens, or falls beside the film; its raster point may still be told, or is NaN. The scene hides nothing.
+        ValueError for points that are not finite, pupil points outside the unit square and times outside [0, 1].
+        """
+        points = np.atleast_2d(np.asarray(points, float))
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise ValueError(f"points of the shape {points.shape}: they must be (n, 3) finite numbers")
+        middle = self.pupil_centre if pupil_uv is None else pupil_uv
+        pupil_uv = np.broadcast_to(unit_square(middle, np.float64), (len(points), 2))
+
+        def project(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            """As the camera stands when these lines of the film are open."""
+            there = transformed(np.linalg.inv(self.placement(time, line)), points)
+            film, visible = self.film_from_point(there, pupil_uv, wavelength)
+            return self.raster_from_film(film), visible
+
+        raster, visible = project(self._middle(len(points)))
+        if self.moves and self.readout > 0.0:
+            raster, visible = self._on_their_lines(project, raster)
+        with np.errstate(invalid="ignore"):
+            inside = ((raster >= 0.0) & (raster <= [self.film.pixels_x, self.film.pixels_y])).all(1)
+        return raster, visible & inside
+
+    def _on_their_lines(self, project, raster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points fall on the line that is open when they do: by the secant rule along the readout, each on its own."""
+        axis = 0 if self.readout_direction in ("left", "right") else 1
+        before, place = self._middle(len(raster)), raster.copy()
+        off = raster[:, axis] - before[:, axis]
+        for _ in range(40):
+            raster, visible = project(place)
+            now = raster[:, axis] - place[:, axis]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                step = -now * (place[:, axis] - before[:, axis]) / (now - off)
+            step = np.where(np.isfinite(step), step, now)
+            before, off, place = place, now, place.copy()
+            place[:, axis] += step
+            if not (np.abs(step) > 1e-11).any():
+                break
+        raster, visible = project(place)
+        with np.errstate(invalid="ignore"):             # a panorama that turns fast may miss a point, or see it twice
+            return raster, visible & (np.abs(raster[:, axis] - place[:, axis]) < 1e-6)
+
+    def _middle(self, n: int) -> np.ndarray:
+        return np.tile([self.film.pixels_x / 2.0, self.film.pixels_y / 2.0], (n, 1))
+
+    def placement(self, time=0.0, raster=None) -> np.ndarray:
+        """world_from_camera at times (n,) in [0, 1) of the shutter, for raster points (n, 2): (4, 4), or (n, 4, 4).
+
+        raster, which a rolling shutter asks for: the middle of the film by default.
+        """
+        if not isinstance(self.world_from_camera, AnimatedTransform):
+            return self.world_from_camera
+        raster = self._middle(max(np.size(time), 1)) if raster is None else raster
+        given = {X: raster[:, 0], Y: raster[:, 1], TIME: np.broadcast_to(checked_times(time), (len(raster),))}
+        return self.world_from_camera_at(self.shutter_open + Program([self.clock], np.float64).run(
+            given, [TIME], len(raster))[0])
+
+    def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray, wavelength: float = D_LINE):
+        """As raster_from_point, from points of the camera frame to film points (n, 2) in mm, and which it sees."""
+        return self.gaussian.film_points(points, pupil_uv)
+
+    def raster_from_film(self, film_xy: np.ndarray) -> np.ndarray:
+        """Raster points (n, 2) of film points (n, 2) in mm: the inverse of the film's step."""
+        across, right, down, bottom = self.film_step.parameters
+        return np.stack([(right - film_xy[:, 0]) / across, (film_xy[:, 1] + bottom) / down], 1)
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """Focal length and principal point in pixels; CameraError for a camera that is not projective.
+
+        Of a traced lens: those of its first order.
+        """
+        across, right, down, bottom = self.film_step.parameters
+        lens = self.gaussian
+        per_slope = -1.0 / (lens.slope_film if lens.slope_film != 0.0 else lens.origin_film)
+        return Intrinsics(per_slope / across, per_slope / down, right / across, bottom / down)
+
+    def spaces(self, near: float = 1.0, far: float = math.inf, time=0.0) -> Spaces:
+        """The transforms between its spaces, with depth from `near` to `far` (mm); CameraError where it has none.
+
+        An orthographic camera needs a finite far plane.
+        """
+        film, lens = self.film, self.gaussian
+        half = min(film.width, film.height) / 2.0
+        perspective = lens.slope_film != 0.0
+        per_slope = lens.slope_film if perspective else lens.origin_film
+        eye = lens.z + lens.origin_film / lens.slope_film if perspective else lens.z
+        return Spaces(film.pixels_x, film.pixels_y, self.window or window_of(film), -1.0 / (per_slope * half),
+                      near, far, perspective, eye, np.reshape(self.placement(time), (4, 4)))
+
+    def places(self, raster_xy, distance: float, time=0.0, object_from_world=None) -> Places:
+        """Raster points (n, 2) in every space, for every kind of camera: what a read-out under the mouse shows.
+
+        distance: along the ray through the middle of the pupil to what is seen there (mm), a number or (n,).
+        object_from_world: (4, 4), into the frame of a thing in the scene.
+        """
+        film = self.film
+        raster = np.atleast_2d(np.asarray(raster_xy, float))
+        ndc = raster / [film.pixels_x, film.pixels_y]
+        left, right, bottom, top = self.window or window_of(film)
+        screen = ndc * [right - left, bottom - top] + [left, top]
+        across, middle, down, low = self.film_step.parameters
+        on_film = np.column_stack([middle - raster[:, 0] * across, raster[:, 1] * down - low, np.zeros(len(raster))])
+        rays = self.generate_rays(raster, np.tile(self.pupil_centre, (len(raster), 1)), time)
+        seen = rays.weights > 0.0
+        world = np.where(seen[:, None], rays.origins + rays.directions * np.broadcast_to(distance, seen.shape)[:, None],
+                         math.nan)
+        camera = transformed(np.linalg.inv(self.placement(time, raster)), world)
+        return Places(raster, ndc, screen, on_film, camera, world,
+                      world if object_from_world is None else transformed(object_from_world, world))
+
+
+def checked_times(time) -> np.ndarray:
+    """Parts of what the shutter lets through; CameraError where they are not in [0, 1]."""
+    times = np.asarray(time, float)
+    if not ((times >= 0.0) & (times <= 1.0)).all():
+        raise CameraError("times must lie between 0 and 1, parts of what the shutter lets through")
+    return times

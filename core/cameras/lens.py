@@ -1,4 +1,4 @@
-"""A camera with a real lens, in as much detail as is wanted: the full trace, a thin lens, or a pinhole."""
+"""A camera with a real lens, in as much detail as is wanted: the full trace, a thick or thin lens, or a pinhole."""
 
 import math
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from functools import cached_property
 
 from lensbench.blocktracer import tracer
 from lensbench.cameras.camera import Camera, CameraError
-from lensbench.cameras.thin import axis_irradiance, ideal
+from lensbench.cameras.gaussian import Gaussian, thick, thin
 from lensbench.film import Film
 from lensbench.focus import FocusError, film_distance, focused
 from lensbench.glass import D_LINE, GlassError
@@ -18,7 +18,7 @@ from lensbench.pupil import exit_pupil
 from lensbench.pupil_table import PupilTable
 from lensbench.spectrum import WAVELENGTHS
 
-MODELS = ("trace", "polynomial", "thin", "pinhole")
+MODELS = ("trace", "polynomial", "thick", "thin", "pinhole")
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,8 @@ class LensCamera(Camera):
     so near. The camera's own lens has its groups in their places. f_number, which counts
     at infinity: None is wide open; LensError where it cannot open so far.
     model: "trace" follows every ray through every surface; "polynomial" evaluates a polynomial of
-    this degree (3, 5, 7, 9 or 11) that is fitted to the trace; "thin" puts a thin
+    this degree (3, 5, 7, 9 or 11) that is fitted to the trace; "thick" images every film point by the
+    lens's principal planes and pupils, which may lie anywhere but on the film (CameraError); "thin" puts a thin
     lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole,
     which passes as much light as that lens. CameraError for these two where the entrance
     pupil lies at infinity or beyond the object. dispersion: whether pictures are traced
@@ -63,7 +64,10 @@ class LensCamera(Camera):
         if not self.film_distance > 0.0:            # what cannot be focused at all is refused on the way
             raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
                              "where no film can stand")
-        if not self.follows_rays and not -self.focus_distance < self._pupil_z < math.inf:
+        if self.model == "thick" and abs(self.first_order.exit_pupil.z - self.lens.length - self.film_distance) <= (
+                1e-9 * self.film_distance):
+            raise CameraError("the exit pupil of this lens lies on the film: the thick model cannot aim at it")
+        if self.model in ("thin", "pinhole") and not -self.focus_distance < self._pupil_z < math.inf:
             raise CameraError(f"the entrance pupil of this lens lies at infinity or beyond the object: "
                               f"the {self.model} model cannot stand there")
         if self.dispersion and not self.disperses and self._glass_error:
@@ -122,6 +126,18 @@ class LensCamera(Camera):
         """Of the entrance pupil, in the camera frame (mm)."""
         return self.first_order.entrance_pupil.z - self.lens.length - self.film_distance
 
+    @cached_property
+    def gaussian(self) -> Gaussian:
+        """The rays of the ideal models, and of a trace those of the lens's first order."""
+        if self.follows_rays or self.model == "thick":
+            return thick(self.lens, self.film_distance)
+        fo = self.first_order
+        s_e = self.focus_distance + self._pupil_z
+        s_p = s_e - fo.entrance_pupil.z + fo.front_principal
+        behind = fo.efl if math.isinf(s_e) else fo.efl * s_e / (s_p - fo.efl)
+        lens = thin(self._pupil_z, fo.entrance_pupil.radius, behind, s_e)
+        return lens._replace(origin_pupil=0.0, slope_pupil=0.0) if self.model == "pinhole" else lens
+
     @property
     def pupil_centre(self) -> tuple[float, float]:
         """The U0, U1 of the ray through the middle of the pupil."""
@@ -140,12 +156,6 @@ class LensCamera(Camera):
             lens = tracer(self.lens, self.film_distance, wavelength) if self.model == "trace" else Polynomial.fit(
                 self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance).step
             return [table.step(normaliser), lens]
-        fo = self.first_order
-        s_e = self.focus_distance + self._pupil_z
-        s_p = s_e - fo.entrance_pupil.z + fo.front_principal
-        behind = fo.efl if math.isinf(s_e) else fo.efl * s_e / (s_p - fo.efl)
-        radius = fo.entrance_pupil.radius
-        area = math.pi * radius**2
-        hole = self.model == "pinhole"
-        gain = area / self._normaliser(area if hole else axis_irradiance(radius, behind), behind)
-        return [ideal(self._pupil_z, 0.0 if hole else radius, behind, s_e, gain)]
+        ideal = self.gaussian
+        on_axis = ideal.cone if self.model == "pinhole" else ideal.axis_irradiance
+        return [ideal.step(ideal.cone / self._normaliser(on_axis, 1.0))]

@@ -4,46 +4,85 @@ import math
 from dataclasses import dataclass
 
 from lensbench.cameras.camera import Camera, CameraError
-from lensbench.cameras.thin import axis_irradiance, ideal
+from lensbench.cameras.gaussian import Gaussian, thin
 from lensbench.film import Film
 from lensbench.glass import D_LINE
 from lensbench.lanes import Step
+from lensbench.spaces import FOV_AXES, Window, half_extent, window_of, window_step
 
 
 @dataclass(frozen=True, eq=False)
 class PerspectiveCamera(Camera):
     """Looks from its lens at the camera's origin along −z.
 
-    fov: along the shorter side (radians); lens_radius: mm, 0 is a pinhole;
-    focus_distance: from the lens (mm), math.inf allowed.
+    fov: along the shorter side (radians), or along what fov_axis says: "shorter", "longer", "horizontal", "vertical",
+    "diagonal". lens_radius: mm, 0 is a pinhole; focus_distance: from the lens (mm), math.inf allowed. window: what
+    of the screen falls on the film, (left, right, bottom, top) with 1 half the shorter side; None: all of it. A window
+    crops, extends or shifts the view (a shifted one is a view camera's rise); fov stays that of the whole screen.
+    CameraError for what cannot be.
     """
 
     film: Film
     fov: float = 0.8
     lens_radius: float = 0.0
     focus_distance: float = math.inf
+    fov_axis: str = "shorter"
+    window: Window | None = None
 
     def __post_init__(self):
         super().__post_init__()
         if not 0.0 < self.fov < math.pi:
             raise CameraError(f"field of view {math.degrees(self.fov):g}°: it must lie between 0° and 180°")
-        if not (math.isfinite(self.lens_radius) and self.lens_radius >= 0.0):
-            raise CameraError(f"lens radius {self.lens_radius:g} mm: it must be 0 (a pinhole) or positive")
+        if self.fov_axis not in FOV_AXES:
+            raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(FOV_AXES)}")
+        check_lens(self.lens_radius, self.focus_distance)
         if self.lens_radius == 0.0 and self.weights == "physical":
             raise CameraError("a pinhole has no area for light to pass: give a lens radius, or choose relative weights")
-        if not self.focus_distance > 0.0:
-            raise CameraError(f"focus distance {self.focus_distance:g} mm: it must be positive")
+        object.__setattr__(self, "window", checked_window(self.window))
 
     @property
     def film_distance(self) -> float:
         """From the lens to its film (mm), as the field of view has it: the film may be imagined anywhere."""
-        return min(self.film.width, self.film.height) / 2.0 / math.tan(self.fov / 2.0)
+        half = half_extent(self.film, self.fov_axis) * min(self.film.width, self.film.height) / 2.0
+        return half / math.tan(self.fov / 2.0)
+
+    @property
+    def film_step(self) -> Step:
+        """From raster to the film, of which the window is imagined as a part."""
+        return self.film.step if self.window is None else window_step(self.film, self.window)
+
+    @property
+    def gaussian(self) -> Gaussian:
+        """Its rays."""
+        return thin(0.0, self.lens_radius, self.film_distance, self.focus_distance)
+
+    @property
+    def image_plane_area(self) -> float:
+        """Of the part of the plane at distance 1 from the lens that the film sees: mm² on a plane at 1 mm."""
+        left, right, bottom, top = self.window or window_of(self.film)
+        half = min(self.film.width, self.film.height) / 2.0 / self.film_distance
+        return (right - left) * (top - bottom) * half * half
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """One step: the thin lens, or the pinhole, for every wavelength alike."""
-        z = self.film_distance
-        if self.lens_radius == 0.0:
-            return [ideal(0.0, 0.0, z, self.focus_distance, 1.0)]
-        area = math.pi * self.lens_radius**2
-        gain = area / self._normaliser(axis_irradiance(self.lens_radius, z), z)
-        return [ideal(0.0, self.lens_radius, z, self.focus_distance, gain)]
+        lens = self.gaussian
+        gain = 1.0 if self.lens_radius == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0)
+        return [lens.step(gain)]
+
+
+def check_lens(radius: float, focus_distance: float) -> None:
+    """CameraError where no thin lens can have this radius and focus (mm)."""
+    if not (math.isfinite(radius) and radius >= 0.0):
+        raise CameraError(f"lens radius {radius:g} mm: it must be 0 (a pinhole) or positive")
+    if not focus_distance > 0.0:
+        raise CameraError(f"focus distance {focus_distance:g} mm: it must be positive")
+
+
+def checked_window(window) -> Window | None:
+    """The window as four floats; CameraError where it is none."""
+    if window is None:
+        return None
+    sides = tuple(float(side) for side in window)
+    if len(sides) != 4 or not all(map(math.isfinite, sides)) or not (sides[0] < sides[1] and sides[2] < sides[3]):
+        raise CameraError("a screen window is four finite numbers: left < right, then bottom < top")
+    return sides

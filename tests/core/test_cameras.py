@@ -63,7 +63,7 @@ def test_at_infinity_all_rays_of_a_film_point_are_parallel():
 
 def test_the_picture_is_upright_and_the_right_side_is_right():
     """A point up and to the right in the world is up (small y) and right (large x) in the raster."""
-    for model in ("trace", "thin", "pinhole"):
+    for model in ("trace", "thick", "thin", "pinhole"):
         camera = lb.LensCamera(dgauss(), FILM, 2000.0, 4.0, model=model)
         ray = camera.generate_rays([[700.0, 100.0]], [camera.pupil_centre])
         assert ray.directions[0, 0] > 0.05 and ray.directions[0, 1] > 0.05 and ray.directions[0, 2] < -0.9
@@ -150,7 +150,7 @@ def test_on_the_axis_the_physical_weight_is_pi_sin2_times_the_open_time():
     assert mean == pytest.approx(math.pi * sine2 * 0.008, rel=1e-3)
 
 
-@pytest.mark.parametrize("model", ["trace", "thin", "pinhole"])
+@pytest.mark.parametrize("model", ["trace", "thick", "thin", "pinhole"])
 def test_the_axis_point_has_weight_one_whatever_the_stop(model):
     n = 4096
     uv = np.column_stack([(np.arange(n) + 0.5) / n, (np.arange(n) * 0.6180339887498949) % 1.0])
@@ -185,7 +185,7 @@ def test_no_weight_is_negative_where_the_region_dies_away(name):
 
 
 @pytest.mark.parametrize("real", [np.float32, np.float64])
-@pytest.mark.parametrize("model", ["trace", "thin", "pinhole"])
+@pytest.mark.parametrize("model", ["trace", "thick", "thin", "pinhole"])
 def test_the_edges_of_the_unit_square_belong_to_the_pupil_and_nothing_beyond_does(model, real):
     camera = lb.LensCamera(dgauss(), FILM, 2000.0, model=model)
     edges = np.array([[1.0, 1.0], [1.0 - 1e-12, 0.5], [0.0, 1.0], [1.0, 0.0]])
@@ -260,7 +260,7 @@ def test_single_precision_rays_are_the_double_ones_to_their_digits():
     (lambda: lb.LensCamera(lb.Lens((lb.Surface(0.05, 4.0, 8.0, lb.Glass(1.5)),), 0), FILM), "ends in glass"),
     (lambda: lb.LensCamera(behind_stop(20.0), FILM), "before its last vertex"),
     (lambda: lb.PerspectiveCamera(FILM, world_from_camera=np.full((4, 4), math.nan)), "finite"),
-    (lambda: lb.LensCamera(dgauss(), FILM, model="magic"), "trace, polynomial, thin, pinhole"),
+    (lambda: lb.LensCamera(dgauss(), FILM, model="magic"), "trace, polynomial, thick, thin, pinhole"),
     (lambda: lb.LensCamera(dgauss(), FILM, 100.0), "nearest distance of this lens is 0.196 m"),
     (lambda: lb.LensCamera(dgauss(), FILM, f_number=0.7), "f/2"),
     (lambda: lb.LensCamera(dgauss(), FILM, f_number=0.0), "f-number"),

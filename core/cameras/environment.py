@@ -1,0 +1,160 @@
+"""A camera that sees in every direction from one point: panoramas in three layouts.
+
+Directions are of the camera's frame. Each layout is a stage from the film to the
+direction, and a function back. Across a panorama x runs to the right, y down; u and v
+below are the same from the film's centre, 1 at the film's sides.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.cameras.camera import Camera, CameraError
+from lensbench.film import Film
+from lensbench.glass import D_LINE
+from lensbench.lanes import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.turn import sine_versine
+
+LAYOUTS = ("equirectangular", "equal-area", "cube-map")
+
+
+@dataclass(frozen=True, eq=False)
+class EnvironmentCamera(Camera):
+    """The full sphere as seen from the camera's origin; each pixel shows the radiance of its directions (weight 1).
+
+    layout: "equirectangular": θ = π y / h from straight up, φ = 2π x / w − π to the right, direction
+    (sin θ sin φ, cos θ, −sin θ cos φ), −z in the centre. "equal-area": the octahedron, each pixel the same solid angle;
+    −z in the centre, +z in the corners (Clarberg 2008). "cube-map": six faces as a cross of 4 × 3 cells,
+    left, front, right and back in the middle row, up and down above and below front; the other cells stay dark.
+    CameraError for another layout, and for physical weights, which need an area for light to pass.
+    """
+
+    film: Film
+    layout: str = "equirectangular"
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.layout not in LAYOUTS:
+            raise CameraError(f"layout {self.layout!r}: choose one of {', '.join(LAYOUTS)}")
+        if self.weights == "physical":
+            raise CameraError("a panorama is seen from a point, which has no area for light to pass: "
+                              "choose relative weights")
+
+    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """One step: the layout's."""
+        return [Step(_STAGES[self.layout], np.array([2.0 / self.film.width, 2.0 / self.film.height]))]
+
+    def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
+        """In closed form; it sees every point but its own origin."""
+        u, v = _BACK[self.layout](points)
+        film = np.stack([-u * self.film.width / 2.0, v * self.film.height / 2.0], 1)
+        return film, np.isfinite(film).all(1)
+
+
+@stage
+def equirectangular(lanes, p, key):
+    """The film point X, Y to the direction at longitude φ, θ from the pole. p: 2 / width, 2 / height (1/mm)."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
+    across, down = real(-0.5) * p[0], real(0.25) * p[1]
+    for i in range(B):
+        sine, versine = sine_versine(real, x[i] * across)
+        below, less = sine_versine(real, y[i] * down)           # θ − 90°
+        ring = real(1) - less
+        l[i], m[i], n[i] = ring * sine, -below, ring * (versine - real(1))
+        x[i], y[i], z[i], weight[i] = real(0), real(0), real(0), real(1)
+
+
+@stage
+def equal_area(lanes, p, key):
+    """The film point X, Y to the direction, by the octahedron. p: 2 / width, 2 / height (1/mm).
+
+    Of the distance r from the nearer pole, in [0, 1], and the turn about the axis between
+    two edges: 1 − |cos| is r².
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
+    across, down = -p[0], -p[1]
+    for i in range(B):
+        u, v = x[i] * across, y[i] * down
+        au, av = abs(u), abs(v)
+        front = real(1) - (au + av)
+        r = real(1) - abs(front)
+        turn = (av - au) / (r if r > real(0) else real(1))
+        sine, versine = sine_versine(real, real(0.125) * turn + real(0.125))
+        ring = r * math.sqrt(real(2) - r * r)
+        cosine = ring - ring * versine
+        sine = ring * sine
+        l[i] = cosine if u >= real(0) else -cosine
+        m[i] = sine if v >= real(0) else -sine
+        n[i] = r * r - real(1) if front >= real(0) else real(1) - r * r
+        x[i], y[i], z[i], weight[i] = real(0), real(0), real(0), real(1)
+
+
+@stage
+def cube_map(lanes, p, key):
+    """The film point X, Y to the direction through the face of a cube; dark beside the cross.
+
+    p: 2 / width, 2 / height (1/mm).
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
+    across, down = real(-2) * p[0], real(1.5) * p[1]
+    for i in range(B):
+        u, v = x[i] * across + real(2), y[i] * down + real(1.5)
+        column, line = np.floor(u), np.floor(v)
+        column = column if column > real(0) else real(0)
+        column = column if column < real(3) else real(3)
+        line = line if line > real(0) else real(0)
+        line = line if line < real(2) else real(2)
+        a, b = real(2) * (u - column) - real(1), real(2) * (v - line) - real(1)
+        k = column - real(1)                                # quarter turns to the right
+        cosine, sine = real(1) - abs(k), k if k < real(1.5) else real(0)
+        rise = real(1) - line                               # 1 the face above, −1 the one below
+        level = rise == real(0)
+        dx = sine + a * cosine if level else a
+        dy = -b if level else rise
+        dz = a * sine - cosine if level else -b * rise
+        size = real(1) / math.sqrt(real(1) + a * a + b * b)
+        l[i], m[i], n[i] = dx * size, dy * size, dz * size
+        weight[i] = real(1) if level | (k == real(0)) else real(0)
+        x[i], y[i], z[i] = real(0), real(0), real(0)
+
+
+def _equirectangular_back(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    x, y, z = points.T
+    u = np.arctan2(x, -z) / math.pi
+    v = np.arctan2(-y, np.hypot(x, z)) / (math.pi / 2.0)
+    return np.where(points.any(1), u, math.nan), v
+
+
+def _equal_area_back(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    with np.errstate(invalid="ignore"):
+        x, y, z = (points / np.linalg.norm(points, axis=1)[:, None]).T
+    r = np.sqrt((x * x + y * y) / (1.0 + np.abs(z)))
+    along = np.arctan2(np.abs(y), np.abs(x)) / (math.pi / 2.0) * r
+    across = r - along
+    u, v = np.where(z <= 0.0, across, 1.0 - along), np.where(z <= 0.0, along, 1.0 - across)
+    return np.copysign(u, x), np.copysign(v, -y)
+
+
+def _cube_map_back(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """By the greatest of the three coordinates."""
+    x, y, z = points.T
+    size = np.abs(points).max(1)
+    level = np.maximum(np.abs(x), np.abs(z)) >= np.abs(y)
+    ahead = np.abs(z) >= np.abs(x)
+    k = np.where(level, np.where(ahead, np.where(z <= 0.0, 0.0, 2.0), np.sign(x)), 0.0)
+    a = np.where(level, np.where(ahead, np.where(z <= 0.0, x, -x), np.sign(x) * z), x)
+    rise = np.where(level, 0.0, np.sign(y))
+    b = np.where(level, -y, -rise * z)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (k + 0.5 * (1.0 + a / size) - 1.0) / 2.0, (0.5 * (1.0 + b / size) - rise - 0.5) / 1.5
+
+
+_STAGES = {"equirectangular": equirectangular, "equal-area": equal_area, "cube-map": cube_map}
+_BACK = {"equirectangular": _equirectangular_back, "equal-area": _equal_area_back, "cube-map": _cube_map_back}

@@ -1,0 +1,153 @@
+"""Ideal fisheyes: the angle θ from the axis becomes the height r on the film by one of four projections."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.cameras.camera import Camera, CameraError
+from lensbench.film import Film
+from lensbench.glass import D_LINE
+from lensbench.lanes import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.spaces import FOV_AXES, half_extent
+from lensbench.turn import sine_versine
+
+PROJECTIONS = ("equidistant", "equisolid", "stereographic", "orthographic")
+
+
+@dataclass(frozen=True, eq=False)
+class FisheyeCamera(Camera):
+    """A fisheye without aberrations at the camera's origin, which looks along −z; weight 1 within its image circle.
+
+    projection: "equidistant" r = f θ, "equisolid" r = 2 f sin(θ/2), "stereographic" r = 2 f tan(θ/2),
+    "orthographic" r = f sin θ. fov (radians) spans the film along fov_axis, one of "shorter" (a round picture, the
+    corners dark), "longer", "horizontal", "vertical", "diagonal" (a full one): what lies at more than fov / 2 from the
+    axis is dark. CameraError where the projection does not reach so far (below 360°; the orthographic to 180°),
+    and for physical weights, which need an area for light to pass.
+    """
+
+    film: Film
+    fov: float = math.pi
+    projection: str = "equidistant"
+    fov_axis: str = "shorter"
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.projection not in PROJECTIONS:
+            raise CameraError(f"projection {self.projection!r}: choose one of {', '.join(PROJECTIONS)}")
+        if self.fov_axis not in FOV_AXES:
+            raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(FOV_AXES)}")
+        if self.projection == "orthographic" and not 0.0 < self.fov <= math.pi:
+            raise CameraError(f"field of view {math.degrees(self.fov):g}°: of an orthographic fisheye it must lie "
+                              "between 0° and 180°, which it reaches")
+        if not 0.0 < self.fov < 2.0 * math.pi:
+            raise CameraError(f"field of view {math.degrees(self.fov):g}°: of a fisheye it must lie between "
+                              "0° and 360°")
+        if self.weights == "physical":
+            raise CameraError("an ideal fisheye sees from a point, which has no area for light to pass: "
+                              "choose relative weights")
+
+    @property
+    def image_radius(self) -> float:
+        """Of the image circle (mm)."""
+        return half_extent(self.film, self.fov_axis) * min(self.film.width, self.film.height) / 2.0
+
+    @property
+    def focal_length(self) -> float:
+        """Mm: the scale of the picture in its centre."""
+        return self.image_radius / float(height(self.projection, self.fov / 2.0))
+
+    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """One step: the projection's."""
+        return [Step(_STAGES[self.projection], np.array([1.0 / self.focal_length, self.image_radius]))]
+
+    def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
+        """In closed form."""
+        across = np.hypot(points[:, 0], points[:, 1])
+        theta = np.arctan2(across, -points[:, 2])
+        seen = points.any(1) & (theta <= self.fov / 2.0 * (1.0 + 1e-12))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            r = self.focal_length * height(self.projection, theta)
+            film = -points[:, :2] * np.where(across > 0.0, r / across, 0.0)[:, None]
+        return np.where(seen[:, None], film, math.nan), seen
+
+
+def height(projection: str, theta):
+    """The height on the film of the angle θ (radians, a number or an array), in focal lengths."""
+    if projection == "equidistant":
+        return np.asarray(theta) * 1.0
+    if projection == "equisolid":
+        return 2.0 * np.sin(0.5 * np.asarray(theta))
+    if projection == "stereographic":
+        return 2.0 * np.tan(0.5 * np.asarray(theta))
+    return np.sin(theta)
+
+
+@stage
+def equidistant(lanes, p, key):
+    """The film point X, Y to the direction at θ = r / f. p: 1 / f (1/mm), radius of the image circle (mm)."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
+    per, edge = p[0], p[1]
+    turns = per * real(0.5 / math.pi)
+    for i in range(B):
+        r = math.sqrt(x[i] * x[i] + y[i] * y[i])
+        sine, versine = sine_versine(real, r * turns)
+        spread = sine / r if r > real(0) else per
+        l[i], m[i], n[i] = -x[i] * spread, -y[i] * spread, versine - real(1)
+        weight[i] = real(1) if r <= edge else real(0)
+        x[i], y[i], z[i] = real(0), real(0), real(0)
+
+
+@stage
+def equisolid(lanes, p, key):
+    """The film point X, Y to the direction at sin(θ/2) = r / 2f. p: 1 / f (1/mm), radius of the image circle (mm)."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
+    per, edge2 = p[0], p[1] * p[1]
+    for i in range(B):
+        r2 = x[i] * x[i] + y[i] * y[i]
+        h2 = real(0.25) * r2 * per * per                    # sin²(θ/2)
+        left = real(1) - h2
+        spread = per * math.sqrt(left if left > real(0) else real(0))
+        l[i], m[i], n[i] = -x[i] * spread, -y[i] * spread, real(2) * h2 - real(1)
+        weight[i] = real(1) if r2 <= edge2 else real(0)
+        x[i], y[i], z[i] = real(0), real(0), real(0)
+
+
+@stage
+def stereographic(lanes, p, key):
+    """The film point X, Y to the direction at tan(θ/2) = r / 2f. p: 1 / f (1/mm), radius of the image circle (mm)."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
+    per, edge2 = p[0], p[1] * p[1]
+    for i in range(B):
+        r2 = x[i] * x[i] + y[i] * y[i]
+        t2 = real(0.25) * r2 * per * per                    # tan²(θ/2)
+        share = real(1) / (real(1) + t2)
+        spread = per * share
+        l[i], m[i], n[i] = -x[i] * spread, -y[i] * spread, (t2 - real(1)) * share
+        weight[i] = real(1) if r2 <= edge2 else real(0)
+        x[i], y[i], z[i] = real(0), real(0), real(0)
+
+
+@stage
+def orthographic(lanes, p, key):
+    """The film point X, Y to the direction at sin θ = r / f. p: 1 / f (1/mm), radius of the image circle (mm)."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
+    per, edge2 = p[0], p[1] * p[1]
+    for i in range(B):
+        r2 = x[i] * x[i] + y[i] * y[i]
+        left = real(1) - r2 * per * per
+        l[i], m[i], n[i] = -x[i] * per, -y[i] * per, -math.sqrt(left if left > real(0) else real(0))
+        weight[i] = real(1) if r2 <= edge2 else real(0)
+        x[i], y[i], z[i] = real(0), real(0), real(0)
+
+
+_STAGES = {"equidistant": equidistant, "equisolid": equisolid, "stereographic": stereographic,
+           "orthographic": orthographic}

@@ -1,0 +1,63 @@
+"""A camera whose rays are parallel: things keep their size at any distance."""
+
+import math
+from dataclasses import dataclass
+
+from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.gaussian import Gaussian, telecentric
+from lensbench.cameras.perspective import check_lens, checked_window
+from lensbench.film import Film
+from lensbench.glass import D_LINE
+from lensbench.lanes import Step
+from lensbench.spaces import Window, window_step
+
+
+@dataclass(frozen=True, eq=False)
+class OrthographicCamera(Camera):
+    """Looks along −z from the plane z = 0 of the camera's frame.
+
+    width: mm of scene across the film's width. lens_radius (mm): 0 gives each film point one ray; otherwise a cone
+    of rays, this wide at z = 0, with its point on the plane focus_distance before the camera, as a telecentric lens
+    does it: things out of focus blur, and still keep their size. With focus_distance=math.inf
+    nothing blurs. window: as of a PerspectiveCamera. CameraError for what cannot be.
+    """
+
+    film: Film
+    width: float
+    lens_radius: float = 0.0
+    focus_distance: float = math.inf
+    window: Window | None = None
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not (math.isfinite(self.width) and self.width > 0.0):
+            raise CameraError(f"width {self.width:g} mm of scene: it must be a positive number")
+        check_lens(self.lens_radius, self.focus_distance)
+        if self.weights == "physical" and self.gaussian.cone == 0.0:
+            raise CameraError("parallel rays alone carry no light: give a lens radius and a finite focus distance, "
+                              "or choose relative weights")
+        object.__setattr__(self, "window", checked_window(self.window))
+
+    @property
+    def film_step(self) -> Step:
+        """From raster to the film, of which the window is imagined as a part."""
+        return self.film.step if self.window is None else window_step(self.film, self.window)
+
+    @property
+    def scale(self) -> float:
+        """How many mm of scene fall on one of film."""
+        return self.width / self.film.width
+
+    @property
+    def gaussian(self) -> Gaussian:
+        """Its rays."""
+        return telecentric(self.scale, self.lens_radius, self.focus_distance)
+
+    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """One step, for every wavelength alike.
+
+        Physical weights: what a cone brings to the plane in focus comes to the film scale² as dense.
+        """
+        lens = self.gaussian
+        gain = 1.0 if lens.cone == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0 / self.scale)
+        return [lens.step(gain)]
