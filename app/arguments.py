@@ -15,7 +15,7 @@ from typing import Any
 
 from lensbench.app.reach import full_view, with_field_of_view, with_film, within_reach
 from lensbench.app.scale import read_angle, read_distance, read_exposure, read_f_number, read_length
-from lensbench.app.settings import MODELS, TONES, Settings, SettingsError
+from lensbench.app.settings import MODELS, TONES, VIEWS, Settings, SettingsError
 
 PICTURES = (".png", ".exr", ".ppm")      # that carry their settings
 
@@ -116,6 +116,7 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--pitch", type=option(read_angle), metavar="ANGLE", help="turn the camera up")
     add("--samples", type=option(read_count), metavar="N", help="samples a pixel, where the render stops")
     add("--seed", type=option(read_seed), metavar="N", help="of the noise")
+    add("--view", choices=VIEWS, help="what is shown: the picture, or what its samples are")
     add("--exposure", type=option(read_exposure), metavar="STOPS", help="such as +1 or -0.5")
     add("--tone", choices=TONES, help="tone curve of the developed picture")
 
@@ -142,7 +143,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     asked = {name: getattr(arguments, option) for name, option in (
         ("model", "model"), ("focal_length", "focal_length"), ("focus_distance", "focus"),
         ("position", "position"), ("yaw", "yaw"), ("pitch", "pitch"), ("samples", "samples"), ("seed", "seed"),
-        ("exposure", "exposure"), ("tone", "tone")) if getattr(arguments, option) is not None}
+        ("view", "view"), ("exposure", "exposure"), ("tone", "tone")) if getattr(arguments, option) is not None}
     if arguments.scene is not None:
         asked["scene"] = _name_or_file(arguments.scene)
     if "f_number" in arguments:

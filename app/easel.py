@@ -1,6 +1,7 @@
 """The picture on its way to the screen: the worker's news in, a developed texture and what is known of it out."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,11 @@ import numpy as np
 
 from lensbench.app import theme
 from lensbench.app.blur import Blur
+from lensbench.app.comparison import Difference
+from lensbench.app.debug_view import codes
 from lensbench.app.histogram import histogram
+from lensbench.app.picture import Picture, Pinned, View
 from lensbench.app.picture_marks import Mark
-from lensbench.app.render_panel import Picture, View
 from lensbench.app.screen import Development, Screen, softening
 from lensbench.app.settings import Settings
 from lensbench.app.worker import News, Worker
@@ -24,8 +27,11 @@ class Easel:
 
     def __init__(self, worker: Worker):
         self.news: News | None = None
+        self.pinned: News | None = None                 # the picture A
         self._worker = worker
         self._screen: Screen | None = None
+        self._pinned_screen: Screen | None = None
+        self._difference: tuple[Any, Difference | None] = (None, None)     # what it is of, and itself
         self._deep: News | None = None                  # the newest with a depth map
         self._loaded: Any = None                        # what the screen holds of it
         self._shares: tuple[Any, Any] = (None, None)    # the histogram, and what it was made of
@@ -47,12 +53,22 @@ class Easel:
         if news is None or screen is None or news is self.news:
             return
         if self.news is None or news.image is not self.news.image:
-            screen.load(news.image)
+            screen.load(_light(news))
         self.news = news
         if news.depth is not None:
             self._deep = news
             if view.mark is None:
                 view.mark = _first_mark(news)
+
+    def pin(self, look: Settings) -> bool:
+        """Keep the picture that is shown as A, with the exposure and tone of `look`; False where there is none yet."""
+        if self.news is None or self._screen is None:
+            return False
+        settings = replace(self.news.settings, exposure=look.exposure, tone=look.tone)
+        self.pinned = self.news._replace(settings=settings)
+        self._pinned_screen = self._pinned_screen or Screen(moderngl.get_context())
+        self._pinned_screen.load(_light(self.news))
+        return True
 
     def picture(self, settings: Settings, view: View) -> Picture:
         """What the render panel shows in this frame."""
@@ -60,20 +76,45 @@ class Easel:
         if news is None or screen is None:
             return Picture(waiting=waiting, first=True)
         texture = screen.developed(self._development(settings, view, news, screen))
+        pinned, difference = None, None
+        if settings.compare != "off" and self.pinned is not None and self._pinned_screen is not None:
+            pinned = self._other(self.pinned, self._pinned_screen, settings, view)
+            if settings.compare == "difference" and screen.size == pinned.size:
+                difference = self._difference_of(self.pinned, news)
+                texture = screen.apart(self._pinned_screen, difference.scale)
         screen.enlarge_by_pixels(view.scale >= 2.0)
         shares = None
         if view.histogram:
-            key = (id(news.image), settings.exposure, settings.tone)
+            curve = "raw" if news.settings.sample_view else settings.tone
+            key = (id(news.image), settings.exposure, curve)
             if self._shares[0] != key:
-                self._shares = (key, histogram(news.image, settings.exposure, settings.tone))
+                self._shares = (key, histogram(_light(news), settings.exposure, curve))
             shares = self._shares[1]
         deep = self._deep
         depth = deep.depth if deep is not None and deep.settings.aim == settings.aim else None
         return Picture(texture, screen.size, news.samples, news.seconds, self._worker.paused, waiting, False, depth,
-                       shares)
+                       shares, pinned, difference)
+
+    @staticmethod
+    def _other(news: News, screen: Screen, settings: Settings, view: View) -> Pinned:
+        """The picture A, with its own look."""
+        own = news.settings
+        texture = screen.developed(Development(own.exposure, "raw" if own.sample_view else own.tone))
+        screen.enlarge_by_pixels(view.scale >= 2.0)
+        return Pinned(texture, screen.size, news.samples, own)
+
+    def _difference_of(self, a: News, b: News) -> Difference:
+        key = (id(a.image), id(b.image))
+        if self._difference[0] != key or self._difference[1] is None:
+            self._difference = (key, Difference.of(_light(a), _light(b)))
+        found = self._difference[1]
+        assert found is not None
+        return found
 
     def _development(self, settings: Settings, view: View, news: News, screen: Screen) -> Development:
         """What the shaders need: the look as it is set, the blur of the settings that the picture was made with."""
+        if news.settings.sample_view:
+            return Development(0.0, "raw")
         blur, share = Blur.of(news.settings), softening(news.samples)
         depth = self._deep.depth if self._deep is not None else None
         if depth is not None and (share > 0.0 or settings.overlay in ("coc", "peaking")):
@@ -85,6 +126,11 @@ class Easel:
         return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus,
                            max(blur.sharp, 1.0), max(6.0 / max(view.scale, 0.05), 2.0),
                            amber, nearer, farther, share if self._loaded else 0.0)
+
+
+def _light(news: News) -> np.ndarray:
+    """What goes to the screen: linear light, or the codes of a view of samples."""
+    return codes(news.image, news.settings) if news.settings.sample_view else news.image
 
 
 def _first_mark(news: News) -> Mark | None:

@@ -27,6 +27,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app import netpbm, tone
+from lensbench.app.debug_view import codes
 from lensbench.app.scene_file import find_scene
 from lensbench.app.settings import Settings, camera
 
@@ -48,9 +49,11 @@ class ExportError(ValueError):
 def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
     """The picture that the window shows: (h, w, 3) linear radiance to sRGB code values in [0, 1].
 
-    Takes exposure and tone from the settings; overlays are the window's alone. A value
-    that is not a number comes out black.
+    Takes exposure and tone from the settings; overlays are the window's alone. A view of
+    samples has codes of its own. A value that is not a number comes out black.
     """
+    if settings.sample_view:
+        return codes(image, settings)
     return tone.develop(np.nan_to_num(image, nan=0.0, posinf=1e9, neginf=0.0), settings.exposure, settings.tone)
 
 
@@ -131,7 +134,8 @@ def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | 
 def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
            cancelled: Callable[[], bool] = lambda: False, threads: int | None = None) -> np.ndarray | None:
     """Render all samples of the settings: (h, w, 3) float32 linear, or None where it was cancelled."""
-    rendering = lb.Rendering(camera(settings), find_scene(settings.scene), seed=settings.seed)
+    rendering = lb.Rendering(camera(settings), find_scene(settings.scene), seed=settings.seed,
+                             view=settings.sample_view)
     threads = threads or os.cpu_count() or 1
     stopped = Event()
     batch = 1

@@ -8,7 +8,7 @@ from imgui_bundle import hello_imgui, imgui
 
 from lensbench.app import theme
 from lensbench.app.dialogs import centre_next
-from lensbench.app.settings import Settings
+from lensbench.app.settings import VIEWS, Settings
 
 if TYPE_CHECKING:
     from lensbench.app.session import Bench
@@ -19,7 +19,8 @@ KEYS = (
     ("Shift + drag, right drag", "pan"),
     ("Ctrl + wheel · Ctrl + drag", "zoom the picture · move it"),
     ("F · 1 · Home", "whole picture · 100 % · camera back to its start"),
-    ("P · C · Z · H", "peaking · circles of confusion · clipping · histogram"),
+    ("P · C · Z · H · V", "peaking · circles of confusion · clipping · histogram · next view"),
+    ("A · S · W · D", "pin the picture as A · compare side by side · by a wipe · their difference"),
     ("Space · R", "pause · restart the render"),
     ("Ctrl + Z · Ctrl + Shift + Z", "undo · redo"),
     ("Ctrl + O · Ctrl + E · Ctrl + S", "open a lens · export · save the picture"),
@@ -148,7 +149,7 @@ def shortcuts(bench: "Bench") -> None:
         redo(bench)
     view, wanted = bench.view, bench.view.requests
     for chord, request in ((KEY.space, "pause"), (KEY.r, "restart"), (CTRL | KEY.s, "screenshot"),
-                           (CTRL | KEY.e, "export"), (CTRL | KEY.o, "open lens")):
+                           (CTRL | KEY.e, "export"), (CTRL | KEY.o, "open lens"), (KEY.a, "pin")):
         if pressed(chord):
             wanted.add(request)
     if pressed(KEY.f):
@@ -162,6 +163,14 @@ def shortcuts(bench: "Bench") -> None:
     for chord, overlay in ((KEY.p, "peaking"), (KEY.c, "coc"), (KEY.z, "clipping")):
         if pressed(chord):
             bench.edited = replace(bench.edited, overlay="none" if bench.edited.overlay == overlay else overlay)
+    for chord, way in ((KEY.s, "side"), (KEY.w, "wipe"), (KEY.d, "difference")):
+        if pressed(chord) and view.pinned is None:
+            view.say("Nothing to compare with yet: keep a picture as A first (A)")
+        elif pressed(chord):
+            bench.edited = replace(bench.edited, compare="off" if bench.edited.compare == way else way)
+    if pressed(KEY.v):
+        views = list(VIEWS)
+        bench.edited = replace(bench.edited, view=views[(views.index(bench.edited.view) + 1) % len(views)])
     if pressed(KEY.f1):
         bench.about = True
     if pressed(CTRL | KEY.q):

@@ -10,9 +10,10 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
+import lensbench as lb
 from lensbench.app import theme
 from lensbench.app.scale import format_distance
-from lensbench.app.settings import Settings
+from lensbench.app.settings import Settings, design
 
 
 @dataclass(frozen=True)
@@ -113,4 +114,27 @@ def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
         extent = imgui.calc_text_size(name).x
         x = min(max(left + place * width - 0.5 * extent, left), left + width - extent)
         draw.add_text(ImVec2(round(x), y + bar + 2.0 * pixel), text, name)
+    imgui.pop_font()
+
+
+def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2) -> None:
+    """A swatch for each surface that can end a ray, from front to rear, above the picture's lower left corner."""
+    if settings.model != "trace":
+        return
+    lens, pixel = design(settings), theme.scale()
+    theme.small()
+    line, side = imgui.get_text_line_height(), theme.em(1.35)
+    left, top = corner.x + 14.0 * pixel, corner.y - 2.0 * line - 14.0 * pixel
+    names = [f"{i + 1}" for i in range(len(lens.surfaces))]
+    names[lens.stop_index] = "stop"
+    widths = [max(side, imgui.calc_text_size(name).x + 6.0 * pixel) for name in names]
+    draw.add_rect_filled(ImVec2(left - 6.0 * pixel, top - 4.0 * pixel),
+                         ImVec2(left + sum(widths) + 6.0 * pixel, top + 1.6 * line + 4.0 * pixel),
+                         theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
+    for name, width, (red, green, blue) in zip(names, widths, lb.fate_colours(lens), strict=True):
+        draw.add_rect_filled(ImVec2(left, top), ImVec2(left + width - pixel, top + 0.5 * line),
+                             theme.packed((float(red), float(green), float(blue), 1.0)))
+        draw.add_text(ImVec2(round(left + 0.5 * (width - imgui.calc_text_size(name).x)), top + 0.55 * line),
+                      theme.packed((0.86, 0.86, 0.86, 1.0)), name)
+        left += width
     imgui.pop_font()

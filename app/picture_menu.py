@@ -1,15 +1,33 @@
-"""How large the picture is, how many samples it gets, and how it is developed: a menu of the render's tools."""
+"""The menus of the render's tools: the picture's size and look, what of it is shown, and what it is compared with."""
 
 from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app import theme
+from lensbench.app.picture import View
 from lensbench.app.reach import with_longer_side
-from lensbench.app.settings import TONES, Settings
+from lensbench.app.settings import COMPARISONS, TONES, VIEWS, Settings
 
 LONGER_SIDES = (480, 640, 960, 1280, 1920, 2880)
 SAMPLES = (16, 64, 256, 1024, 4096)
+VIEW_TIPS = {
+    "picture": "The light that the camera sees",
+    "direction": "The direction d of the rays in the world as a colour, (d + 1) / 2",
+    "origin": "Where the rays leave the lens",
+    "fate": "Rays from all over the rear opening: white where they arrive in the scene, grey where the stop ends them, "
+            "another colour where a rim or total reflection does",
+    "time": "When between the opening and the closing of the shutter each sample is taken",
+    "depth": "How near each thing is: white for the nearest, black for the sky",
+    "weight": "What the camera lets through to each place: cos⁴, vignetting and the pupil's size",
+}
+COMPARISON_KEYS = {"off": "", "side": "S", "wipe": "W", "difference": "D"}
+COMPARISON_TIPS = {
+    "off": "The present picture alone",
+    "side": "A at the left, the present picture at the right",
+    "wipe": "A and the present picture in one place: drag the line between them",
+    "difference": "How far the present picture is from A, channel by channel, in linear light",
+}
 KEEP = imgui.SelectableFlags_.no_auto_close_popups
 
 
@@ -33,6 +51,35 @@ def picture_menu(settings: Settings) -> Settings:
         if _choice(f"{name}###{key}", key == settings.tone, 4.2):
             chosen = replace(settings, tone=key)
     return chosen
+
+
+def view_menu(settings: Settings) -> Settings:
+    """Draw the menu of what is shown into the popup that is open; the settings as chosen."""
+    for key, name in VIEWS.items():
+        if imgui.selectable(f"{name}###{key}", key == settings.view)[0]:
+            settings = replace(settings, view=key)
+        imgui.set_item_tooltip(VIEW_TIPS[key])
+    return settings
+
+
+def comparison_menu(settings: Settings, pinned: Settings | None, view: View) -> Settings:
+    """Draw the menu of A and B into the popup that is open; the settings as chosen.
+
+    pinned: those of the picture A, where there is one.
+    """
+    if imgui.menu_item("Pin as A", "A", False)[0]:
+        view.requests.add("pin")
+    imgui.set_item_tooltip("Keep the picture as it stands, to compare what comes with it")
+    imgui.separator()
+    for key, name in COMPARISONS.items():
+        if imgui.menu_item(f"{name}###{key}", COMPARISON_KEYS[key], key == settings.compare, pinned is not None)[0]:
+            settings = replace(settings, compare=key)
+        imgui.set_item_tooltip(COMPARISON_TIPS[key])
+    imgui.separator()
+    if imgui.menu_item("Take A's settings", "", False, pinned is not None)[0] and pinned is not None:
+        settings = replace(pinned, compare=settings.compare, wipe=settings.wipe, overlay=settings.overlay)
+    imgui.set_item_tooltip("Set everything as it was when A was pinned; undo brings the present settings back")
+    return settings
 
 
 def _label(text: str, first: bool, column: int, width: float) -> None:

@@ -74,7 +74,7 @@ def optical(settings: Settings) -> Settings:
     plain = Settings()
     return replace(settings, scene=plain.scene, position=plain.position, yaw=plain.yaw, pitch=plain.pitch,
                    samples=plain.samples, seed=plain.seed, exposure=plain.exposure, tone=plain.tone,
-                   overlay=plain.overlay)
+                   overlay=plain.overlay, view=plain.view, compare=plain.compare, wipe=plain.wipe)
 
 
 def blur_limit(settings: Settings) -> float:

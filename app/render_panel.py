@@ -6,16 +6,17 @@ its top left corner.
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
-import numpy as np
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
-from numpy.typing import NDArray
 
 from lensbench.app import theme
+from lensbench.app.compare_view import draw_pinned, draw_plate, draw_scale, wiped
+from lensbench.app.debug_view import note
 from lensbench.app.image_circle import dark_corners
-from lensbench.app.picture_marks import Mark, draw_histogram, draw_legend, draw_mark, draw_note
-from lensbench.app.picture_menu import picture_menu
+from lensbench.app.picture import Picture, View
+from lensbench.app.picture_marks import Mark, draw_fates, draw_histogram, draw_legend, draw_mark, draw_note
+from lensbench.app.picture_tools import picture_tools
 from lensbench.app.readings import readings
 from lensbench.app.settings import Settings
 from lensbench.app.viewpoint import dollied, orbited, panned, pivot_distance
@@ -28,155 +29,56 @@ ZOOMS = (0.1, 16.0)
 SLOW = 0.5                      # seconds without a picture, before that is said
 
 
-@dataclass(frozen=True)
-class Picture:
-    """What there is to be shown in this frame."""
-
-    texture: int = 0                                # GL name, 0: nothing yet
-    size: tuple[int, int] = (0, 0)                  # pixels across and down
-    samples: int = 0
-    seconds: float = 0.0
-    paused: bool = False
-    waiting: float = 0.0                            # seconds since the settings changed without a picture of them
-    first: bool = False                             # the kernels are not known to be compiled yet
-    depth: NDArray[np.float32] | None = None        # (h, w) mm from the film along the axis
-    histogram: NDArray[np.float64] | None = None    # (4, bins) red, green, blue, luminance
-
-
-@dataclass
-class View:
-    """What the panel remembers from frame to frame; no part of the settings."""
-
-    zoom: float | None = None                       # screen pixels for a pixel of the picture; None: all that fits
-    centre: tuple[float, float] = (0.5, 0.5)        # the part of the picture in the middle of the panel
-    focus_pick: bool = True
-    histogram: bool = False
-    mark: Mark | None = None
-    pending: tuple[float, float] | None = None      # a click that waits for the depth map, parts of the picture
-    hover: tuple[float, float] | None = None        # the raster point under the mouse
-    scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last
-    dragged: bool = False
-    requests: set[str] = field(default_factory=set)     # asked of the window: pause, restart, screenshot, export
-    messages: list[str] = field(default_factory=list)   # what went wrong or was done, until it is dismissed
-    done: set[str] = field(default_factory=set)         # those of them that tell of something done
-
-    def say(self, message: str, done: bool = False) -> None:
-        """Show a message until it is dismissed; the same one only once. done: nothing went wrong."""
-        if message not in self.messages:
-            self.messages.append(message)
-        (self.done.add if done else self.done.discard)(message)
-
-
 def render_panel(settings: Settings, picture: Picture, view: View) -> Settings:
     """Draw the tools and the picture into the current window; the settings as the mouse has left them."""
-    settings = _tools(settings, picture, view)
+    settings = picture_tools(settings, picture, view)
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     view.hover = None
     if room.x < theme.em(2.0) or room.y < theme.em(2.0):
         return settings
-    settings = _picture(settings, picture, view, corner, room)
+    if picture.pinned is not None and settings.compare == "side":
+        half = ImVec2(round(0.5 * room.x), room.y)
+        _pinned_alone(picture, settings, view, corner, half)
+        settings = _picture(settings, picture, view, ImVec2(corner.x + half.x, corner.y), half)
+    else:
+        settings = _picture(settings, picture, view, corner, room)
     _messages(view, corner, room)
     return settings
-
-
-# The row of tools
-
-
-def _tools(settings: Settings, picture: Picture, view: View) -> Settings:
-    pixel = theme.scale()
-    corner, width = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
-    height = round(theme.em(1.9))
-    imgui.set_cursor_screen_pos(ImVec2(corner.x + 8.0 * pixel, corner.y + round(0.5 * (height - theme.em(1.45)))))
-
-    # How large
-    if _tool(fa.ICON_FA_EXPAND + "  Fit###Fit", "Show the whole picture (F)", view.zoom is None):
-        view.zoom, view.centre = None, (0.5, 0.5)
-    if _tool("100 %###100 %", "One pixel of the picture for one of the screen (1)\n"
-             "Ctrl + wheel zooms, Ctrl + drag moves the picture", view.zoom is not None and abs(view.zoom - 1) < 1e-6):
-        view.zoom = 1.0
-    _gap()
-
-    # What a click does, and what is laid over the picture
-    if _tool(fa.ICON_FA_CROSSHAIRS + "###Focus pick", "Click in the picture to focus there\n\n"
-             "Drag to orbit about what is in focus, Shift or right drag to pan, wheel to dolly", view.focus_pick):
-        view.focus_pick = not view.focus_pick
-    for icon, key, name, tooltip in (
-            (fa.ICON_FA_HIGHLIGHTER, "peaking", "Focus peaking", "Focus peaking: edges in focus are amber (P)"),
-            (fa.ICON_FA_BULLSEYE, "coc", "CoC overlay",
-             "Circle of confusion in pixels as false colour: amber in focus, blue before it, pink behind it (C)"),
-            (fa.ICON_FA_CIRCLE_HALF_STROKE, "clipping", "Clipping",
-             "Clipping: stripes where the picture is fully white (orange) or black (blue) (Z)")):
-        if _tool(f"{icon}###{name}", tooltip, settings.overlay == key):
-            settings = replace(settings, overlay="none" if settings.overlay == key else key)
-    if _tool(fa.ICON_FA_CHART_AREA + "###Histogram", "Histogram of the developed picture (H)", view.histogram):
-        view.histogram = not view.histogram
-    _gap()
-
-    # The render
-    if _tool((fa.ICON_FA_PLAY if picture.paused else fa.ICON_FA_PAUSE) + "###Pause",
-             "Go on rendering (Space)" if picture.paused else "Hold the render (Space)", picture.paused):
-        view.requests.add("pause")
-    if _tool(fa.ICON_FA_ROTATE_LEFT + "###Restart", "Begin the render anew (R)", False):
-        view.requests.add("restart")
-    if _tool(fa.ICON_FA_CAMERA + "###Screenshot", "Save the picture as it stands, with its settings (Ctrl + S)", False):
-        view.requests.add("screenshot")
-    if _tool(fa.ICON_FA_FLOPPY_DISK + "###Export", "Export at any size and number of samples (Ctrl + E)", False):
-        view.requests.add("export")
-    left = imgui.get_item_rect_max().x + 12.0 * pixel
-
-    # What is shown, from the right as far as there is room; a click opens the menu that sets it
-    theme.small()
-    samples = f"{picture.samples} of " if picture.texture else ""
-    text = f"{settings.pixels_x} × {settings.pixels_y}     {samples}{settings.samples} samples"
-    longest = f"{text}     {_seconds(picture.seconds)}" if picture.texture else text
-    texts = [longest, text, f"{settings.pixels_x} × {settings.pixels_y}"]
-    room = corner.x + width - left - 2.0 * imgui.get_style().frame_padding.x
-    text = next((text for text in texts if imgui.calc_text_size(text).x <= room), fa.ICON_FA_ELLIPSIS)
-    extent = imgui.calc_text_size(text).x + 2.0 * imgui.get_style().frame_padding.x
-    imgui.set_cursor_screen_pos(ImVec2(max(corner.x + width - extent - 5.0 * pixel, left),
-                                       corner.y + round(0.5 * (height - imgui.get_frame_height()))))
-    pressed = _tool(f"{text}###Picture size", "Pixels, samples a pixel, tone curve", False)
-    imgui.pop_font()
-    if pressed:
-        imgui.open_popup("Picture menu")
-    lower = imgui.get_item_rect_max()
-    imgui.set_next_window_pos(ImVec2(lower.x, lower.y + 4.0 * pixel), imgui.Cond_.appearing, ImVec2(1.0, 0.0))
-    imgui.set_next_window_size(ImVec2(theme.em(24.0), 0.0))
-    if imgui.begin_popup("Picture menu"):
-        settings = picture_menu(settings)
-        imgui.end_popup()
-    imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
-    imgui.dummy(ImVec2(0.0, 0.0))
-    imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
-    return settings
-
-
-def _seconds(seconds: float) -> str:
-    return f"{seconds:.1f} s" if seconds < 60.0 else f"{int(seconds) // 60}:{int(seconds) % 60:02d} min"
-
-
-def _tool(label: str, tooltip: str, on: bool) -> bool:
-    """A flat button of the row; `on` as it is switched on."""
-    colour = theme.colours()
-    imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(*(colour.frame if on else (0.0, 0.0, 0.0, 0.0))))
-    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if on else colour.dim)))
-    clicked = imgui.button(label)
-    imgui.pop_style_color(2)
-    imgui.set_item_tooltip(tooltip)
-    imgui.same_line(0.0, 2.0 * theme.scale())
-    return clicked
-
-
-def _gap() -> None:
-    imgui.same_line(0.0, 10.0 * theme.scale())
 
 
 # The picture
 
 
+def _frame(size: tuple[int, int], view: View, corner: ImVec2, room: ImVec2) -> tuple[float, ImVec2, ImVec2]:
+    """The scale of a picture of this size in pixels, and its corners on the screen."""
+    width, height = size
+    margin = 6.0 * theme.scale()
+    fit = max(min((room.x - 2.0 * margin) / width, (room.y - 2.0 * margin) / height), 1e-3)
+    density = max(imgui.get_io().display_framebuffer_scale.x, 1.0)
+    scale = fit if view.zoom is None else view.zoom / density
+    x0 = round(corner.x + 0.5 * room.x - view.centre[0] * scale * width)
+    y0 = round(corner.y + 0.5 * room.y - view.centre[1] * scale * height)
+    return scale * density, ImVec2(x0, y0), ImVec2(x0 + round(scale * width), y0 + round(scale * height))
+
+
+def _pinned_alone(picture: Picture, settings: Settings, view: View, corner: ImVec2, room: ImVec2) -> None:
+    """A, at the left of the present picture."""
+    assert picture.pinned is not None
+    pixel, draw = theme.scale(), imgui.get_window_draw_list()
+    _, upper, lower = _frame(picture.pinned.size, view, corner, room)
+    end = ImVec2(corner.x + room.x, corner.y + room.y)
+    draw_pinned(draw, picture.pinned, upper, lower, (corner, end))
+    draw.push_clip_rect(corner, end, True)
+    draw_plate(draw, "A", picture.pinned.settings, settings, picture.pinned.samples,
+               ImVec2(max(upper.x, corner.x) + 14.0 * pixel, max(upper.y, corner.y) + 10.0 * pixel))
+    draw.pop_clip_rect()
+
+
 def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, room: ImVec2) -> Settings:
     pixel = theme.scale()
     draw = imgui.get_window_draw_list()
+    imgui.set_cursor_screen_pos(corner)
+    imgui.set_next_item_allow_overlap()
     imgui.invisible_button("Picture", room, imgui.ButtonFlags_.mouse_button_left | imgui.ButtonFlags_.mouse_button_right
                            | imgui.ButtonFlags_.mouse_button_middle)
     if not picture.texture:
@@ -185,18 +87,12 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
 
     # Where it stands
     width, height = picture.size
-    margin = 6.0 * pixel
-    fit = max(min((room.x - 2.0 * margin) / width, (room.y - 2.0 * margin) / height), 1e-3)
-    density = max(imgui.get_io().display_framebuffer_scale.x, 1.0)
-    view.scale = fit if view.zoom is None else view.zoom / density
-    extent = ImVec2(view.scale * width, view.scale * height)
-    x0 = round(corner.x + 0.5 * room.x - view.centre[0] * extent.x)
-    y0 = round(corner.y + 0.5 * room.y - view.centre[1] * extent.y)
+    view.scale, upper, lower = _frame(picture.size, view, corner, room)
+    extent = ImVec2(max(lower.x - upper.x, 1.0), max(lower.y - upper.y, 1.0))
+    x0, y0 = upper.x, upper.y
     end = ImVec2(corner.x + room.x, corner.y + room.y)
     draw.push_clip_rect(corner, end, True)
-    upper, lower = ImVec2(x0, y0), ImVec2(x0 + round(extent.x), y0 + round(extent.y))
     draw.add_image(imgui.ImTextureRef(picture.texture), upper, lower)
-    view.scale *= density
 
     # The mouse
     mouse = imgui.get_mouse_pos()
@@ -212,20 +108,61 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
         draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
     if view.histogram and picture.histogram is not None:
         draw_histogram(draw, picture.histogram, ImVec2(min(lower.x, end.x), min(lower.y, end.y)))
-    if settings.overlay == "coc":
-        draw_legend(draw, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)))
+    below = ImVec2(max(upper.x, corner.x), min(lower.y, end.y))
+    if picture.difference is not None:
+        draw_scale(draw, picture.difference, below)
+    elif settings.sample_view:
+        if settings.view == "fate":
+            draw_fates(draw, settings, ImVec2(below.x, below.y - theme.em(1.3)))
+        _say_below(draw, below, note(settings))
+    elif settings.overlay == "coc":
+        draw_legend(draw, below)
     else:
-        note = dark_corners(settings)
-        if note:
-            theme.small()
-            draw_note(draw, ImVec2(max(upper.x, corner.x) + 14 * pixel,
-                                   min(lower.y, end.y) - 12 * pixel - imgui.get_text_line_height()), note)
-            imgui.pop_font()
+        _say_below(draw, below, dark_corners(settings))
+    if picture.pinned is not None:
+        settings = _compared(settings, picture, view, upper, lower, (corner, room))
     draw.pop_clip_rect()
     if picture.waiting > SLOW:
         _progress(picture, corner, room)
     if picture.paused:
         draw_note(draw, ImVec2(max(upper.x, corner.x) + 14 * pixel, max(upper.y, corner.y) + 12 * pixel), "Paused")
+    return settings
+
+
+def _say_below(draw: imgui.ImDrawList, corner: ImVec2, text: str) -> None:
+    """A note above the picture's lower left corner, where there is anything to say."""
+    if text:
+        theme.small()
+        place = ImVec2(corner.x + 14.0 * theme.scale(),
+                       corner.y - 12.0 * theme.scale() - imgui.get_text_line_height())
+        draw_note(draw, place, text)
+        imgui.pop_font()
+
+
+def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, lower: ImVec2,
+              panel: tuple[ImVec2, ImVec2]) -> Settings:
+    """A over the left part of the present picture, where they are wiped; and what each of them is."""
+    pinned, (corner, room), pixel = picture.pinned, panel, theme.scale()
+    assert pinned is not None
+    draw, way = imgui.get_window_draw_list(), settings.compare
+    end = ImVec2(corner.x + room.x, corner.y + room.y)
+    if way == "wipe":
+        _, left, right = _frame(pinned.size, view, corner, room)
+        line = upper.x + settings.wipe * (lower.x - upper.x)
+        draw.add_rect_filled(corner, ImVec2(line, end.y), theme.packed(theme.colours().ground))
+        draw_pinned(draw, pinned, left, right, (corner, ImVec2(line, end.y)))
+        settings = wiped(settings, upper, lower, corner, room)
+    elif way == "difference" and picture.difference is None:
+        _say_below(draw, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)),
+                   f"A has {pinned.size[0]} × {pinned.size[1]} pixels: a difference needs as many")
+    top = max(upper.y, corner.y) + 10.0 * pixel
+    a = ImVec2(max(upper.x, corner.x) + 14.0 * pixel, top)
+    b = ImVec2(min(lower.x, end.x) - 14.0 * pixel, top)
+    if way == "side":
+        draw_plate(draw, "B", settings, pinned.settings, picture.samples, a)
+    else:
+        draw_plate(draw, "A", pinned.settings, settings, pinned.samples, a)
+        draw_plate(draw, "B", settings, pinned.settings, picture.samples, b, right=True)
     return settings
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lensbench.app import tone
 
-TONES = {"none": 0, "filmic": 1, "agx": 2}
+TONES = {"none": 0, "filmic": 1, "agx": 2, "raw": 3}
 OVERLAYS = {"none": 0, "coc": 1, "peaking": 2, "clipping": 3}
 SOFTENING = 0.35            # radius of the first passes' softening, of the circle of confusion's diameter
 SOFTENED_SAMPLES = 16       # from here on the picture is shown as it is
@@ -65,7 +65,10 @@ class Screen:
         self._depth = context.texture((1, 1), 1, np.zeros(1, np.float32).tobytes(), dtype="f4")
         self._soft: _Target | None = None
         self._shown: _Target | None = None
+        self._apart: _Target | None = None
         self._done: Development | None = None
+        self._loaded = 0                        # pictures so far
+        self._apart_of: tuple = ()              # what the difference is of
 
     @property
     def size(self) -> tuple[int, int]:
@@ -81,6 +84,7 @@ class Screen:
             self._soft = _Target(self._context, (width, height), 3, "f2")
             self._shown = _Target(self._context, (width, height), 4, "f1")
         self._picture.write(np.ascontiguousarray(image, np.float32))
+        self._loaded += 1
         self._done = None
 
     def load_depth(self, reciprocal: NDArray[np.float32]) -> None:
@@ -115,19 +119,47 @@ class Screen:
             self._done = replace(development)
         return self._shown.texture.glo
 
+    def apart(self, other: "Screen", scale: float) -> int:
+        """The GL name of a texture with the difference from another picture of the same size; `scale` is shown white.
+
+        0 before there are two such pictures.
+        """
+        if self._picture is None or other._picture is None or self.size != other.size:
+            return 0
+        of = (self._loaded, other, other._loaded, scale)
+        if self._apart is not None and self._apart_of == of:
+            return self._apart.texture.glo
+        self._apart = self._apart or _Target(self._context, self.size, 4, "f1")
+        self._apart_of = of
+        before = self._context.detect_framebuffer()
+        other._picture.use(2)
+        self._draw(self._program("difference.frag"), self._apart, self._picture, other=2, gain=1.0 / scale)
+        before.use()
+        self._apart.texture.build_mipmaps()
+        return self._apart.texture.glo
+
     def read(self) -> NDArray[np.uint8]:
         """The developed picture (h, w, 3)."""
-        if self._shown is None:
-            raise ValueError("nothing has been developed yet")
-        width, height = self._shown.texture.size
-        pixels = self._shown.framebuffer.read(components=3, alignment=1)
+        return self._read(self._shown)
+
+    def read_apart(self) -> NDArray[np.uint8]:
+        """The difference as it is shown (h, w, 3)."""
+        return self._read(self._apart)
+
+    @staticmethod
+    def _read(target: _Target | None) -> NDArray[np.uint8]:
+        if target is None:
+            raise ValueError("nothing has been drawn yet")
+        width, height = target.texture.size
+        pixels = target.framebuffer.read(components=3, alignment=1)
         return np.frombuffer(pixels, np.uint8).reshape(height, width, 3)
 
     def enlarge_by_pixels(self, whole: bool) -> None:
         """Show the pixels of an enlarged picture as squares, or blend between them."""
-        if self._shown is not None:
-            above = moderngl.NEAREST if whole else moderngl.LINEAR
-            self._shown.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, above)
+        above = moderngl.NEAREST if whole else moderngl.LINEAR
+        for target in (self._shown, self._apart):
+            if target is not None:
+                target.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, above)
 
     def _program(self, name: str, *inserted: str) -> moderngl.VertexArray:
         """A compiled shader of the package, with lines inserted after its version; made once."""
@@ -153,10 +185,11 @@ class Screen:
     def _release(self) -> None:
         if self._picture is not None:
             self._picture.release()
-        for target in (self._soft, self._shown):
+        for target in (self._soft, self._shown, self._apart):
             if target is not None:
                 target.texture.release()
                 target.framebuffer.release()
+        self._apart = None
 
 
 def _source(name: str) -> str:

@@ -30,8 +30,8 @@ from lensbench.app.files import Files
 from lensbench.app.history import History
 from lensbench.app.menus import shortcuts
 from lensbench.app.panels import Panels, layout
+from lensbench.app.picture import View
 from lensbench.app.reach import showable
-from lensbench.app.render_panel import View
 from lensbench.app.settings import Settings, design
 from lensbench.app.worker import Worker
 
@@ -206,6 +206,8 @@ class Bench:
             self.worker.resume() if self.worker.paused else self.worker.pause()
         if "restart" in wanted:
             self.worker.again()
+        if "pin" in wanted and self.easel.pin(self.history.present) and self.easel.pinned is not None:
+            self.view.pinned = self.easel.pinned.settings
         if "screenshot" in wanted:
             self.files.ask("screenshot")
         if "export" in wanted:

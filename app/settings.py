@@ -17,7 +17,7 @@ import numpy as np
 import lensbench as lb
 from lensbench import lenses
 
-VERSION = 1                     # of the settings in a picture's metadata
+VERSION = 2                     # of the settings in a picture's metadata
 MODELS = {                      # the cameras that the bench offers
     "trace": "Full lens trace",
     "polynomial": "Fitted polynomial",
@@ -28,6 +28,16 @@ MODELS = {                      # the cameras that the bench offers
 REAL = ("trace", "polynomial")  # those of them that follow the real lens
 TONES = {"none": "None", "filmic": "Filmic", "agx": "AgX-like"}
 OVERLAYS = {"none": "None", "coc": "Circle of confusion", "peaking": "Focus peaking", "clipping": "Clipping zebra"}
+VIEWS = {                       # what is shown: the picture, or what its samples are
+    "picture": "Picture",
+    "direction": "Ray direction",
+    "origin": "Ray origin",
+    "fate": "Fate of the rays",
+    "time": "Time",
+    "depth": "Depth",
+    "weight": "Sample weight",
+}
+COMPARISONS = {"off": "Off", "side": "Side by side", "wipe": "Wipe", "difference": "Difference"}
 LIMITS = {"diagonal": "Diagonal / 1500", "pixel": "One pixel"}
 
 
@@ -37,7 +47,7 @@ class SettingsError(ValueError):
 
 @dataclass(frozen=True)
 class Settings:
-    """What a person set. Fields after `exposure` never restart a render."""
+    """What a person set. Fields from `exposure` on never restart a render."""
 
     lens: str = "pbrt-dgauss-50mm"          # a library name, or a path
     focal_length: float | None = None       # scale the whole prescription to this EFL; None: as it was designed
@@ -56,9 +66,12 @@ class Settings:
     pitch: float = 0.0                      # up is positive
     samples: int = 256                      # where the render stops
     seed: int = 0
+    view: str = "picture"                   # a key of VIEWS
     exposure: float = 0.0
     tone: str = "filmic"
     overlay: str = "none"
+    compare: str = "off"                    # with the picture A: a key of COMPARISONS
+    wipe: float = 0.5                       # where A ends and B begins, as a part of the picture's width
     limit: str = "diagonal"                 # of the circle of confusion, for the depth of field
 
     def to_dict(self) -> dict[str, Any]:
@@ -86,7 +99,8 @@ class Settings:
 
     def checked(self) -> "Settings":
         """Itself, or a SettingsError or FilmError that says which value cannot be."""
-        for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS)):
+        for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS),
+                              ("view", VIEWS), ("compare", COMPARISONS)):
             if getattr(self, name) not in choices:
                 raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(choices)}")
         if not 0 <= self.seed < 1 << 32:
@@ -99,6 +113,8 @@ class Settings:
             raise SettingsError(f"position {self.position}: it must be three finite numbers")
         if self.focal_length is not None and self.focal_length <= 0.0:
             raise SettingsError(f"focal length {self.focal_length:g} mm: it must be positive")
+        if not 0.0 <= self.wipe <= 1.0:
+            raise SettingsError(f"wipe {self.wipe:g}: it must lie from 0 to 1")
         if not 0.0 < self.crop <= 1.0:
             raise SettingsError(f"crop {self.crop:g}: it must lie between 0 and 1")
         if not 0.0 < self.fov < math.pi:
@@ -131,14 +147,19 @@ class Settings:
         """What the rendered film depends on: everything else is set to its default."""
         default = Settings()
         return replace(self, samples=default.samples, exposure=default.exposure, tone=default.tone,
-                       overlay=default.overlay, limit=default.limit)
+                       overlay=default.overlay, compare=default.compare, wipe=default.wipe, limit=default.limit)
 
     @property
     def aim(self) -> "Settings":
         """What each place of the picture looks at: `picture` without focus and aperture, a little breathing aside."""
         default = Settings()
         return replace(self.picture, focus_distance=default.focus_distance, f_number=default.f_number,
-                       seed=default.seed)
+                       seed=default.seed, view=default.view)
+
+    @property
+    def sample_view(self) -> str:
+        """What of the samples is shown in place of the light, as the core names it; "" for the picture itself."""
+        return "" if self.view == "picture" else self.view
 
 
 def _of_kind(name: str, kind: Any, value: Any) -> Any:

@@ -83,7 +83,12 @@ def srgb(linear):
 
 
 def develop(image: NDArray[np.floating], exposure: float, tone: str) -> NDArray[np.float64]:
-    """A linear picture (..., 3) as sRGB values in [0, 1]; exposure in stops, tone a key of settings.TONES."""
+    """A linear picture (..., 3) as sRGB values in [0, 1]; exposure in stops, tone a key of settings.TONES.
+
+    Or "raw": values that are codes of the screen already.
+    """
+    if tone == "raw":
+        return np.clip(np.asarray(image, np.float64), 0.0, 1.0)
     rgb = np.maximum(np.asarray(image, np.float64), 0.0) * 2.0 ** exposure
     rgb = np.minimum(rgb, 1e9)
     if tone == "filmic":

@@ -258,7 +258,8 @@ class Worker:
         import lensbench as lb
 
         camera, scene = prepare(settings.checked())
-        return _Job(generation, settings, camera, scene, lb.Rendering(camera, scene, seed=settings.seed))
+        return _Job(generation, settings, camera, scene,
+                    lb.Rendering(camera, scene, seed=settings.seed, view=settings.sample_view))
 
     def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
         """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""

@@ -11,6 +11,7 @@
 
 #define FILMIC 1
 #define AGX 2
+#define RAW 3
 #define COC 1
 #define PEAKING 2
 #define CLIPPING 3
@@ -61,6 +62,8 @@ vec3 developed(ivec2 at) {
     rgb = hable(GAIN * min(rgb, vec3(WHITE / GAIN))) / hable(vec3(WHITE)).r;
 #elif TONE == AGX
     rgb = agx(rgb);
+#elif TONE == RAW
+    return clamp(texelFetch(picture, at, 0).rgb, 0.0, 1.0);     // codes of the screen already
 #endif
     return srgb(clamp(rgb, 0.0, 1.0));
 }

@@ -27,7 +27,7 @@ def ramp(width=256, height=32):
     return image
 
 
-@pytest.mark.parametrize("curve", ["none", "filmic", "agx"])
+@pytest.mark.parametrize("curve", ["none", "filmic", "agx", "raw"])
 @pytest.mark.parametrize("exposure", [-2.0, 0.0, 1.5])
 def test_the_shader_develops_as_numpy_does(screen, curve, exposure):
     image = ramp()
