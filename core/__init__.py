@@ -59,12 +59,13 @@ from lensbench.confusion import (  # noqa: E402
 from lensbench.film import FORMATS, Film, FilmError  # noqa: E402
 from lensbench.focus import FocusError, film_distance, focused, focused_distance, nearest_focus  # noqa: E402
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
+from lensbench.iris import Iris, IrisError  # noqa: E402
 from lensbench.motion import AnimatedTransform  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402
 from lensbench.positions import Positions, PositionsError  # noqa: E402
 from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
-from lensbench.pupil import ExitPupil, exit_pupil  # noqa: E402
+from lensbench.pupil import ExitPupil, exit_pupil, open_region  # noqa: E402
 from lensbench.render import Rendering, depth_map, render  # noqa: E402
 from lensbench.scene import Scene  # noqa: E402
 from lensbench.scenery.library import SCENES, builtin_scene  # noqa: E402
@@ -86,13 +87,14 @@ from lensbench.transform import TransformError, look_at  # noqa: E402
 from lensbench.views import VIEWS, fate_colours  # noqa: E402
 
 __all__ = [
-    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Camera", "CameraError",
-    "ChiefRay", "Disk", "EnvironmentCamera", "ExitPupil", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera",
-    "Floor", "FocusError", "Glass", "GlassError", "Image", "Intrinsics", "Lens", "LensCamera", "LensError",
-    "Material", "OrthographicCamera", "Pattern", "PerspectiveCamera", "Places", "Positions", "PositionsError", "Rays",
-    "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace",
-    "TransformError", "astigmatic_foci", "builtin_scene", "chief_ray", "circle_of_confusion", "depth_map",
-    "depth_of_field", "depth_resolution", "exit_pupil", "fate_colours", "film_distance", "first_order", "focused",
-    "focused_distance", "hyperfocal", "look_at", "nearest_focus", "real_circle_of_confusion", "render", "seidel",
-    "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
+    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Camera",
+    "CameraError", "ChiefRay", "Disk", "EnvironmentCamera", "ExitPupil", "Fate", "Film", "FilmError", "FirstOrder",
+    "FisheyeCamera", "Floor", "FocusError", "Glass", "GlassError", "Image", "Intrinsics", "Iris", "IrisError",
+    "Lens", "LensCamera", "LensError", "Material", "OrthographicCamera", "Pattern", "PerspectiveCamera", "Places",
+    "Positions", "PositionsError", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sky",
+    "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError", "astigmatic_foci", "builtin_scene",
+    "chief_ray", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "exit_pupil",
+    "fate_colours", "film_distance", "first_order", "focused", "focused_distance", "hyperfocal", "look_at",
+    "nearest_focus", "open_region", "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number",
+    "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
 ]

@@ -39,14 +39,16 @@ STILL = 1e-8            # (last step / h)² that is taken for convergence: the n
 NEAR_EQUATOR = 1e-4     # of 1 − (1 + k) c² r²: Newton goes no nearer, or farther
 
 
-def packed(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> np.ndarray:
+def packed(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
+           part: slice = slice(None)) -> np.ndarray:
     """The parameters of `trace`: which way, then SURFACE numbers and MORE for each surface in the order met.
 
     film_distance: last vertex → film (mm). towards: "scene" (from the film), or "film" (from the scene).
+    part: of the surfaces in that order; between two parts a direction is as long as the index it runs in.
     """
     indices, vertices = lens.indices(wavelength), lens.vertices
     sceneward = towards == "scene"
-    order = range(len(vertices) - 1, -1, -1) if sceneward else range(len(vertices))
+    order = (range(len(vertices) - 1, -1, -1) if sceneward else range(len(vertices)))[part]
     sign = -1.0 if sceneward else 1.0
     at = 0.0
     numbers = [sign]
@@ -331,7 +333,19 @@ def _refract(lanes, p, s, curl_x, curl_y):
         V_[i] = V_[i] if V_[i] >= v else v
 
 
-def tracer(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> Step:
-    """The step that traces this lens with its film this far behind the last vertex (mm)."""
+def tracer(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
+           part: slice = slice(None)) -> Step:
+    """The step that traces this lens, its stop a circle, with its film this far behind the last vertex (mm)."""
     spherical = all(surface.is_spherical for surface in lens.surfaces)
-    return Step(trace_spheres if spherical else trace, packed(lens, film_distance, wavelength, towards))
+    return Step(trace_spheres if spherical else trace, packed(lens, film_distance, wavelength, towards, part))
+
+
+def through(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> list[Step]:
+    """The steps that trace this lens as `tracer` does, with the blades of its stop."""
+    blocking = lens.iris.blocking(lens.stop.semi_diameter)
+    if not blocking:
+        return [tracer(lens, film_distance, wavelength, towards)]
+    stop = lens.stop_index if towards == "film" else len(lens.surfaces) - 1 - lens.stop_index
+    parts = [slice(0, stop + 1), slice(stop + 1, len(lens.surfaces))]
+    first, second = (tracer(lens, film_distance, wavelength, towards, part) for part in parts)
+    return [first, *blocking, second] if stop + 1 < len(lens.surfaces) else [first, *blocking]

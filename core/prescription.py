@@ -13,6 +13,7 @@ from math import isfinite
 import numpy as np
 
 from lensbench.glass import AIR, D_LINE, Glass
+from lensbench.iris import Iris, IrisError
 from lensbench.positions import Positions, PositionsError
 from lensbench.surfaces import HIGHEST_POWER, sags, shape
 
@@ -107,8 +108,9 @@ class Lens:
 
     stop_index names the surface that is the aperture stop. `surfaces` is the lens as
     it stands; `positions`, where it has any, says where its groups can go, and `at` moves
-    them. What a reader had to assume or found odd stands in `findings`; it does not count
-    in comparisons.
+    them. The stop's blades (0: a circle), their rotation (radians) and roundness (0 straight … 1 a
+    circle) are those of an `Iris` within the stop's radius. What a reader had to assume or found
+    odd stands in `findings`; it does not count in comparisons.
     """
 
     surfaces: tuple[Surface, ...]
@@ -122,6 +124,9 @@ class Lens:
     notes: str = ""
     positions: Positions | None = None      # of a zoom, or of a lens that focuses by moving groups
     findings: tuple[str, ...] = field(default=(), compare=False)
+    blades: int = 0
+    blade_rotation: float = 0.0
+    roundness: float = 0.0
 
     def __post_init__(self):
         if not self.surfaces:
@@ -131,6 +136,10 @@ class Lens:
         if self.positions is not None and self.positions.gaps[-1] >= len(self.surfaces):
             raise LensError(f"the gap behind surface {self.positions.gaps[-1]} varies: this lens has surfaces 0 to "
                             f"{len(self.surfaces) - 1}")
+        try:
+            object.__setattr__(self, "blades", self.iris.blades)
+        except IrisError as error:
+            raise LensError(str(error)) from None
 
     @property
     def stop(self) -> Surface:
@@ -138,8 +147,13 @@ class Lens:
         return self.surfaces[self.stop_index]
 
     @property
+    def iris(self) -> Iris:
+        """The stop's shape, for a stop of radius 1."""
+        return Iris(self.blades, self.blade_rotation, self.roundness)
+
+    @property
     def is_rotationally_symmetric(self) -> bool:
-        """Whether no surface is a cylinder or a toroid."""
+        """Whether no surface is a cylinder or a toroid; blades do not count."""
         return all(surface.curvature_x is None for surface in self.surfaces)
 
     @property

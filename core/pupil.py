@@ -13,13 +13,17 @@ from lensbench.prescription import Lens, LensError
 from lensbench.pupil_rim import solve
 from lensbench.pupil_table import PupilTable
 from lensbench.sampling import unit_square
+from lensbench.tracing import Fate, trace
+
+_RINGS = 512             # in which the blades end the region of the axis
 
 
 @dataclass(frozen=True, eq=False)
 class ExitPupil:
     """The exit-pupil region of a lens for film points (+r, 0), r in film_radii, on the plane of the last vertex.
 
-    Lens frame, mm. A film point at another azimuth sees the region turned with it.
+    Lens frame, mm. A film point at another azimuth sees the region turned with it. The stop counts
+    as the circle about its blades: what these leave of a region is `open_region`.
     """
 
     lens: Lens
@@ -108,3 +112,60 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
         raise LensError("the exit pupil needs film radii of at least 0 mm and a film behind the lens")
     tolerance = 1e-10 * lens.surfaces[-1].semi_diameter
     return ExitPupil(lens, film_distance, radii, *solve(lens, film_distance, radii, points, tolerance, wavelength))
+
+
+def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
+    """∫ cos⁴θ dA in mm² over the region that the axis point of the film sees, less what the stop's blades cover.
+
+    On the axis a ray keeps its azimuth: along each, the blades end the region at the ring of
+    it that meets the stop where they begin.
+    """
+    pupil = exit_pupil(lens, film_distance, [0.0], wavelength)
+    if lens.iris.is_round or not pupil.area[0] > 0.0:
+        return float(pupil.cos4_area[0])
+    rim, z2 = pupil.rims[0, 0, 0], film_distance**2
+    height = np.linspace(0.0, rim * (1.0 - 1e-9), _RINGS)
+    film = np.array([0.0, 0.0, lens.length + film_distance])
+    rays = np.column_stack([height, 0.0 * height, np.full(_RINGS, lens.length)]) - film
+    met = trace(lens, film, rays, wavelength, clip=False, record=True).paths
+    assert met is not None
+    at_stop = np.abs(met[:, len(lens.surfaces) - lens.stop_index, 0]) / lens.stop.semi_diameter
+    within = np.pi * z2 * height**2 / (z2 + height**2)          # of the disk of this radius, by the closed form
+    return lens.iris.mean(lambda r: np.interp(r, at_stop, within))
+
+
+def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D_LINE) -> np.ndarray:
+    """(m, 2) mm: the outline, counter-clockwise, of what the film point film_xy (mm) sees through the stop's blades.
+
+    On the plane of the last vertex, to 1e-6 of the region's size; empty where no light passes. With a round stop
+    it is the boundary of its exit-pupil region.
+    """
+    film_xy = np.asarray(film_xy, float)
+    r = math.hypot(*film_xy)
+    pupil = exit_pupil(lens, film_distance, [r], wavelength)
+    if not pupil.area[0] > 0.0:
+        return np.zeros((0, 2))
+    cosine, sine = film_xy / r if r > 0.0 else (1.0, 0.0)
+    rim = pupil.boundary(0) @ np.array([[cosine, sine], [-sine, cosine]])
+    if lens.iris.is_round:
+        return rim
+    film = np.array([*film_xy, lens.length + film_distance])
+
+    def passing(points):
+        ways = np.column_stack([points, np.full(len(points), lens.length)]) - film
+        return trace(lens, film, ways, wavelength).fate == Fate.PASSED
+
+    # Seen from the middle of what passes, bisect towards the rim
+    middle = rim.mean(0)
+    share = np.sqrt((np.arange(12) + 0.5) / 12.0)[:, None, None]
+    looks = (middle + share * (rim[::8] - middle)).reshape(-1, 2)
+    inside = looks[passing(looks)]
+    if not len(inside):
+        return np.zeros((0, 2))
+    middle = inside.mean(0)
+    low, high = np.zeros(len(rim)), np.ones(len(rim))
+    for _ in range(20):
+        half = 0.5 * (low + high)
+        passed = passing(middle + half[:, None] * (rim - middle))
+        low, high = np.where(passed, half, low), np.where(passed, high, half)
+    return middle + low[:, None] * (rim - middle)

@@ -61,8 +61,8 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
 
     origins, directions: (n, 3) or (3,), broadcast; mm, lens frame; directions of any
     length. A ray that runs across the axis (direction.z = 0) is MISSED before the
-    lens. clip=False ignores the rims, the stop's included; record=True keeps the
-    paths. dtype: float32 or float64, the precision of all arithmetic.
+    lens. clip=False ignores the rims, the stop's and its blades' included; record=True keeps
+    the paths. dtype: float32 or float64, the precision of all arithmetic.
     ValueError: a shape that does not fit, a number that is not finite, a zero
     direction.
     """
@@ -73,10 +73,20 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
     count, surfaces = len(starts), len(lens.surfaces)
     points, after = np.empty((count, 3), real), np.empty((count, 3), real)
     fate, surface = np.empty(count, np.int32), np.empty(count, np.int32)
-    paths = np.full((count, surfaces + 1, 3), np.nan, real) if record else None
+    bladed = clip and not lens.iris.is_round
+    paths = np.full((count, surfaces + 1, 3), np.nan, real) if record or bladed else None
     trace_rays(surface_table(lens, wavelength, real), clip, starts.astype(real), ways.astype(real),
                points, after, fate, surface, paths)
-    return Trace(points, after, fate, surface, paths)
+    if bladed:
+        for forward in (True, False):
+            at = 1 + (lens.stop_index if forward else surfaces - 1 - lens.stop_index)
+            place = paths[:, at] / lens.stop.semi_diameter
+            met = ((ways[:, 2] > 0.0) == forward) & ~lens.iris.contains(place[:, 0], place[:, 1])
+            met &= np.isfinite(place[:, 0]) & ((fate != CLIPPED) | (surface != lens.stop_index))
+            travel = paths[met, at] - paths[met, at - 1]
+            points[met], after[met] = paths[met, at], travel / np.linalg.norm(travel, axis=1)[:, None]
+            fate[met], surface[met], paths[met, at + 1:] = CLIPPED, lens.stop_index, np.nan
+    return Trace(points, after, fate, surface, paths if record else None)
 
 
 def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.float64) -> np.ndarray:

@@ -146,12 +146,13 @@ def _fates(camera: LensCamera) -> list[Step]:
     steps = [Step(to_opening, [plane, rear.semi_diameter])]
     kernel, numbers = tracer(lens, camera.film_distance)[:2]
     sign, at, place = numbers[0], 1, 0.0
-    for colour in fate_colours(lens)[::-1]:
+    for back, colour in enumerate(fate_colours(lens)[::-1], start=1):
         one = numbers[at:at + SURFACE + MORE[int(numbers[at])]].copy()
         at += len(one)
         place += one[1]
         one[1] = place                      # the gap before it: from the film, and not from the surface before
-        steps += [Step(kernel, [sign, *one, place]), Step(noted, colour)]
+        blades = lens.iris.blocking(lens.stop.semi_diameter) if back + lens.stop_index == len(lens.surfaces) else []
+        steps += [Step(kernel, [sign, *one, place]), *blades, Step(noted, colour)]
     return [*steps, Step(settled, [])]
 
 

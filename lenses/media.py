@@ -141,12 +141,16 @@ def maker_of(glass: Glass) -> str:
     return next((maker for maker in glass_catalogue.makers(glass.name) if _catalogued(glass.name, maker) == glass), "")
 
 
+BLADES_LEFT_OUT = "the blades of the stop are left out: it is written as the circle about them"
+
+
 def left_out(lens: Lens, *fields: str) -> list[str]:
     """The remark about those of a lens's words and figures that a format has no place for."""
     words = {"kind": "kind", "year": "year", "source": "source", "notes": "notes", "name": "name",
              "stated_efl": "stated focal length", "stated_f_number": "stated f-number"}
     lost = [words[field] for field in fields if getattr(lens, field) not in ("", None)]
-    return [f"left out: {', '.join(lost)}"] if lost else []
+    remarks = [f"left out: {', '.join(lost)}"] if lost else []
+    return remarks if lens.iris.is_round else [*remarks, BLADES_LEFT_OUT]
 
 
 def _plain(name: str) -> str:

@@ -12,6 +12,11 @@
         [inf,    4.5,   1.0,   8.55, "stop"],
     ]
 
+    [stop]
+    blades = 9
+    rotation_deg = 10.0
+    roundness = 0.4
+
     [aspheric]
     6 = { r4 = -1.5313e-05, r6 = 9.4893e-08 }
 
@@ -24,6 +29,8 @@ section x–z where a surface is a cylinder or a toroid, `radius` being that of
 y–z; `dispersion`, the formula of a glass that is known by more than n_d and V_d.
 `positions` says where the groups of a zoom stand, or of a lens that moves groups to
 focus (see `position_table`).
+The table `stop` tells the shape of a stop that is no circle: its blades, their
+rotation in radians (`rotation_deg`: in degrees) and roundness.
 Digits are kept: what is written reads back equal to the last bit.
 """
 
@@ -31,7 +38,7 @@ import re
 import tomllib
 from dataclasses import replace
 from decimal import Decimal
-from math import isfinite
+from math import isfinite, radians
 from typing import Any
 
 from lensbench.glass import Glass
@@ -40,7 +47,7 @@ from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, curvature, number, radius_text, stop_of, surface
 from lensbench.lenses.soundness import f_number, focal_length
 from lensbench.lenses.toml_text import digits, listed, quoted
-from lensbench.prescription import Lens, Surface
+from lensbench.prescription import Iris, Lens, Surface
 
 FORMAT = 1
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
@@ -48,7 +55,8 @@ COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass
 TABLES = ("aspheric", "radius_x", "dispersion")
 TEXTS = ("title", "kind", "source", "notes")
 NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_f_number", "image_circle")
-KEYS = ("format", "units", "year", "columns", "surfaces", "positions", *TABLES, *TEXTS, *NUMBERS)
+STOP = ("blades", "rotation", "rotation_deg", "roundness")
+KEYS = ("format", "units", "year", "columns", "surfaces", "stop", "positions", *TABLES, *TEXTS, *NUMBERS)
 
 
 def read(text: str, path: str) -> Lens:
@@ -73,6 +81,11 @@ def read(text: str, path: str) -> Lens:
     lens = Lens(tuple(surfaces), stop_index, name=header.get("title", ""), kind=header.get("kind", ""),
                 year=header.get("year"), source=header.get("source", ""), stated_efl=header.get("stated_efl"),
                 stated_f_number=header.get("stated_f_number"), notes=header.get("notes", ""), findings=findings)
+    if "stop" in data:
+        try:
+            lens = replace(lens, **_stop(data["stop"]))
+        except ValueError as error:
+            raise LensFileError(path, line_of(text, "stop"), f"stop: {error}") from None
     if "positions" not in data:
         return lens
     try:
@@ -167,6 +180,17 @@ def _tables(data: dict[str, Any], count: int, text: str, path: str) -> dict[int,
             except RowError as error:
                 raise LensFileError(path, _entry_line(text, name, key), f"{name}: {error}") from None
     return more
+
+
+def _stop(table: object) -> dict[str, Any]:
+    """Blades, rotation and roundness from the table of the stop."""
+    if not isinstance(table, dict) or not table.keys() <= set(STOP):
+        raise RowError(f"it must be a table [stop] of {', '.join(STOP)}")
+    if "rotation" in table and "rotation_deg" in table:
+        raise RowError("give the rotation in radians or in degrees, not both")
+    values = {name: number(value, name) for name, value in table.items()}
+    turn = radians(values["rotation_deg"]) if "rotation_deg" in values else values.get("rotation", 0.0)
+    return {"blades": values.get("blades", 0), "blade_rotation": turn, "roundness": values.get("roundness", 0.0)}
 
 
 def _terms(value: object) -> tuple[tuple[int, float], ...]:
@@ -280,6 +304,9 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         mark = ', "stop"' if i == lens.stop_index else ""
         lines.append(f"    [{cells}{mark}],")
     lines.append("]")
+    if lens.iris != Iris():
+        lines += ["", "[stop]", f"blades = {lens.blades}", f"rotation = {digits(lens.blade_rotation)}",
+                  f"roundness = {digits(lens.roundness)}"]
     for table, entries in _entries(lens).items():
         if entries:
             lines += ["", f"[{table}]", *(f"{i} = {entry}" for i, entry in entries.items())]

@@ -13,16 +13,19 @@ import numpy as np
 
 from lensbench.disk import concentric
 from lensbench.driver import Program
+from lensbench.iris import Iris
 from lensbench.lanes import U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.paraxial import first_order, ray_matrix
 from lensbench.prescription import Lens
+
+ROUND = Iris()
 
 
 class Gaussian(NamedTuple):
     """The rays of such a lens, which start on the plane z (camera frame, mm).
 
     approach_film and approach_pupil: the slope on the film's side of the lens, by which
-    the light falls off as cos⁴.
+    the light falls off as cos⁴. iris: what of the unit disk is open.
     """
 
     z: float
@@ -32,22 +35,23 @@ class Gaussian(NamedTuple):
     slope_pupil: float
     approach_film: float        # 1/mm
     approach_pupil: float
+    iris: Iris = ROUND
 
     @property
     def cone(self) -> float:
         """Area of the pupil over its squared distance from the film's centre: π tan² of the half angle."""
-        return math.pi * self.approach_pupil**2
+        return self.iris.area * self.approach_pupil**2
 
     @property
     def axis_irradiance(self) -> float:
-        """∫ cos⁴θ dA / z² on the axis, which is π sin² of the half angle."""
-        return self.cone / (1.0 + self.approach_pupil**2)
+        """∫ cos⁴θ dA / z² on the axis, which is π sin² of the half angle where the iris is round."""
+        return self.iris.axis_irradiance(self.approach_pupil, 1.0)
 
-    def step(self, gain: float) -> Step:
-        """The step from the film point X, Y to its ray; WEIGHT becomes cos⁴θ · gain, θ that of the film's side."""
+    def steps(self, gain: float) -> list[Step]:
+        """The steps from the film point X, Y to its ray; WEIGHT becomes cos⁴θ · gain, θ that of the film's side."""
         if self.origin_pupil == 0.0 and self.slope_pupil == 0.0:
-            return Step(hole, np.array([self.z, self.origin_film, self.slope_film, self.approach_film, gain]))
-        return Step(gaussian, np.array([*self, gain]))
+            return [Step(hole, np.array([self.z, self.origin_film, self.slope_film, self.approach_film, gain]))]
+        return [*self.iris.steps, Step(gaussian, np.array([*self[:-1], gain]))]
 
     def film_points(self, points: np.ndarray, pupil_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Film points (n, 2) whose rays by these places of the unit square (n, 2) meet points (n, 3), all in mm.
@@ -56,7 +60,7 @@ class Gaussian(NamedTuple):
         """
         n = len(points)
         given = {X: np.zeros(n), Y: np.zeros(n), U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
-        x, y, l, m, n_ = Program([self.step(1.0)], np.float64).run(given, [X, Y, L, M, N], n)    # of the film's centre
+        x, y, l, m, n_ = Program(self.steps(1.0), np.float64).run(given, [X, Y, L, M, N], n)    # of the film's centre
         before = self.z - points[:, 2]
         with np.errstate(divide="ignore", invalid="ignore"):
             film = np.stack([points[:, 0] - x + before * l / n_, points[:, 1] - y + before * m / n_], 1)
@@ -64,22 +68,22 @@ class Gaussian(NamedTuple):
         return film, (before > 0.0) & np.isfinite(film).all(1)
 
 
-def thin(z: float, radius: float, behind: float, focus: float) -> Gaussian:
+def thin(z: float, radius: float, behind: float, focus: float, iris: Iris = ROUND) -> Gaussian:
     """A thin lens at z, or a pinhole where its radius is 0.
 
     behind: to its (imagined) film; focus: to the plane in focus; mm from the lens, focus may be inf.
     """
-    return Gaussian(z, 0.0, radius, -1.0 / behind, -radius / focus, -1.0 / behind, radius / behind)
+    return Gaussian(z, 0.0, radius, -1.0 / behind, -radius / focus, -1.0 / behind, radius / behind, iris)
 
 
-def telecentric(scale: float, radius: float, focus: float) -> Gaussian:
+def telecentric(scale: float, radius: float, focus: float, iris: Iris = ROUND) -> Gaussian:
     """Rays along the axis at z = 0 for every film point, `scale` mm of scene to one of film, in cones of `radius`.
 
     The cones have their points on the plane at `focus`, mm, which may be inf: then every ray of a point is the same.
     """
     if radius == 0.0 or math.isinf(focus):
         return Gaussian(0.0, -scale, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return Gaussian(0.0, -scale, radius, 0.0, -radius / focus, 0.0, radius / focus)
+    return Gaussian(0.0, -scale, radius, 0.0, -radius / focus, 0.0, radius / focus, iris)
 
 
 def thick(lens: Lens, film_distance: float) -> Gaussian:
@@ -109,12 +113,13 @@ def thick(lens: Lens, film_distance: float) -> Gaussian:
     (origin_film, slope_film), (origin_pupil, slope_pupil) = rays
     if within:
         origin_film = 0.0                               # but for its rounding: all film points share the entrance pupil
-    return Gaussian(start - film, origin_film, origin_pupil, slope_film, slope_pupil, film_aims, pupil_aims)
+    return Gaussian(start - film, origin_film, origin_pupil, slope_film, slope_pupil, film_aims, pupil_aims,
+                    lens.iris)
 
 
 @stage
 def gaussian(lanes, p, key):
-    """From the film point X, Y and the place in the pupil U0, U1 to the ray. p: the fields of `Gaussian`, gain."""
+    """From the film point X, Y and the place in the pupil U0, U1 to the ray. p: the numbers of `Gaussian`, gain."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]

@@ -1,20 +1,20 @@
 """A camera with a real lens, in as much detail as is wanted: the full trace, a thick or thin lens, or a pinhole."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
-from lensbench.blocktracer import tracer
+from lensbench.blocktracer import through
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian, thick, thin
 from lensbench.film import Film
 from lensbench.focus import FocusError, film_distance, focused
 from lensbench.glass import D_LINE, GlassError
 from lensbench.lanes import Step
-from lensbench.paraxial import FirstOrder, first_order, stopped_down
+from lensbench.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
 from lensbench.polynomial import DEGREES, Polynomial
 from lensbench.prescription import Lens
-from lensbench.pupil import exit_pupil
+from lensbench.pupil import axis_irradiance
 from lensbench.pupil_table import PupilTable
 from lensbench.spectrum import WAVELENGTHS
 
@@ -30,9 +30,9 @@ class LensCamera(Camera):
     so near. The camera's own lens has its groups in their places. f_number, which counts
     at infinity: None is wide open; LensError where it cannot open so far.
     model: "trace" follows every ray through every surface; "polynomial" evaluates a polynomial of
-    this degree (3, 5, 7, 9 or 11) that is fitted to the trace; "thick" images every film point by the
-    lens's principal planes and pupils, which may lie anywhere but on the film (CameraError); "thin" puts a thin
-    lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole,
+    this degree (3, 5, 7, 9 or 11) that is fitted to the trace, or traces where the stop has
+    blades; "thick" images every film point by the lens's principal planes and pupils, which may
+    lie anywhere but on the film (CameraError); "thin" puts a thin lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole,
     which passes as much light as that lens. CameraError for these two where the entrance
     pupil lies at infinity or beyond the object. dispersion: whether pictures are traced
     at many wavelengths, or all at the d line; None: where the indices of the glasses are
@@ -111,15 +111,20 @@ class LensCamera(Camera):
 
     def _pupil_at(self, wavelength: float) -> PupilTable:
         return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0, wavelength,
-                             widened=self.model == "trace")
+                             widened=self._is_traced)
 
     @cached_property
     def axis_irradiance(self) -> float:
-        """∫ cos⁴θ dA over the region that the film's centre sees (mm²)."""
+        """∫ cos⁴θ dA over the region that the film's centre sees (mm²), less what the stop's blades cover."""
         return self._axis_irradiance_at(D_LINE)
 
     def _axis_irradiance_at(self, wavelength: float) -> float:
-        return exit_pupil(self.lens, self.film_distance, [0.0], wavelength).cos4_area[0]
+        return axis_irradiance(self.lens, self.film_distance, wavelength)
+
+    @property
+    def _is_traced(self) -> bool:
+        """Whether rays are followed through every surface: no polynomial tells where they meet the blades of a stop."""
+        return self.model == "trace" or not self.lens.iris.is_round
 
     @property
     def _pupil_z(self) -> float:
@@ -135,7 +140,9 @@ class LensCamera(Camera):
         s_e = self.focus_distance + self._pupil_z
         s_p = s_e - fo.entrance_pupil.z + fo.front_principal
         behind = fo.efl if math.isinf(s_e) else fo.efl * s_e / (s_p - fo.efl)
-        lens = thin(self._pupil_z, fo.entrance_pupil.radius, behind, s_e)
+        upside_down = ray_matrix(self.lens, 0, self.lens.stop_index)[0] < 0.0       # the stop as it is seen from before
+        iris = replace(self.lens.iris, rotation=self.lens.blade_rotation + math.pi * upside_down)
+        lens = thin(self._pupil_z, fo.entrance_pupil.radius, behind, s_e, iris)
         return lens._replace(origin_pupil=0.0, slope_pupil=0.0) if self.model == "pinhole" else lens
 
     @property
@@ -153,9 +160,9 @@ class LensCamera(Camera):
             on_axis = self.axis_irradiance if plain else self._axis_irradiance_at(wavelength)
             normaliser = self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
             table = self.pupil if plain else self._pupil_at(wavelength)
-            lens = tracer(self.lens, self.film_distance, wavelength) if self.model == "trace" else Polynomial.fit(
-                self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance).step
-            return [table.step(normaliser), lens]
+            rays = through(self.lens, self.film_distance, wavelength) if self._is_traced else [Polynomial.fit(
+                self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance).step]
+            return [table.step(normaliser), *rays]
         ideal = self.gaussian
         on_axis = ideal.cone if self.model == "pinhole" else ideal.axis_irradiance
-        return [ideal.step(ideal.cone / self._normaliser(on_axis, 1.0))]
+        return ideal.steps(ideal.cone / self._normaliser(on_axis, 1.0))

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian, telecentric
-from lensbench.cameras.perspective import check_lens, checked_window
+from lensbench.cameras.perspective import check_lens, checked_iris, checked_window
 from lensbench.film import Film
 from lensbench.glass import D_LINE
+from lensbench.iris import Iris
 from lensbench.lanes import Step
 from lensbench.spaces import Window, window_step
 
@@ -19,7 +20,7 @@ class OrthographicCamera(Camera):
     width: mm of scene across the film's width. lens_radius (mm): 0 gives each film point one ray; otherwise a cone
     of rays, this wide at z = 0, with its point on the plane focus_distance before the camera, as a telecentric lens
     does it: things out of focus blur, and still keep their size. With focus_distance=math.inf
-    nothing blurs. window: as of a PerspectiveCamera. CameraError for what cannot be.
+    nothing blurs. window and blades: as of a PerspectiveCamera. CameraError for what cannot be.
     """
 
     film: Film
@@ -27,12 +28,16 @@ class OrthographicCamera(Camera):
     lens_radius: float = 0.0
     focus_distance: float = math.inf
     window: Window | None = None
+    blades: int = 0
+    blade_rotation: float = 0.0
+    roundness: float = 0.0
 
     def __post_init__(self):
         super().__post_init__()
         if not (math.isfinite(self.width) and self.width > 0.0):
             raise CameraError(f"width {self.width:g} mm of scene: it must be a positive number")
         check_lens(self.lens_radius, self.focus_distance)
+        checked_iris(self.blades, self.blade_rotation, self.roundness)
         if self.weights == "physical" and self.gaussian.cone == 0.0:
             raise CameraError("parallel rays alone carry no light: give a lens radius and a finite focus distance, "
                               "or choose relative weights")
@@ -51,7 +56,8 @@ class OrthographicCamera(Camera):
     @property
     def gaussian(self) -> Gaussian:
         """Its rays."""
-        return telecentric(self.scale, self.lens_radius, self.focus_distance)
+        return telecentric(self.scale, self.lens_radius, self.focus_distance,
+                           Iris(self.blades, self.blade_rotation, self.roundness))
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """One step, for every wavelength alike.
@@ -60,4 +66,4 @@ class OrthographicCamera(Camera):
         """
         lens = self.gaussian
         gain = 1.0 if lens.cone == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0 / self.scale)
-        return [lens.step(gain)]
+        return lens.steps(gain)

@@ -7,6 +7,7 @@ from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian, thin
 from lensbench.film import Film
 from lensbench.glass import D_LINE
+from lensbench.iris import Iris, IrisError
 from lensbench.lanes import Step
 from lensbench.spaces import FOV_AXES, Window, half_extent, window_of, window_step
 
@@ -19,6 +20,7 @@ class PerspectiveCamera(Camera):
     "diagonal". lens_radius: mm, 0 is a pinhole; focus_distance: from the lens (mm), math.inf allowed. window: what
     of the screen falls on the film, (left, right, bottom, top) with 1 half the shorter side; None: all of it. A window
     crops, extends or shifts the view (a shifted one is a view camera's rise); fov stays that of the whole screen.
+    blades (0: a circle), blade_rotation (radians), roundness: the shape of the lens's edge, as an `Iris` has it.
     CameraError for what cannot be.
     """
 
@@ -28,6 +30,9 @@ class PerspectiveCamera(Camera):
     focus_distance: float = math.inf
     fov_axis: str = "shorter"
     window: Window | None = None
+    blades: int = 0
+    blade_rotation: float = 0.0
+    roundness: float = 0.0
 
     def __post_init__(self):
         super().__post_init__()
@@ -36,9 +41,15 @@ class PerspectiveCamera(Camera):
         if self.fov_axis not in FOV_AXES:
             raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(FOV_AXES)}")
         check_lens(self.lens_radius, self.focus_distance)
+        checked_iris(self.blades, self.blade_rotation, self.roundness)
         if self.lens_radius == 0.0 and self.weights == "physical":
             raise CameraError("a pinhole has no area for light to pass: give a lens radius, or choose relative weights")
         object.__setattr__(self, "window", checked_window(self.window))
+
+    @property
+    def iris(self) -> Iris:
+        """The shape of the lens's edge, for a radius of 1."""
+        return Iris(self.blades, self.blade_rotation, self.roundness)
 
     @property
     def film_distance(self) -> float:
@@ -54,7 +65,7 @@ class PerspectiveCamera(Camera):
     @property
     def gaussian(self) -> Gaussian:
         """Its rays."""
-        return thin(0.0, self.lens_radius, self.film_distance, self.focus_distance)
+        return thin(0.0, self.lens_radius, self.film_distance, self.focus_distance, self.iris)
 
     @property
     def image_plane_area(self) -> float:
@@ -67,7 +78,7 @@ class PerspectiveCamera(Camera):
         """One step: the thin lens, or the pinhole, for every wavelength alike."""
         lens = self.gaussian
         gain = 1.0 if self.lens_radius == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0)
-        return [lens.step(gain)]
+        return lens.steps(gain)
 
 
 def check_lens(radius: float, focus_distance: float) -> None:
@@ -76,6 +87,14 @@ def check_lens(radius: float, focus_distance: float) -> None:
         raise CameraError(f"lens radius {radius:g} mm: it must be 0 (a pinhole) or positive")
     if not focus_distance > 0.0:
         raise CameraError(f"focus distance {focus_distance:g} mm: it must be positive")
+
+
+def checked_iris(blades: int, rotation: float, roundness: float) -> Iris:
+    """The shape of a lens's edge; CameraError where it can have no such one."""
+    try:
+        return Iris(blades, rotation, roundness)
+    except IrisError as error:
+        raise CameraError(str(error)) from None
 
 
 def checked_window(window) -> Window | None:

@@ -1,5 +1,8 @@
 """The project's lens file: what is written reads back equal to the last bit; each mistake names its line."""
 
+import math
+from dataclasses import replace
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -73,6 +76,25 @@ def test_a_conic_an_asphere_and_a_cylinder_are_read_as_they_are_written(tmp_path
     assert lens.surfaces[0] == Surface(0.02, 4.0, 10.0, Glass(1.5), conic=-1.5, aspheric=((4, 1e-5), (7, -2.5e-9)))
     assert lens.surfaces[1] == Surface(0.0, 3.0, 10.0, curvature_x=0.04)
     assert lens.surfaces[3] == Surface(-0.02, 40.0, 9.0, curvature_x=0.0)
+
+
+def test_the_blades_of_the_stop_are_kept_and_may_be_turned_in_degrees(tmp_path):
+    lens = replace(load_text(tmp_path, ROWS), blades=9, blade_rotation=0.1, roundness=0.25)
+    assert lenses.save(lens, tmp_path / "bladed.toml") == ()
+    assert lenses.load(tmp_path / "bladed.toml") == lens
+    turned = load_text(tmp_path, ROWS + "[stop]\nblades = 5\nrotation_deg = 36\n")
+    assert (turned.blades, turned.roundness) == (5, 0.0) and turned.blade_rotation == pytest.approx(math.pi / 5)
+    remarks = lenses.save(lens, tmp_path / "bladed.dat")
+    assert any("circle about" in remark for remark in remarks)
+
+
+@pytest.mark.parametrize(("table", "reason"), [
+    ("blades = 2", "3 to 24"), ("blades = 5.5", "3 to 24"), ("roundness = 2", "between 0"), ("edges = 5", "table"),
+    ("rotation = 1\nrotation_deg = 2", "not both"), ('blades = "many"', "number")])
+def test_a_stop_that_cannot_be_names_its_line(tmp_path, table, reason):
+    with pytest.raises(lenses.LensFileError) as caught:
+        load_text(tmp_path, ROWS + "[stop]\n" + table + "\n")
+    assert caught.value.line == ROWS.count("\n") + 1 and reason in caught.value.reason
 
 
 def test_the_formula_of_a_glass_survives(tmp_path):
