@@ -29,15 +29,14 @@ class LensCamera(Camera):
     from the film (mm), math.inf allowed; FocusError where the lens cannot come
     so near. The camera's own lens has its groups in their places. f_number, which counts
     at infinity: None is wide open; LensError where it cannot open so far.
-    model: "trace" follows every ray through every surface; "polynomial" evaluates a polynomial of
-    this degree (3, 5, 7, 9 or 11) that is fitted to the trace, or traces where the stop has
-    blades; "thick" images every film point by the lens's principal planes and pupils, which may
-    lie anywhere but on the film (CameraError); "thin" puts a thin lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole,
-    which passes as much light as that lens. CameraError for these two where the entrance
-    pupil lies at infinity or beyond the object. dispersion: whether pictures are traced
-    at many wavelengths, or all at the d line; None: where the indices of the glasses are
-    known for all that a picture sees. CameraError where it is True and they are not. Focus,
-    aperture and the ideal models are those of the d line.
+    model: "trace" follows every ray through every surface; "polynomial" evaluates a polynomial of this degree
+    (3, 5, 7, 9 or 11) that is fitted to the trace, or traces where the stop has blades; "thick" images every
+    film point by the lens's principal planes and pupils, which may lie anywhere but on the film (CameraError);
+    "thin" puts a thin lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole, which
+    passes as much light as that lens. CameraError for these two where the entrance pupil lies at infinity or
+    beyond the object. dispersion: whether pictures are traced at many wavelengths, or all at the d line; None:
+    where the indices of the glasses are known for all that a picture sees. CameraError where it is True and
+    they are not. Focus, aperture and the ideal models are those of the d line.
     """
 
     lens: Lens
