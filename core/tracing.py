@@ -77,16 +77,23 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
     paths = np.full((count, surfaces + 1, 3), np.nan, real) if record or bladed else None
     trace_rays(surface_table(lens, wavelength, real), clip, starts.astype(real), ways.astype(real),
                points, after, fate, surface, paths)
-    if bladed:
-        for forward in (True, False):
-            at = 1 + (lens.stop_index if forward else surfaces - 1 - lens.stop_index)
-            place = paths[:, at] / lens.stop.semi_diameter
-            met = ((ways[:, 2] > 0.0) == forward) & ~lens.iris.contains(place[:, 0], place[:, 1])
-            met &= np.isfinite(place[:, 0]) & ((fate != CLIPPED) | (surface != lens.stop_index))
-            travel = paths[met, at] - paths[met, at - 1]
-            points[met], after[met] = paths[met, at], travel / np.linalg.norm(travel, axis=1)[:, None]
-            fate[met], surface[met], paths[met, at + 1:] = CLIPPED, lens.stop_index, np.nan
+    if bladed and paths is not None:
+        _meet_blades(lens, ways[:, 2] > 0.0, points, after, fate, surface, paths)
     return Trace(points, after, fate, surface, paths if record else None)
+
+
+def _meet_blades(lens: Lens, forward: np.ndarray, points: np.ndarray, after: np.ndarray, fate: np.ndarray,
+                 surface: np.ndarray, paths: np.ndarray) -> None:
+    """End the rays that went on through the blades of the stop; forward (n,): which way each ran."""
+    for way in (True, False):
+        at = 1 + (lens.stop_index if way else len(lens.surfaces) - 1 - lens.stop_index)
+        place = paths[:, at] / lens.stop.semi_diameter
+        met = (forward == way) & np.isfinite(place[:, 0]) & ~lens.iris.contains(place[:, 0], place[:, 1])
+        met &= (fate != CLIPPED) | (surface != lens.stop_index)
+        travel = paths[met, at] - paths[met, at - 1]
+        points[met], after[met] = paths[met, at], travel / np.linalg.norm(travel, axis=1)[:, None]
+        fate[met], surface[met] = CLIPPED, lens.stop_index
+        paths[met, at + 1:] = np.nan
 
 
 def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.float64) -> np.ndarray:
