@@ -4,9 +4,13 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from lensbench.blocktracer import through
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian, thick, thin
+from lensbench.cameras.way_back import film_from_point
+from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.focus import FocusError, film_distance, focused
 from lensbench.glass import D_LINE, GlassError
@@ -165,3 +169,10 @@ class LensCamera(Camera):
         ideal = self.gaussian
         on_axis = ideal.cone if self.model == "pinhole" else ideal.axis_irradiance
         return ideal.steps(ideal.cone / self._normaliser(on_axis, 1.0))
+
+    def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
+        """In closed form for the ideal models; through the real lens by Newton's method, to the last digits."""
+        if not self.follows_rays:
+            return self.gaussian.film_points(points, pupil_uv)
+        program = Program(self.camera_steps(wavelength), np.float64)
+        return film_from_point(program, points, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
