@@ -51,9 +51,10 @@ PITCH = B + 16                  # from a row to the next: not a power of two, or
  RED, GREEN, BLUE,              # albedo, or radiance; at last the colour of the sample
  TR, TG, TB,                    # what a mirrored path carries on to its next surface
  SR, SG, SB,                    # what a mirrored path has gathered so far
- A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11   # anyone's scratch: worth nothing after the stage
- ) = range(40)
-ROWS = 40
+ A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11,  # anyone's scratch: worth nothing after the stage
+ H0, H1, H2, H3, H4, H5, H6, H7, H8             # held by a stage while others work in the frame of what moves
+ ) = range(49)
+ROWS = 49
 
 METAL, GLASS = 2.0, 3.0         # values of GLOSS
 

@@ -44,12 +44,13 @@ class Rendering:
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
         self.samples = 0
-        timed = camera.moves or view == "time"
+        self._timed = camera.moves or scene.moves
+        timed = self._timed or view == "time"
         self._before = sampler(film.pixels_x, lit=shadows, timed=timed) if steps is None else steps
-        self._after = scene.steps(shadows)
+        self._after = scene.steps(shadows, camera.shutter_open)
         self._camera, self._real = camera, real
         self._disperses = camera.disperses and not view
-        seen = view_steps(camera, scene, view) if view else [*camera.steps(), *self._after]
+        seen = view_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]
         self._program = Program([*self._before, *seen], real)
         self._colours: dict[int, list[Program]] = {}            # of each part of the spectrum, one for each channel
         self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
@@ -64,7 +65,8 @@ class Rendering:
     def _channels(self, place: int) -> list[Program]:
         if place not in self._colours:
             self._colours[place] = [
-                Program([*self._before, *self._camera.steps(row[place]), *self._after, channel(name)], self._real)
+                Program([*self._before, *self._camera.steps(row[place], self._timed), *self._after, channel(name)],
+                        self._real)
                 for name, row in WAVELENGTHS.items()]
         return self._colours[place]
 
@@ -133,7 +135,8 @@ def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
     n = w * h
     middle = camera.pupil_centre
     given = {X: x.ravel(), Y: y.ravel(), U0: np.full(n, middle[0]), U1: np.full(n, middle[1]), TIME: np.full(n, time)}
-    along, hit, weight = Program([*camera.steps(), *scene.depth_steps()]).run(given, [RED, GREEN, WEIGHT], n)
+    steps = [*camera.steps(timed=scene.moves), *scene.depth_steps(camera.shutter_open)]
+    along, hit, weight = Program(steps).run(given, [RED, GREEN, WEIGHT], n)
     z, slope, clock = Program([camera.clock, camera.film.step, *camera.camera_steps()]).run(given, [Z, N, TIME], n)
     place = camera.world_from_camera
     scale = place.scale_at(camera.shutter_open + clock) if isinstance(place, AnimatedTransform) else 1.0

@@ -17,6 +17,15 @@ from lensbench.scenery.bounce import bounce
 from lensbench.scenery.coat import SHARP, coat, coat_parameters
 from lensbench.scenery.floor import floor, floor_parameters
 from lensbench.scenery.light import RISE0, RISE1, RISE2, RISE4, ambient, begin, daylight, finish, settle
+from lensbench.scenery.moving import displaced, motion_parameters, moving, moving_parameters
+from lensbench.scenery.moving_light import (
+    after,
+    moving_ambient,
+    moving_casters,
+    moving_holders,
+    moving_lamp,
+    moving_sun,
+)
 from lensbench.scenery.objects import Floor, Plate, Sky, Sphere, Sun, Triple, across, check, unit
 from lensbench.scenery.plates import plate_frame, plate_parameters, plates
 from lensbench.scenery.shadows import caster_parameters, lamp, lamp_parameters, sun
@@ -47,36 +56,48 @@ class Scene:
     def __post_init__(self):
         check(self)
 
-    def steps(self, shadows: bool = True) -> list[Step]:
+    @property
+    def moves(self) -> bool:
+        """Whether anything in it moves: its stages then read TIME."""
+        return any(o.moves for o in self._objects)
+
+    def steps(self, shadows: bool = True, opening: float = 0.0) -> list[Step]:
         """The stages from a world ray (X Y Z, L M N), with V0 V1 for the lights, to RED, GREEN, BLUE, its radiance.
 
-        shadows=False leaves shadows and occlusion out. A scene without metal or glass has no step for them.
+        shadows=False leaves shadows and occlusion out. A scene without metal or glass has no step for them. Where
+        something moves, TIME is in seconds since `opening` (s).
         """
-        return list(_steps(self, shadows))
+        return list(_steps(self, shadows, opening if self.moves else 0.0))
 
-    def depth_steps(self) -> list[Step]:
+    def depth_steps(self, opening: float = 0.0) -> list[Step]:
         """The stages that leave DEPTH alone: RED = DEPTH in mm, GREEN = 1 where it is below REACH, else 0."""
-        return list(_depth_steps(self))
+        return list(_depth_steps(self, opening if self.moves else 0.0))
 
-    def distance(self, origins, directions) -> np.ndarray:
-        """Distance (n,) in mm to the nearest object along rays (n, 3), unit directions, in double; inf: the sky."""
+    def distance(self, origins, directions, time: float = 0.0) -> np.ndarray:
+        """Distance (n,) in mm to the nearest object along rays (n, 3), unit directions, in double; inf: the sky.
+
+        time: seconds.
+        """
         o, d = np.atleast_2d(np.asarray(origins, np.float64)), np.atleast_2d(np.asarray(directions, np.float64))
         nearest = np.full(len(o), math.inf)
         with np.errstate(all="ignore"):
-            for t in self._distances(o, d):
+            for t in self._distances(o, d, time):
                 nearest = np.where((t > 0.0) & (t < nearest), t, nearest)
         return nearest
 
-    def _distances(self, o, d) -> Iterator[np.ndarray]:
+    def _distances(self, world_o, world_d, time: float) -> Iterator[np.ndarray]:
         """Distance to each object; nan where the ray misses it."""
+        o, d = world_o, world_d
         if self.floor is not None:
             normal = np.asarray(self.floor.normal) / math.dist(self.floor.normal, (0, 0, 0))
             yield np.where(d @ normal < 0.0, (self.floor.height - o @ normal) / (d @ normal), math.nan)
         for s in self.spheres:
+            o, d = _carried_back(world_o, world_d, s, time)
             to = o - np.asarray(s.centre)
             half = np.sum(to * d, 1)
             yield -half - np.sqrt(half**2 - np.sum(to * to, 1) + s.radius**2)
         for plate in self.plates:
+            o, d = _carried_back(world_o, world_d, plate, time)
             centre, a, b, normal, disk = plate_frame(plate)
             t = ((centre - o) @ normal) / (d @ normal)
             q = o + t[:, None] * d - centre
@@ -124,18 +145,21 @@ class Scene:
         colour = np.asarray(self.sun.colour) / math.sin(radius) ** 2
         return np.array([*unit(self.sun.direction), (2.0 * math.sin(radius / 2)) ** 2, *colour])
 
-    def _geometry(self, gleam: bool = False) -> list[Step]:
+    def _geometry(self, opening: float, gleam: bool = False) -> list[Step]:
         """What a ray meets; with `gleam` the sun's disk is as large as it is seen in mirrors."""
+        balls, flat = _still(self.spheres), _still(self.plates)
         steps = [Step(sky, self._sky)]
         if self.sun is not None:
             radius = self.sun.angular_radius
             steps.append(Step(sun_disk, self._sun_disk(max(radius, GLEAM_RADIUS) if gleam else radius)))
         if self.floor is not None:
             steps.append(Step(floor, floor_parameters(self.floor)))
-        if self.spheres:
-            steps.append(Step(spheres, sphere_parameters(self.spheres)))
-        if self.plates:
-            steps.append(Step(plates, plate_parameters(self.plates)))
+        if balls:
+            steps.append(Step(spheres, sphere_parameters(balls)))
+        if flat:
+            steps.append(Step(plates, plate_parameters(flat)))
+        if self.moves:
+            steps.append(Step(moving, moving_parameters(_in_motion(self._objects), opening)))
         return steps
 
     def _coats(self, last: bool) -> list[Step]:
@@ -148,25 +172,43 @@ class Scene:
             ground = None if self.floor is None else floor_parameters(self.floor)
             steps.append(Step(coat, coat_parameters(
                 self._mirrored, ground, self._floor_light(), disk,
-                [o for o in self.plates if o.material.shines and o.material.pattern is None],
-                [o for o in self.spheres if o.material.kind == "lamp"], last)))
+                [o for o in _still(self.plates) if o.material.shines and o.material.pattern is None],
+                [o for o in _still(self.spheres) if o.material.kind == "lamp"], last)))
         if any(g < SHARP for g in self._glosses):
-            lights = [o for o in self._objects if o.material.shines and o.material.pattern is None]
+            lights = [o for o in _still(self._objects) if o.material.shines and o.material.pattern is None]
             lights = sorted(lights, key=_brightness, reverse=True)[:GLEAMS]
             steps.append(Step(sheen, sheen_parameters(self._mirrored, lights)))
         return steps
 
-    def _light(self, shadows: bool) -> list[Step]:
+    def _light(self, shadows: bool, opening: float) -> list[Step]:
         """What falls on an albedo: sky, sun and lamps."""
-        holding = np.array([[*s.centre, s.radius**2 * (0.4 if s.material.kind == "glass" else 1.0)]
-                            for s in self.spheres if shadows and not s.material.shines]).ravel()
-        casters = caster_parameters(self) if shadows else np.zeros(1)
-        steps = [Step(ambient, np.concatenate([self._surround, self.ambient, holding]))]
+        def share(ball: Sphere) -> float:
+            return 0.4 if ball.material.kind == "glass" else 1.0
+
+        balls = [s for s in self.spheres if shadows and not s.material.shines]
+        holding = np.array([[*s.centre, s.radius**2 * share(s)] for s in _still(balls)]).ravel()
+        casters, carried = np.zeros(1), np.zeros(0)
+        if shadows:
+            casters = caster_parameters(_still(self.spheres), _still(self.plates))
+            carried = moving_casters(_in_motion(self._objects), opening)
+        around = np.concatenate([self._surround, self.ambient, holding])
+        if _in_motion(balls):
+            steps = [Step(moving_ambient, after(around, moving_holders(_in_motion(balls), opening, share)))]
+        else:
+            steps = [Step(ambient, around)]
         if self.sun is not None:
             right, up = across(self.sun.direction)
             size = math.tan(self.sun.angular_radius)
-            steps.append(Step(sun, np.concatenate([self._sun[:3], right * size, up * size, self._sun[3:], casters])))
-        steps += [Step(lamp, np.concatenate([lamp_parameters(o), casters])) for o in self._lamps]
+            shining = np.concatenate([self._sun[:3], right * size, up * size, self._sun[3:], casters])
+            steps.append(Step(moving_sun, after(shining, carried)) if carried.size else Step(sun, shining))
+        for o in self._lamps:
+            here = displaced(o, opening)
+            shining = np.concatenate([lamp_parameters(here), casters])
+            if o.moves or carried.size:
+                steps.append(Step(moving_lamp, np.concatenate([motion_parameters([here], opening),
+                                                               after(shining, carried)])))
+            else:
+                steps.append(Step(lamp, shining))
         return steps
 
     def _floor_light(self) -> np.ndarray:
@@ -183,7 +225,7 @@ class Scene:
         rise = RISE0 + up * (RISE1 + up * (RISE2 + up * up * RISE4))
         total = np.asarray(self.ambient) + horizon * (1 + up) / 2 + below * (1 - up) / 2 + rise * (zenith - horizon)
         total = total + self._sun[3:] * max(0.0, float(normal @ self._sun[:3]))
-        for light in self._lamps:
+        for light in _still(self._lamps):
             to = np.asarray(light.centre) - here
             d2 = to @ to
             slant = max(0.0, float(to @ normal)) / math.sqrt(d2)
@@ -209,28 +251,49 @@ def depth_picture(lanes, p, key):
 
 
 @lru_cache(maxsize=16)
-def _steps(scene: Scene, shadows: bool) -> tuple[Step, ...]:
+def _steps(scene: Scene, shadows: bool, opening: float) -> tuple[Step, ...]:
     """The stages of a scene, kept: a slider asks for the same ones again and again."""
     mirrors = any(o.material.kind in ("metal", "glass") for o in scene._objects)
     casters = any(not o.material.shines for o in scene._objects)
     if not (mirrors or scene._glosses or scene._lamps or (shadows and casters)):
-        return (*scene._geometry(), Step(daylight, np.concatenate([scene._surround, scene.ambient, scene._sun])))
-    light = scene._light(shadows)
-    steps = [Step(begin, np.zeros(1)), *scene._geometry(), *scene._coats(last=False), Step(settle, np.zeros(1)),
+        return (*scene._geometry(opening), Step(daylight, np.concatenate([scene._surround, scene.ambient, scene._sun])))
+    light = scene._light(shadows, opening)
+    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening), *scene._coats(last=False), Step(settle, np.zeros(1)),
              *light]
     for k in range(BOUNCES if mirrors else 0):
-        onward = [Step(bounce, np.zeros(1)), *scene._geometry(gleam=True), *scene._coats(last=k == BOUNCES - 1),
-                  Step(settle, np.zeros(1)), *light]
+        onward = [Step(bounce, np.zeros(1)), *scene._geometry(opening, gleam=True),
+                  *scene._coats(last=k == BOUNCES - 1), Step(settle, np.zeros(1)), *light]
         steps += [step._replace(gated=True) for step in onward]
     return (*steps, Step(finish, np.zeros(1)))
 
 
 @lru_cache(maxsize=16)
-def _depth_steps(scene: Scene) -> tuple[Step, ...]:
-    return (*scene._geometry(), Step(depth_picture, np.zeros(1)))
+def _depth_steps(scene: Scene, opening: float) -> tuple[Step, ...]:
+    return (*scene._geometry(opening), Step(depth_picture, np.zeros(1)))
 
 
 def _brightness(light: Sphere | Plate) -> float:
     """Of a light seen from the origin, as its radiance times its solid angle."""
     size = light.radius**2 if isinstance(light, Sphere) else math.hypot(*light.right) * math.hypot(*light.up)
     return sum(light.material.colour) * size / max(math.hypot(*light.centre), 1.0) ** 2
+
+
+def _still(things):
+    return [o for o in things if not o.moves]
+
+
+def _in_motion(things):
+    return [o for o in things if o.moves]
+
+
+def _carried_back(origins, directions, thing, time: float):
+    """Rays (n, 3) at a time (s) in the frame where a thing is as it was at 0 s."""
+    if not thing.moves or time == 0.0:
+        return origins, directions
+    spin = np.asarray(thing.spin) * time
+    angle = math.sqrt(spin @ spin)
+    x, y, z = spin / angle if angle > 0.0 else spin
+    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn = np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * k @ k
+    pivot = np.asarray(thing.centre if thing.pivot is None else thing.pivot)
+    return (origins - pivot - np.multiply(thing.velocity, time)) @ turn + pivot, directions @ turn

@@ -69,9 +69,11 @@ def view_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
     if view == "direction":
         return [*steps, _shown((L, M, N), 0.5, 0.5)]
     if view == "depth":
+        steps = camera.steps(timed=scene.moves)
         here = len(steps) - len(camera.carried)
         size = np.linalg.norm(camera.world_from_camera_at(camera.shutter_open + camera.exposure_time / 2.0)[:3, 2])
-        return [*steps[:here], Step(kept, [size]), *steps[here:], *scene.depth_steps(), Step(nearness, [])]
+        return [*steps[:here], Step(kept, [size]), *steps[here:], *scene.depth_steps(camera.shutter_open),
+                Step(nearness, [])]
     return [*steps, Step(passed, [1.0 if view == "fate" else 0.0])]
 
 

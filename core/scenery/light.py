@@ -8,6 +8,7 @@ light adds to the sum S, then perhaps `bounce` and the next round; `finish` ends
 import math
 
 import numpy as np
+from numba import njit
 
 from lensbench.lanes import (
     A0,
@@ -149,23 +150,52 @@ def ambient(lanes, p, key):
     """
     if lit(lanes) == 0:
         return
+    sky_open(lanes)
+    sky_held(lanes, p[15:])
+    sky_light(lanes, p)
+
+
+@stage
+def sky_open(lanes):
+    """A0, A1, A2: the points that are lit; A3, the part of the sky's light that reaches them: all of it."""
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, nx, ny, nz, red, green, blue = row[DEPTH], row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
-    sr, sg, sb, hx, hy, hz, free = row[SR], row[SG], row[SB], row[A0], row[A1], row[A2], row[A3]
+    x, y, z, dx, dy, dz, depth = row[X], row[Y], row[Z], row[L], row[M], row[N], row[DEPTH]
+    hx, hy, hz, free = row[A0], row[A1], row[A2], row[A3]
     for i in range(B):
         t = depth[i]
         hx[i], hy[i], hz[i], free[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i], real(1)
-    for s in range(15, p.size, 4):
+
+
+@stage
+def sky_held(lanes, p):
+    """A3, less what spheres hold off; p: 4 for each, as `ambient` has them."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    nx, ny, nz, hx, hy, hz, free = row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2], row[A3]
+    for s in range(0, p.size, 4):
         cx, cy, cz, r2 = p[s], p[s + 1], p[s + 2], p[s + 3]
         for i in range(B):
-            ax, ay, az = cx - hx[i], cy - hy[i], cz - hz[i]
-            d2 = ax * ax + ay * ay + az * az
-            above = ax * nx[i] + ay * ny[i] + az * nz[i]
-            held = r2 * above / (d2 * math.sqrt(d2))
-            held = held if held > real(0) else real(0)
-            free[i] *= real(1) - (held if held < real(1) else real(1))
+            free[i] *= clear_of(real, cx - hx[i], cy - hy[i], cz - hz[i], r2, nx[i], ny[i], nz[i])
+
+
+@njit(inline="always")
+def clear_of(real, ax, ay, az, r2, nx, ny, nz):
+    """What a sphere, its centre at a from the point and its radius² r2, leaves of the sky's light there."""
+    d2 = ax * ax + ay * ay + az * az
+    above = ax * nx + ay * ny + az * nz
+    held = r2 * above / (d2 * math.sqrt(d2))
+    held = held if held > real(0) else real(0)
+    return real(1) - (held if held < real(1) else real(1))
+
+
+@stage
+def sky_light(lanes, p):
+    """Add the light of the sky and the ambient light, as far as A3 lets it; p: the 15 numbers of `ambient`."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
+    sr, sg, sb, free = row[SR], row[SG], row[SB], row[A3]
     zr, zg, zb = p[0] - p[3], p[1] - p[4], p[2] - p[5]
     half = real(0.5)
     er, eg, eb = p[12] + half * (p[3] + p[6]), p[13] + half * (p[4] + p[7]), p[14] + half * (p[5] + p[8])

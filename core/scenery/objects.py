@@ -84,7 +84,7 @@ class Material:
     kind: "matte"; "coat", a clear coat over matte that mirrors the lamps, the sky and the floor, sharply at gloss 1,
     over facets whose slopes are 1 − gloss wide below it; "metal", a mirror tinted by `colour` (polished stone where
     that is dark); "glass" of index 1.5; "light", which emits the radiance `colour` but is too small to light its
-    surroundings; "lamp", which also lights them. Coats mirror no patterns.
+    surroundings; "lamp", which also lights them. Coats mirror no patterns, and no lights that move.
     """
 
     colour: Triple = (0.5, 0.5, 0.5)
@@ -109,8 +109,26 @@ class Material:
         return self.kind in ("light", "lamp")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Moving:
+    """How a thing moves: it stands as its other fields say at the time 0 s, and moves so before and after.
+
+    velocity: mm/s, in the world. spin: an axis times the rate in radians a second, right-handed, about the point
+    `pivot`, which moves along; None: about its own centre.
+    """
+
+    velocity: Triple = (0.0, 0.0, 0.0)
+    spin: Triple = (0.0, 0.0, 0.0)
+    pivot: Triple | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is ever anywhere else."""
+        return any(self.velocity) or any(self.spin)
+
+
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(Moving):
     """A sphere, seen from outside: centre and radius in mm."""
 
     centre: Triple
@@ -124,7 +142,7 @@ class Sphere:
 
 
 @dataclass(frozen=True)
-class Rectangle:
+class Rectangle(Moving):
     """A rectangle, seen from both sides: its centre and its two half-axes, at right angles, in mm."""
 
     centre: Triple
@@ -150,7 +168,7 @@ class Rectangle:
 
 
 @dataclass(frozen=True)
-class Disk:
+class Disk(Moving):
     """A round plate, seen from both sides: centre, direction of its axis, radius in mm."""
 
     centre: Triple

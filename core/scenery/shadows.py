@@ -49,16 +49,16 @@ BALL = 5                # numbers per sphere: centre, radius², what it lets thr
 SHADE = 17              # per plate: its frame, what it lets through, its half-widths along x, y, z
 GLASS_BALL = 0.85       # part of the light that passes a glass ball, all incidences together
 RECTANGLE_LAMP, DISK_LAMP, SPHERE_LAMP = range(3)
-LAMP = 18               # numbers before the casters of a lamp
+SUN, LAMP = 12, 18      # numbers before the casters of the sun, of a lamp
 
 
-def caster_parameters(scene) -> np.ndarray:
+def caster_parameters(spheres, plates) -> np.ndarray:
     """What `cast` reads: the number of spheres, the spheres, then the plates; lights are left out."""
-    balls = [s for s in scene.spheres if not s.material.shines]
+    balls = [s for s in spheres if not s.material.shines]
     packed = [float(len(balls))]
     for s in balls:
         packed += [*s.centre, s.radius**2, GLASS_BALL if s.material.kind == "glass" else 0.0]
-    for plate in scene.plates:
+    for plate in plates:
         if not plate.material.shines:
             centre, a, b, normal, disk = plate_frame(plate)
             packed += [*centre, *normal, *(a / (a @ a)), *(b / (b @ b)), disk, float(plate.material.kind == "glass"),
@@ -140,11 +140,29 @@ def sun(lanes, p, key):
     """
     if lit(lanes) == 0:
         return
+    towards_sun(lanes, p)
+    cast(lanes, p[SUN:])
+    add_light(lanes, p[9], p[10], p[11])
+
+
+@stage
+def add_light(lanes, r, g, b):
+    """Add the light A7, of this colour, to what the path gathers."""
+    row = rows(lanes)
+    red, green, blue, sr, sg, sb, light = row[RED], row[GREEN], row[BLUE], row[SR], row[SG], row[SB], row[A7]
+    for i in range(B):
+        sr[i] += red[i] * light[i] * r
+        sg[i] += green[i] * light[i] * g
+        sb[i] += blue[i] * light[i] * b
+
+
+@stage
+def towards_sun(lanes, p):
+    """A0 … A7 as `cast` reads them, towards a point of the sun; p: as `sun` has it."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, nx, ny, nz, red, green, blue = row[DEPTH], row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
-    sr, sg, sb, hx, hy, hz = row[SR], row[SG], row[SB], row[A0], row[A1], row[A2]
+    depth, nx, ny, nz, hx, hy, hz = row[DEPTH], row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
     wx, wy, wz, far, light = row[A3], row[A4], row[A5], row[A6], row[A7]
     disk_points(lanes)
     for i in range(B):
@@ -156,11 +174,6 @@ def sun(lanes, p, key):
         slant = nx[i] * qx + ny[i] * qy + nz[i] * qz
         wx[i], wy[i], wz[i], far[i] = qx, qy, qz, real(math.inf)
         light[i] = slant if slant > real(0) else real(0)
-    cast(lanes, p[12:])
-    for i in range(B):
-        sr[i] += red[i] * light[i] * p[9]
-        sg[i] += green[i] * light[i] * p[10]
-        sb[i] += blue[i] * light[i] * p[11]
 
 
 @stage
@@ -172,11 +185,18 @@ def lamp(lanes, p, key):
     """
     if lit(lanes) == 0:
         return
+    towards_lamp(lanes, p)
+    cast(lanes, p[LAMP:])
+    add_light(lanes, p[15], p[16], p[17])
+
+
+@stage
+def towards_lamp(lanes, p):
+    """A0 … A7 as `cast` reads them, towards a point of the lamp; p: lamp_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, nx, ny, nz, red, green, blue = row[DEPTH], row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
-    sr, sg, sb, hx, hy, hz = row[SR], row[SG], row[SB], row[A0], row[A1], row[A2]
+    depth, nx, ny, nz, hx, hy, hz = row[DEPTH], row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
     v0, v1, wx, wy, wz, far, light = row[V0], row[V1], row[A3], row[A4], row[A5], row[A6], row[A7]
     kind, cx, cy, cz = p[0], p[1], p[2], p[3]
     ax, ay, az, bx, by, bz, ux, uy, uz = p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12]
@@ -224,8 +244,3 @@ def lamp(lanes, p, key):
             arriving = slant * facing * flow / d2
             wx[i], wy[i], wz[i], far[i] = qx, qy, qz, d2 * size
             light[i] = arriving if arriving > real(0) else real(0)
-    cast(lanes, p[LAMP:])
-    for i in range(B):
-        sr[i] += red[i] * light[i] * p[15]
-        sg[i] += green[i] * light[i] * p[16]
-        sb[i] += blue[i] * light[i] * p[17]

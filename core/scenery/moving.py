@@ -1,0 +1,190 @@
+"""Things that move: rays are carried into the frame where a thing rests, meet it there, and are carried back.
+
+Things of one motion make a group, and a group rests in one frame: its pivot stays where it was at TIME = 0, and
+nothing turns. Every lane has a TIME of its own. A group that no ray of a block can meet, wherever it
+was meanwhile, costs the block a few comparisons.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+
+from lensbench.lanes import (
+    DEPTH,
+    H0,
+    H1,
+    H2,
+    H3,
+    H4,
+    H5,
+    H6,
+    NX,
+    NY,
+    NZ,
+    TIME,
+    B,
+    L,
+    M,
+    N,
+    X,
+    Y,
+    Z,
+    rows,
+    stage,
+)
+from lensbench.scenery.bounds import outside, wedge
+from lensbench.scenery.objects import Plate, Sphere, triple
+from lensbench.scenery.plates import plate_frame, plate_parameters, plates
+from lensbench.scenery.spheres import sphere_parameters, spheres
+from lensbench.turn import sine_versine
+
+MOTION = 12             # numbers of a motion: pivot, velocity, axis (3 each), turns per second, turns at TIME 0, reach
+HEAD = 2 + MOTION       # before a group's data: how many numbers it has in all and of spheres, then its motion
+TICKS = 65536.0         # steps of a second
+LONGEST = 30000.0       # s, that these can count
+
+
+def displaced(thing, seconds: float):
+    """The thing where its velocity has brought it by then, not turned."""
+    way = np.multiply(thing.velocity, seconds)
+    pivot = None if thing.pivot is None else triple(np.add(thing.pivot, way))
+    return replace(thing, centre=triple(np.add(thing.centre, way)), pivot=pivot)
+
+
+def _half_size(thing) -> float:
+    """How far a thing reaches from its centre (mm)."""
+    if isinstance(thing, Sphere):
+        return thing.radius
+    _, a, b, _, disk = plate_frame(thing)
+    return math.sqrt(max(a @ a, b @ b) if disk else a @ a + b @ b)
+
+
+def motion_parameters(things: Sequence[Sphere | Plate], opening: float) -> np.ndarray:
+    """The MOTION numbers of things that move alike, displaced to `opening` (s), which is their TIME 0."""
+    first = things[0]
+    pivot = np.asarray(first.centre if first.pivot is None else first.pivot)
+    rate = math.sqrt(float(np.dot(first.spin, first.spin)))
+    if rate == 0.0:
+        centres = np.array([thing.centre for thing in things])
+        pivot = (centres.min(0) + centres.max(0)) / 2.0
+    axis = np.asarray(first.spin) / rate if rate > 0.0 else np.zeros(3)
+    reach = max(math.dist(thing.centre, pivot) + _half_size(thing) for thing in things) * (1.0 + 1e-5)
+    turns = rate / (2.0 * math.pi)
+    return np.array([*pivot, *first.velocity, *axis, turns, math.remainder(turns * opening, 1.0), reach])
+
+
+def packed_groups(things: Sequence[Sphere | Plate], opening: float,
+                  data: Callable[[list[Sphere], list[Plate]], tuple[np.ndarray, int]]) -> np.ndarray:
+    """All of these things that move, in groups: HEAD, then what `data` makes of a group's spheres and plates.
+
+    data also tells how many of its numbers are of spheres. opening: seconds at TIME 0.
+    """
+    groups: dict[tuple, list[Sphere | Plate]] = {}
+    for thing in things:
+        turning = any(thing.spin) and (thing.centre if thing.pivot is None else thing.pivot)
+        groups.setdefault((thing.velocity, thing.spin, turning), []).append(displaced(thing, opening))
+    packed = [np.zeros(0)]
+    for group in groups.values():
+        balls = [thing for thing in group if isinstance(thing, Sphere)]
+        numbers, of_balls = data(balls, [thing for thing in group if not isinstance(thing, Sphere)])
+        packed.append(np.concatenate([[HEAD + numbers.size, of_balls], motion_parameters(group, opening), numbers]))
+    return np.concatenate(packed)
+
+
+def moving_parameters(things: Sequence[Sphere | Plate], opening: float) -> np.ndarray:
+    """What the stage `moving` reads."""
+    def both(balls: list[Sphere], flat: list[Plate]) -> tuple[np.ndarray, int]:
+        round_ones = sphere_parameters(balls) if balls else np.zeros(0)
+        return np.concatenate([round_ones, plate_parameters(flat) if flat else np.zeros(0)]), round_ones.size
+    return packed_groups(things, opening, both)
+
+
+@njit(inline="always")
+def motion_of(p, s):
+    """The numbers of a motion, from p[s] on, without its reach."""
+    return (p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6], p[s + 7], p[s + 8], p[s + 9], p[s + 10])
+
+
+@njit(inline="always")
+def turned(sine, versine, ax, ay, az, x, y, z):
+    """A vector turned about a unit axis (Rodrigues)."""
+    along = ax * x + ay * y + az * z
+    return (x + sine * (ay * z - az * y) + versine * (ax * along - x),
+            y + sine * (az * x - ax * z) + versine * (ay * along - y),
+            z + sine * (ax * y - ay * x) + versine * (az * along - z))
+
+
+@njit(inline="always")
+def at_rest(real, motion, t, x, y, z, dx, dy, dz):
+    """A point and a direction of the world at the time t in the frame where the group rests."""
+    px, py, pz, vx, vy, vz, ax, ay, az, rate, first = motion
+    s, v = sine_versine(real, rate * t + first)
+    qx, qy, qz = turned(-s, v, ax, ay, az, x - (px + vx * t), y - (py + vy * t), z - (pz + vz * t))
+    ex, ey, ez = turned(-s, v, ax, ay, az, dx, dy, dz)
+    return qx + px, qy + py, qz + pz, ex, ey, ez
+
+
+@njit(inline="always")
+def in_world(real, motion, t, x, y, z, dx, dy, dz):
+    """A point and a direction of the frame where the group rests in the world at the time t."""
+    px, py, pz, vx, vy, vz, ax, ay, az, rate, first = motion
+    s, v = sine_versine(real, rate * t + first)
+    qx, qy, qz = turned(s, v, ax, ay, az, x - px, y - py, z - pz)
+    ex, ey, ez = turned(s, v, ax, ay, az, dx, dy, dz)
+    return qx + (px + vx * t), qy + (py + vy * t), qz + (pz + vz * t), ex, ey, ez
+
+
+@stage
+def span(lanes):
+    """The earliest and the latest TIME of the block, and as much more as these are known: s."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    time = row[TIME]
+    low, high = np.int32(1 << 30), np.int32(-(1 << 30))
+    for i in range(B):
+        t = time[i] if time[i] < real(LONGEST) else real(LONGEST)
+        k = np.int32((t if t > real(-LONGEST) else real(-LONGEST)) * real(TICKS))
+        low, high = min(low, k), max(high, k)
+    latest = real(np.int32(high + 1)) * real(1 / TICKS)
+    return real(np.int32(low - 1)) * real(1 / TICKS), latest if latest < real(LONGEST) else real(math.inf)
+
+
+@stage
+def moving(lanes, p, key):
+    """Offer the things that move where they are nearer.  p: moving_parameters."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz, time = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TIME]
+    depth, nx, ny, nz = row[DEPTH], row[NX], row[NY], row[NZ]
+    hx, hy, hz, ex, ey, ez, near = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6]
+    seen, (early, late) = wedge(lanes), span(lanes)
+    middle, half = (early + late) * real(0.5), (late - early) * real(0.5)
+    for i in range(B):
+        hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
+    s = 0
+    while s < p.size:
+        size, balls, motion, reach = int(p[s]), int(p[s + 1]), motion_of(p, s + 2), p[s + HEAD - 1]
+        px, py, pz, vx, vy, vz = motion[0], motion[1], motion[2], motion[3], motion[4], motion[5]
+        first, end = s + HEAD, s + size
+        s += size
+        if outside(seen, px + vx * middle, py + vy * middle, pz + vz * middle,
+                   reach + half * abs(vx * seen[4] + vy * seen[5] + vz * seen[6]),
+                   reach + half * abs(vx * seen[7] + vy * seen[8] + vz * seen[9])):
+            continue
+        for i in range(B):
+            x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
+                                                            ex[i], ey[i], ez[i])
+            near[i] = depth[i]
+        if balls > 0:
+            spheres(lanes, p[first:first + balls], key)
+        if first + balls < end:
+            plates(lanes, p[first + balls:end], key)
+        for i in range(B):
+            _, _, _, ux, uy, uz = in_world(real, motion, time[i], x[i], y[i], z[i], nx[i], ny[i], nz[i])
+            hit = depth[i] < near[i]
+            nx[i], ny[i], nz[i] = ux if hit else nx[i], uy if hit else ny[i], uz if hit else nz[i]
+        for i in range(B):
+            x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
