@@ -234,13 +234,13 @@ def test_what_stands_still_while_the_shutter_is_open_costs_nothing():
     lying = lb.PerspectiveCamera(FILM, world_from_camera=lb.AnimatedTransform(place, place), readout=1.0)
     for camera in (waiting, lying):
         assert not camera.moves
-        assert kernels(camera.steps()) == kernels(still.steps()) == ["film_plane", "pinhole", "place"]
+        assert kernels(camera.steps()) == kernels(still.steps())
         for a, b in zip(camera.steps(), still.steps(), strict=True):
             np.testing.assert_array_equal(a.parameters, b.parameters)
         rendering = lb.Rendering(camera, Scene("empty"))
         assert "moments" not in kernels(rendering._before)
     late = lb.PerspectiveCamera(FILM, world_from_camera=way, shutter_close=1.5, readout=0.6)
-    assert late.moves and kernels(late.steps()) == ["clock", "film_plane", "pinhole", "place_moving"]
+    assert late.moves and kernels(late.steps()) == ["clock", *kernels(still.steps())[:-1], "place_moving"]
 
 
 # The shutter
