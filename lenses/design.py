@@ -10,13 +10,14 @@ its aperture and field say how wide the surface must be: |y| + |ȳ|, and at the
 stop |y|. That is an estimate, and the lens's findings say so.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import asin, inf, isfinite, isinf, radians, tan
 
 from lensbench.glass import AIR, Glass
 from lensbench.lenses import toroids
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import stop_of
+from lensbench.lenses.stations import Station, with_stations
 from lensbench.prescription import Lens, LensError, Surface
 
 FAR = 1e8               # file units: an object beyond it is at infinity
@@ -53,6 +54,7 @@ class Design:
 
     aperture: ("EPD" diameter | "FNO" number | "NA" of the object | "stop"
     radius, value); field_of_view: ("angle" degrees | "object" | "image" height, value).
+    stations: the configurations of a file that has several, gaps by the number of their row.
     """
 
     path: str
@@ -64,6 +66,7 @@ class Design:
     stated_f_number: float | None = None
     aperture: tuple[str, float] | None = None
     field_of_view: tuple[str, float] | None = None
+    stations: list[Station] = field(default_factory=list)
     findings: list[str] = field(default_factory=list)
     unknown: dict[str, int] = field(default_factory=dict)      # keywords that were not read, and their first lines
 
@@ -123,10 +126,20 @@ class Design:
         try:
             stop_index, assumed = stop_of(tuple(made), marked)
             scaled_efl = None if self.stated_efl is None else self.stated_efl * self.unit
-            return Lens(tuple(made), stop_index, name=self.name, notes=self.notes, stated_efl=scaled_efl,
-                        stated_f_number=self.stated_f_number, findings=(*self.findings, *assumed))
+            lens = Lens(tuple(made), stop_index, name=self.name, notes=self.notes, stated_efl=scaled_efl,
+                        stated_f_number=self.stated_f_number)
+            lens, told = with_stations(lens, [self._in_mm(station) for station in self.stations])
+            return replace(lens, findings=(*self.findings, *told, *assumed))
         except (LensError, ArithmeticError) as error:
             raise self.refuse(None, str(error)) from None
+
+    def _in_mm(self, station: Station) -> Station:
+        """A configuration by the lens's surfaces, and in mm."""
+        stop, length = station.stop, station.focal_length
+        gaps = {row - 1: gap * self.unit for row, gap in station.gaps.items() if 0 < row < len(self.rows) - 1}
+        return replace(station, gaps=gaps, distance=station.distance if station.is_far else station.distance * self.unit,
+                       stop=None if stop is None else stop * self.unit,
+                       focal_length=None if length is None else length * self.unit)
 
     def misfit(self) -> float:
         """How far, in focal lengths, the paraxial image lies from the stored one; more where surfaces cannot be."""

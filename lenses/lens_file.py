@@ -34,6 +34,7 @@ WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
     ".roa": rayoptics.write,
 }
 
+ONE_POSITION = (".dat", ".json", ".roa")    # formats that hold a lens in one position only
 UTF8_ALONE = (".toml", ".dat")      # other programs write what their machine spoke
 
 
@@ -74,6 +75,8 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[str, ...]:
         raise LensFileError(path, None, f"lens files of type {path.suffix or 'none'} cannot be written; "
                                         f"supported are {', '.join(WRITERS)}")
     text, remarks = writer(lens)
+    if lens.positions is not None and path.suffix.lower() in ONE_POSITION:
+        remarks = (*remarks, "its zoom and focus positions are left out: the lens is written as it stands")
     beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
     try:
         with open(beside, "w", encoding="utf-8", errors="replace", newline="\n") as file:

@@ -11,7 +11,8 @@ Lengths in mm. A radius is a number, Infinity, CG (a cover glass: a plane) or AS
 the aperture stop; an id that ends in AS puts the stop on that surface. Aspheric
 coefficients go up from r⁴ by even powers, with AsphericalA2 from r², and with
 AsphericalOddCount n the first n odd powers from r³ on stand between them (an n
-of 1: r³ r⁴ r⁶ r⁸ …). Of several zoom positions the first is read.
+of 1: r³ r⁴ r⁶ r⁸ …). Several columns of distances are the positions of a zoom, or of
+a lens that moves groups to focus: those have an object at a distance d0.
 """
 
 import re
@@ -23,10 +24,12 @@ from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number, is_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
+from lensbench.lenses.stations import Station, stations_of
 from lensbench.prescription import Lens
 
 PLANES = ("CG", "FS", "INFINITY", "INF", "")
 LONGEST = 30            # aspheric coefficients in a line
+MOST_STATIONS = 100
 
 
 def read(text: str, path: str) -> Lens:
@@ -41,10 +44,6 @@ def read(text: str, path: str) -> Lens:
     design.notes = " ".join(" ".join(" ".join(cells) for _, cells in sections.get("notes", [])).split())
     design.stated_efl = _stated(distances, "focal length", path)
     design.stated_f_number = _stated(distances, "f-number", path)
-    positions = max((sum(1 for cell in cells if cell.strip()) for _, cells in distances.values()), default=1)
-    if positions > 1:
-        at = f" (focal length {design.stated_efl:g} mm)" if design.stated_efl else ""
-        design.found(f"the first of {positions} positions was read{at}")
     distance = _first(distances, "d0")
     if distance is not None:
         design.rows[0].thickness = _number(path, *distance, "d0", infinite=True)
@@ -70,7 +69,32 @@ def read(text: str, path: str) -> Lens:
         if name not in KNOWN:
             design.found(f"the section [{name}] is left out")
     design.add(Row(None))
+    design.stations = _stations(distances, sections["lens data"], path)
     return design.lens()
+
+
+def _stations(distances: dict, surfaces: list[tuple[int, list[str]]], path: str) -> list[Station]:
+    """The positions of the columns of [variable distances]; none of a lens that has but one."""
+    count = max((sum(1 for cell in cells if cell.strip()) for _, cells in distances.values()), default=1)
+    if count > MOST_STATIONS:
+        raise LensFileError(path, None, f"{count} positions are too many: at most {MOST_STATIONS} are read")
+    names = {row: cells[2].strip().lower() for row, (_, cells) in enumerate(surfaces, start=1) if len(cells) > 2}
+    stations = []
+    for k in range(count if count > 1 else 0):
+        gaps = {row: _cell(distances, name, k, path) for row, name in names.items() if name in distances}
+        distance = _cell(distances, "d0", k, path)
+        stations.append(Station({row: gap for row, gap in gaps.items() if gap is not None and not isinf(gap)},
+                                float("inf") if distance is None else distance,
+                                focal_length=_cell(distances, "focal length", k, path, words=True),
+                                f_number=_cell(distances, "f-number", k, path, words=True)))
+    return stations
+
+
+def _cell(distances: dict, name: str, k: int, path: str, words: bool = False) -> float | None:
+    """A value of the position k, the last one where the line is shorter; None for an empty cell, or for `words`."""
+    line, cells = distances.get(name, (0, []))
+    text = cells[min(k, len(cells) - 1)].strip() if cells else ""
+    return None if not text or (words and not is_number(text)) else _number(path, line, text, name, infinite=True)
 
 
 KNOWN = ("descriptive data", "constants", "variable distances", "lens data", "aspherical data", "figure", "notes")
@@ -181,20 +205,22 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     elif 2 in used:
         constants, powers = ["AsphericalA2"], list(range(2, 21, 2))
     title = " ".join(lens.name.split())
+    stations, told = stations_of(lens)
+    lens = lens.at(zoom=0.0, close=0.0)
+    last = len(lens.surfaces) - 1
+    varying = {i: f"d{i + 1}" for i in (lens.positions.gaps if lens.positions else ()) if i != last}
     lines = ["[descriptive data]", f"title\t{title}", "[constants]", *constants, "[variable distances]",
-             f"Focal Length\t{'None' if lens.stated_efl is None else repr(lens.stated_efl)}",
-             f"F-Number\t{'None' if lens.stated_f_number is None else repr(lens.stated_f_number)}", "d0\tInfinity",
-             f"Bf\t{lens.surfaces[-1].thickness!r}", "[lens data]"]
+             *_distance_lines(lens, stations, varying), "[lens data]"]
     bent = []
     for i, s in enumerate(lens.surfaces):
-        glass, last = s.glass, i == len(lens.surfaces) - 1
+        glass = s.glass
         before = lens.surfaces[i - 1].glass if i else AIR
         radius = "Infinity" if s.curvature == 0.0 else radius_text(s.curvature)
         name = str(i + 1)
         if i == lens.stop_index:
             plain = s.curvature == 0.0 and glass.n_d == before.n_d == 1.0
             radius, name = ("AS", name) if plain else (radius, f"{name}AS")
-        cells = [name, radius, "Bf" if last else repr(s.thickness), repr(glass.n_d) if glass.n_d != 1.0 else "",
+        cells = [name, radius, "Bf" if i == last else varying.get(i, repr(s.thickness)), repr(glass.n_d) if glass.n_d != 1.0 else "",
                  repr(2.0 * s.semi_diameter), repr(glass.v_d) if glass.n_d != 1.0 and glass.v_d else "", ""]
         if glass.n_d != 1.0 and glass.name:
             cells[6] = " ".join(glass.name.split())
@@ -216,7 +242,27 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     lines += ["[aspherical data]", *bent] if bent else []
     notes = " ".join(lens.notes.split())
     lines += ["[notes]", notes] if notes else []
-    remarks += media.left_out(lens, "kind", "year", "source")
+    remarks += media.left_out(lens, "kind", "year", "source") + told
+    if any(station.name for station in stations):
+        remarks.append("left out: the names of its positions")
+    if any(station.stop is not None for station in stations):
+        remarks.append("left out: the size of its stop at other positions than the first")
     if title != lens.name or notes != lens.notes:
         remarks.append("name and notes are written in one line each")
     return "\n".join([*lines, ""]), tuple(remarks)
+
+
+def _distance_lines(lens: Lens, stations: list[Station], varying: dict[int, str]) -> list[str]:
+    """The rows of [variable distances]: a column for each position, one for a lens without."""
+    last = len(lens.surfaces) - 1
+    stations = stations or [Station({}, focal_length=lens.stated_efl, f_number=lens.stated_f_number)]
+    if len(stations) > 1 and stations[0].focal_length is None:
+        stations[0].focal_length, stations[0].f_number = lens.stated_efl, stations[0].f_number or lens.stated_f_number
+    rows: dict[str, list[float | None]] = {
+        "Focal Length": [station.focal_length for station in stations],
+        "F-Number": [station.f_number for station in stations],
+        "d0": [station.distance for station in stations],
+        **{name: [station.gaps[i] for station in stations] for i, name in varying.items()},
+        "Bf": [station.gaps.get(last, lens.surfaces[last].thickness) for station in stations]}
+    return ["\t".join([name, *("None" if v is None else "Infinity" if isinf(v) else repr(v) for v in values)])
+            for name, values in rows.items()]
