@@ -12,7 +12,8 @@
 Commands stand on lines or between semicolons; & continues a line and ! begins a
 comment. A qualifier names another surface (THI S3 2.5). Without RDM the program
 takes what the user has set: both readings are tried, and that taken whose image
-lies where the file puts it. Of a zoom (ZOO) the first position is read. Mirrors,
+lies where the file puts it. A zoom has a value for each of its positions (ZOO 3, then
+ZOO THI S4 14.1 14.1 12.5; THI S4 Z2 14.1 names one; TIT Z2 'tele' calls it so). Mirrors,
 gratings, tilts and decentres are refused.
 """
 
@@ -21,12 +22,13 @@ from dataclasses import replace
 from math import inf, isfinite
 
 from lensbench.glass import AIR, Glass
-from lensbench.lenses import glass_catalogue, media
+from lensbench.lenses import configurations, glass_catalogue, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import LONGEST_NAME, check_lines, file_curvature, file_number, is_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.soundness import axial_heights
+from lensbench.lenses.stations import Station, stations_of
 from lensbench.prescription import Lens
 
 UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
@@ -115,6 +117,7 @@ class _Sequence:
         self.private = False
         self.edges: dict[int, float] = {}
         self.biconic: set[int] = set()
+        self.zoom = configurations.Configurations()
 
     def run(self, statements: list[tuple[int, list[str]]]) -> Lens:
         """The lens of all commands."""
@@ -135,6 +138,11 @@ class _Sequence:
         if not any(row.is_stop for row in design.rows) and len(design.rows) > 1:
             design.rows[1].is_stop = True
             design.found("no stop is marked (STO): surface 0, as CODE V takes it")
+        stop = next((i for i, row in enumerate(design.rows) if row.is_stop), None)
+        design.stations = self.zoom.stations(lambda index: index if index < len(design.rows) else None, stop,
+                                             design.rows[0].thickness)
+        for told in self.zoom.told():
+            design.found(told)
         return design.lens()
 
     def command(self, line: int, words: list[str]) -> None:
@@ -142,14 +150,11 @@ class _Sequence:
         key, values = words[0], words[1:]
         if self.private:
             return self.glass_definition(key, words, values)
-        if key == "ZOO" and values and not is_number(values[0]):
-            self.design.found("the first position of a zoom was read (ZOO)")
-            qualified = 2 if re.fullmatch(r"(?ai)s(\d{1,4}|o|i|s)", values[1] if len(values) > 1 else "") else 1
-            return self.command(line, [values[0].upper(), *values[1:qualified], *values[qualified:qualified + 1]])
         if key == "ZOO":
-            if values and int(self.value(values)) > 1:
-                self.design.found(f"the first of {int(self.value(values))} zoom positions was read (ZOO)")
-            return None
+            return self.zoomed(line, values)
+        place = next((i for i, word in enumerate(values[:3]) if re.fullmatch(r"(?ai)z[1-9]\d{0,3}", word)), None)
+        if place is not None:                       # of one position
+            return self.one_position(line, key, values[:place], int(values[place][1:]), values[place + 1:])
         surface = re.fullmatch(r"S(O|I|\d{1,4})?", key, re.ASCII)
         if surface:
             return self.surface(line, surface[1] or "", values)
@@ -172,6 +177,42 @@ class _Sequence:
             self.surface_command(line, key, values)
         return None
 
+    def zoomed(self, line: int, values: list[str]) -> None:
+        """ZOO: how many positions there are, or the values of a quantity at each."""
+        if values and is_number(values[0]):
+            self.zoom.count = int(self.value(values))
+            return
+        if not values or values[0].upper() in ("TIT", *HARMLESS):
+            return
+        qualified = 1 + sum(re.fullmatch(r"(?ai)[sfw](\d{1,4}|o|i|s)", word) is not None for word in values[1:2])
+        for k, value in enumerate(values[qualified:], start=1):
+            self.one_position(line, values[0].upper(), values[1:qualified], k, [value])
+
+    def one_position(self, line: int, key: str, where: list[str], k: int, values: list[str]) -> None:
+        """A quantity at position k; the first one's counts for the lens."""
+        if key in ("TIT", "TITLE"):
+            self.zoom.names[k] = " ".join(values).strip("'\" ")
+            return
+        index = self.qualified(where[0]) if where else len(self.design.rows) - 1
+        kept = index is not None and 0 <= index < len(self.design.rows) and values and is_number(values[0])
+        if key == "THI" and kept:
+            self.zoom.put("gap", index or 0, k, self.value(values, infinite=True))
+        elif key == "CIR" and kept and self.design.rows[index or 0].is_stop:
+            self.zoom.put("stop", index or 0, k, self.value(values))
+        elif key not in HARMLESS:
+            self.zoom.differs(" ".join([key, *where]), " ".join(values))
+        if k == 1:
+            self.command(line, [key, *where, *values])
+
+    def qualified(self, word: str) -> int | None:
+        """The surface that a qualifier names (S3, SO the object, SI the image, SS the stop); None: it names none."""
+        named = re.fullmatch(r"(?ai)s(o|i|s|\d{1,4})", word)
+        if named is None:
+            return None
+        rows, where = self.design.rows, named[1].upper()
+        stop = next((i for i, row in enumerate(rows) if row.is_stop), 1)
+        return {"O": 0, "I": len(rows) - 1, "S": stop}.get(where, int(where) if where.isdigit() else 0)
+
     def surface(self, line: int, label: str, values: list[str]) -> None:
         """S radius thickness glass: the next surface, or the one that is named."""
         self.design.add(Row(line))
@@ -190,12 +231,9 @@ class _Sequence:
         rows = self.design.rows
         index = len(rows) - 1
         if values:
-            named = re.fullmatch(r"(?ai)s(o|i|s|\d{1,4})", values[0])
-            if named:
-                where = named[1].upper()
-                stop = next((i for i, row in enumerate(rows) if row.is_stop), 1)
-                index = {"O": 0, "I": len(rows) - 1, "S": stop}.get(where, int(where) if where.isdigit() else 0)
-                values = values[1:]
+            named = self.qualified(values[0])
+            if named is not None:
+                index, values = named, values[1:]
         if not 0 <= index < len(rows):
             if key in ("RDY", "CUY", "THI", "GLA", "STO", "K", "CIR", *TERMS):
                 raise RowError(f"there is no surface {index}")
@@ -316,8 +354,9 @@ class _Sequence:
 
 def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     """The text of a .seq file, and what it could not hold, one sentence each."""
-    remarks: list[str] = []
-    title = " ".join(lens.name.replace("'", " ").split())[:LONGEST_NAME].strip()
+    stations, remarks = stations_of(lens)
+    lens = lens.at(zoom=0.0, close=0.0)
+    title = _short(lens.name)
     lines = ["RDM N; LEN", f"TITLE '{title}'", "DIM M", "WL 656.2725 587.5618 486.1327", "REF 2",
              *_entrance_pupil(lens), "YAN 0.0", "SO 0.0 0.1e14"]
     for i, s in enumerate(lens.surfaces):
@@ -347,11 +386,34 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
             lines += ["  CON", f"  K {s.conic!r}"]
         if media.loss(glass, with_maker=True):
             remarks.append(f"surface {i}: {media.loss(glass)}")
-    lines += ["SI 0.0 0.0", "GO", ""]
+    lines += ["SI 0.0 0.0", *_zoom_lines(lens, stations), "GO", ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if title != lens.name:
         remarks.append("the name is written in one short line, without quotes")
+    remarks += configurations.lost(stations, _short)
     return "\n".join(lines), tuple(dict.fromkeys(remarks))
+
+
+def _zoom_lines(lens: Lens, stations: list[Station]) -> list[str]:
+    """The zoom positions: their number, their names, and the values of each quantity at every one."""
+    if not stations:
+        return []
+    lines = [f"ZOO {len(stations)}"]
+    if any(station.name for station in stations):
+        lines += ["ZOO TIT", *(f"TIT Z{k} '{_short(s.name)}'" for k, s in enumerate(stations, start=1))]
+    rows = [(f"ZOO THI S{i + 1}", [station.gaps[i] for station in stations]) for i in stations[0].gaps]
+    if any(not station.is_far for station in stations):
+        rows.insert(0, ("ZOO THI SO", [1e13 if station.is_far else station.distance for station in stations]))
+    if stations[0].stop is not None:
+        rows.append((f"ZOO CIR S{lens.stop_index + 1}", [station.stop or 0.0 for station in stations]))
+    for name, values in rows:
+        cut = [" ".join(map(repr, values[k:k + 4])) for k in range(0, len(values), 4)]
+        lines.append(" &\n ".join([f"{name} {cut[0]}", *cut[1:]]))
+    return lines
+
+
+def _short(text: str) -> str:
+    return " ".join(text.replace("'", " ").split())[:LONGEST_NAME].strip()
 
 
 def _entrance_pupil(lens: Lens) -> list[str]:

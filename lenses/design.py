@@ -128,17 +128,20 @@ class Design:
             scaled_efl = None if self.stated_efl is None else self.stated_efl * self.unit
             lens = Lens(tuple(made), stop_index, name=self.name, notes=self.notes, stated_efl=scaled_efl,
                         stated_f_number=self.stated_f_number)
-            lens, told = with_stations(lens, [self._in_mm(station) for station in self.stations])
+            lens, told = with_stations(lens, [self._in_mm(station, covered) for station in self.stations])
             return replace(lens, findings=(*self.findings, *told, *assumed))
         except (LensError, ArithmeticError) as error:
             raise self.refuse(None, str(error)) from None
 
-    def _in_mm(self, station: Station) -> Station:
+    def _in_mm(self, station: Station, covered: bool) -> Station:
         """A configuration by the lens's surfaces, and in mm."""
-        stop, length = station.stop, station.focal_length
-        gaps = {row - 1: gap * self.unit for row, gap in station.gaps.items() if 0 < row < len(self.rows) - 1}
-        return replace(station, gaps=gaps, distance=station.distance if station.is_far else station.distance * self.unit,
-                       stop=None if stop is None else stop * self.unit,
+        stop, length, last = station.stop, station.focal_length, len(self.rows) - 2
+        gaps = {row - 1 + covered: gap * self.unit for row, gap in station.gaps.items() if 0 < row + covered <= last}
+        if covered:                                 # the object's distance is a gap of the lens
+            gaps[0], distance = station.distance * self.unit, 0.0
+        else:
+            distance = inf if station.is_far else station.distance * self.unit
+        return replace(station, gaps=gaps, distance=distance, stop=None if stop is None else stop * self.unit,
                        focal_length=None if length is None else length * self.unit)
 
     def misfit(self) -> float:

@@ -220,8 +220,9 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         if i == lens.stop_index:
             plain = s.curvature == 0.0 and glass.n_d == before.n_d == 1.0
             radius, name = ("AS", name) if plain else (radius, f"{name}AS")
-        cells = [name, radius, "Bf" if i == last else varying.get(i, repr(s.thickness)), repr(glass.n_d) if glass.n_d != 1.0 else "",
-                 repr(2.0 * s.semi_diameter), repr(glass.v_d) if glass.n_d != 1.0 and glass.v_d else "", ""]
+        gap = "Bf" if i == last else varying.get(i, repr(s.thickness))
+        cells = [name, radius, gap, repr(glass.n_d) if glass.n_d != 1.0 else "", repr(2.0 * s.semi_diameter),
+                 repr(glass.v_d) if glass.n_d != 1.0 and glass.v_d else "", ""]
         if glass.n_d != 1.0 and glass.name:
             cells[6] = " ".join(glass.name.split())
         lines.append("\t".join(cells))

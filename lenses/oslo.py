@@ -16,18 +16,21 @@
 Further powers by ASP ASR n with AS1 … ASn (r², r⁴, …) or ASP ARA (r, r², …); RDX
 and CVX turn the section y–z about an axis along y, to this radius or curvature. Commands stand on lines or
 between semicolons; // begins a comment. GLA MOD name n1 n2 … has an index for each
-wavelength of WV. Mirrors, tilts, decentres, gratings and ideal lenses are refused.
+wavelength of WV. Behind the surfaces, CFG n begins the configuration n of a zoom:
+TH 4 12.5 is its gap behind surface 4 (0: the object), AP 9 6.1 its semi-diameter.
+Mirrors, tilts, decentres, gratings and ideal lenses are refused.
 After what OSLO's manual and programs that read its files publish of the keywords.
 """
 
 import re
 
 from lensbench.glass import AIR, Glass
-from lensbench.lenses import media
+from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import LONGEST_NAME, check_lines, file_curvature, file_number, is_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
+from lensbench.lenses.stations import Station, stations_of
 from lensbench.prescription import Lens, Surface
 
 TERMS = {"AD": 4, "AE": 6, "AF": 8, "AG": 10}
@@ -62,6 +65,11 @@ def read(text: str, path: str) -> Lens:
             raise LensFileError(path, line, f"SRF {len(file.design.rows) - 1}, {words[0]}: {error}") from None
     if not file.begun:
         raise LensFileError(path, None, "there is no command LEN NEW: this is no OSLO lens")
+    rows = file.design.rows
+    stop = next((i for i, row in enumerate(rows) if row.is_stop), None)
+    file.design.stations = file.zoom.stations(lambda i: i, stop, rows[0].thickness)
+    for told in file.zoom.told():
+        file.design.found(told)
     return file.design.lens()
 
 
@@ -90,6 +98,8 @@ class _File:
         self.begun = self.ended = False
         self.wavelengths = list(WAVELENGTHS)
         self.general: dict[int, str] = {}
+        self.zoom = configurations.Configurations()
+        self.configuration = 0                      # the one at hand; 0: before the first CFG
 
     def command(self, line: int, words: list[str]) -> None:
         """One command. RowError: what it says is not traced, or cannot be."""
@@ -99,6 +109,11 @@ class _File:
         if key == "LEN":
             self.begun = True
             design.name = next((word for word in values[1:] if not is_number(word)), "")
+        elif key == "CFG":
+            self.configuration = int(self.number(values))
+            self.zoom.count = max(self.zoom.count, self.configuration)
+        elif self.configuration and key != "END":
+            self.configured(key, line, values)
         elif key == "NXT":
             design.add(Row(line))
         elif key == "END":
@@ -121,6 +136,17 @@ class _File:
             return                                  # the object's
         else:
             self.surface(line, row, key, values)
+
+    def configured(self, key: str, line: int, values: list[str]) -> None:
+        """A quantity of a surface in the configuration at hand."""
+        rows = self.design.rows
+        index = int(self.number(values[:1])) if key in ("TH", "AP") else -1
+        if key == "TH" and len(values) > 1 and 0 <= index < len(rows):
+            self.zoom.put("gap", index, self.configuration, self.number(values[1:], infinite=True))
+        elif key == "AP" and len(values) > 1 and 0 <= index < len(rows) and rows[index].is_stop:
+            self.zoom.put("stop", index, self.configuration, self.number(values[1:]))
+        elif key not in HARMLESS:
+            self.design.not_read(f"CFG {self.configuration} {key}", line)
 
     def surface(self, line: int, row: Row, key: str, values: list[str]) -> None:
         """A command about the surface at hand."""
@@ -220,7 +246,8 @@ class _File:
 
 def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     """The text of a .len file, and what it could not hold, one sentence each."""
-    remarks: list[str] = []
+    stations, remarks = stations_of(lens)
+    lens = lens.at(zoom=0.0, close=0.0)
     words = [word for word in lens.name.replace('"', " ").replace("\\", " ").split() if not is_number(word)]
     name = " ".join(words)[:LONGEST_NAME].strip()
     lines = ["// OSLO 6.6", f'LEN NEW "{name}" {lens.stated_efl or 100.0!r} {len(lens.surfaces) + 1}', "UNI 1.0",
@@ -235,11 +262,24 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         lines += [f"TH {s.thickness!r}", f"AP {s.semi_diameter!r}"]
         lines += ["AST"] if i == lens.stop_index else []
     lines += [f"NXT  // SRF {len(lens.surfaces) + 1}", "AIR", "WV 0.58756 0.48613 0.65627", "WW 1.0 1.0 1.0",
-              f"END {len(lens.surfaces) + 1}", ""]
+              *_configuration_lines(lens, stations), f"END {len(lens.surfaces) + 1}", ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if name != lens.name:
         remarks.append("the name is written short, without quotes and without words that are numbers, as OSLO needs it")
+    remarks += configurations.lost(stations, lambda text: "")
     return "\n".join(lines), tuple(remarks)
+
+
+def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
+    """What differs in the configurations from the second on."""
+    lines = []
+    finite = any(not station.is_far for station in stations)
+    for k, station in enumerate(stations[1:], start=2):
+        lines.append(f"CFG {k}")
+        lines += [f"TH 0 {1e20 if station.is_far else station.distance!r}"] if finite else []
+        lines += [f"TH {i + 1} {gap!r}" for i, gap in station.gaps.items()]
+        lines += [] if station.stop is None else [f"AP {lens.stop_index + 1} {station.stop!r}"]
+    return lines
 
 
 def _glass_line(glass: Glass, i: int, remarks: list[str]) -> str:

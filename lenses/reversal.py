@@ -9,6 +9,8 @@ from lensbench.prescription import Lens, LensError
 def reversed_lens(lens: Lens) -> Lens:
     """The lens turned round: surfaces in the other order, each bent the other way; its back focus is not known.
 
+    Of a lens with zoom or focus positions only the one it stands in is kept, and a finding says so.
+
     LensError: a lens with another medium than air behind it.
     """
     if lens.surfaces[-1].glass.n_d != 1.0:
@@ -20,4 +22,7 @@ def reversed_lens(lens: Lens) -> Lens:
                 aspheric=tuple((power, -a) for power, a in s.aspheric),
                 curvature_x=None if s.curvature_x is None else -s.curvature_x or 0.0)
         for s, (gap, glass) in zip(reversed(lens.surfaces), gaps, strict=True))
-    return replace(lens, surfaces=surfaces, stop_index=len(surfaces) - 1 - lens.stop_index)
+    told = () if lens.positions is None else ("its zoom and focus positions are left out: it is turned round as it "
+                                              "stands",)
+    return replace(lens, surfaces=surfaces, stop_index=len(surfaces) - 1 - lens.stop_index, positions=None,
+                   findings=(*lens.findings, *told))

@@ -50,8 +50,8 @@ def focus_places(distances: Sequence[float]) -> tuple[float, ...]:
     """Where focus stations stand from 0 to 1: evenly in the reciprocal of the distance, if that rises."""
     if len(distances) == 1:
         return (0.0,)
-    near = [0.0 if distance == inf else 1.0 / distance for distance in distances]
-    if near[0] != 0.0 or any(not a < b for a, b in zip(near, near[1:], strict=False)):
+    near = [1.0 / distance if distance else inf for distance in distances]
+    if near[0] != 0.0 or near[-1] == inf or any(not a < b for a, b in zip(near, near[1:], strict=False)):
         return _even(len(distances))
     return (0.0, *(nearness / near[-1] for nearness in near[1:-1]), 1.0)
 
@@ -74,8 +74,8 @@ def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[str]]
     A list of zoom settings is put in order from wide to tele, one of distances from
     infinity to the nearest.
     """
-    varying = sorted({i for station in stations for i in station.gaps
-                      if any(other.gaps.get(i) != station.gaps[i] for other in stations)})
+    varying = sorted({i for station in stations for i in station.gaps if any(
+        other.gaps.get(i, lens.surfaces[i].thickness) != station.gaps[i] for other in stations)})
     stops = {station.stop for station in stations}
     if len(stations) < 2 or not (varying or len(stops) > 1):
         return lens, []

@@ -14,8 +14,12 @@
 
 Surface 0 is the object, the last one the image. The flag behind a glass is 0
 where the catalogue is meant (the numbers that follow are then leftovers), 1 for
-a model of n_d and V_d, 2 for a pick-up of another surface's glass. Only the
-first of several configurations is read. Mirrors, gratings, tilts and every
+a model of n_d and V_d, 2 for a pick-up of another surface's glass. Configurations
+stand behind the surfaces, MNUM of them:
+
+    THIC 4 2 12.5 0 0 0 1 1 1 0 0 "" 0      the gap behind surface 4 in configuration 2
+
+SDIA is a semi-diameter, LTTL a name. Mirrors, gratings, tilts and every
 surface that is neither a body of revolution nor a toroid are refused.
 """
 
@@ -23,11 +27,12 @@ import re
 from math import inf
 
 from lensbench.glass import Glass
-from lensbench.lenses import media
+from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
+from lensbench.lenses.stations import Station, stations_of
 from lensbench.prescription import Lens, Surface
 
 UNITS = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
@@ -42,6 +47,9 @@ HARMLESS = frozenset("""
     COMM HIDE MIRR POPS FIMP SLAB SSID MEMA OEMA FLAP COAT SCOL OPDX RSCE PPAR PZUP CPUP CNUP MAZH MAZA CHZA
     VDSZ VPAR VCON VCUR VDIA VGLA
 """.split())
+FIRST = {"THIC": "DISZ", "CRVT": "CURV", "CONN": "CONI", "SDIA": "DIAM"}    # of the first configuration
+CONFIGURED = ("MNUM", "LTTL", *FIRST, "APER", "GLSS", "PRAM", "STPS", "IGNR")
+FAR_OBJECT = "1e10"                             # where a configuration says how far the object is
 EVEN_POWERS = range(2, 17, 2)
 ODD_POWERS = range(1, 9)
 
@@ -52,18 +60,15 @@ def read(text: str, path: str) -> Lens:
     surfaces: list[dict[str, tuple[int, list[str]]]] = []
     numbered: list[dict[tuple[str, int], tuple[int, str]]] = []
     header: dict[str, tuple[int, list[str]]] = {}
-    notes, configurations = [], 1
+    notes, listed = [], configurations.Configurations()
     for line, content in enumerate(text.split("\n"), start=1):
         key, _, rest = content.strip().partition(" ")
         key, words = key.upper(), rest.split()
         if key == "SURF":
             surfaces.append({"SURF": (line, words)})
             numbered.append({})
-        elif not content[:1].isspace() and key in ("MNUM", "THIC", "CRVT", "CONN", "SDIA") and surfaces:
-            if key == "MNUM":
-                configurations = int(_number(path, line, "MNUM", words, 0))
-            else:
-                _configure(path, line, key, words, surfaces)
+        elif not content[:1].isspace() and key in CONFIGURED and surfaces:
+            _configure(listed, path, line, key, words, surfaces)
         elif key == "NOTE":
             notes.append(rest.partition(" ")[2].strip())
         elif surfaces and key in ("PARM", "XDAT"):
@@ -80,12 +85,15 @@ def read(text: str, path: str) -> Lens:
     _read_header(design, header, surfaces[0])
     design.name = header.get("NAME", (0, [""]))[1][0].strip().strip('"')
     design.notes = " ".join(" ".join(notes).split())
+    row_of: dict[int, int] = {}
     for i, (keys, values) in enumerate(zip(surfaces, numbered, strict=True)):
+        row_of[i] = len(design.rows)
         kind = (keys.get("TYPE", (0, []))[1] or [""])[0].upper()
         if kind == "COORDBRK" and 0 < i < len(surfaces) - 1 and not any(
                 _number(path, line, "PARM", [word], 0) for (key, n), (line, word) in values.items()
                 if key == "PARM" and n <= 5):
             design.rows[-1].thickness += _number(path, *_place(keys, "DISZ"), 0) if "DISZ" in keys else 0.0
+            del row_of[i]
             design.found(f"SURF {i}: a coordinate break that neither tilts nor moves anything is left out")
         elif kind == "PARAXIAL" and 1 < i == len(surfaces) - 2 and "STOP" not in keys \
                 and design.rows[-1].glass.n_d == 1.0:
@@ -93,8 +101,10 @@ def read(text: str, path: str) -> Lens:
             design.found(f"SURF {i}: the ideal lens (TYPE PARAXIAL) between the lens and its image is left out")
         else:
             design.add(_row(design, i, keys, values, i == len(surfaces) - 1))
-    if configurations > 1:
-        design.found(f"the first of {configurations} configurations was read")
+    stop = next((i for i, keys in enumerate(surfaces) if "STOP" in keys), None)
+    design.stations = listed.stations(row_of.get, stop, design.rows[0].thickness)
+    for told in listed.told():
+        design.found(told)
     return design.lens()
 
 
@@ -128,14 +138,30 @@ def _read_header(design: Design, header: dict, first: dict) -> None:
             design.field_of_view = (field_kind, max(sizes))
 
 
-def _configure(path: str, line: int, key: str, words: list[str], surfaces: list[dict]) -> None:
-    """The value of a surface in the first configuration in place of that of the current one."""
-    if len(words) < 3 or words[1] != "1":
+def _configure(listed: configurations.Configurations, path: str, line: int, key: str, words: list[str],
+               surfaces: list[dict]) -> None:
+    """A line of the configurations; what the first one has counts in place of what the current one had."""
+    if key == "MNUM":
+        listed.count = int(_number(path, line, key, words, 0))
         return
-    index = int(_number(path, line, key, words, 0))
-    name = {"THIC": "DISZ", "CRVT": "CURV", "CONN": "CONI", "SDIA": "DIAM"}[key]
-    if 0 <= index < len(surfaces):
-        surfaces[index][name] = (line, words[2:3])
+    if len(words) < 3 or not words[0].isdecimal() or not words[1].isdecimal() or len(words[0] + words[1]) > 12:
+        return
+    index, number = int(words[0]), int(words[1])
+    if key == "LTTL":
+        quoted = re.match(r'"([^"]*)"', " ".join(words[2:]))
+        listed.names[number] = quoted[1] if quoted else words[2]
+        return
+    if key not in FIRST:
+        listed.differs(f"{key} {index}", words[2])
+        return
+    if key == "THIC" and index < len(surfaces) - 1:
+        listed.put("gap", index, number, _number(path, line, key, words, 2, infinite=index == 0))
+    elif key == "SDIA" and 0 <= index < len(surfaces) and "STOP" in surfaces[index]:
+        listed.put("stop", index, number, _number(path, line, key, words, 2))
+    elif key != "THIC":
+        listed.differs(f"{key} {index}", words[2])
+    if number == 1 and index < len(surfaces):
+        surfaces[index][FIRST[key]] = (line, words[2:3])
 
 
 def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool) -> Row:
@@ -245,7 +271,8 @@ def _number(path: str, line: int | None, key: str, words: list[str], place: int,
 
 def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     """The text of a .zmx file, and what it could not hold, one sentence each."""
-    remarks: list[str] = []
+    stations, remarks = stations_of(lens)
+    lens = lens.at(zoom=0.0, close=0.0)
     lines = ["VERS 140000 0 0", "MODE SEQ", f"NAME {' '.join(lens.name.split())}"]
     lines += [f"NOTE 0 {' '.join(lens.notes.split())}"] if lens.notes.strip() else []
     lines += ["UNIT MM X W X CM MR CPMM", "FLOA", "FTYP 0 0 1 3 0 0 0", "YFLN 0", "WAVM 1 0.4861327 1",
@@ -267,11 +294,33 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
             if glass.name and name != glass.name:
                 remarks.append(f"the glass {glass.name!r} is written as {name}")
         lines.append(f"  DIAM {surface.semi_diameter!r} 1 0 0 1 \"\"")
-    lines += [f"SURF {len(lens.surfaces) + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0", ""]
+    lines += [f"SURF {len(lens.surfaces) + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0",
+              *_configuration_lines(lens, stations), ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number")
     if lens.name != " ".join(lens.name.split()).strip('"') or lens.notes != " ".join(lens.notes.split()):
         remarks.append("name and notes are written in one line each")
+    remarks += configurations.lost(stations, _plain)
     return "\n".join(lines), tuple(remarks)
+
+
+def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
+    """The configurations, one quantity after the other, as the program wants them."""
+    if not stations:
+        return []
+    rows = [(f"THIC {i + 1}", [repr(station.gaps[i]) for station in stations]) for i in stations[0].gaps]
+    if any(not station.is_far for station in stations):
+        rows.insert(0, ("THIC 0", [FAR_OBJECT if s.is_far else repr(s.distance) for s in stations]))
+    if stations[0].stop is not None:
+        rows.append((f"SDIA {lens.stop_index + 1}", [repr(station.stop) for station in stations]))
+    lines = [f"MNUM {len(stations)} 1"]
+    if any(station.name for station in stations):
+        lines += [f'LTTL 0 {k} "{_plain(s.name)}" 0 0 0 1 1 0 0.0 "" 0' for k, s in enumerate(stations, start=1)]
+    return lines + [f'{name} {k} {value} 0 0 0 1 1 1 0 0 "" 0' for name, values in rows
+                    for k, value in enumerate(values, start=1)]
+
+
+def _plain(text: str) -> str:
+    return " ".join(text.replace('"', "'").split())
 
 
 def _surface_lines(surface: Surface) -> list[str]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 
+import lensbench as lb
 from lensbench import Glass, lenses
 from lensbench.lenses import glass_catalogue
 from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
@@ -78,9 +79,24 @@ def test_without_a_stop_the_first_surface_is_it(tmp_path):
     assert lens.stop_index == 0 and any("STO" in finding for finding in lens.findings)
 
 
-def test_the_first_zoom_position_is_read(tmp_path):
-    lens = sample(tmp_path, ("GO\n", "ZOO 3\nZOO THI S2 5.5 6.5 7.5\nGO\n"))
-    assert lens.surfaces[1].thickness == 5.5 and any("first of 3" in finding for finding in lens.findings)
+def test_a_zoom_has_its_positions_from_wide_to_tele(tmp_path):
+    zoom = "ZOO 3\nZOO TIT\nTIT Z1 'near'\nTIT Z3 'far'\nZOO EPD 24 24 24\nZOO THI S2 5.5 6.5 &\n 7.5\nGO\n"
+    lens = sample(tmp_path, ("GO\n", zoom))
+    positions = lens.positions
+    lengths = [lb.first_order(lens.at(zoom=place)).efl for place in positions.zoom_stations]
+    assert lengths == sorted(lengths)
+    gaps = [row[0][0] for row in positions.thicknesses]
+    assert positions.gaps == (1,) and sorted(gaps) == [5.5, 6.5, 7.5]
+    assert dict(zip(gaps, positions.names, strict=True)) == {5.5: "near", 6.5: "", 7.5: "far"}
+    assert any("from wide to tele" in finding for finding in lens.findings) == (gaps != [5.5, 6.5, 7.5])
+    assert lens.name == sample(tmp_path).name
+
+
+def test_a_single_position_can_be_named_and_what_is_not_kept_is_said(tmp_path):
+    lens = sample(tmp_path, ("GO\n", "ZOO 2\nZOO THI S2 5.5 5.5\nTHI S2 Z2 7.5\nZOO EPD 24 20\nGO\n"))
+    assert sorted(row[0][0] for row in lens.positions.thicknesses) == [5.5, 7.5]
+    assert any("EPD: of what differs between the configurations" in finding for finding in lens.findings)
+    assert sample(tmp_path, ("GO\n", "ZOO 2\nZOO THI S2 5.5 5.5\nGO\n")).positions is None
 
 
 @pytest.mark.parametrize(("code", "n_d", "v_d"), [("517642", 1.517, 64.2), ("517.642", 1.517, 64.2),

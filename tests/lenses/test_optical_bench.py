@@ -21,7 +21,7 @@ def sample(folder, *changes):
     return loaded(folder, "lens.txt", text)
 
 
-def test_surfaces_glasses_stop_and_the_first_position_are_read(tmp_path):
+def test_surfaces_glasses_stop_and_both_positions_are_read(tmp_path):
     lens = sample(tmp_path)
     radii = [48.5, -120.25, None, -60.0, 70.0, -52.5]
     assert [s.curvature for s in lens.surfaces] == [1.0 / r if r else 0.0 for r in radii]
@@ -31,7 +31,9 @@ def test_surfaces_glasses_stop_and_the_first_position_are_read(tmp_path):
                                                 Glass(1.5168, 64.2), AIR]
     assert (lens.stop_index, lens.stated_efl, lens.stated_f_number) == (3, 50.0, 4.0)
     assert (lens.name, lens.notes) == ("Made-up zoom", "Two lines of notes")
-    assert lens.findings == ("the first of 2 positions was read (focal length 50 mm)",)
+    assert lens.findings == ()
+    assert lens.positions.thicknesses == (((3.5, 40.25),), ((9.25, 45.5),)) and lens.positions.gaps == (3, 5)
+    assert lens.positions.focal_lengths == (50.0, 80.0) and lens.at(zoom=1.0).stated_efl == 80.0
 
 
 def test_powers_of_the_aspheric_columns_follow_from_the_constants(tmp_path):
@@ -65,6 +67,7 @@ def test_a_glass_by_its_name_alone_is_that_of_the_catalogue(tmp_path):
     ("6\t-52.5\t-0.5", "9\t-52.5\t-0.5", "'9'"),
     ("6\t-52.5\t-0.5\t1e-6", "6\t-52.5\t-0.5\tnan", "r^3"),
     ("d4\t3.5", "d4\tx", "d4"),
+    ("d4\t3.5\t9.25", "d4\t3.5\ty", "d4"),
     ("\t\t19.5\t\tXX", "\t\t19.5\t\tXX", "XX"),
 ])
 def test_mistakes_name_their_line(tmp_path, old, new, told):

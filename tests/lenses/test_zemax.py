@@ -106,10 +106,15 @@ def test_numbers_beside_a_name_count_only_where_no_catalogue_has_it(tmp_path):
     assert any("QQ-XY9" in finding for finding in lens.findings)
 
 
-def test_the_first_of_several_configurations_is_read(tmp_path):
-    lens = sample(tmp_path, ("MNUM 1 1", "MNUM 2 2\nTHIC   2   1 4.5 0 0 0\nTHIC   2   2 2.5 0 0 0"))
-    assert [s.thickness for s in lens.surfaces] == [6.5, 4.5, 95.0]
-    assert any("first of 2" in finding for finding in lens.findings)
+def test_several_configurations_are_the_positions_of_a_zoom(tmp_path):
+    listed = 'MNUM 2 2\nLTTL 0 1 "one" 0\nTHIC   2   1 4.5 0 0 0\nTHIC   2   2 2.5 0 0 0\nAPER 0 1 5\nAPER 0 2 6'
+    lens = sample(tmp_path, ("MNUM 1 1", listed))
+    stations = [[s.thickness for s in lens.at(zoom=place).surfaces] for place in lens.positions.zoom_stations]
+    assert sorted(stations) == [[6.5, 2.5, 95.0], [6.5, 4.5, 95.0]]
+    lengths = [lb.first_order(lens.at(zoom=place)).efl for place in (0.0, 1.0)]
+    assert lengths[0] < lengths[1] and lens == lens.at(zoom=0.0)
+    assert lens.positions.names[stations.index([6.5, 4.5, 95.0])] == "one"
+    assert any("APER 0: of what differs between the configurations" in finding for finding in lens.findings)
 
 
 def test_missing_rims_are_estimated_from_aperture_and_field_and_said(tmp_path):

@@ -1,0 +1,83 @@
+"""Rows of values by configuration, as design programs list them: one quantity of one surface a row.
+
+Lengths in the file's unit. What a lens can take from them are gaps, the object's
+distance and the stop's size; of everything else that differs between configurations
+the first one's value stands, and that is told.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import inf
+
+from lensbench.lenses.stations import FAR, Station
+
+MOST = 200              # configurations
+
+
+@dataclass
+class Configurations:
+    """How many there are, and their values: by quantity and surface, then by configuration from 1."""
+
+    count: int = 1
+    values: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict)
+    other: dict[str, set[str]] = field(default_factory=dict)        # what is not read, with its values
+    names: dict[int, str] = field(default_factory=dict)
+
+    def put(self, quantity: str, surface: int, configuration: int, value: float) -> None:
+        """Keep "gap", "stop" or another quantity of a surface in a configuration; further ones are left out."""
+        if 1 <= configuration <= MOST:
+            self.values.setdefault((quantity, surface), {})[configuration] = value
+
+    def differs(self, what: str, value: str) -> None:
+        """Keep a value of something that a lens has only one of."""
+        self.other.setdefault(what, set()).add(value)
+
+    def first(self, quantity: str, surface: int) -> float | None:
+        """Its value in the first configuration, where it has one."""
+        return self.values.get((quantity, surface), {}).get(1)
+
+    def stations(self, row_of: Callable[[int], int | None], stop: int | None, distance: float) -> list[Station]:
+        """The configurations, gaps by the row of their surface; none where there is but one.
+
+        distance: of the object, where it is the same in all.
+        """
+        found = []
+        for k in range(1, min(self.count, MOST) + 1 if self.count > 1 else 1):
+            station = Station(distance=inf if abs(distance) >= FAR else distance, name=self.names.get(k, ""))
+            for (quantity, surface), by_number in self.values.items():
+                value = by_number.get(k, by_number.get(1))
+                row = row_of(surface)
+                if value is None or row is None:
+                    continue
+                if quantity == "gap" and surface == 0:
+                    station.distance = inf if abs(value) >= FAR else value
+                elif quantity == "gap":
+                    station.gaps[row] = value
+                elif quantity == "stop" and surface == stop:
+                    station.stop = value
+            found.append(station)
+        return found
+
+    def told(self) -> list[str]:
+        """What differs between the configurations and is not kept."""
+        lost = [what for what, values in self.other.items() if len(values) > 1]
+        found = [f"{', '.join(sorted(lost))}: of what differs between the configurations, that of the first is "
+                 "taken"] if lost else []
+        if self.count > MOST:
+            found.append(f"the first {MOST} of {self.count} configurations were read")
+        return found
+
+
+def lost(stations: list[Station], plain: Callable[[str], str]) -> list[str]:
+    """What is left out of the positions of a lens where only gaps, the stop and names are written.
+
+    plain: a name as it is written, "" where none is.
+    """
+    remarks = []
+    if any(station.name and not plain(station.name) for station in stations):
+        remarks.append("left out: the names of its positions")
+    elif any(station.name != plain(station.name) for station in stations):
+        remarks.append("the names of its positions are written in one short line, without quotes")
+    if any(not (station.focal_length is None and station.f_number is None) for station in stations):
+        remarks.append("left out: the stated focal lengths and f-numbers of its positions")
+    return remarks

@@ -1,0 +1,162 @@
+"""Configurations of other programs: there and back in every format that has them, lists of both zoom and distance."""
+
+from dataclasses import replace
+from math import inf
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import lensbench as lb
+from lensbench import Glass, Lens, Positions, Surface, lenses
+from lensbench.lenses.reversal import reversed_lens
+from lensbench.lenses.stations import Station, focus_places, stations_of, with_stations, zoom_places
+from tests.lenses.samples import loaded
+
+GLASS = Glass(1.5, 60.0)
+NAMED = (".zmx", ".seq")
+
+
+def two_groups(gap, back, rim=8.0):
+    """A diverging group before a converging one."""
+    return (Surface(-0.0125, 1.0, rim, GLASS), Surface(0.0125, gap, rim), Surface(0.025, 2.0, rim, GLASS),
+            Surface(-0.025, back, rim))
+
+
+@st.composite
+def zooms(draw, suffix):
+    """A zoom of one to three settings at one to three distances, from wide to tele as a reader would place them."""
+    count, near = draw(st.integers(1, 3)), draw(st.integers(0, 2))
+    assume(count + near > 1)
+    separations = sorted(draw(st.lists(st.floats(1.0, 60.0), min_size=count, max_size=count, unique=True)))[::-1]
+    shifts = sorted(draw(st.lists(st.floats(0.01, 0.9), min_size=near, max_size=near, unique=True)))
+    backs = draw(st.lists(st.floats(10.0, 200.0), min_size=count, max_size=count, unique=True))    # all gaps vary
+    table = tuple(tuple((d - shift, back + shift) for shift in (0.0, *shifts))
+                  for d, back in zip(separations, backs, strict=True))
+    lens = Lens(two_groups(separations[0], backs[0]), 2)
+    lengths = [lb.first_order(Lens(two_groups(row[0][0], row[0][1]), 2)).efl for row in table]
+    assume(all(a < b for a, b in zip(lengths, lengths[1:], strict=False)))
+    far = sorted(draw(st.lists(st.floats(150.0, 1e6), min_size=near, max_size=near, unique=True)))[::-1]
+    distances = tuple((inf, *far) for _ in table) if near else ()
+    named = suffix in NAMED and count > 1 and draw(st.booleans())
+    stops = suffix != ".txt" and draw(st.booleans())
+    stated = suffix == ".txt" and count > 1
+    return replace(lens, positions=Positions(
+        (1, 3), table, zoom_places(lengths), focus_places(distances[0]) if near else (0.0,),
+        tuple(f"setting {i}" for i in range(count)) if named else (),
+        tuple(map(float, range(20, 20 + count))) if stated else (), tuple(2.0 for _ in table) if stated else (),
+        distances, tuple(tuple(4.0 + i + 0.5 * j for j in range(near + 1)) for i in range(count)) if stops else (),
+    )).at()
+
+
+@pytest.mark.parametrize("suffix", [".zmx", ".seq", ".len", ".txt"])
+@given(data=st.data())
+@settings(deadline=None, max_examples=40)
+def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, suffix, data):
+    path = tmp_path_factory.getbasetemp() / f"zoom{suffix}"
+    lens = data.draw(zooms(suffix))
+    told = lenses.save(lens, path)
+    assert all("stated" in remark for remark in told)
+    read = lenses.load(path)
+    assert read.positions == lens.positions
+    assert read.surfaces == lens.surfaces and read.stop_index == lens.stop_index
+
+
+@pytest.mark.parametrize("name", ["lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed", "lv-minolta-af-100mm-f28-macro"])
+@pytest.mark.parametrize("suffix", [".zmx", ".seq", ".len", ".txt"])
+def test_lenses_of_the_library_keep_their_stations_in_every_format_that_has_them(tmp_path, name, suffix):
+    lens = lenses.load(name)
+    lenses.save(lens.at(close=0.7), tmp_path / f"a{suffix}")
+    read = lenses.load(tmp_path / f"a{suffix}")
+    assert (read.positions.gaps, read.positions.thicknesses) == (lens.positions.gaps, lens.positions.thicknesses)
+    assert read.positions.distances == lens.positions.distances
+    assert [s.thickness for s in read.surfaces] == [s.thickness for s in lens.surfaces]
+
+
+@pytest.mark.parametrize("suffix", [".dat", ".json", ".roa"])
+def test_a_format_of_one_position_says_that_the_others_are_left_out(tmp_path, suffix):
+    lens = lenses.load("lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed", zoom=1.0)
+    assert any("zoom and focus positions are left out" in told for told in lenses.save(lens, tmp_path / f"a{suffix}"))
+    read = lenses.load(tmp_path / f"a{suffix}")
+    assert read.positions is None and read.length == pytest.approx(lens.length, rel=1e-14)
+    plain = replace(lens, positions=None)
+    assert not any("positions" in told for told in lenses.save(plain, tmp_path / f"b{suffix}"))
+
+
+def test_a_lens_turned_round_keeps_the_position_it_stands_in_and_says_so():
+    lens = lenses.load("lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed", zoom=1.0)
+    turned = reversed_lens(lens)
+    assert turned.positions is None and any("as it stands" in finding for finding in turned.findings)
+    # the focal length is the same from either side
+    assert lb.first_order(turned).efl == pytest.approx(lb.first_order(lens).efl, rel=1e-12)
+
+
+def test_what_a_format_cannot_hold_of_the_positions_is_said(tmp_path):
+    lens = lenses.load("lv-pentax-02-standard-zoom-5-15-f28-45")
+    renamed = replace(lens, positions=replace(lens.positions, names=("W", "M", "T"), zoom_stations=(0.0, 0.5, 1.0)))
+    for suffix in (".zmx", ".seq", ".len", ".txt"):
+        told = lenses.save(renamed.at(zoom=0.5), tmp_path / f"a{suffix}")
+        assert any("written in its first position" in remark for remark in told)
+        assert any("stations stand between 0 and 1 is left out" in remark for remark in told)
+        assert any("names of its positions" in remark for remark in told) == (suffix in (".len", ".txt"))
+
+
+def stations(*rows):
+    return [Station({1: gap, 3: back}, distance) for gap, back, distance in rows]
+
+
+WIDE, TELE = (50.0, 104.0), (10.0, 160.0)
+NEAR_WIDE, NEAR_TELE = (44.0, 110.0), (7.5, 162.5)
+
+
+@pytest.mark.parametrize("order", ["settings first", "distances first", "tele first"])
+def test_a_list_of_settings_and_distances_becomes_a_table_of_both(order):
+    rows = {"settings first": ((*WIDE, inf), (*TELE, inf), (*NEAR_WIDE, 800.0), (*NEAR_TELE, 790.0)),
+            "distances first": ((*WIDE, inf), (*NEAR_WIDE, 800.0), (*TELE, inf), (*NEAR_TELE, 790.0)),
+            "tele first": ((*TELE, inf), (*WIDE, inf), (*NEAR_TELE, 790.0), (*NEAR_WIDE, 800.0))}[order]
+    lens, told = with_stations(Lens(two_groups(*rows[0][:2]), 2), stations(*rows))
+    assert lens.positions.thicknesses == ((WIDE, NEAR_WIDE), (TELE, NEAR_TELE))
+    assert lens.positions.distances == ((inf, 800.0 + 1.0 + 44.0 + 2.0 + 110.0), (inf, 790.0 + 1.0 + 7.5 + 2.0 + 162.5))
+    assert lens.surfaces == two_groups(*WIDE)
+    assert bool(told) == (order == "tele first")
+
+
+def test_a_list_that_is_no_table_keeps_the_settings_at_infinity_and_says_so():
+    rows = ((*WIDE, inf), (*TELE, inf), (*NEAR_WIDE, 800.0))
+    lens, told = with_stations(Lens(two_groups(*WIDE), 2), stations(*rows))
+    assert lens.positions.thicknesses == ((WIDE,), (TELE,)) and "only those at infinity are kept" in told[0]
+
+
+def test_positions_that_are_all_alike_are_none():
+    lens = Lens(two_groups(*WIDE), 2)
+    assert with_stations(lens, stations((*WIDE, inf), (*WIDE, inf))) == (lens, [])
+    assert with_stations(lens, []) == (lens, []) and stations_of(lens) == ([], [])
+
+
+def test_a_near_position_without_a_distance_is_written_with_that_of_its_paraxial_image():
+    lens = Lens(two_groups(*WIDE), 2)
+    table = Positions((1, 3), ((WIDE, NEAR_WIDE),), focus_stations=(0.0, 1.0))
+    written, told = stations_of(replace(lens, positions=table))
+    near = replace(lens, positions=table).at(close=1.0)
+    # by 1/f = 1/s + 1/s' of the whole lens, from its principal planes
+    fo = lb.first_order(near)
+    image = NEAR_WIDE[1] - fo.rear_principal
+    in_front = 1.0 / (1.0 / fo.efl - 1.0 / image) - fo.front_principal
+    assert written[1].distance == pytest.approx(in_front, rel=1e-9) and "paraxial" in told[0]
+
+
+def test_stations_are_placed_by_focal_length_and_by_the_reciprocal_of_the_distance():
+    assert zoom_places([10.0, 20.0, 40.0]) == pytest.approx((0.0, 0.5, 1.0), abs=1e-15)
+    assert zoom_places([10.0, 5.0, 40.0]) == (0.0, 0.5, 1.0) and zoom_places([7.0]) == (0.0,)
+    assert focus_places([inf, 2000.0, 500.0]) == (0.0, 0.25, 1.0)
+    assert focus_places([0.0, 0.0]) == (0.0, 1.0) and focus_places([inf]) == (0.0,)
+
+
+def test_a_unit_other_than_mm_holds_for_every_position(tmp_path):
+    lens = Lens(two_groups(*WIDE), 2, positions=Positions((1, 3), ((WIDE,), (TELE,)), (0.0, 1.0)))
+    lenses.save(lens, tmp_path / "a.zmx")
+    text = (tmp_path / "a.zmx").read_text()
+    inches = loaded(tmp_path, "b.zmx", text.replace("UNIT MM", "UNIT IN"))
+    for place in (0.0, 1.0):
+        assert [s.thickness for s in inches.at(zoom=place).surfaces] == [
+            s.thickness * 25.4 for s in lens.at(zoom=place).surfaces]
