@@ -128,8 +128,8 @@ class Design:
             scaled_efl = None if self.stated_efl is None else self.stated_efl * self.unit
             lens = Lens(tuple(made), stop_index, name=self.name, notes=self.notes, stated_efl=scaled_efl,
                         stated_f_number=self.stated_f_number)
-            lens, told = with_stations(lens, [self._in_mm(station, covered) for station in self.stations])
-            return replace(lens, findings=(*self.findings, *told, *assumed))
+            lens, arranged = with_stations(lens, [self._in_mm(station, covered) for station in self.stations])
+            return replace(lens, findings=(*self.findings, *arranged, *assumed))
         except (LensError, ArithmeticError) as error:
             raise self.refuse(None, str(error)) from None
 
