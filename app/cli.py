@@ -259,7 +259,6 @@ def _lens_data(lens) -> dict[str, Any]:
         nearest = lb.nearest_focus(lens)
     except lb.FocusError:                               # it does not converge: the other figures stand
         nearest = None
-    sides = {"horizontal": 36.0, "vertical": 24.0, "diagonal": math.hypot(36.0, 24.0)}
     return {
         "name": lens.name, "kind": lens.kind, "year": lens.year, "source": lens.source,
         "stated_efl": lens.stated_efl, "stated_f_number": lens.stated_f_number,
@@ -271,8 +270,8 @@ def _lens_data(lens) -> dict[str, Any]:
         "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},
         "petzval_radius": fo.petzval_radius, "stop_radius": fo.stop_radius,
         "nearest_focus": nearest,
-        "field_of_view": {name: math.degrees(2.0 * math.atan(0.5 * side / abs(fo.efl)))
-                          for name, side in sides.items()},
+        "field_of_view": {axis: math.degrees(lb.field_of_view(abs(fo.efl), lb.Film(36.0, 24.0), axis))
+                          for axis in ("horizontal", "vertical", "diagonal")},
         "findings": list(lens.findings),
     }
 

@@ -180,9 +180,9 @@ def _angles(film: lb.Film, efl: float) -> Readings:
     """Fields of view at infinity, 2 atan(h / 2f), and the focal length that sees the same diagonal on full frame."""
     if not (math.isfinite(efl) and efl > 0.0):
         return Readings()
-    across, down, diagonal = (2.0 * math.atan(side / (2.0 * efl)) for side in (film.width, film.height, film.diagonal))
+    across, down, diagonal = (lb.field_of_view(efl, film, axis) for axis in ("horizontal", "vertical", "diagonal"))
     return Readings(fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal,
-                    equivalent=efl * lb.film.FULL_FRAME_DIAGONAL / film.diagonal)
+                    equivalent=lb.equivalent(efl, film).focal_length)
 
 
 def _airy(working_f_number: float) -> float | None:

@@ -58,6 +58,7 @@ from lensbench.confusion import (  # noqa: E402
 )
 from lensbench.film import FORMATS, Film, FilmError  # noqa: E402
 from lensbench.focus import FocusError, film_distance, focused, focused_distance, nearest_focus  # noqa: E402
+from lensbench.formats import Equivalent, equivalent, field_of_view, film_extent, focal_length  # noqa: E402
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
 from lensbench.iris import Iris, IrisError  # noqa: E402
 from lensbench.motion import AnimatedTransform  # noqa: E402
@@ -87,14 +88,14 @@ from lensbench.transform import TransformError, look_at  # noqa: E402
 from lensbench.views import VIEWS, fate_colours  # noqa: E402
 
 __all__ = [
-    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Camera",
-    "CameraError", "ChiefRay", "Disk", "EnvironmentCamera", "ExitPupil", "Fate", "Film", "FilmError", "FirstOrder",
-    "FisheyeCamera", "Floor", "FocusError", "Glass", "GlassError", "Image", "Intrinsics", "Iris", "IrisError",
-    "Lens", "LensCamera", "LensError", "Material", "OrthographicCamera", "Pattern", "PerspectiveCamera", "Places",
-    "Positions", "PositionsError", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sky",
-    "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError", "astigmatic_foci", "builtin_scene",
-    "chief_ray", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "exit_pupil",
-    "fate_colours", "film_distance", "first_order", "focused", "focused_distance", "hyperfocal", "look_at",
-    "nearest_focus", "open_region", "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number",
-    "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
+    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Camera", "CameraError",
+    "ChiefRay", "Disk", "EnvironmentCamera", "Equivalent", "ExitPupil", "Fate", "Film", "FilmError", "FirstOrder",
+    "FisheyeCamera", "Floor", "FocusError", "Glass", "GlassError", "Image", "Intrinsics", "Iris", "IrisError", "Lens",
+    "LensCamera", "LensError", "Material", "OrthographicCamera", "Pattern", "PerspectiveCamera", "Places",
+    "Positions", "PositionsError", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sky", "Spaces",
+    "Sphere", "Sun", "Surface", "Trace", "TransformError", "astigmatic_foci", "builtin_scene", "chief_ray",
+    "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "equivalent", "exit_pupil",
+    "fate_colours", "field_of_view", "film_distance", "film_extent", "first_order", "focal_length", "focused",
+    "focused_distance", "hyperfocal", "look_at", "nearest_focus", "open_region", "real_circle_of_confusion", "render",
+    "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
 ]

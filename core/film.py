@@ -10,7 +10,7 @@ from math import hypot, isfinite
 
 from lensbench.lanes import B, Step, X, Y, Z, rows, stage
 
-FULL_FRAME_DIAGONAL = hypot(36.0, 24.0)     # mm, to which equivalent focal lengths refer
+AXES = ("shorter", "longer", "horizontal", "vertical", "diagonal")      # along which a field of view is told
 MAX_PIXELS = 200_000_000
 MAX_SIDE = 2**24                            # what a float32 can count
 
@@ -60,6 +60,14 @@ class Film:
     def diagonal(self) -> float:
         """Mm."""
         return hypot(self.width, self.height)
+
+    def extent(self, axis: str) -> float:
+        """Its size (mm) along one of AXES; FilmError for another."""
+        w, h = self.width, self.height
+        sizes = {"shorter": min(w, h), "longer": max(w, h), "horizontal": w, "vertical": h, "diagonal": self.diagonal}
+        if axis not in sizes:
+            raise FilmError(f"film along {axis!r}: choose one of {', '.join(AXES)}")
+        return sizes[axis]
 
     @property
     def pitch(self) -> float:

@@ -25,14 +25,10 @@ from lensbench.lanes import Step
 Window = tuple[float, float, float, float]
 """What of the screen falls on the film: left, right, bottom, top."""
 
-FOV_AXES = ("shorter", "longer", "horizontal", "vertical", "diagonal")
-
 
 def half_extent(film: Film, axis: str) -> float:
-    """Half the film along one of FOV_AXES, on the screen: 1 along its shorter side."""
-    w, h = film.width, film.height
-    sizes = {"shorter": min(w, h), "longer": max(w, h), "horizontal": w, "vertical": h, "diagonal": film.diagonal}
-    return sizes[axis] / min(w, h)
+    """Half the film along one of its AXES, on the screen: 1 along its shorter side."""
+    return film.extent(axis) / film.extent("shorter")
 
 
 def window_of(film: Film) -> Window:

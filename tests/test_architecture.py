@@ -16,8 +16,8 @@ GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
 # The layers of the core, the lowest first: a file knows its own layer and those below
 LAYERS = (
     {"lanes", "driver", "disk", "turn", "interpolation"},
-    {"transform", "motion", "shutter", "spaces", "sampling", "film", "glass", "surfaces", "spectrum", "positions",
-     "iris"},
+    {"transform", "motion", "shutter", "spaces", "formats", "sampling", "film", "glass", "surfaces", "spectrum",
+     "positions", "iris"},
     {"prescription", "scene", "scenery"},
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
     {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "focus", "confusion", "polynomial", "aberrations"},

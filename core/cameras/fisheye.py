@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.cameras.camera import Camera, CameraError
-from lensbench.film import Film
+from lensbench.film import AXES, Film
 from lensbench.glass import D_LINE
 from lensbench.lanes import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.spaces import FOV_AXES, half_extent
 from lensbench.turn import sine_versine
 
 PROJECTIONS = ("equidistant", "equisolid", "stereographic", "orthographic")
@@ -35,8 +34,8 @@ class FisheyeCamera(Camera):
         super().__post_init__()
         if self.projection not in PROJECTIONS:
             raise CameraError(f"projection {self.projection!r}: choose one of {', '.join(PROJECTIONS)}")
-        if self.fov_axis not in FOV_AXES:
-            raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(FOV_AXES)}")
+        if self.fov_axis not in AXES:
+            raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(AXES)}")
         if self.projection == "orthographic" and not 0.0 < self.fov <= math.pi:
             raise CameraError(f"field of view {math.degrees(self.fov):g}°: of an orthographic fisheye it must lie "
                               "between 0° and 180°, which it reaches")
@@ -50,7 +49,7 @@ class FisheyeCamera(Camera):
     @property
     def image_radius(self) -> float:
         """Of the image circle (mm)."""
-        return half_extent(self.film, self.fov_axis) * min(self.film.width, self.film.height) / 2.0
+        return self.film.extent(self.fov_axis) / 2.0
 
     @property
     def focal_length(self) -> float:

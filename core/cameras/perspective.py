@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian, thin
-from lensbench.film import Film
+from lensbench.film import AXES, Film
 from lensbench.glass import D_LINE
 from lensbench.iris import Iris, IrisError
 from lensbench.lanes import Step
-from lensbench.spaces import FOV_AXES, Window, half_extent, window_of, window_step
+from lensbench.spaces import Window, window_of, window_step
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +38,8 @@ class PerspectiveCamera(Camera):
         super().__post_init__()
         if not 0.0 < self.fov < math.pi:
             raise CameraError(f"field of view {math.degrees(self.fov):g}°: it must lie between 0° and 180°")
-        if self.fov_axis not in FOV_AXES:
-            raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(FOV_AXES)}")
+        if self.fov_axis not in AXES:
+            raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(AXES)}")
         check_lens(self.lens_radius, self.focus_distance)
         checked_iris(self.blades, self.blade_rotation, self.roundness)
         if self.lens_radius == 0.0 and self.weights == "physical":
@@ -54,7 +54,7 @@ class PerspectiveCamera(Camera):
     @property
     def film_distance(self) -> float:
         """From the lens to its film (mm), as the field of view has it: the film may be imagined anywhere."""
-        half = half_extent(self.film, self.fov_axis) * min(self.film.width, self.film.height) / 2.0
+        half = self.film.extent(self.fov_axis) / 2.0
         return half / math.tan(self.fov / 2.0)
 
     @property
