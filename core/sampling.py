@@ -51,7 +51,7 @@ _u = np.uint32
 
 
 @njit(inline="always")
-def _mix(s):
+def mix(s):
     """Scatter the bits of a number over all 32."""
     s = uint32((s ^ (s >> _u(16))) * _u(0x7FEB352D))
     s = uint32((s ^ (s >> _u(15))) * _u(0x846CA68B))
@@ -75,7 +75,7 @@ def sobol(k, d, seed):
     for b in range(32):
         if (k >> _u(b)) & _u(1):
             n = uint32(n ^ _SOBOL[d, b])
-    s = _mix(uint32(seed * _u(0x9E3779B9) + _u(d) * _u(0x85EBCA6B) + _u(1)))
+    s = mix(uint32(seed * _u(0x9E3779B9) + _u(d) * _u(0x85EBCA6B) + _u(1)))
     n = _reverse(n)
     n = uint32(n ^ uint32(n * _u(0x3D20ADEA)))
     n = uint32(n + s)
@@ -126,9 +126,9 @@ def lights(lanes, p, key):
     d0, d1 = sobol(k, LIGHT, seed), sobol(k, LIGHT + 1, seed)
     unit = real(1 / 16777216)
     for i in range(B):
-        a = _mix(uint32(key[PIXEL] + uint32(i)))
+        a = mix(uint32(key[PIXEL] + uint32(i)))
         v0[i] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
-        v1[i] = real(np.int32(uint32(_mix(uint32(a + _u(0x9E3779B9))) ^ d1) >> _u(8))) * unit
+        v1[i] = real(np.int32(uint32(mix(uint32(a + _u(0x9E3779B9))) ^ d1) >> _u(8))) * unit
 
 
 @stage
@@ -140,7 +140,7 @@ def moments(lanes, p, key):
     d = sobol(key[SAMPLE], CLOCK, key[SEED])
     unit = real(1 / 16777216)
     for i in range(B):
-        a = _mix(uint32(uint32(key[PIXEL] + uint32(i)) ^ _u(0x68E31DA4)))
+        a = mix(uint32(uint32(key[PIXEL] + uint32(i)) ^ _u(0x68E31DA4)))
         time[i] = real(np.int32(uint32(a ^ d) >> _u(8))) * unit
 
 
@@ -155,14 +155,14 @@ def independent(lanes, p, key):
     top, left = key[PIXEL] // columns, key[PIXEL] % columns
     turn, begin = real(1) / width, real(np.int32(left)) + real(0.5)
     line = real(np.int32(top))
-    start = _mix(uint32(key[SEED] * _u(0x9E3779B9) + key[SAMPLE]))
+    start = mix(uint32(key[SEED] * _u(0x9E3779B9) + key[SAMPLE]))
     unit = real(1 / 16777216)
     step = _u(0x9E3779B9)
     for i in range(B):
-        a = _mix(uint32(_mix(uint32(key[PIXEL] + uint32(i))) + start))
-        b = _mix(uint32(a + step))
-        c = _mix(uint32(b + step))
-        d = _mix(uint32(c + step))
+        a = mix(uint32(mix(uint32(key[PIXEL] + uint32(i))) + start))
+        b = mix(uint32(a + step))
+        c = mix(uint32(b + step))
+        d = mix(uint32(c + step))
         across = begin + real(np.int32(i))
         down = np.floor(across * turn)
         u0[i] = real(np.int32(a >> _u(8))) * unit
@@ -170,11 +170,11 @@ def independent(lanes, p, key):
         x[i] = across - down * width - real(0.5) + real(np.int32(c >> _u(8))) * unit
         y[i] = line + down + real(np.int32(d >> _u(8))) * unit
     for i in range(B):
-        e = _mix(uint32(_mix(uint32(_mix(uint32(key[PIXEL] + uint32(i))) + start)) ^ _u(0x68E31DA4)))
-        f = _mix(uint32(e + step))
+        e = mix(uint32(mix(uint32(mix(uint32(key[PIXEL] + uint32(i))) + start)) ^ _u(0x68E31DA4)))
+        f = mix(uint32(e + step))
         v0[i] = real(np.int32(e >> _u(8))) * unit
         v1[i] = real(np.int32(f >> _u(8))) * unit
-        time[i] = real(np.int32(_mix(uint32(f + step)) >> _u(8))) * unit
+        time[i] = real(np.int32(mix(uint32(f + step)) >> _u(8))) * unit
 
 
 def unit_square(places, real) -> np.ndarray:

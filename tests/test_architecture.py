@@ -17,7 +17,7 @@ GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
 LAYERS = (
     {"lanes", "driver", "disk", "turn", "interpolation"},
     {"transform", "motion", "shutter", "spaces", "formats", "sampling", "film", "glass", "surfaces", "spectrum",
-     "positions", "iris"},
+     "positions", "iris", "sensor", "exposure"},
     {"prescription", "scene", "scenery"},
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
     {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "focus", "confusion", "polynomial", "aberrations"},
