@@ -154,7 +154,7 @@ def _record(values, out, first, normal, seed, unit, full_well, read_noise, step,
                              + real(0.5))
         else:
             u = real(np.int32(mix(uint32(a ^ uint32(0x68E31DA4))) >> uint32(8))) * real(1.0 / 16777216.0)
-            term = math.exp(-mean)
+            term = real(math.exp(-mean))
             count = real(0)
             while u >= term and count < real(64):
                 u -= term
