@@ -1,6 +1,9 @@
 # make run     make the environment, install, open the bench
 # make test    install what the tests need, run them all
 # make lint    style (ruff) and types (mypy)
+# make fuzz    2,000 mishaps of bytes and of lines for every sample of a lens file (an hour; LENSBENCH_LENS_FILES=FOLDER
+#              adds files of your own); `make test` runs its short form
+# make peers   the same rays through the same lenses in rayoptics, Optiland and batoid, in an environment of its own
 #
 # Another Python: make PYTHON=python3.13 run. The user's own pip configuration is used as it is.
 
@@ -9,7 +12,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6
 
-.PHONY: run test lint needs clean
+.PHONY: run test lint fuzz peers needs clean
 
 run: $(VENV)/.installed
 	@$(BIN)/lensbench
@@ -23,6 +26,15 @@ lint: $(VENV)/.installed-test
 	@rm -rf build/typed && mkdir -p build/typed/lensbench
 	@ln -s $(CURDIR)/core/* $(CURDIR)/lenses $(CURDIR)/shaders $(CURDIR)/app build/typed/lensbench/
 	MYPYPATH=build/typed $(BIN)/mypy -p lensbench
+
+fuzz: $(VENV)/.installed-test
+	$(BIN)/python -m pytest trials/test_fuzz.py
+
+# The peers need half a gigabyte, so that they stay out of the environment of the tests
+peers:
+	@[ -x build/peers/bin/python ] || $(PYTHON) -m venv build/peers
+	build/peers/bin/python -m pip install -q -e '.[test,peers]'
+	build/peers/bin/python -m pytest -s trials/test_peers.py
 
 # The stamps depend on pyproject.toml: a new dependency or package is installed at the next run
 $(VENV)/.installed: pyproject.toml | $(BIN)/pip

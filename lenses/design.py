@@ -16,7 +16,7 @@ from math import asin, inf, isfinite, isinf, radians, tan
 from lensbench.glass import AIR, Glass
 from lensbench.lenses import toroids
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.rows import stop_of
+from lensbench.lenses.rows import RowError, check_sizes, stop_of
 from lensbench.lenses.stations import Station, with_stations
 from lensbench.prescription import Lens, LensError, Surface
 
@@ -113,11 +113,12 @@ class Design:
                 surface = Surface(row.curvature, row.thickness, row.semi_diameter or 0.0, row.glass, row.conic,
                                   tuple(row.aspheric.items()), row.curvature_x)
                 made.append(surface.scaled(self.unit) if self.unit != 1.0 else surface)
+                check_sizes(made[-1])
                 told = toroids.finding(row.toroid, made[-1])
                 if told:
                     self.found(f"surface {len(made) - 1}: {told}")
-            except (LensError, ArithmeticError) as error:
-                raise self.refuse(row, f"surface {len(made)}: {error}") from None
+            except (LensError, RowError, ArithmeticError) as error:
+                raise self.refuse(row, f"surface {surfaces.index(row)}: {error}") from None
         if self.unit != 1.0:
             self.found(f"lengths were converted to mm: one unit of the file is {self.unit:g} mm")
         if self.unknown:

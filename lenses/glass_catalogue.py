@@ -196,11 +196,19 @@ def find(name: str, maker: str | None = None) -> Glass:
 
     UnknownGlass for all other texts: codes are for `from_code`, and `resolve` takes what is near.
     """
+    glass = lookup(name, maker)
+    if glass is None:
+        known = _known()
+        raise UnknownGlass(_unknown(_maker_in(name, maker, known.makers)[0].strip(), known))
+    return glass
+
+
+def lookup(name: str, maker: str | None = None) -> Glass | None:
+    """The glass that `find` gives, None where no catalogue has the name."""
     known = _known()
     glass, wanted = _maker_in(name, maker, known.makers)
-    if same := known.table.get(key(glass)):
-        return _preferred(same, wanted, glass.strip()).make()
-    raise UnknownGlass(_unknown(glass.strip(), known))
+    same = known.table.get(key(glass))
+    return _preferred(same, wanted, glass.strip()).make() if same else None
 
 
 def makers(name: str) -> list[str]:

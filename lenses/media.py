@@ -45,7 +45,7 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
     if name.upper() in AIR_NAMES:
         return AIR, ""
     try:
-        exact = _catalogued(name, maker)
+        exact = glass_catalogue.lookup(name, maker)
         if exact is not None:
             resolved = glass_catalogue.resolve(name, maker)
             return exact, resolved.note if maker else ""
@@ -63,18 +63,10 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
 
 def stated(name: str, n_d: float, v_d: float, maker: str | None = None) -> Glass:
     """The glass whose numbers a file states: that of the catalogue where it has the very same ones, else a model."""
-    exact = _catalogued(name, maker) if name else None
+    exact = glass_catalogue.lookup(name, maker) if name else None
     if exact is not None and exact.n_d == n_d and (exact.v_d or 0.0) == v_d:
         return exact
     return model(n_d, v_d, name)
-
-
-def _catalogued(name: str, maker: str | None = None) -> Glass | None:
-    """The glass that a catalogue has by this name; None where none has."""
-    try:
-        return glass_catalogue.find(name, maker)
-    except glass_catalogue.UnknownGlass:
-        return None
 
 
 def code(text: str) -> Glass | None:
@@ -111,7 +103,7 @@ def tabulated(name: str, points: list[tuple[float, float]]) -> Glass:
 
 def listed(name: str, maker: str | None, points: list[tuple[float, float]]) -> Glass | None:
     """The catalogue's glass of this name, where its index is that of every (wavelength µm, index) pair; else None."""
-    glass = _catalogued(name, maker) if name else None
+    glass = glass_catalogue.lookup(name, maker) if name else None
     try:
         if glass is not None and points and all(abs(glass.index(w) - n) < 1e-9 for w, n in points):
             return glass
@@ -122,7 +114,7 @@ def listed(name: str, maker: str | None, points: list[tuple[float, float]]) -> G
 
 def is_known(glass: Glass) -> bool:
     """Whether a reader finds this very glass by its name."""
-    return bool(glass.name) and glass.formula != "model" and _catalogued(glass.name) == glass
+    return bool(glass.name) and glass.formula != "model" and glass_catalogue.lookup(glass.name) == glass
 
 
 def loss(glass: Glass, with_maker: bool = False) -> str:
@@ -138,7 +130,8 @@ def maker_of(glass: Glass) -> str:
     """The maker in whose catalogue this very glass stands by its name; "" where it stands in none."""
     if not glass.name or glass.formula == "model":
         return ""
-    return next((maker for maker in glass_catalogue.makers(glass.name) if _catalogued(glass.name, maker) == glass), "")
+    return next((maker for maker in glass_catalogue.makers(glass.name)
+                 if glass_catalogue.lookup(glass.name, maker) == glass), "")
 
 
 BLADES_LEFT_OUT = "the blades of the stop are left out: it is written as the circle about them"

@@ -49,6 +49,7 @@ HARMLESS = frozenset("""
     LME
 """.split())
 POWERS = {"ASR": 2, "ARA": 1}           # kinds of ASP: r^(2i), r^i
+LEAST_ABBE = 5.0                        # a smaller number behind an index is another index
 WAVELENGTHS = [0.58756, 0.48613, 0.65627]
 
 
@@ -216,7 +217,7 @@ class _File:
             words = values[1:]
             label = words.pop(0) if words and not is_number(words[0]) else ""
             indices = [file_number(word, "index") for word in words]
-            if len(indices) == 2 and indices[1] > 5.0:              # n_d and V_d
+            if len(indices) == 2 and indices[1] > LEAST_ABBE:       # n_d and V_d
                 return media.stated(label, indices[0], indices[1])
             points = sorted(dict(zip(self.wavelengths, indices, strict=False)).items())
             if len(points) == 1:
@@ -293,7 +294,10 @@ def _glass_line(glass: Glass, i: int, remarks: list[str]) -> str:
     if is_number(label or "G") or label != glass.name:
         remarks.append(f"the glass {glass.name!r} is written as G{label}")
         label = f"G{label}"
-    return f"GLA MOD {label} {glass.n_d!r} {glass.v_d!r}" if glass.v_d else f"GLA MOD {label} {glass.n_d!r}"
+    if glass.v_d and glass.v_d <= LEAST_ABBE:
+        remarks.append(f"surface {i}: an Abbe number of {glass.v_d:g} is left out, it would be read as an index")
+    dispersion = f" {glass.v_d!r}" if glass.v_d and glass.v_d > LEAST_ABBE else ""
+    return f"GLA MOD {label} {glass.n_d!r}{dispersion}"
 
 
 def _shape_lines(s: Surface, i: int, remarks: list[str]) -> list[str]:

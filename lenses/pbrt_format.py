@@ -148,7 +148,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
             radius = FLAT_RADIUS
             remarks.append(f"a plane, row {i}, is written with a radius of 1 km: a radius of 0 is pbrt's stop")
         cells = (radius, repr(s.thickness), repr(s.glass.n_d), repr(2.0 * s.semi_diameter))
-        lines.append(" " + "".join(f"{cell:>21}" for cell in cells))
+        lines.append("  " + " ".join(f"{cell:>20}" for cell in cells))
     for i, s in enumerate(lens.surfaces):
         if not s.is_spherical:
             shape = "a cylinder or toroid" if s.curvature_x is not None else "aspheric"

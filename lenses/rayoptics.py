@@ -184,7 +184,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     """The text of a .roa file, and what it could not hold, one sentence each."""
     remarks: list[str] = []
     flat = ("Spherical", {"cv": 0.0})
-    indices = (*lens.indices(), lens.surfaces[-1].glass.n_d)
+    indices = [1.0, *(s.glass.n_d for s in lens.surfaces)]
     ifcs, profiles = [_interface(0, "dummy", 0.0, MISSING_RIM, "Obj")], [flat]
     gaps = [_gap(FAR_OBJECT, AIR)]
     for i, s in enumerate(lens.surfaces):

@@ -12,6 +12,8 @@ from lensbench.lenses.soundness import axial_heights
 from lensbench.prescription import Surface
 
 SMALLEST_RADIUS = 1e-6      # mm
+SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: of anything in a lens, so that powers of it stay numbers
+HIGHEST_TERM = 1e200         # mm: an aspheric term at the rim
 NO_STOP = "no stop is marked"
 
 
@@ -51,7 +53,7 @@ def radius_text(c: float) -> str:
     for digits in range(1, 28):
         radius = Context(prec=digits).create_decimal(1 / Decimal(c))
         text = f"{radius:f}" if abs(radius.adjusted()) < 12 else f"{radius:e}"
-        if curvature(text) == c:
+        if float(1 / Decimal(text)) == c:
             break
     return text if "." in text or "e" in text else f"{text}.0"
 
@@ -68,7 +70,25 @@ def surface(radius: object, thickness: object, n_d: object, semi_diameter: objec
     rim = number(semi_diameter, "semi-diameter")
     if rim <= 0.0:
         raise RowError(f"semi-diameter is {rim:g} mm: it must be positive")
-    return Surface(curvature(radius), number(thickness, "thickness"), rim, Glass(n, abbe, glass))
+    made = Surface(curvature(radius), number(thickness, "thickness"), rim, Glass(n, abbe, glass))
+    check_sizes(made)
+    return made
+
+
+def check_sizes(surface: Surface) -> None:
+    """RowError for a surface (mm) so small or so large that it can only be a mistake of the file."""
+    for name, c in (("radius", surface.curvature), ("radius of the section x–z", surface.curvature_x or 0.0)):
+        if abs(c) > 1.0 / SMALLEST_RADIUS:
+            raise RowError(f"{name} is {1.0 / c:g} mm: it must be at least {SMALLEST_RADIUS:g} mm (0 or inf: a plane)")
+    if not SMALLEST_RIM <= surface.semi_diameter <= LARGEST:
+        raise RowError(f"semi-diameter is {surface.semi_diameter:g} mm: it must lie between {SMALLEST_RIM:g} and "
+                       f"{LARGEST:g} mm")
+    if abs(surface.thickness) > LARGEST:
+        raise RowError(f"thickness is {surface.thickness:g} mm: no lens has gaps of more than {LARGEST:g} mm")
+    for power, a in surface.aspheric:
+        if abs(a) * surface.semi_diameter ** power > HIGHEST_TERM:
+            raise RowError(f"the aspheric coefficient of r^{power} is {a:g}: it would raise the rim by more than "
+                           f"{HIGHEST_TERM:g} mm")
 
 
 def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[str, ...]]:

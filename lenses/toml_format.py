@@ -44,7 +44,7 @@ from typing import Any
 from lensbench.glass import Glass
 from lensbench.lenses import position_table
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.rows import RowError, curvature, number, radius_text, stop_of, surface
+from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
 from lensbench.lenses.soundness import f_number, focal_length
 from lensbench.lenses.toml_text import digits, listed, quoted
 from lensbench.prescription import Iris, Lens, Surface
@@ -257,6 +257,7 @@ def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tup
             made = replace(made, glass=Glass(made.glass.n_d, made.glass.v_d, glass, **more["dispersion"]))
         made = replace(made, conic=number(values.get("conic", 0.0), "conic"), aspheric=more.get("aspheric", ()),
                        curvature_x=more.get("radius_x"))
+        check_sizes(made)
     except ValueError as error:
         raise RowError(str(error)) from None
     return made, is_stop

@@ -4,7 +4,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from lensbench.glass import GlassError
 from lensbench.lenses import glass_catalogue
 from lensbench.lenses.check.finding import Finding
 from lensbench.prescription import Lens
@@ -49,10 +48,7 @@ def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
     findings = []
     for i in places:
         glass = lens.surfaces[i].glass
-        try:
-            known = glass_catalogue.find(glass.name) if glass.name else None
-        except GlassError:
-            continue
+        known = glass_catalogue.lookup(glass.name) if glass.name else None
         if known is None or known.v_d is None or glass.v_d is None or (
                 abs(known.n_d - glass.n_d) <= NAMED_N and abs(known.v_d / glass.v_d - 1.0) <= NAMED_V):
             continue

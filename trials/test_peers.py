@@ -1,0 +1,141 @@
+"""The same rays through the same lenses in rayoptics, Optiland and batoid: how far they agree, and how fast each is.
+
+Optiland and rayoptics open the files that lensbench writes for them, so that these are tried, too; batoid's surfaces
+are made one by one. One thread each, rims aside, at the d line; printed as the table of docs/benchmark.md.
+"""
+
+import time
+import warnings
+from functools import partial
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.bench import least, machine
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")         # of the peers' own
+    import batoid
+    import optiland.fileio
+    import rayoptics.gui.appcmds
+    from optiland.rays import RealRays
+    from rayoptics.raytr.raytrace import trace_raw
+
+LENSES = ("pbrt-dgauss-50mm", "lenshh-cooke-triplet-50", "lv-nikon-z-58f095-noct", "lib-us10281683")
+RAYS, FEW = 20_000, 200                     # rayoptics traces one ray at a time
+BEFORE = 50.0                               # mm from the rays' beginnings to the first vertex
+# mm on the last surface: rayoptics and batoid stop Newton below 1e-12 mm, Optiland at 1e-10 as our file asks
+TOLERANCE = {"rayoptics": 1e-9, "optiland": 1e-8, "batoid": 1e-9}
+
+pytestmark = pytest.mark.filterwarnings("ignore")
+
+
+def bundle(lens, count):
+    """Rays from a plane before the lens towards its entrance pupil, in the middle half of aperture and field."""
+    rng = np.random.default_rng(7)
+    pupil = lb.first_order(lens).entrance_pupil
+    aim = 0.5 * pupil.radius * np.sqrt(rng.random((count, 1))) * _round(rng, count)
+    slope = 0.1 * np.sqrt(rng.random((count, 1))) * _round(rng, count)
+    origins = np.column_stack([aim - slope * (pupil.z + BEFORE), np.full(count, -BEFORE)])
+    directions = np.column_stack([slope, np.ones(count)])
+    return origins, directions / np.linalg.norm(directions, axis=1)[:, None]
+
+
+def _round(rng, count):
+    angle = 2.0 * np.pi * rng.random(count)
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def through_optiland(lens, folder):
+    lenses.save(lens, folder / "lens.json")
+    surfaces = optiland.fileio.load_optiland_file(str(folder / "lens.json")).surfaces.surfaces[1:-1]
+    for surface in surfaces:
+        surface.aperture = None
+
+    def run(origins, directions):
+        rays = RealRays(*origins.T, *directions.T, np.ones(len(origins)), np.full(len(origins), lb.D_LINE))
+        for surface in surfaces:
+            surface.trace(rays)
+        return np.column_stack([rays.x, rays.y, rays.z])
+    return run
+
+
+def through_rayoptics(lens, folder):
+    lenses.save(lens, folder / "lens.roa")
+    model = rayoptics.gui.appcmds.open_model(folder / "lens.roa")
+    model["seq_model"].gaps[0].thi = BEFORE
+    model.update_model()
+    line = model["optical_spec"]["wvls"].wavelengths[1]
+    path = list(model["seq_model"].path(line))
+
+    def run(origins, directions):
+        found = [trace_raw(iter(path), np.array([x, y, 0.0]), way, line)[0][-2][0]
+                 for (x, y, _), way in zip(origins, directions, strict=True)]
+        return np.array(found) + [0.0, 0.0, lens.length]
+    return run
+
+
+def through_batoid(lens, _):
+    items, before = [], 1.0
+    for i, (surface, z) in enumerate(zip(lens.surfaces, lens.vertices, strict=True)):
+        terms = dict(surface.aspheric)
+        if surface.curvature == 0.0 and not terms:
+            shape = batoid.Plane()
+        elif terms:
+            coefficients = [terms.get(power, 0.0) for power in range(4, max(terms) + 1, 2)]
+            shape = batoid.Asphere(1.0 / surface.curvature, surface.conic, coefficients)
+        else:
+            shape = batoid.Quadric(1.0 / surface.curvature, surface.conic)
+        items.append(batoid.RefractiveInterface(
+            shape, name=str(i), coordSys=batoid.CoordSys().shiftGlobal([0.0, 0.0, z]),
+            inMedium=batoid.ConstMedium(before), outMedium=batoid.ConstMedium(surface.glass.n_d)))
+        before = surface.glass.n_d
+    system = batoid.CompoundOptic(items, name="lens", inMedium=batoid.ConstMedium(1.0),
+                                  outMedium=batoid.ConstMedium(before))
+
+    def run(origins, directions):
+        rays = batoid.RayVector(*origins.T.copy(), *directions.T.copy())
+        system.trace(rays)
+        return rays.toCoordSys(batoid.globalCoordSys).r
+    return run
+
+
+def batoid_has(surface):
+    """Whether batoid 0.9 traces a surface: even powers from r⁴ on; on a parabola (k = −1) it meets another point."""
+    even = all(power % 2 == 0 and power > 2 for power, _ in surface.aspheric)
+    return surface.curvature_x is None and even and not (surface.aspheric and surface.conic == -1.0)
+
+
+PEERS = {"rayoptics": through_rayoptics, "optiland": through_optiland, "batoid": through_batoid}
+
+
+def test_peers_agree_and_how_fast_they_are(tmp_path, capsys):
+    rows = []
+    for name in LENSES:
+        lens = lenses.load(name)
+        origins, directions = bundle(lens, RAYS)
+        ours = lb.trace(lens, origins, directions, clip=False)
+        assert (ours.fate == lb.Fate.PASSED).all()
+        works = {"lensbench": partial(lb.trace, lens, origins, directions, clip=False)}
+        apart, counts = {}, {"lensbench": RAYS}
+        for peer, open_in in PEERS.items():
+            if peer == "batoid" and not all(batoid_has(surface) for surface in lens.surfaces):
+                continue
+            count = counts[peer] = FEW if peer == "rayoptics" else RAYS
+            works[peer] = partial(open_in(lens, tmp_path), origins[:count], directions[:count])
+            apart[peer] = float(np.abs(works[peer]() - ours.points[:count]).max())
+            assert apart[peer] < TOLERANCE[peer], (name, peer)
+        best = least(works, 1.0)
+        speed = {peer: counts[peer] / best[peer] for peer in best}
+        aspheres = sum(not s.is_spherical for s in lens.surfaces)
+        cells = [f"{speed['lensbench'] / 1e6:.3g}"]
+        cells += [f"{apart[peer]:.0e}, {speed['lensbench'] / speed[peer]:.3g} ×" if peer in apart else "not traced"
+                  for peer in PEERS]
+        rows.append(f"| {name}, {len(lens.surfaces)} surfaces, {aspheres} aspheric | {' | '.join(cells)} |")
+    with capsys.disabled():
+        print(f"\n{machine()}, {time.strftime('%Y-%m-%d')}; rayoptics {rayoptics.__version__}, "
+              f"batoid {batoid.__version__}")
+        print(f"| lens | lensbench, Mrays/s | {' | '.join(PEERS)} |\n|---|---|{'---|' * len(PEERS)}")
+        print("\n".join(rows))
