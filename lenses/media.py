@@ -6,12 +6,11 @@ from dataclasses import replace
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
 from lensbench.lenses import glass_catalogue
 from lensbench.lenses.encoding import file_number, is_number
-from lensbench.lenses.rows import RowError
+from lensbench.lenses.rows import HIGHEST_INDEX, RowError
 from lensbench.prescription import Lens
 
 AIR_NAMES = {"", "AIR", "VACUUM", "VACUO"}
 LINES = (F_LINE, D_LINE, C_LINE)
-HIGHEST_INDEX = 6.0     # germanium has 4
 ROUNDING = 4e-5         # µm: 656.3 nm is the C line
 MIRROR_NAMES = {"MIRROR", "REFL", "RFL", "RFH"}
 

@@ -13,6 +13,7 @@ from lensbench.prescription import Surface
 
 SMALLEST_RADIUS = 1e-6      # mm
 SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: of anything in a lens, so that powers of it stay numbers
+HIGHEST_INDEX = 6.0         # germanium has 4
 HIGHEST_TERM = 1e200         # mm: an aspheric term at the rim
 NO_STOP = "no stop is marked"
 
@@ -80,6 +81,8 @@ def check_sizes(surface: Surface) -> None:
     for name, c in (("radius", surface.curvature), ("radius of the section x–z", surface.curvature_x or 0.0)):
         if abs(c) > 1.0 / SMALLEST_RADIUS:
             raise RowError(f"{name} is {1.0 / c:g} mm: it must be at least {SMALLEST_RADIUS:g} mm (0 or inf: a plane)")
+    if surface.glass.n_d > HIGHEST_INDEX:
+        raise RowError(f"index n_d is {surface.glass.n_d:g}: no lens is made of more than {HIGHEST_INDEX:g}")
     if not SMALLEST_RIM <= surface.semi_diameter <= LARGEST:
         raise RowError(f"semi-diameter is {surface.semi_diameter:g} mm: it must lie between {SMALLEST_RIM:g} and "
                        f"{LARGEST:g} mm")

@@ -19,7 +19,10 @@ def outcome(path):
     except lenses.LensFileError as error:
         place = f"line {error.line}: " if error.line else ""
         return False, ("refused", place + error.reason.partition(" An AGF file")[0])
-    return True, (f"{len(lens.surfaces)} surfaces", "; ".join(lens.findings))
+    size = f"{len(lens.surfaces)} surfaces"
+    if lens.positions is not None:
+        size += f", {len(lens.positions.zoom_stations) * len(lens.positions.focus_stations)} positions"
+    return True, (size, "; ".join(lens.findings))
 
 
 def tables(folder):
