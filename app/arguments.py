@@ -13,10 +13,24 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from lensbench.app.reach import full_view, with_field_of_view, with_film, within_reach
+from lensbench.app.reach import full_view, with_field_of_view, with_film, with_layout, with_model, within_reach
 from lensbench.app.scale import read_angle, read_distance, read_exposure, read_f_number, read_length
-from lensbench.app.settings import MODELS, TONES, VIEWS, Settings, SettingsError
+from lensbench.app.settings import (
+    FOV_AXES,
+    LAYOUTS,
+    MODELS,
+    PROJECTIONS,
+    READOUTS,
+    TONES,
+    VIEWS,
+    Settings,
+    SettingsError,
+)
+from lensbench.app.time_scales import read_time
 
+NAMED = ("focal_length", "fov_axis", "projection", "layout", "scene_width", "lens_radius", "position", "yaw", "pitch",
+         "end_position", "end_yaw", "end_pitch", "duration", "moment", "shutter", "shutter_ramp", "readout",
+         "readout_direction", "samples", "seed", "view", "exposure", "tone")     # options of their fields' names
 PICTURES = (".png", ".exr", ".ppm")      # that carry their settings
 
 
@@ -60,6 +74,14 @@ def read_position(text: str) -> tuple[float, float, float]:
         raise ValueError(f"“{text}”: type three distances with commas, such as 0,20cm,-1.5m")
     x, y, z = (read_distance(part) for part in parts)
     return x, y, z
+
+
+def read_part(text: str) -> float:
+    """“25%”, “0.25”."""
+    match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(%?)\s*", text)
+    if match is None:
+        raise ValueError(f"“{text}”: type a part such as 25%")
+    return float(match[1]) / (100.0 if match[2] else 1.0)
 
 
 def read_count(text: str) -> int:
@@ -109,11 +131,31 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--size", type=option(read_size), metavar="WxH",
         help="pixels across and down; without --film, the film is cut to their shape")
     add("--fov", type=option(read_angle), metavar="ANGLE",
-        help="field of view along the shorter side, such as 30deg: crops the film, or sets the perspective camera")
+        help="field of view along the shorter side, such as 30deg: crops the film, or sets the perspective or the "
+             "fisheye camera")
+    add("--fov-axis", choices=FOV_AXES, help="the side of the film along which a perspective or fisheye camera has it")
+    add("--projection", choices=PROJECTIONS, help="of the ideal fisheye: what an angle from the axis is on the film")
+    add("--layout", choices=LAYOUTS, help="of the panorama")
+    add("--scene-width", type=option(read_distance), metavar="DISTANCE",
+        help="of scene across the film of the orthographic camera, such as 1.5m")
+    add("--lens-radius", type=option(read_length), metavar="LENGTH",
+        help="of the orthographic camera: how wide its rays part, for a depth of field; 0 for parallel ones")
     add("--position", type=option(read_position), metavar="X,Y,Z",
         help="of the camera, such as 0,20cm,1m, or with = where it begins with a minus")
     add("--yaw", type=option(read_angle), metavar="ANGLE", help="turn the camera to the left")
     add("--pitch", type=option(read_angle), metavar="ANGLE", help="turn the camera up")
+    add("--end-position", type=option(read_position), metavar="X,Y,Z",
+        help="of a second keyframe: the camera moves there from --position in --duration")
+    add("--end-yaw", type=option(read_angle), metavar="ANGLE", help="of the second keyframe")
+    add("--end-pitch", type=option(read_angle), metavar="ANGLE", help="of the second keyframe")
+    add("--duration", type=option(read_time), metavar="TIME", help="from the first keyframe to the second, such as 2s")
+    add("--moment", type=option(read_time), metavar="TIME", help="when the shutter opens, after the first keyframe")
+    add("--shutter", type=option(read_time), metavar="TIME", help="for how long it is open, such as 1/125 or 20ms")
+    add("--shutter-ramp", type=option(read_part), metavar="PART",
+        help="of the shutter time in which it opens, and in which it closes: 0 to 50%%")
+    add("--readout", type=option(read_time), metavar="TIME",
+        help="of a rolling shutter, from the first line of the picture to the last, such as 20ms")
+    add("--readout-direction", choices=READOUTS, help="in which the lines of a rolling shutter open")
     add("--samples", type=option(read_count), metavar="N", help="samples a pixel, where the render stops")
     add("--seed", type=option(read_seed), metavar="N", help="of the noise")
     add("--view", choices=VIEWS, help="what is shown: the picture, or what its samples are")
@@ -141,14 +183,17 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         opened = replace(Settings(), model=arguments.model or "trace", focal_length=arguments.focal_length)
         settings = within_reach(replace(opened, lens=_name_or_file(lens or opened.lens)).checked())
     asked = {name: getattr(arguments, option) for name, option in (
-        ("model", "model"), ("focal_length", "focal_length"), ("focus_distance", "focus"),
-        ("position", "position"), ("yaw", "yaw"), ("pitch", "pitch"), ("samples", "samples"), ("seed", "seed"),
-        ("view", "view"), ("exposure", "exposure"), ("tone", "tone")) if getattr(arguments, option) is not None}
+        ("model", "model"), ("focus_distance", "focus"), *((name, name) for name in NAMED))
+        if getattr(arguments, option) is not None}
     if arguments.scene is not None:
         asked["scene"] = _name_or_file(arguments.scene)
     if "f_number" in arguments:
         asked["f_number"] = arguments.f_number
-    settings = _shaped(replace(settings, **asked), arguments.film, arguments.size)
+    model, layout = asked.pop("model", settings.model), settings.layout
+    settings = with_model(replace(settings, **asked), model)
+    if settings.layout != layout:
+        settings = with_layout(settings, settings.layout)
+    settings = _shaped(settings, arguments.film, arguments.size)
     settings = _framed(settings, arguments.fov)
     if settings.model == "perspective" and arguments.focus is None:     # its focal length follows from film and view
         settings = within_reach(settings)
@@ -167,6 +212,8 @@ def _shaped(settings: Settings, film: tuple[float, float] | None, size: tuple[in
         settings = replace(settings, pixels_x=size[0], pixels_y=size[1])
     if film is not None and size is None and min(film) > 0.0:
         return with_film(settings, *film)
+    if settings.model == "environment":
+        return settings
     if film is not None:
         return replace(settings, film_width=film[0], film_height=film[1])
     if size is not None and min(size) > 0:
@@ -179,9 +226,14 @@ def _framed(settings: Settings, fov: float | None) -> Settings:
     """With the field of view that is asked for: a crop of the film, or the perspective camera's own."""
     if fov is None:
         return settings
+    if settings.model in ("orthographic", "environment"):
+        raise SettingsError(f"--fov: {MODELS[settings.model].lower()} cameras have no field of view to be set"
+                            + (": give --scene-width" if settings.model == "orthographic" else ""))
     whole = full_view(settings)[0]
-    if settings.model != "perspective" and 0.0 < whole < fov:
+    if not settings.lensless and 0.0 < whole < fov:
         raise SettingsError(f"field of view {math.degrees(fov):.1f}°: this film behind this lens sees "
                             f"{math.degrees(whole):.1f}° along its shorter side: take a larger --film or a shorter "
                             "--focal-length")
+    if settings.model == "fisheye":
+        return with_field_of_view(settings, fov).checked()
     return with_field_of_view(replace(settings, fov=fov).checked(), fov)

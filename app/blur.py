@@ -43,7 +43,7 @@ class Blur:
 
 @lru_cache(maxsize=16)
 def _blur(settings: Settings) -> Blur:
-    if settings.model == "pinhole":
+    if settings.model in ("pinhole", "orthographic", "fisheye", "environment"):
         return Blur()
     pitch, sharp = settings.film.pitch, blur_limit(settings)
     if settings.model == "perspective":

@@ -52,7 +52,7 @@ def coc_panel(settings: Settings) -> Settings:
         imgui.pop_text_wrap_pos()
         return settings
 
-    key = (settings.lens, settings.focal_length, settings.model == "perspective", low, high, top, size.x, size.y)
+    key = (settings.lens, settings.focal_length, settings.lensless, low, high, top, size.x, size.y)
     refit = _frame.fit or _frame.fitted_to != key
     _frame.fitted_to, _frame.fit = key, False
     corner = imgui.get_cursor_screen_pos()

@@ -5,6 +5,7 @@ Their colours do not follow the theme, for the pictures below do not either.
 
 from dataclasses import replace
 
+import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app import theme
@@ -13,7 +14,8 @@ from lensbench.app.controls import film_title, lens_title, scene_title
 from lensbench.app.picture import Pinned
 from lensbench.app.picture_marks import draw_note
 from lensbench.app.scale import format_angle, format_distance, format_exposure, format_f_number, format_length
-from lensbench.app.settings import MODELS, TONES, VIEWS, Settings
+from lensbench.app.settings import LAYOUTS, MODELS, TONES, VIEWS, Settings
+from lensbench.app.time_scales import format_duration, format_time
 
 PLATE = (0.07, 0.07, 0.07, 0.78)
 WORDS = (0.86, 0.86, 0.86, 1.0)
@@ -46,7 +48,10 @@ def told_apart(a: Settings, b: Settings) -> tuple[str, str]:
     said = (
         (("lens",), lambda s: lens_title(s.lens)), (("scene",), lambda s: scene_title(s.scene)),
         (("film_width", "film_height"), lambda s: film_title(s.film_width, s.film_height)),
-        (("model",), lambda s: MODELS[s.model]), (("crop", "fov"), angle),
+        (("model",), lambda s: MODELS[s.model]), (("crop", "fov", "fisheye_fov", "fov_axis"), angle),
+        (("projection",), lambda s: s.projection), (("layout",), lambda s: LAYOUTS[s.layout]),
+        (("scene_width",), lambda s: format_distance(s.scene_width)),
+        (("shutter",), lambda s: format_time(s.shutter)), (("readout",), lambda s: format_duration(s.readout)),
         (("focal_length",), lambda s: format_length(readings(s).efl or 0.0)),
         (("f_number",), lambda s: format_f_number(readings(s).f_number or 0.0)),
         (("focus_distance",), lambda s: format_distance(s.focus_distance)),
@@ -57,7 +62,7 @@ def told_apart(a: Settings, b: Settings) -> tuple[str, str]:
     )
     chosen = [tell for names, tell in said if any(getattr(a, name) != getattr(b, name) for name in names)]
     first, second = (", ".join(tell(settings) for tell in chosen) for settings in (a, b))
-    if not chosen and (a.position, a.yaw, a.pitch) != (b.position, b.yaw, b.pitch):
+    if not chosen and not np.array_equal(a.present_place, b.present_place):
         first, second = "another place", "here"
     return first or "the same settings", second or "the same settings"
 

@@ -15,30 +15,25 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app import scale, theme
-from lensbench.app.reach import (
-    SMALLEST_CROP,
-    field_of_view,
-    full_view,
-    with_field_of_view,
-    with_film,
-    within_reach,
-)
-from lensbench.app.readings import readings
-from lensbench.app.ring import ring
-from lensbench.app.settings import MODELS, Settings
+from lensbench.app import theme
+from lensbench.app.motion_popup import in_use, motion_popup
+from lensbench.app.reach import with_film, with_layout, with_model, with_projection, within_reach
+from lensbench.app.rings import ring_count, rings
+from lensbench.app.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, Settings
+from lensbench.app.viewpoint import at_home
 
-DEFAULT = Settings()
-RINGS = 5
 FILM_SIDES = (0.1, 1000.0)      # mm, of a custom film
-PERSPECTIVE_FOV = (math.radians(5.0), math.radians(120.0))
 MODEL_TIPS = {
     "trace": "Every ray is refracted at every surface",
     "polynomial": "A polynomial of degree 9, fitted to the real lens as it stands: within a fraction of a pixel, "
                   "in less than half of the time",
+    "thick": "An ideal lens with the principal planes and pupils of the real one: no aberrations",
     "thin": "An ideal lens of the same focal length and stop: no aberrations, no vignetting",
     "pinhole": "The same view, with everything in focus",
     "perspective": "No prescription: an ideal lens with a field of view of its own",
+    "orthographic": "No prescription: parallel rays, things keep their size at any distance",
+    "fisheye": "No prescription: the angle from the axis becomes a length on the film, by one of four rules",
+    "environment": "No prescription: every direction from one point, in one picture",
 }
 
 
@@ -55,16 +50,42 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     """Draw the controls into the current window; the settings as they have been set."""
     settings = _lens(settings, chooser)
     settings = _scene(settings, chooser)
-    settings = _film(settings, chooser)
+    settings = _layout(settings) if settings.model == "environment" else _film(settings, chooser)
     settings = _model(settings)
+    if settings.model == "fisheye":
+        settings = _projection(settings)
+    if settings.model in ("perspective", "fisheye"):
+        settings = _fov_axis(settings)
     # The rings stand as far apart as there is room for
-    ring_height = imgui.get_text_line_height() + theme.em(2.6)
-    free = imgui.get_content_region_avail().y - RINGS * ring_height - theme.em(0.3)
-    gap = min(max(free / (2.0 * RINGS + 1.0), theme.scale()), theme.em(0.45))
+    count, ring_height = ring_count(settings), imgui.get_text_line_height() + theme.em(2.6)
+    free = imgui.get_content_region_avail().y - count * ring_height - theme.em(0.3) - 1.15 * imgui.get_frame_height()
+    gap = min(max(free / (2.0 * count + 1.0), theme.scale()), theme.em(0.45))
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, gap))
     imgui.dummy(ImVec2(0.0, theme.em(0.3)))
-    settings = _rings(settings)
+    settings = rings(settings)
     imgui.pop_style_var()
+    return _more(settings)
+
+
+def _more(settings: Settings) -> Settings:
+    """A row of flat buttons below the rings, each with a popup of what most pictures do without."""
+    colour = theme.colours()
+    for name, tip, used, content in (
+            ("Motion", "Shutter, keyframes of the camera, rolling shutter", in_use(settings), motion_popup),):
+        imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
+        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if used else colour.dim)))
+        if imgui.button(f"{name} {icons_fontawesome_6.ICON_FA_ANGLE_RIGHT}###{name}"):
+            imgui.open_popup(name)
+        imgui.pop_style_color(2)
+        imgui.set_item_tooltip(tip)
+        # Over the column, so that the picture stays in sight
+        imgui.set_next_window_pos(ImVec2(imgui.get_window_pos().x, imgui.get_item_rect_min().y),
+                                  imgui.Cond_.always, ImVec2(0.0, 1.0))
+        imgui.set_next_window_size(ImVec2(imgui.get_window_width(), 0.0))
+        if imgui.begin_popup(name):
+            settings = content(settings)
+            imgui.end_popup()
+        imgui.same_line(0.0, 2.0 * theme.scale())
     return settings
 
 
@@ -158,14 +179,14 @@ def _lens(settings: Settings, chooser: Chooser) -> Settings:
             chooser.requests.add("open lens")
             imgui.close_current_popup()
 
-    used = settings.model != "perspective"
+    used = not settings.lensless
     tip = "The lens: a design of the library, or a file of your own\nA file can also be dropped on the window"
-    _combo("Lens", lens_title(settings.lens), tip if used else f"{tip}\nThe perspective camera has none: a lens that "
-           "is chosen here is traced", content, 25.0, used)
+    _combo("Lens", lens_title(settings.lens), tip if used else f"{tip}\nThis camera has none: a lens that is chosen "
+           "here is traced", content, 25.0, used)
     if chosen == settings:
         return settings
-    if chosen.model == "perspective":
-        chosen = replace(chosen, model="trace")
+    if chosen.lensless:
+        chosen = with_model(chosen, "trace")
     return within_reach(chosen)
 
 
@@ -210,7 +231,7 @@ def _scene(settings: Settings, chooser: Chooser) -> Settings:
         for name in lb.SCENES:
             if imgui.selectable(scene_title(name), name == settings.scene)[0]:
                 # A scene is laid out for a camera at the origin
-                chosen = replace(settings, scene=name, position=DEFAULT.position, yaw=DEFAULT.yaw, pitch=DEFAULT.pitch)
+                chosen = at_home(replace(settings, scene=name))
         imgui.separator()
         if imgui.selectable("Open…", False)[0]:
             chooser.requests.add("open scene")
@@ -270,65 +291,38 @@ def _model(settings: Settings) -> Settings:
         nonlocal chosen
         for key, name in MODELS.items():
             if imgui.selectable(name, key == settings.model)[0]:
-                chosen = replace(settings, model=key)
+                chosen = with_model(settings, key)
             imgui.set_item_tooltip(MODEL_TIPS[key])
 
     _combo("Model", MODELS[settings.model], "How the camera forms the picture", content)
     return chosen if chosen == settings else within_reach(chosen)
 
 
-# The rings
+def _choice(label: str, value: str, names: dict[str, str], tooltip: str) -> str:
+    """A list of few names; the key of the one that is chosen."""
+    chosen = value
+
+    def content() -> None:
+        nonlocal chosen
+        for key, name in names.items():
+            if imgui.selectable(f"{name}###{key}", key == value)[0]:
+                chosen = key
+
+    _combo(label, names[value], tooltip, content)
+    return chosen
 
 
-def _rings(settings: Settings) -> Settings:
-    figures = readings(settings)
-
-    # Focus
-    nearest = figures.nearest_focus if figures.nearest_focus is not None else full_view(settings)[1]
-    zone = None
-    if figures.near_limit is not None and figures.far_limit is not None:
-        zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)
-    distance = ring("Focus distance", settings.focus_distance,
-                    scale.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
-                    "Distance from the film to what is in focus, s; the amber zone is the depth of field", zone)
-    settings = replace(settings, focus_distance=distance)
-
-    # Aperture: wide open is where the ring ends
-    widest = figures.widest_f_number or 1.0
-    shown = settings.f_number if settings.f_number is not None else widest
-    f_number = ring("Aperture", shown, scale.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
-                    "f-number N: focal length over the diameter of the entrance pupil")
-    if f_number != shown:
-        settings = replace(settings, f_number=None if f_number <= widest and settings.model != "perspective"
-                           else f_number)
-
-    # Field of view and focal length
-    view, efl = full_view(settings)
-    if settings.model == "perspective":
-        fov_scale = scale.fov_scale(*PERSPECTIVE_FOV, DEFAULT.fov)
-        tip = "Field of view along the shorter side"
-    else:
-        fov_scale = scale.fov_scale(2.0 * math.atan(SMALLEST_CROP * math.tan(0.5 * view)), view, view)
-        tip = "Field of view along the shorter side: a smaller one uses less of the film"
-    fov = field_of_view(settings)
-    turned = ring("Field of view", fov, fov_scale, tip)
-    if turned != fov:
-        settings = with_field_of_view(settings, turned)
-        if settings.model == "perspective":         # whose focal length follows
-            settings = within_reach(settings)
-    if settings.model != "perspective":
-        designed = readings(replace(settings, focal_length=None)).efl or efl
-        length = ring("Focal length", efl, _focal_lengths(designed),
-                      "Focal length f: scales the whole prescription, stop and rims included")
-        if length != efl:
-            scaled = None if math.isclose(length, designed, rel_tol=1e-9) else length
-            settings = within_reach(replace(settings, focal_length=scaled))
-
-    exposure = ring("Exposure", settings.exposure, scale.exposure_scale(),
-                    "Stops by which the picture is brightened; the stop itself does not change its brightness")
-    return replace(settings, exposure=exposure)
+def _layout(settings: Settings) -> Settings:
+    chosen = _choice("Layout", settings.layout, LAYOUTS, "How all directions lie in the panorama")
+    return settings if chosen == settings.layout else with_layout(settings, chosen)
 
 
-def _focal_lengths(designed: float) -> scale.Scale:
-    """A ring of two octaves and a half to either side of what the lens was designed for."""
-    return scale.focal_length_scale(designed / 6.0, designed * 6.0, designed)
+def _projection(settings: Settings) -> Settings:
+    chosen = _choice("Rule", settings.projection, PROJECTIONS,
+                     "How the angle θ from the axis becomes the distance r from the middle of the picture")
+    return settings if chosen == settings.projection else with_projection(settings, chosen)
+
+
+def _fov_axis(settings: Settings) -> Settings:
+    axis = _choice("Along", settings.fov_axis, FOV_AXES, "The side of the film along which the field of view is meant")
+    return settings if axis == settings.fov_axis else within_reach(replace(settings, fov_axis=axis))

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lensbench.app.dialogs import Question
-from lensbench.app.reach import within_reach
+from lensbench.app.reach import with_model, within_reach
 from lensbench.app.settings import Settings
+from lensbench.app.viewpoint import at_home
 
 if TYPE_CHECKING:
     from lensbench.app.session import Bench
@@ -106,10 +107,9 @@ class Files:
             from lensbench.app.scene_file import load_scene
 
             load_scene(path)
-            plain = Settings()
-            return replace(present, scene=str(path), position=plain.position, yaw=plain.yaw, pitch=plain.pitch)
-        model = "trace" if present.model == "perspective" else present.model
-        return within_reach(replace(present, lens=str(path), focal_length=None, model=model))
+            return at_home(replace(present, scene=str(path)))
+        model = "trace" if present.lensless else present.model
+        return within_reach(with_model(replace(present, lens=str(path), focal_length=None), model))
 
     def save_settings(self, path: Path) -> None:
         """Save the present settings."""

@@ -10,7 +10,7 @@ NARROW = 0.97                   # of the film's diagonal: an image circle below 
 def lit(settings: Settings) -> float:
     """How far off the axis light reaches the film: to its corner, where no lens says otherwise."""
     corner = 0.5 * settings.film.diagonal
-    if settings.model == "perspective":
+    if settings.lensless:
         return corner
     try:
         return lit_radius(setup(settings))

@@ -9,6 +9,7 @@ from imgui_bundle import hello_imgui, imgui
 from lensbench.app import theme
 from lensbench.app.dialogs import centre_next
 from lensbench.app.settings import VIEWS, Settings
+from lensbench.app.viewpoint import at_home
 
 if TYPE_CHECKING:
     from lensbench.app.session import Bench
@@ -77,7 +78,7 @@ def menus(bench: "Bench") -> None:
                 panel.is_visible = not panel.is_visible
         imgui.separator()
         if _item("Reset camera", "Home"):
-            bench.edited = camera_at_home(bench.edited)
+            bench.edited = at_home(bench.edited)
         imgui.separator()
         if _item("Dark theme", "", True, bench.dark):
             bench.choose_theme(True)
@@ -111,12 +112,6 @@ def _reachable(settings: Settings) -> Settings:
         return within_reach(settings)
     except (ValueError, OSError):
         return Settings()
-
-
-def camera_at_home(settings: Settings) -> Settings:
-    """Stood and turned as at the start; lens, film and focus are kept."""
-    home = Settings()
-    return replace(settings, position=home.position, yaw=home.yaw, pitch=home.pitch)
 
 
 def undo(bench: "Bench") -> None:
@@ -157,7 +152,7 @@ def shortcuts(bench: "Bench") -> None:
     if pressed(KEY._1):
         view.zoom = 1.0
     if pressed(KEY.home):
-        bench.edited = camera_at_home(bench.edited)
+        bench.edited = at_home(bench.edited)
     if pressed(KEY.h):
         view.histogram = not view.histogram
     for chord, overlay in ((KEY.p, "peaking"), (KEY.c, "coc"), (KEY.z, "clipping")):

@@ -35,7 +35,7 @@ def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSp
         hello_imgui.DockingSplit("MainDockSpace", "Left", side.left, min(left / width, 0.4)),
         hello_imgui.DockingSplit("MainDockSpace", "Right", side.right, min(right / max(width - left, 1.0), 0.45)),
         hello_imgui.DockingSplit("MainDockSpace", "Bottom", side.down, 0.30),
-        hello_imgui.DockingSplit("Left", "LeftBottom", side.down, min(max(1.0 - 31.2 * em / height, 0.28), 0.45)),
+        hello_imgui.DockingSplit("Left", "LeftBottom", side.down, min(max(1.0 - 32.6 * em / height, 0.28), 0.45)),
         hello_imgui.DockingSplit("Right", "RightBottom", side.down, 0.55),
     ]
 

@@ -48,8 +48,8 @@ def pupil_panel(settings: Settings, film_radius: float, hover_radius: float | No
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return film_radius
-    if settings.model == "perspective":
-        _say("The perspective camera has no lens and no exit pupil")
+    if settings.lensless:
+        _say("This camera has no lens and no exit pupil")
         return film_radius
     try:
         stand = setup(settings)

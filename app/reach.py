@@ -7,9 +7,10 @@ import math
 from dataclasses import replace
 
 from lensbench.app.readings import readings
-from lensbench.app.settings import Settings
+from lensbench.app.settings import SHAPES, Settings, perspective_focal_length
 
 SMALLEST_CROP = 0.05
+WIDEST_FISHEYE = math.radians(350.0)
 LONGEST_SHOWN = 8192            # pixels: what the smallest texture limit of OpenGL 3.3 cards in use allows
 MARGIN = 1.0 + 1e-4             # by which a clamped focus distance stays off the nearest, which is rounded
 
@@ -24,6 +25,8 @@ def within_reach(settings: Settings) -> Settings:
     if settings.model == "perspective":
         nearest = readings(settings).nearest_focus or 0.0
         return replace(settings, focus_distance=max(settings.focus_distance, nearest * MARGIN))
+    if settings.lensless:
+        return settings
     design(settings)
     wide = readings(replace(settings, f_number=None))
     if settings.f_number is not None and wide.widest_f_number is not None \
@@ -36,27 +39,55 @@ def within_reach(settings: Settings) -> Settings:
 
 
 def full_view(settings: Settings) -> tuple[float, float]:
-    """The field of view of the whole film along its shorter side, and the focal length that it is seen with."""
+    """The field of view of the whole film along its shorter side, and the focal length that it is seen with.
+
+    Of an ideal camera: its own, along its own axis.
+    """
     shorter = min(settings.film_width, settings.film_height)
     if settings.model == "perspective":
-        return settings.fov, 0.5 * shorter * settings.crop / math.tan(0.5 * settings.fov)
+        return settings.fov, perspective_focal_length(settings)
+    if settings.model == "fisheye":
+        return settings.fisheye_fov, readings(settings).efl or 50.0
     efl = abs(readings(settings).efl or 50.0)
     return 2.0 * math.atan(0.5 * shorter / efl), efl
 
 
 def field_of_view(settings: Settings) -> float:
-    """The field of view along the shorter side of the film that is used."""
-    if settings.model == "perspective":
-        return settings.fov
+    """The field of view along the shorter side of the film that is used, or an ideal camera's own."""
+    if settings.lensless:
+        return full_view(settings)[0]
     return 2.0 * math.atan(settings.crop * math.tan(0.5 * full_view(settings)[0]))
 
 
 def with_field_of_view(settings: Settings, fov: float) -> Settings:
-    """A crop of the film that sees this much, or the perspective camera's own field of view."""
+    """A crop of the film that sees this much, or an ideal camera's own field of view."""
     if settings.model == "perspective":
         return replace(settings, fov=fov)
+    if settings.model == "fisheye":
+        return replace(settings, fisheye_fov=fov)
     crop = math.tan(0.5 * fov) / math.tan(0.5 * full_view(settings)[0])
     return replace(settings, crop=min(max(crop, SMALLEST_CROP), 1.0))
+
+
+def with_model(settings: Settings, model: str) -> Settings:
+    """Another camera. A panorama has pixels of its layout's shape, the others of the film's."""
+    turned = replace(settings, model=model)
+    if model == "fisheye" and settings.projection == "orthographic":
+        turned = replace(turned, fisheye_fov=min(turned.fisheye_fov, math.pi))
+    if "environment" not in (model, settings.model) or model == settings.model:
+        return turned
+    return with_longer_side(turned, max(settings.pixels_x, settings.pixels_y))
+
+
+def with_layout(settings: Settings, layout: str) -> Settings:
+    """Another layout of the panorama, with its shape."""
+    return with_longer_side(replace(settings, layout=layout), max(settings.pixels_x, settings.pixels_y))
+
+
+def with_projection(settings: Settings, projection: str) -> Settings:
+    """Another projection of the ideal fisheye, which sees no more than it can."""
+    widest = math.pi if projection == "orthographic" else WIDEST_FISHEYE
+    return replace(settings, projection=projection, fisheye_fov=min(settings.fisheye_fov, widest))
 
 
 def with_film(settings: Settings, width: float, height: float) -> Settings:
@@ -75,7 +106,9 @@ def showable(settings: Settings) -> Settings:
 
 
 def with_longer_side(settings: Settings, pixels: int) -> Settings:
-    """So many square pixels along the film's longer side."""
+    """So many square pixels along the longer side of the film, or of the panorama's layout."""
     width, height = settings.film_width, settings.film_height
+    if settings.model == "environment":
+        width, height = SHAPES[settings.layout]
     across, down = (max(1, round(pixels * side / max(width, height))) for side in (width, height))
     return replace(settings, pixels_x=across, pixels_y=down)

@@ -10,8 +10,10 @@ import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+import numpy as np
+
 import lensbench as lb
-from lensbench.app.settings import Settings, design
+from lensbench.app.settings import Settings, camera, design, perspective_focal_length
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,10 @@ def optical(settings: Settings) -> Settings:
     plain = Settings()
     return replace(settings, scene=plain.scene, position=plain.position, yaw=plain.yaw, pitch=plain.pitch,
                    samples=plain.samples, seed=plain.seed, exposure=plain.exposure, tone=plain.tone,
-                   overlay=plain.overlay, view=plain.view, compare=plain.compare, wipe=plain.wipe)
+                   overlay=plain.overlay, view=plain.view, compare=plain.compare, wipe=plain.wipe,
+                   end_position=plain.end_position, end_yaw=plain.end_yaw, end_pitch=plain.end_pitch,
+                   duration=plain.duration, moment=plain.moment, shutter=plain.shutter,
+                   shutter_ramp=plain.shutter_ramp, readout=plain.readout, readout_direction=plain.readout_direction)
 
 
 def blur_limit(settings: Settings) -> float:
@@ -118,7 +123,7 @@ def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:
 def readings(settings: Settings) -> Readings:
     """All read-outs of these settings; a bad state gives its reason, never an exception."""
     try:
-        lens = None if settings.model == "perspective" else design(settings)
+        lens = None if settings.lensless else design(settings)
         return _readings(lens, optical(settings))
     except (ValueError, OSError) as error:
         return Readings(reason=str(error))
@@ -127,7 +132,7 @@ def readings(settings: Settings) -> Readings:
 @lru_cache(maxsize=64)
 def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
     if lens is None:
-        return _of_perspective(settings)
+        return IDEAL[settings.model](settings)
     stand = _setup(lens, settings)
     fo, designed, film, limit = stand.first_order, stand.at_infinity, stand.film, blur_limit(settings)
     pinhole = settings.model == "pinhole"
@@ -160,7 +165,7 @@ def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
 def _of_perspective(settings: Settings) -> Readings:
     """The perspective camera: an ideal thin lens of the focal length that its field of view implies."""
     film, limit = settings.film, blur_limit(settings)
-    efl = min(film.width, film.height) / 2.0 / math.tan(settings.fov / 2.0)
+    efl = perspective_focal_length(settings)
     plain = replace(_angles(film, efl), efl=efl, limit=limit)
     if settings.f_number is None:
         return plain
@@ -174,6 +179,34 @@ def _of_perspective(settings: Settings) -> Readings:
     working = settings.f_number * (1.0 + magnification)
     return replace(plain, near_limit=near, far_limit=far, magnification=magnification, working_f_number=working,
                    airy=_airy(working))
+
+
+def _of_orthographic(settings: Settings) -> Readings:
+    return Readings(magnification=settings.film_width / settings.scene_width, limit=blur_limit(settings),
+                    reason="An orthographic camera sees from everywhere: it has neither a focal length nor a field of "
+                           "view")
+
+
+def _of_fisheye(settings: Settings) -> Readings:
+    """The ideal fisheye: twice the angle from the axis of rays at the film's sides and corner, within its circle."""
+    film, of = settings.film, camera(settings)
+    assert isinstance(of, lb.FisheyeCamera)
+    edges = [[0.0, film.pixels_y / 2.0], [film.pixels_x / 2.0, 0.0], [0.0, 0.0]]
+    rays = of.generate_rays(edges, np.full((3, 2), 0.5))
+    angles = np.where(rays.weights > 0.0, 2.0 * np.arccos(np.clip(-rays.directions[:, 2], -1.0, 1.0)),
+                      settings.fisheye_fov)
+    across, down, diagonal = (float(angle) for angle in angles)
+    return Readings(efl=of.focal_length, limit=blur_limit(settings), fov_horizontal=across, fov_vertical=down,
+                    fov_diagonal=diagonal, reason="An ideal fisheye sees from a point: it has no lens to focus")
+
+
+def _of_environment(settings: Settings) -> Readings:
+    return Readings(fov_horizontal=2.0 * math.pi, fov_vertical=math.pi,
+                    reason="A panorama sees in every direction from a point: nothing is out of focus")
+
+
+IDEAL = {"perspective": _of_perspective, "orthographic": _of_orthographic, "fisheye": _of_fisheye,
+         "environment": _of_environment}
 
 
 def _angles(film: lb.Film, efl: float) -> Readings:

@@ -22,7 +22,7 @@ Figure = tuple[float, str]
 
 @dataclass(frozen=True)
 class Scale:
-    """One engraved scale from `low` (u = 0) to `high` (u = 1; infinity is allowed).
+    """One engraved scale from `low` (u = 0) to `high` (u = 1; infinity is allowed, and a value below `low`).
 
     warp makes the scale: u is linear in warp(value), and unwarp is its inverse.
     figures are values with their text, of which number `anchor` is engraved even
@@ -51,7 +51,10 @@ class Scale:
         low, high = self.warp(self.low), self.warp(self.high)
         if high == low:
             return 0.0
-        return min(max((self.warp(min(max(value, self.low), self.high)) - low) / (high - low), 0.0), 1.0)
+        return min(max((self.warp(self._clamped(value)) - low) / (high - low), 0.0), 1.0)
+
+    def _clamped(self, value: float) -> float:
+        return min(max(value, min(self.low, self.high)), max(self.low, self.high))
 
     def from_unit(self, u: float) -> float:
         """The value at u, the ends exactly."""
@@ -60,7 +63,7 @@ class Scale:
         if u >= 1.0:
             return self.high
         low, high = self.warp(self.low), self.warp(self.high)
-        return min(max(self.unwarp(low + u * (high - low)), self.low), self.high)
+        return self._clamped(self.unwarp(low + u * (high - low)))
 
     def snapped(self, value: float) -> float:
         """The nearest snap along the ring, or the value itself on a continuous scale."""
@@ -85,7 +88,7 @@ class Scale:
         for end in (self.low, self.high):
             if self.format(value) == self.format(end):
                 return end
-        if not self.low <= value <= self.high:
+        if self._clamped(value) != value:
             raise ValueError(f"{self.format(value)} is out of reach: "
                              f"{self.format(self.low)} to {self.format(self.high)}")
         return value
@@ -140,7 +143,7 @@ def format_area(area: float) -> str:
 NUMBER = r"([-+−]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?)"
 
 
-def _number(pattern: str, text: str, example: str) -> tuple[float, str]:
+def read_number(pattern: str, text: str, example: str) -> tuple[float, str]:
     """The number and the unit in the text."""
     match = re.fullmatch(pattern.replace("#", NUMBER), text.strip().lower())
     if match is None:
@@ -152,36 +155,36 @@ def read_distance(text: str) -> float:
     """“1.2”, “1.2 m”, “120cm”, “1200 mm”, “inf”, “∞” in mm; a bare number is in metres."""
     if text.strip().lower() in ("inf", "infinity", "∞"):
         return math.inf
-    number, unit = _number(r"#\s*(m|cm|mm|km)?", text, "a distance such as 1.2 m, 120 cm or inf")
+    number, unit = read_number(r"#\s*(m|cm|mm|km)?", text, "a distance such as 1.2 m, 120 cm or inf")
     return number * {"": 1000.0, "m": 1000.0, "cm": 10.0, "mm": 1.0, "km": 1e6}[unit]
 
 
 def read_f_number(text: str) -> float:
     """“f/2.8”, “2.8”, “f 2.8”."""
-    return _number(r"(?:f\s*[/:]?\s*)?#", text, "an f-number such as f/2.8")[0]
+    return read_number(r"(?:f\s*[/:]?\s*)?#", text, "an f-number such as f/2.8")[0]
 
 
 def read_exposure(text: str) -> float:
     """“+0.3 EV”, “-1”."""
-    return _number(r"#\s*(ev|stops?)?", text, "an exposure such as +0.3 EV")[0]
+    return read_number(r"#\s*(ev|stops?)?", text, "an exposure such as +0.3 EV")[0]
 
 
 def read_angle(text: str) -> float:
     """“47.2°”, “47.2”, “47 deg”, “0.8 rad” in radians; a bare number is in degrees."""
-    number, unit = _number(r"#\s*(°|deg|degrees|rad)?", text, "an angle such as 47.2°")
+    number, unit = read_number(r"#\s*(°|deg|degrees|rad)?", text, "an angle such as 47.2°")
     return number if unit == "rad" else math.radians(number)
 
 
 def read_length(text: str) -> float:
     """“50 mm”, “50”, “5 cm” in mm."""
-    number, unit = _number(r"#\s*(mm|cm)?", text, "a focal length such as 50 mm")
+    number, unit = read_number(r"#\s*(mm|cm)?", text, "a focal length such as 50 mm")
     return number * (10.0 if unit == "cm" else 1.0)
 
 
 # The scales of the bench
 
 
-def _spaced(figures: list[Figure], to_unit: Callable[[float], float]) -> tuple[Figure, ...]:
+def spaced(figures: list[Figure], to_unit: Callable[[float], float]) -> tuple[Figure, ...]:
     """From the right, every figure that stands clear of the one before."""
     kept: list[Figure] = []
     for value, text in sorted(figures, reverse=True):
@@ -190,7 +193,7 @@ def _spaced(figures: list[Figure], to_unit: Callable[[float], float]) -> tuple[F
     return tuple(reversed(kept))
 
 
-def _decades(low: float, high: float, series: tuple[float, ...]) -> list[float]:
+def decades(low: float, high: float, series: tuple[float, ...]) -> list[float]:
     """The series times every power of ten, from low to high."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     values = (m * 10.0**e for e in range(first, last + 1) for m in series)
@@ -214,8 +217,8 @@ def focus_scale(nearest: float, reset: float | None = None) -> Scale:
 
     bare = Scale(n, math.inf, warp, unwarp, format_distance, read_distance, ())
     series = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
-    figures = _spaced([(d, f"{d / 1000:g}") for d in _decades(n, 40.0 * k, series)] + [(math.inf, "∞")], bare.to_unit)
-    minor = _decades(n, 40.0 * k, (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5,
+    figures = spaced([(d, f"{d / 1000:g}") for d in decades(n, 40.0 * k, series)] + [(math.inf, "∞")], bare.to_unit)
+    minor = decades(n, 40.0 * k, (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5,
                                    5.0, 6.0, 7.0, 8.0, 9.0))
     return Scale(n, math.inf, warp, unwarp, format_distance, read_distance, figures, tuple(minor),
                  reset=reset, anchor=len(figures) - 1, amber=True)
@@ -250,9 +253,9 @@ def fov_scale(narrowest: float, widest: float, reset: float | None = None) -> Sc
     """Angles of view (radians) on a logarithmic ring."""
     low, high = math.degrees(narrowest), math.degrees(widest)
     bare = Scale(narrowest, widest, math.log, math.exp, format_angle, read_angle, ())
-    series = _decades(low, high, (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 9.0))
-    figures = _spaced([(math.radians(d), f"{d:g}") for d in (*series, 120.0, 180.0) if low <= d <= high], bare.to_unit)
-    minor = tuple(math.radians(d) for d in _decades(low, high, tuple(1.0 + 0.25 * i for i in range(4))
+    series = decades(low, high, (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 9.0))
+    figures = spaced([(math.radians(d), f"{d:g}") for d in (*series, 120.0, 180.0) if low <= d <= high], bare.to_unit)
+    minor = tuple(math.radians(d) for d in decades(low, high, tuple(1.0 + 0.25 * i for i in range(4))
                                                     + tuple(2.0 + 0.5 * i for i in range(16))))
     return Scale(narrowest, widest, math.log, math.exp, format_angle, read_angle, figures, minor, reset=reset)
 
@@ -262,7 +265,7 @@ def focal_length_scale(low: float = 8.0, high: float = 800.0, reset: float | Non
     """Focal lengths (mm) on a logarithmic ring, snapping to those usually engraved."""
     snaps = tuple(float(f) for f in FOCAL_LENGTHS if low <= f <= high)
     figures = tuple((f, f"{f:g}") for f in snaps)
-    minor = tuple(_decades(low, high, (1.0, 1.2, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0, 8.0, 9.0)))
+    minor = tuple(decades(low, high, (1.0, 1.2, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0, 8.0, 9.0)))
     return Scale(low, high, math.log, math.exp, format_length, read_length, figures, minor, snaps, reset)
 
 

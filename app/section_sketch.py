@@ -49,6 +49,8 @@ def sketch(settings: Settings) -> Sketch:
     """The sketch of these settings; a ValueError or OSError where there is nothing to draw."""
     if settings.model == "perspective":
         return _perspective(optical(settings))
+    if settings.lensless:
+        raise ValueError(readings(settings).reason)
     return _of_lens(setup(settings), design(settings), optical(settings))
 
 

@@ -21,11 +21,27 @@ VERSION = 2                     # of the settings in a picture's metadata
 MODELS = {                      # the cameras that the bench offers
     "trace": "Full lens trace",
     "polynomial": "Fitted polynomial",
+    "thick": "Thick lens",
     "thin": "Thin lens",
     "pinhole": "Pinhole",
     "perspective": "Perspective, no lens",
+    "orthographic": "Orthographic",
+    "fisheye": "Ideal fisheye",
+    "environment": "Panorama",
 }
 REAL = ("trace", "polynomial")  # those of them that follow the real lens
+LENSLESS = ("perspective", "orthographic", "fisheye", "environment")        # those that use no prescription
+PROJECTIONS = {                 # of the ideal fisheye: what the angle from the axis becomes on the film
+    "equidistant": "Equidistant, r = f θ",
+    "equisolid": "Equisolid, r = 2f sin θ/2",
+    "stereographic": "Stereographic, r = 2f tan θ/2",
+    "orthographic": "Orthographic, r = f sin θ",
+}
+LAYOUTS = {"equirectangular": "Equirectangular", "equal-area": "Equal area", "cube-map": "Cube map"}
+SHAPES = {"equirectangular": (2, 1), "equal-area": (1, 1), "cube-map": (4, 3)}     # of a panorama with square pixels
+FOV_AXES = {"shorter": "Shorter side", "longer": "Longer side", "horizontal": "Width", "vertical": "Height",
+            "diagonal": "Diagonal"}
+READOUTS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}          # in the upright picture
 TONES = {"none": "None", "filmic": "Filmic", "agx": "AgX-like"}
 OVERLAYS = {"none": "None", "coc": "Circle of confusion", "peaking": "Focus peaking", "clipping": "Clipping zebra"}
 VIEWS = {                       # what is shown: the picture, or what its samples are
@@ -56,7 +72,13 @@ class Settings:
     film_width: float = 36.0
     film_height: float = 24.0
     crop: float = 1.0                       # part of the film that is used, (0, 1]: the field of view
-    fov: float = 0.6                        # of the perspective camera alone, along the shorter side
+    fov: float = 0.6                        # of the perspective camera alone, along fov_axis
+    fov_axis: str = "shorter"               # of the perspective camera and the ideal fisheye: a key of FOV_AXES
+    fisheye_fov: float = math.pi            # of the ideal fisheye, along fov_axis
+    projection: str = "equidistant"         # of the ideal fisheye: a key of PROJECTIONS
+    layout: str = "equirectangular"         # of the panorama: a key of LAYOUTS
+    scene_width: float = 1500.0             # of the orthographic camera: mm of scene across the film
+    lens_radius: float = 0.0                # of the orthographic camera, mm: how wide its rays part; 0: parallel
     pixels_x: int = 960
     pixels_y: int = 640
     f_number: float | None = 2.8            # None: wide open
@@ -64,6 +86,15 @@ class Settings:
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)     # of the camera in the world
     yaw: float = 0.0                        # to the left is positive
     pitch: float = 0.0                      # up is positive
+    end_position: tuple[float, float, float] | None = None     # of the second keyframe; None: the camera stands still
+    end_yaw: float = 0.0
+    end_pitch: float = 0.0
+    duration: float = 1.0                   # from the first keyframe to the second, s
+    moment: float = 0.0                     # when the shutter opens, s after the first keyframe
+    shutter: float = 1.0 / 125.0            # for how long it is open, s
+    shutter_ramp: float = 0.0               # in which it opens, and in which it closes: a part of `shutter`, up to 1/2
+    readout: float = 0.0                    # from the opening of the first line to that of the last, s; 0: at once
+    readout_direction: str = "down"         # a key of READOUTS
     samples: int = 256                      # where the render stops
     seed: int = 0
     view: str = "picture"                   # a key of VIEWS
@@ -100,17 +131,28 @@ class Settings:
     def checked(self) -> "Settings":
         """Itself, or a SettingsError or FilmError that says which value cannot be."""
         for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS),
-                              ("view", VIEWS), ("compare", COMPARISONS)):
+                              ("view", VIEWS), ("compare", COMPARISONS), ("fov_axis", FOV_AXES),
+                              ("projection", PROJECTIONS), ("layout", LAYOUTS), ("readout_direction", READOUTS)):
             if getattr(self, name) not in choices:
                 raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(choices)}")
         if not 0 <= self.seed < 1 << 32:
             raise SettingsError(f"seed {self.seed!r}: it must be a whole number from 0 to {(1 << 32) - 1}")
-        for name in ("film_width", "film_height", "crop", "fov", "yaw", "pitch", "exposure", *(
-                ("focal_length",) if self.focal_length is not None else ())):
+        for name in ("film_width", "film_height", "crop", "fov", "yaw", "pitch", "exposure", "fisheye_fov", "end_yaw",
+                     "end_pitch", "moment", *(("focal_length",) if self.focal_length is not None else ())):
             if not math.isfinite(getattr(self, name)):
                 raise SettingsError(f"{name} is {getattr(self, name)}: it must be a finite number")
-        if not all(math.isfinite(x) for x in self.position):
-            raise SettingsError(f"position {self.position}: it must be three finite numbers")
+        for name in ("position", "end_position"):
+            if not all(math.isfinite(x) for x in getattr(self, name) or ()):
+                raise SettingsError(f"{name} {getattr(self, name)}: it must be three finite numbers")
+        for name, what, unit in (("scene_width", "width of the scene", "mm"), ("duration", "duration", "s"),
+                                 ("shutter", "shutter", "s")):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise SettingsError(f"{what} {getattr(self, name):g} {unit}: it must be a positive number")
+        for name, what, unit in (("lens_radius", "lens radius", "mm"), ("readout", "read-out", "s")):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise SettingsError(f"{what} {getattr(self, name):g} {unit}: it must be 0 or positive")
+        if not 0.0 <= self.shutter_ramp <= 0.5:
+            raise SettingsError(f"shutter ramp {self.shutter_ramp:g}: it must lie from 0 to 0.5 of the shutter time")
         if self.focal_length is not None and self.focal_length <= 0.0:
             raise SettingsError(f"focal length {self.focal_length:g} mm: it must be positive")
         if not 0.0 <= self.wipe <= 1.0:
@@ -119,6 +161,9 @@ class Settings:
             raise SettingsError(f"crop {self.crop:g}: it must lie between 0 and 1")
         if not 0.0 < self.fov < math.pi:
             raise SettingsError(f"field of view {math.degrees(self.fov):g}°: it must lie between 0° and 180°")
+        if not 0.0 < self.fisheye_fov < 2.0 * math.pi:
+            raise SettingsError(f"field of view {math.degrees(self.fisheye_fov):g}°: of a fisheye it must lie between "
+                                "0° and 360°")
         if self.f_number is not None and not (math.isfinite(self.f_number) and self.f_number > 0.0):
             raise SettingsError(f"f-number {self.f_number:g}: it must be a positive number")
         if math.isnan(self.focus_distance) or self.focus_distance <= 0.0:
@@ -134,19 +179,42 @@ class Settings:
         return lb.Film(self.film_width * self.crop, self.film_height * self.crop, self.pixels_x, self.pixels_y)
 
     @property
+    def lensless(self) -> bool:
+        """Whether the camera uses no prescription."""
+        return self.model in LENSLESS
+
+    @property
+    def keyframed(self) -> bool:
+        """Whether the camera goes from one keyframe to another."""
+        return self.end_position is not None
+
+    @property
     def world_from_camera(self) -> np.ndarray:
-        """(4, 4): yaw about y, then pitch about the camera's x, at `position`."""
-        cy, sy, cp, sp = math.cos(self.yaw), math.sin(self.yaw), math.cos(self.pitch), math.sin(self.pitch)
-        matrix = np.eye(4)
-        matrix[:3, :3] = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]]) @ [[1, 0, 0], [0, cp, -sp], [0, sp, cp]]
-        matrix[:3, 3] = self.position
-        return matrix
+        """(4, 4) of the first keyframe, or of the camera that stands still."""
+        return _placed(self.position, self.yaw, self.pitch)
+
+    @property
+    def placement(self) -> "np.ndarray | lb.AnimatedTransform":
+        """Where the camera stands, for as long as it does: of a keyframed one from 0 s to `duration`."""
+        if self.end_position is None:
+            return self.world_from_camera
+        return lb.AnimatedTransform(self.world_from_camera, _placed(self.end_position, self.end_yaw, self.end_pitch),
+                                    0.0, self.duration)
+
+    @property
+    def present_place(self) -> np.ndarray:
+        """(4, 4) when the shutter opens."""
+        place = self.placement
+        return place.at(self.moment) if isinstance(place, lb.AnimatedTransform) else place
 
     @property
     def picture(self) -> "Settings":
         """What the rendered film depends on: everything else is set to its default."""
         default = Settings()
-        return replace(self, samples=default.samples, exposure=default.exposure, tone=default.tone,
+        still = {} if self.keyframed else {
+            name: getattr(default, name) for name in ("end_yaw", "end_pitch", "duration", "moment", "shutter",
+                                                      "shutter_ramp", "readout", "readout_direction")}
+        return replace(self, **still, samples=default.samples, exposure=default.exposure, tone=default.tone,
                        overlay=default.overlay, compare=default.compare, wipe=default.wipe, limit=default.limit)
 
     @property
@@ -160,6 +228,15 @@ class Settings:
     def sample_view(self) -> str:
         """What of the samples is shown in place of the light, as the core names it; "" for the picture itself."""
         return "" if self.view == "picture" else self.view
+
+
+def _placed(position: tuple[float, float, float], yaw: float, pitch: float) -> np.ndarray:
+    """(4, 4): yaw about y, then pitch about the camera's x, at the position."""
+    cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]]) @ [[1, 0, 0], [0, cp, -sp], [0, sp, cp]]
+    matrix[:3, 3] = position
+    return matrix
 
 
 def _of_kind(name: str, kind: Any, value: Any) -> Any:
@@ -195,21 +272,36 @@ def design(settings: Settings) -> lb.Lens:
     return lens.scaled(settings.focal_length / lb.first_order(lens).efl)
 
 
-def camera(settings: Settings):
-    """The camera of these settings: a LensCamera, or a PerspectiveCamera where no prescription is used.
+def camera(settings: Settings) -> lb.Camera:
+    """The camera of these settings: a LensCamera, or where no prescription is used, one of the ideal cameras.
 
-    SettingsError where the latter is focused nearer than magnification 1, as FocusError for a lens.
+    SettingsError where a perspective camera is focused nearer than magnification 1, as FocusError for a lens.
     """
+    film = settings.film
+    ramp = settings.shutter_ramp * settings.shutter
+    common: dict[str, Any] = {
+        "world_from_camera": settings.placement, "shutter_open": settings.moment,
+        "shutter_close": settings.moment + settings.shutter, "shutter_ramp": ramp,
+        "readout": settings.readout, "readout_direction": settings.readout_direction}
     if settings.model == "perspective":
-        film = settings.film
-        focal_length = min(film.width, film.height) / 2.0 / math.tan(settings.fov / 2.0)
+        focal_length = perspective_focal_length(settings)
         radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
         if radius > 0.0 and settings.focus_distance < 2.0 * focal_length:
             raise SettingsError(f"focus at {settings.focus_distance / 1000.0:.6g} m: the nearest distance of this "
                                 f"camera is {math.ceil(2.0 * focal_length) / 1000.0:g} m, twice its focal length")
-        return lb.PerspectiveCamera(film, fov=settings.fov, lens_radius=radius,
-                                    focus_distance=settings.focus_distance,
-                                    world_from_camera=settings.world_from_camera)
-    return lb.LensCamera(design(settings), settings.film, focus_distance=settings.focus_distance,
-                         f_number=settings.f_number, model=settings.model,
-                         world_from_camera=settings.world_from_camera)
+        return lb.PerspectiveCamera(film, fov=settings.fov, fov_axis=settings.fov_axis, lens_radius=radius,
+                                    focus_distance=settings.focus_distance, **common)
+    if settings.model == "orthographic":
+        return lb.OrthographicCamera(film, settings.scene_width * settings.crop, settings.lens_radius,
+                                     settings.focus_distance, **common)
+    if settings.model == "fisheye":
+        return lb.FisheyeCamera(film, settings.fisheye_fov, settings.projection, settings.fov_axis, **common)
+    if settings.model == "environment":
+        return lb.EnvironmentCamera(film, settings.layout, **common)
+    return lb.LensCamera(design(settings), film, focus_distance=settings.focus_distance,
+                         f_number=settings.f_number, model=settings.model, **common)
+
+
+def perspective_focal_length(settings: Settings) -> float:
+    """Of the perspective camera, mm: what its field of view makes of its film."""
+    return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis).film_distance

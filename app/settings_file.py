@@ -16,7 +16,7 @@ from lensbench.app.export import replacing
 from lensbench.app.settings import VERSION, Settings, SettingsError
 
 HEAD = "# lensbench: lengths in mm, angles in radians, times in seconds, exposure in stops\n"
-WORDS = {"focal_length": "designed", "f_number": "open"}        # that stand for None
+WORDS = {"focal_length": "designed", "f_number": "open", "end_position": "none"}       # that stand for None
 LONGEST = 1 << 20               # bytes that are read
 
 

@@ -53,7 +53,7 @@ def status_bar(settings: Settings, news: News | None, view: View) -> None:
 
 
 def _lens(settings: Settings) -> str:
-    if settings.model == "perspective":
+    if settings.lensless:
         return ""
     try:
         surfaces = len(design(settings).surfaces)

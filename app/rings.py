@@ -1,0 +1,112 @@
+"""The rings of the left column: those that the camera has, one below the other."""
+
+import math
+from dataclasses import replace
+
+from lensbench.app import scale, time_scales
+from lensbench.app.reach import (
+    SMALLEST_CROP,
+    WIDEST_FISHEYE,
+    field_of_view,
+    full_view,
+    with_field_of_view,
+    within_reach,
+)
+from lensbench.app.readings import Readings, readings
+from lensbench.app.ring import ring
+from lensbench.app.settings import Settings
+
+DEFAULT = Settings()
+PERSPECTIVE_FOV = (math.radians(5.0), math.radians(120.0))
+NEAREST = 10.0                  # mm: of the orthographic camera's focus
+
+
+def ring_count(settings: Settings) -> int:
+    """How many rings `rings` draws."""
+    return {"perspective": 4, "orthographic": 4, "fisheye": 2, "environment": 1}.get(settings.model, 5)
+
+
+def rings(settings: Settings) -> Settings:
+    """Draw the rings of this camera; the settings as they have been turned."""
+    if settings.model == "orthographic":
+        settings = _orthographic(settings)
+    elif settings.model == "fisheye":
+        settings = _fisheye(settings)
+    elif settings.model != "environment":
+        settings = _of_lens(settings)
+    exposure = ring("Exposure", settings.exposure, scale.exposure_scale(),
+                    "Stops by which the picture is brightened; the stop itself does not change its brightness")
+    return replace(settings, exposure=exposure)
+
+
+def _of_lens(settings: Settings) -> Settings:
+    """Focus, aperture, field of view and focal length, of a lens or of the perspective camera."""
+    figures = readings(settings)
+
+    # Focus
+    nearest = figures.nearest_focus if figures.nearest_focus is not None else full_view(settings)[1]
+    settings = _focus(settings, figures, nearest)
+
+    # Aperture: wide open is where the ring ends
+    widest = figures.widest_f_number or 1.0
+    shown = settings.f_number if settings.f_number is not None else widest
+    f_number = ring("Aperture", shown, scale.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
+                    "f-number N: focal length over the diameter of the entrance pupil")
+    if f_number != shown:
+        settings = replace(settings, f_number=None if f_number <= widest and settings.model != "perspective"
+                           else f_number)
+
+    # Field of view and focal length
+    view, efl = full_view(settings)
+    if settings.model == "perspective":
+        fov_scale = scale.fov_scale(*PERSPECTIVE_FOV, DEFAULT.fov)
+        tip = "Field of view, along the side of the film that is chosen above"
+    else:
+        fov_scale = scale.fov_scale(2.0 * math.atan(SMALLEST_CROP * math.tan(0.5 * view)), view, view)
+        tip = "Field of view along the shorter side: a smaller one uses less of the film"
+    fov = field_of_view(settings)
+    turned = ring("Field of view", fov, fov_scale, tip)
+    if turned != fov:
+        settings = with_field_of_view(settings, turned)
+        if settings.model == "perspective":         # whose focal length follows
+            settings = within_reach(settings)
+    if settings.model != "perspective":
+        designed = readings(replace(settings, focal_length=None)).efl or efl
+        length = ring("Focal length", efl, _focal_lengths(designed),
+                      "Focal length f: scales the whole prescription, stop and rims included")
+        if length != efl:
+            scaled = None if math.isclose(length, designed, rel_tol=1e-9) else length
+            settings = within_reach(replace(settings, focal_length=scaled))
+    return settings
+
+
+def _focus(settings: Settings, figures: Readings, nearest: float) -> Settings:
+    zone = None
+    if figures.near_limit is not None and figures.far_limit is not None:
+        zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)
+    distance = ring("Focus distance", settings.focus_distance,
+                    scale.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
+                    "Distance from the film to what is in focus, s; the amber zone is the depth of field", zone)
+    return replace(settings, focus_distance=distance)
+
+
+def _orthographic(settings: Settings) -> Settings:
+    """How much of the scene it sees, and how its rays part."""
+    width = ring("Width of the scene", settings.scene_width, time_scales.width_scale(reset=DEFAULT.scene_width),
+                 "How much of the scene falls on the film's width, at any distance, in metres")
+    settings = _focus(replace(settings, scene_width=width), readings(settings), NEAREST)
+    radius = ring("Lens radius", settings.lens_radius, time_scales.lens_radius_scale(reset=DEFAULT.lens_radius),
+                  "How far the rays of a point in focus part at the camera, in mm. 0: parallel, nothing blurs")
+    return replace(settings, lens_radius=radius)
+
+
+def _fisheye(settings: Settings) -> Settings:
+    widest = math.pi if settings.projection == "orthographic" else WIDEST_FISHEYE
+    fov = ring("Field of view", settings.fisheye_fov, time_scales.fisheye_scale(widest),
+               "Field of view of the image circle, which spans the side of the film that is chosen above")
+    return replace(settings, fisheye_fov=fov)
+
+
+def _focal_lengths(designed: float) -> scale.Scale:
+    """A ring of two octaves and a half to either side of what the lens was designed for."""
+    return scale.focal_length_scale(designed / 6.0, designed * 6.0, designed)
