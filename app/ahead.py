@@ -30,6 +30,9 @@ def compile_ahead(scene: str) -> None:
 if __name__ == "__main__":
     from lensbench.app.scene_file import find_scene
     from lensbench.driver import stage_address
+    from lensbench.splats import STAGES, small_lights
 
-    for step in reversed(find_scene(sys.argv[1]).steps()):
-        stage_address(step.kernel, np.float32)
+    scene = find_scene(sys.argv[1])
+    kernels = [step.kernel for step in scene.steps()]
+    for kernel in [*reversed(kernels), *(STAGES if small_lights(scene) else ())]:
+        stage_address(kernel, np.float32)

@@ -106,7 +106,8 @@ def develop(lanes, film):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _perform(lanes, code, gated, data, ends, key):
+def perform(lanes, code, gated, data, ends, key):
+    """Run the steps of a Program, given by its arrays, over one block."""
     key[ALIVE] = uint32(1)
     for s in range(code.size):
         if key[ALIVE] == LOST:
@@ -123,7 +124,7 @@ def _expose(film, lanes, code, gated, data, ends, first, last, sample, samples, 
         key[PIXEL] = block * B
         for k in range(sample, sample + samples):
             key[SAMPLE] = k
-            _perform(lanes, code, gated, data, ends, key)
+            perform(lanes, code, gated, data, ends, key)
             develop(lanes, film[block])
 
 
@@ -137,7 +138,7 @@ def _run(table, given, out, wanted, lanes, code, gated, data, ends):
         for j in range(given.size):
             for i in range(B):
                 lanes[given[j] * PITCH + i] = table[j, min(start + i, n - 1)]
-        _perform(lanes, code, gated, data, ends, key)
+        perform(lanes, code, gated, data, ends, key)
         for j in range(wanted.size):
             for i in range(min(B, n - start)):
                 out[j, start + i] = lanes[wanted[j] * PITCH + i]

@@ -14,6 +14,7 @@ from lensbench.motion import AnimatedTransform
 from lensbench.sampling import sampler
 from lensbench.scene import Scene
 from lensbench.spectrum import WAVELENGTHS, channel, part
+from lensbench.splats import Splats
 from lensbench.views import view_steps
 
 BAND = 16               # blocks that a thread takes at a time
@@ -30,7 +31,8 @@ class Rendering:
     pixel alone: the film is the same bit for bit for any number of threads.
     steps: what places the samples, the scrambled net by default. shadows=False
     leaves shadows and occlusion out of the scene. view: one of `views.VIEWS`, to see
-    in place of the light what the samples are.
+    in place of the light what the samples are. splat: whether small bright lights are traced from their own side
+    (`splats`), where nothing moves; otherwise the camera's rays have to find them.
 
     With a camera that disperses, the first sample is of the d line, a picture without
     colour fringes that is there at once; every later one is three, of a wavelength for each
@@ -39,7 +41,7 @@ class Rendering:
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
-                 view: str = ""):
+                 view: str = "", splat: bool = True):
         film = camera.film
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
@@ -47,7 +49,9 @@ class Rendering:
         self._timed = camera.moves or scene.moves
         timed = self._timed or view == "time"
         self._before = sampler(film.pixels_x, lit=shadows, timed=timed) if steps is None else steps
-        self._after = scene.steps(shadows, camera.shutter_open)
+        splats = Splats(camera, scene, self.seed, real) if splat and not view else None
+        self._splats = splats if splats is not None and splats.lights else None
+        self._after = scene.steps(shadows, camera.shutter_open, self.splatted)
         self._camera, self._real = camera, real
         self._disperses = camera.disperses and not view
         seen = view_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]
@@ -55,12 +59,24 @@ class Rendering:
         self._colours: dict[int, list[Program]] = {}            # of each part of the spectrum, one for each channel
         self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
 
+    @property
+    def splatted(self) -> frozenset[int]:
+        """Numbers of the objects of the scene whose light is traced from its own side."""
+        return frozenset() if self._splats is None else self._splats.lights
+
     def _passes(self, samples: int) -> list[tuple[Program, int, int]]:
         """What these next samples are made of: programs, and which samples of theirs, from and how many."""
         if not self._disperses or self.samples + samples == 1:
             return [(self._program, self.samples, samples)]
-        return [(program, sample, 1) for sample in range(max(self.samples - 1, 0), self.samples + samples - 1)
-                for program in self._channels(part(sample, self.seed))]
+        return [(program, sample, 1) for sample, place in self._numbers(samples) if place is not None
+                for program in self._channels(place)]
+
+    def _numbers(self, samples: int) -> list[tuple[int, int | None]]:
+        """The next samples, each with the part of the spectrum that it takes, or None: the d line."""
+        if not self._disperses or self.samples + samples == 1:
+            return [(sample, None) for sample in range(self.samples, self.samples + samples)]
+        return [(sample, part(sample, self.seed))
+                for sample in range(max(self.samples - 1, 0), self.samples + samples - 1)]
 
     def _channels(self, place: int) -> list[Program]:
         if place not in self._colours:
@@ -93,22 +109,21 @@ class Rendering:
             return True
 
         threads = threads or os.cpu_count() or 1
-        if pool is not None:
-            done = list(pool.map(work, range(threads)))
-        elif threads == 1:
-            done = [work(0)]
-        else:
+        if pool is None:
             with ThreadPoolExecutor(threads) as own:
-                done = list(own.map(work, range(threads)))
+                return self.add(samples, own, wanted, threads)
+        done = self._splats is None or self._splats.add(self._numbers(samples), afresh, pool, threads, wanted)
+        done = done and all(list(pool.map(work, range(threads))))
         self.samples += samples
-        return all(done)
+        return done
 
     def image(self) -> np.ndarray:
         """The mean of the samples so far: float32 (h, w, 3), linear, a fresh array."""
         h, w = self.shape
         rows = self._sums.reshape(-1, 3, B).transpose(0, 2, 1).reshape(-1, 3)[:w * h]
         counted = self.samples - 1 if self._disperses and self.samples > 1 else self.samples
-        return np.ascontiguousarray(rows.reshape(h, w, 3) * (1.0 / max(counted, 1)), dtype=np.float32)
+        mean = rows.reshape(h, w, 3) * (1.0 / max(counted, 1))
+        return np.ascontiguousarray(mean if self._splats is None else mean + self._splats.image(), dtype=np.float32)
 
 
 def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threads: int | None = None) -> np.ndarray:

@@ -177,6 +177,49 @@ def independent(lanes, p, key):
         time[i] = real(np.int32(mix(uint32(f + step)) >> _u(8))) * unit
 
 
+def _first_points() -> np.ndarray:
+    """(4 · B,) uint32: points 0 … B − 1 of the first four dimensions, not scrambled."""
+    k = np.arange(B, dtype=np.uint32)[None, :]
+    points = np.zeros((4, B), np.uint32)
+    for bit in range(32):
+        points ^= np.where(k >> np.uint32(bit) & np.uint32(1), _SOBOL[:4, bit:bit + 1], np.uint32(0))
+    return points.reshape(-1)
+
+
+_FIRST = _first_points()
+
+
+@stage
+def net(lanes, p, key):
+    """U0, U1, V0, V1: points B · SAMPLE … of a net of its own for every PIXEL, Owen-scrambled in all four dimensions.
+
+    For samples that belong together, and to no pixel of a film: B is a power of two, so that the points of a block
+    are those of the first, each XORed with the same number.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    first = uint32(key[SAMPLE] * _u(B))
+    seed = _mix(uint32(key[SEED] + _mix(uint32(key[PIXEL] + _u(1)))))
+    unit = real(1 / 16777216)
+    for d in range(4):
+        out = row[U0 + d]
+        start = uint32(0)
+        for b in range(32):
+            if (first >> _u(b)) & _u(1):
+                start = uint32(start ^ _SOBOL[d, b])
+        s = _mix(uint32(seed + _u(d) * _u(0x85EBCA6B)))
+        odd = uint32((s >> _u(16)) | _u(1))
+        place = np.uint64(d) * np.uint64(B)
+        for i in range(B):
+            n = _reverse(uint32(_FIRST[place + np.uint64(i)] ^ start))
+            n = uint32(n ^ uint32(n * _u(0x3D20ADEA)))
+            n = uint32(n + s)
+            n = uint32(n * odd)
+            n = uint32(n ^ uint32(n * _u(0x05526C56)))
+            n = uint32(n ^ uint32(n * _u(0x53A22864)))
+            out[i] = real(np.int32(_reverse(n) >> _u(8))) * unit
+
+
 def unit_square(places, real) -> np.ndarray:
     """(n, 2) places of the unit square as numbers of this type, each below 1: 1 is taken for the number before it.
 

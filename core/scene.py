@@ -7,7 +7,7 @@ relative, with 1 the radiance of a white surface under a uniform sky of 1.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -59,15 +59,23 @@ class Scene:
     @property
     def moves(self) -> bool:
         """Whether anything in it moves: its stages then read TIME."""
-        return any(o.moves for o in self._objects)
+        return any(o.moves for o in self.objects)
 
-    def steps(self, shadows: bool = True, opening: float = 0.0) -> list[Step]:
+    def steps(self, shadows: bool = True, opening: float = 0.0, unseen: frozenset[int] = frozenset()) -> list[Step]:
         """The stages from a world ray (X Y Z, L M N), with V0 V1 for the lights, to RED, GREEN, BLUE, its radiance.
 
         shadows=False leaves shadows and occlusion out. A scene without metal or glass has no step for them. Where
-        something moves, TIME is in seconds since `opening` (s).
+        something moves, TIME is in seconds since `opening` (s). unseen: numbers of `objects` that shine, but are
+        black where the ray itself meets them.
         """
-        return list(_steps(self, shadows, opening if self.moves else 0.0))
+        return list(_steps(self, shadows, opening if self.moves else 0.0, unseen))
+
+    def marking_steps(self) -> list[Step]:
+        """The stages that tell which of the things that do not move a ray meets, with its radiance or albedo.
+
+        GLOW is 2 + its number in `objects` where it shines, −2 − that where it does not; 1 is the sky, 0 the floor.
+        """
+        return list(_marking_steps(self))
 
     def depth_steps(self, opening: float = 0.0) -> list[Step]:
         """The stages that leave DEPTH alone: RED = DEPTH in mm, GREEN = 1 where it is below REACH, else 0."""
@@ -105,17 +113,18 @@ class Scene:
             yield np.where((u**2 + v**2 <= 1.0) if disk else (abs(u) <= 1.0) & (abs(v) <= 1.0), t, math.nan)
 
     @property
-    def _objects(self) -> tuple[Sphere | Plate, ...]:
+    def objects(self) -> tuple[Sphere | Plate, ...]:
+        """Spheres, then plates."""
         return (*self.spheres, *self.plates)
 
     @property
     def _lamps(self) -> list[Sphere | Plate]:
-        return [o for o in self._objects if o.material.kind == "lamp"]
+        return [o for o in self.objects if o.material.kind == "lamp"]
 
     @property
     def _glosses(self) -> set[float]:
         """The gloss of every coat."""
-        glosses = {o.material.gloss for o in self._objects if o.material.kind == "coat"}
+        glosses = {o.material.gloss for o in self.objects if o.material.kind == "coat"}
         return glosses | ({self.floor.gloss} if self.floor is not None and self.floor.gloss > 0.0 else set())
 
     @property
@@ -145,9 +154,15 @@ class Scene:
         colour = np.asarray(self.sun.colour) / math.sin(radius) ** 2
         return np.array([*unit(self.sun.direction), (2.0 * math.sin(radius / 2)) ** 2, *colour])
 
-    def _geometry(self, opening: float, gleam: bool = False) -> list[Step]:
-        """What a ray meets; with `gleam` the sun's disk is as large as it is seen in mirrors."""
-        balls, flat = _still(self.spheres), _still(self.plates)
+    def _geometry(self, opening: float, gleam: bool = False, unseen: frozenset[int] = frozenset(),
+                  marked: bool = False) -> list[Step]:
+        """What a ray meets; with `gleam` the sun's disk is as large as it is seen in mirrors.
+
+        unseen: objects that are black; marked: GLOW tells which object it is.
+        """
+        known = [(_darkened(o) if j in unseen else o, _mark(j, o) if marked else float(o.material.shines))
+                 for j, o in enumerate(self.objects) if not o.moves]
+        balls, flat = ([(o, glow) for o, glow in known if isinstance(o, Sphere) == ball] for ball in (True, False))
         steps = [Step(sky, self._sky)]
         if self.sun is not None:
             radius = self.sun.angular_radius
@@ -155,17 +170,17 @@ class Scene:
         if self.floor is not None:
             steps.append(Step(floor, floor_parameters(self.floor)))
         if balls:
-            steps.append(Step(spheres, sphere_parameters(balls)))
+            steps.append(Step(spheres, sphere_parameters(*zip(*balls, strict=True))))
         if flat:
-            steps.append(Step(plates, plate_parameters(flat)))
+            steps.append(Step(plates, plate_parameters(*zip(*flat, strict=True))))
         if self.moves:
-            steps.append(Step(moving, moving_parameters(_in_motion(self._objects), opening)))
+            steps.append(Step(moving, moving_parameters(_in_motion(self.objects), opening)))
         return steps
 
     def _coats(self, last: bool) -> list[Step]:
         """What coats mirror; on the last round of a path metal is mirrored so as well."""
         steps = []
-        if last or any(g >= SHARP for g in self._glosses) or any(o.material.kind == "glass" for o in self._objects):
+        if last or any(g >= SHARP for g in self._glosses) or any(o.material.kind == "glass" for o in self.objects):
             disk = None
             if self.sun is not None and not self.enclosed:
                 disk = self._sun_disk(max(self.sun.angular_radius, GLEAM_RADIUS))
@@ -175,7 +190,7 @@ class Scene:
                 [o for o in _still(self.plates) if o.material.shines and o.material.pattern is None],
                 [o for o in _still(self.spheres) if o.material.kind == "lamp"], last)))
         if any(g < SHARP for g in self._glosses):
-            lights = [o for o in _still(self._objects) if o.material.shines and o.material.pattern is None]
+            lights = [o for o in _still(self.objects) if o.material.shines and o.material.pattern is None]
             lights = sorted(lights, key=_brightness, reverse=True)[:GLEAMS]
             steps.append(Step(sheen, sheen_parameters(self._mirrored, lights)))
         return steps
@@ -190,7 +205,7 @@ class Scene:
         casters, carried = np.zeros(1), np.zeros(0)
         if shadows:
             casters = caster_parameters(_still(self.spheres), _still(self.plates))
-            carried = moving_casters(_in_motion(self._objects), opening)
+            carried = moving_casters(_in_motion(self.objects), opening)
         around = np.concatenate([self._surround, self.ambient, holding])
         if _in_motion(balls):
             steps = [Step(moving_ambient, after(around, moving_holders(_in_motion(balls), opening, share)))]
@@ -251,20 +266,26 @@ def depth_picture(lanes, p, key):
 
 
 @lru_cache(maxsize=16)
-def _steps(scene: Scene, shadows: bool, opening: float) -> tuple[Step, ...]:
+def _steps(scene: Scene, shadows: bool, opening: float, unseen: frozenset[int]) -> tuple[Step, ...]:
     """The stages of a scene, kept: a slider asks for the same ones again and again."""
-    mirrors = any(o.material.kind in ("metal", "glass") for o in scene._objects)
-    casters = any(not o.material.shines for o in scene._objects)
+    mirrors = any(o.material.kind in ("metal", "glass") for o in scene.objects)
+    casters = any(not o.material.shines for o in scene.objects)
     if not (mirrors or scene._glosses or scene._lamps or (shadows and casters)):
-        return (*scene._geometry(opening), Step(daylight, np.concatenate([scene._surround, scene.ambient, scene._sun])))
+        return (*scene._geometry(opening, unseen=unseen),
+                Step(daylight, np.concatenate([scene._surround, scene.ambient, scene._sun])))
     light = scene._light(shadows, opening)
-    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening), *scene._coats(last=False), Step(settle, np.zeros(1)),
-             *light]
+    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening, unseen=unseen), *scene._coats(last=False),
+             Step(settle, np.zeros(1)), *light]
     for k in range(BOUNCES if mirrors else 0):
         onward = [Step(bounce, np.zeros(1)), *scene._geometry(opening, gleam=True),
                   *scene._coats(last=k == BOUNCES - 1), Step(settle, np.zeros(1)), *light]
         steps += [step._replace(gated=True) for step in onward]
     return (*steps, Step(finish, np.zeros(1)))
+
+
+@lru_cache(maxsize=16)
+def _marking_steps(scene: Scene) -> tuple[Step, ...]:
+    return tuple(scene._geometry(0.0, marked=True))
 
 
 @lru_cache(maxsize=16)
@@ -276,6 +297,16 @@ def _brightness(light: Sphere | Plate) -> float:
     """Of a light seen from the origin, as its radiance times its solid angle."""
     size = light.radius**2 if isinstance(light, Sphere) else math.hypot(*light.right) * math.hypot(*light.up)
     return sum(light.material.colour) * size / max(math.hypot(*light.centre), 1.0) ** 2
+
+
+def _darkened(light: Sphere | Plate) -> Sphere | Plate:
+    """The same, but black."""
+    return replace(light, material=replace(light.material, colour=(0.0, 0.0, 0.0), pattern=None))
+
+
+def _mark(number: int, thing: Sphere | Plate) -> float:
+    """The GLOW that tells which thing it is."""
+    return 2.0 + number if thing.material.shines else -2.0 - number
 
 
 def _still(things):

@@ -22,7 +22,7 @@ LAYERS = (
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
     {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "focus", "confusion", "polynomial", "aberrations"},
     {"cameras"},
-    {"accuracy", "views"},
+    {"accuracy", "views", "emission", "fronts", "splats"},
     {"render"},
     {"analysis", "lightfield"},
 )

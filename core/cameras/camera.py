@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lensbench.cameras.gaussian import Gaussian
+from lensbench.cameras.landing import WayBack
 from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.glass import D_LINE
@@ -161,6 +162,10 @@ class Camera:
         """The step from TIME in [0, 1) of the shutter, and raster X, Y, to seconds since shutter_open."""
         return clock_step(self.exposure_time, self.shutter_ramp, self.readout, self.readout_direction,
                           self.film.pixels_x, self.film.pixels_y)
+
+    def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
+        """What becomes of light that comes to it, for light that is followed from its source; None: it cannot be."""
+        return None
 
     def _normaliser(self, on_axis: float, z: float) -> float:
         """What cos⁴θ · area is divided by; on_axis: ∫ cos⁴θ dA (mm²) seen from the film's centre."""

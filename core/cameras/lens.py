@@ -6,9 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.blocktracer import through
+from lensbench.blocktracer import through, tracer
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian, thick, thin
+from lensbench.cameras.landing import WayBack, ideal_way_back, landing
 from lensbench.cameras.way_back import film_from_point
 from lensbench.driver import Program
 from lensbench.film import Film
@@ -159,16 +160,35 @@ class LensCamera(Camera):
         Each wavelength has its own exit-pupil regions and, with relative weights, is 1 on the axis.
         """
         if self.follows_rays:
-            plain = wavelength == D_LINE
-            on_axis = self.axis_irradiance if plain else self._axis_irradiance_at(wavelength)
-            normaliser = self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
-            table = self.pupil if plain else self._pupil_at(wavelength)
+            table = self.pupil if wavelength == D_LINE else self._pupil_at(wavelength)
             rays = through(self.lens, self.film_distance, wavelength) if self._is_traced else [Polynomial.fit(
                 self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance).step]
-            return [table.step(normaliser), *rays]
+            return [table.step(self._ray_normaliser(wavelength)), *rays]
+        return self.gaussian.steps(self._ideal_gain)
+
+    def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
+        """Traced, for a polynomial as well; or in closed form for the ideal models."""
+        if not self.follows_rays:
+            return ideal_way_back(self.gaussian, self.film_step, self._ideal_gain)
+        lens = self.lens
+        arriving = landing(self.film, self.film_distance**2 / self._ray_normaliser(wavelength))
+        whole = tracer(lens, self.film_distance, wavelength, "film")
+        first = lens.surfaces[0]
+        reach = first.semi_diameter + min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
+        return WayBack([*through(lens, self.film_distance, wavelength, "film"), arriving], [whole, arriving],
+                       -lens.length - self.film_distance, reach)
+
+    def _ray_normaliser(self, wavelength: float) -> float:
+        """What cos⁴θ · area is divided by where rays are followed."""
+        on_axis = self.axis_irradiance if wavelength == D_LINE else self._axis_irradiance_at(wavelength)
+        return self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
+
+    @property
+    def _ideal_gain(self) -> float:
+        """What cos⁴θ is multiplied by in the ideal models."""
         ideal = self.gaussian
         on_axis = ideal.cone if self.model == "pinhole" else ideal.axis_irradiance
-        return ideal.steps(ideal.cone / self._normaliser(on_axis, 1.0))
+        return ideal.cone / self._normaliser(on_axis, 1.0)
 
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
         """In closed form for the ideal models; through the real lens by Newton's method, to the last digits."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian, thin
+from lensbench.cameras.landing import WayBack, ideal_way_back
 from lensbench.film import AXES, Film
 from lensbench.glass import D_LINE
 from lensbench.iris import Iris, IrisError
@@ -76,9 +77,16 @@ class PerspectiveCamera(Camera):
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """One step: the thin lens, or the pinhole, for every wavelength alike."""
+        return self.gaussian.steps(self._gain)
+
+    def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
+        """In closed form, for every wavelength alike."""
+        return ideal_way_back(self.gaussian, self.film_step, self._gain)
+
+    @property
+    def _gain(self) -> float:
         lens = self.gaussian
-        gain = 1.0 if self.lens_radius == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0)
-        return lens.steps(gain)
+        return 1.0 if self.lens_radius == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0)
 
 
 def check_lens(radius: float, focus_distance: float) -> None:

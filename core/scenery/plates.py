@@ -51,10 +51,14 @@ def plate_frame(plate) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, 
     return np.asarray(plate.centre, np.float64), a, b, normal / math.sqrt(normal @ normal), float(plate.round)
 
 
-def plate_parameters(plates) -> np.ndarray:
-    """What the stage `plates` reads: for each its length in p, frame, material and pattern."""
+def plate_parameters(plates, glows=None) -> np.ndarray:
+    """What the stage `plates` reads: for each its length in p, frame, material and pattern.
+
+    glows: the GLOW of each, in place of 1 for what shines and 0 for what does not.
+    """
     packed = []
-    for plate in plates:
+    for plate, glow in zip(plates, [float(plate.material.shines) for plate in plates] if glows is None else glows,
+                           strict=True):
         centre, a, b, normal, disk = plate_frame(plate)
         material, pattern = plate.material, plate.material.pattern
         texels = np.zeros(0)
@@ -67,7 +71,7 @@ def plate_parameters(plates) -> np.ndarray:
                 texels = pattern.image.values.ravel()
         half = math.sqrt(a @ a), math.sqrt(b @ b)
         head = [PLATE + texels.size, *centre, *normal, *(a / (a @ a)), *(b / (b @ b)), disk, *material.colour,
-                float(material.shines), gloss_of(material), kind, *second, *numbers[:3], *half]
+                glow, gloss_of(material), kind, *second, *numbers[:3], *half]
         packed.append(np.concatenate([head, texels]))
     return np.concatenate(packed)
 

@@ -44,31 +44,36 @@ def gloss_of(material, radius: float = 0.0) -> float:
     return {"coat": material.gloss, "metal": METAL, "glass": GLASS + radius}.get(material.kind, 0.0)
 
 
-def _groups(spheres: list) -> list[list]:
-    """Spheres that lie together as seen from the origin: halved along the widest of two slopes and log distance."""
-    if len(spheres) <= CROWD:
-        return [spheres]
+def _groups(seen: np.ndarray, which: np.ndarray) -> list[np.ndarray]:
+    """Those that lie together, halved along the widest of three coordinates (n, 3)."""
+    if len(which) <= CROWD:
+        return [which]
+    order = which[np.argsort(seen[which, np.argmax(np.ptp(seen[which], 0))], kind="stable")]
+    half = len(which) // 2
+    return _groups(seen, order[:half]) + _groups(seen, order[half:])
+
+
+def sphere_parameters(spheres, glows=None) -> np.ndarray:
+    """What the stage `spheres` reads: groups of neighbours as seen from the origin, each with its spheres.
+
+    glows: the GLOW of each, in place of 1 for what shines and 0 for what does not.
+    """
+    glows = [float(s.material.shines) for s in spheres] if glows is None else glows
+    packed: list[float] = []
     seen = np.array([(s.centre[0], s.centre[1], 0.0) for s in spheres])
     distance = np.array([math.dist(s.centre, (0.0, 0.0, 0.0)) + s.radius for s in spheres])
     seen /= distance[:, None]
     seen[:, 2] = np.log(distance)
-    order = np.argsort(seen[:, np.argmax(np.ptp(seen, 0))], kind="stable")
-    half = len(spheres) // 2
-    return [group for part in (order[:half], order[half:]) for group in _groups([spheres[j] for j in part])]
-
-
-def sphere_parameters(spheres) -> np.ndarray:
-    """What the stage `spheres` reads: groups of neighbours, each with its spheres."""
-    packed: list[float] = []
-    groups = _groups(list(spheres)) if len(spheres) > 2 * CROWD else [list(spheres)]
+    all_of_them = np.arange(len(spheres))
+    groups = _groups(seen, all_of_them) if len(spheres) > 2 * CROWD else [all_of_them]
     for group in groups:
-        centres = np.array([s.centre for s in group])
+        centres = np.array([spheres[j].centre for j in group])
         middle = (centres.min(0) + centres.max(0)) / 2
-        reach = max(math.dist(s.centre, middle) + s.radius for s in group) * (1.0 + 1e-5)
+        reach = max(math.dist(spheres[j].centre, middle) + spheres[j].radius for j in group) * (1.0 + 1e-5)
         packed += [*middle, math.inf if len(groups) == 1 else reach**2, reach, len(group)]
-        for s in group:
-            packed += [*s.centre, s.radius**2, s.radius, *s.material.colour,
-                       float(s.material.shines), gloss_of(s.material, s.radius)]
+        for j in group:
+            s = spheres[j]
+            packed += [*s.centre, s.radius**2, s.radius, *s.material.colour, glows[j], gloss_of(s.material, s.radius)]
     return np.array(packed)
 
 
