@@ -199,7 +199,7 @@ def net(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     first = uint32(key[SAMPLE] * _u(B))
-    seed = _mix(uint32(key[SEED] + _mix(uint32(key[PIXEL] + _u(1)))))
+    seed = mix(uint32(key[SEED] + mix(uint32(key[PIXEL] + _u(1)))))
     unit = real(1 / 16777216)
     for d in range(4):
         out = row[U0 + d]
@@ -207,7 +207,7 @@ def net(lanes, p, key):
         for b in range(32):
             if (first >> _u(b)) & _u(1):
                 start = uint32(start ^ _SOBOL[d, b])
-        s = _mix(uint32(seed + _u(d) * _u(0x85EBCA6B)))
+        s = mix(uint32(seed + _u(d) * _u(0x85EBCA6B)))
         odd = uint32((s >> _u(16)) | _u(1))
         place = np.uint64(d) * np.uint64(B)
         for i in range(B):
