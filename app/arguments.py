@@ -13,7 +13,15 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from lensbench.app.reach import full_view, with_field_of_view, with_film, with_layout, with_model, within_reach
+from lensbench.app.reach import (
+    ends_of_view,
+    full_view,
+    with_field_of_view,
+    with_film,
+    with_layout,
+    with_model,
+    within_reach,
+)
 from lensbench.app.scale import read_angle, read_distance, read_exposure, read_f_number, read_length
 from lensbench.app.settings import (
     FOV_AXES,
@@ -25,8 +33,10 @@ from lensbench.app.settings import (
     VIEWS,
     Settings,
     SettingsError,
+    design,
 )
 from lensbench.app.time_scales import read_time
+from lensbench.app.zoom import asked_zoom, read_close, read_zoom
 
 NAMED = ("focal_length", "fov_axis", "projection", "layout", "scene_width", "lens_radius", "position", "yaw", "pitch",
          "end_position", "end_yaw", "end_pitch", "duration", "moment", "shutter", "shutter_ramp", "readout",
@@ -108,10 +118,23 @@ def option(read: Callable[[str], Any]) -> Callable[[str], Any]:
     return convert
 
 
+def add_zoom_option(parser: argparse.ArgumentParser) -> None:
+    """The option that turns the zoom."""
+    parser.add_argument("--zoom", type=option(read_zoom), metavar="ZOOM",
+                        help="of a zoom lens: from 0 (wide) to 1 (tele), or a focal length such as 105mm")
+
+
+def add_close_option(parser: argparse.ArgumentParser) -> None:
+    """The option that moves the focus groups themselves, for commands that know no focus distance."""
+    parser.add_argument("--close", type=option(read_close), metavar="CLOSE",
+                        help="of a lens that focuses by groups: from 0 (infinity) to 1 (their nearest position)")
+
+
 def add_lens_options(parser: argparse.ArgumentParser) -> None:
     """The options that change the lens itself."""
+    add_zoom_option(parser)
     parser.add_argument("--focal-length", type=option(read_length), metavar="LENGTH",
-                        help="scale the whole prescription to this focal length, such as 35mm")
+                        help="scale the whole prescription to this focal length (of a zoom its shortest), such as 35mm")
     parser.add_argument("--f-number", type=option(read_aperture), metavar="N", default=argparse.SUPPRESS,
                         help="aperture, such as 2.8 or f/2.8; “open” for as wide as the lens goes")
 
@@ -131,8 +154,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--size", type=option(read_size), metavar="WxH",
         help="pixels across and down; without --film, the film is cut to their shape")
     add("--fov", type=option(read_angle), metavar="ANGLE",
-        help="field of view along the shorter side, such as 30deg: crops the film, or sets the perspective or the "
-             "fisheye camera")
+        help="field of view along the shorter side, such as 30deg: turns the zoom, crops the film, or sets the "
+             "perspective or the fisheye camera")
     add("--fov-axis", choices=FOV_AXES, help="the side of the film along which a perspective or fisheye camera has it")
     add("--projection", choices=PROJECTIONS, help="of the ideal fisheye: what an angle from the axis is on the film")
     add("--layout", choices=LAYOUTS, help="of the panorama")
@@ -194,7 +217,11 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     if settings.layout != layout:
         settings = with_layout(settings, settings.layout)
     settings = _shaped(settings, arguments.film, arguments.size)
-    settings = _framed(settings, arguments.fov)
+    framed = _framed(_zoomed(settings, arguments.zoom), arguments.fov, arguments.zoom is not None)
+    if framed.zoom != settings.zoom:                # aperture and focus that nobody asked for give way
+        framed = replace(within_reach(framed), **{name: asked[name] for name in ("f_number", "focus_distance")
+                                                  if name in asked})
+    settings = framed
     if settings.model == "perspective" and arguments.focus is None:     # its focal length follows from film and view
         settings = within_reach(settings)
     return settings.checked()
@@ -222,18 +249,27 @@ def _shaped(settings: Settings, film: tuple[float, float] | None, size: tuple[in
     return settings
 
 
-def _framed(settings: Settings, fov: float | None) -> Settings:
-    """With the field of view that is asked for: a crop of the film, or the perspective camera's own."""
+def _zoomed(settings: Settings, asked: tuple[str, float] | None) -> Settings:
+    """With the zoom that is asked for."""
+    if asked is None:
+        return settings
+    if settings.lensless:
+        raise SettingsError(f"--zoom: the model {settings.model} has no lens to zoom: take another --model")
+    return replace(settings, zoom=asked_zoom(design(replace(settings, zoom=0.0)), asked) or 0.0)
+
+
+def _framed(settings: Settings, fov: float | None, keep_zoom: bool) -> Settings:
+    """With the field of view that is asked for: by zoom or a crop of the film, or the perspective camera's own."""
     if fov is None:
         return settings
     if settings.model in ("orthographic", "environment"):
         raise SettingsError(f"--fov: {MODELS[settings.model].lower()} cameras have no field of view to be set"
                             + (": give --scene-width" if settings.model == "orthographic" else ""))
-    whole = full_view(settings)[0]
+    whole = full_view(settings)[0] if keep_zoom else ends_of_view(settings)[1]
     if not settings.lensless and 0.0 < whole < fov:
         raise SettingsError(f"field of view {math.degrees(fov):.1f}°: this film behind this lens sees "
                             f"{math.degrees(whole):.1f}° along its shorter side: take a larger --film or a shorter "
                             "--focal-length")
     if settings.model == "fisheye":
         return with_field_of_view(settings, fov).checked()
-    return with_field_of_view(replace(settings, fov=fov).checked(), fov)
+    return with_field_of_view(replace(settings, fov=fov).checked(), fov, keep_zoom)

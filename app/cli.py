@@ -82,7 +82,7 @@ def _mistakes() -> tuple[type[Exception], ...]:
 
 def _parser() -> argparse.ArgumentParser:
     from lensbench.app import check_command, lens_commands
-    from lensbench.app.arguments import add_lens_options, add_picture_options, option, read_count
+    from lensbench.app.arguments import add_close_option, add_lens_options, add_picture_options, option, read_count
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
                      "section. Without a command it opens the bench.")
@@ -116,6 +116,7 @@ def _parser() -> argparse.ArgumentParser:
     info = command("info", _info, "Print the first-order data of a lens.")
     info.add_argument("lens", metavar="LENS", help="a lens of the library, or a lens file")
     add_lens_options(info)
+    add_close_option(info)
     info.add_argument("--json", action="store_true", help="print JSON: lengths in mm, angles in degrees")
 
     library = command("lenses", _lenses, "List the lenses of the library.")
@@ -221,11 +222,13 @@ class _Progress:
 def _info(arguments: argparse.Namespace) -> int:
     import lensbench as lb
     from lensbench.app.settings import Settings, design
+    from lensbench.app.zoom import positioned, station_lines, stations
 
     lens = design(replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked())
+    lens = positioned(lens, arguments)
     if getattr(arguments, "f_number", None) is not None:
         lens = lb.stopped_down(lens, arguments.f_number)
-    data = _lens_data(lens)
+    data = {**_lens_data(lens), "positions": stations(lens)}
     if arguments.json:
         _print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
         return 0
@@ -245,7 +248,7 @@ def _info(arguments: argparse.Namespace) -> int:
              ("Field of view on 36 × 24, h × v, diagonal",
               f"{view['horizontal']:.1f}° × {view['vertical']:.1f}°, {view['diagonal']:.1f}°")]
     print(", ".join(str(word) for word in (data["name"] or arguments.lens, data["kind"], data["year"]) if word))
-    print("\n".join(f"{label:46}{text}" for label, text in rows))
+    print("\n".join([*(f"{label:46}{text}" for label, text in rows), *station_lines(data["positions"])]))
     print("".join(f"Found: {finding}\n" for finding in data["findings"]), end="")
     return 0
 
@@ -282,16 +285,21 @@ def _lenses(arguments: argparse.Namespace) -> int:
     cards = lenses.describe()
     if arguments.json:
         _print_json([{"name": card.name, "title": card.title, "kind": card.kind, "year": card.year,
-                      "efl": card.efl, "f_number": card.f_number} for card in cards])
+                      "efl": card.efl, "tele_efl": card.tele_efl, "f_number": card.f_number} for card in cards])
         return 0
     table = [("Name", "EFL", "f/", "Year", "Kind", "Title")]
-    table += [(card.name, f"{card.efl:.1f}" if card.efl else "", f"{card.f_number:.3g}" if card.f_number else "",
+    table += [(card.name, _focal_lengths(card), f"{card.f_number:.3g}" if card.f_number else "",
                str(card.year or ""), card.kind, card.title) for card in cards]
     widths = [max(len(row[column]) for row in table) for column in range(5)]
     for row in table:
         numbers = "  ".join(text.rjust(width) for text, width in zip(row[1:4], widths[1:4], strict=True))
         print(f"{row[0]:{widths[0]}}  {numbers}  {row[4]:{widths[4]}}  {row[5]}")
     return 0
+
+
+def _focal_lengths(card) -> str:
+    ends = [length for length in (card.efl, card.tele_efl) if length]
+    return "–".join(f"{length:.1f}" for length in ends)
 
 
 def _print_json(data: Any) -> None:

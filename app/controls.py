@@ -169,7 +169,7 @@ def _lens(settings: Settings, chooser: Chooser) -> Settings:
         if imgui.begin_child("Lenses", ImVec2(0.0, height)):
             for card in found:
                 if _card(card, card.name == settings.lens):
-                    chosen = replace(settings, lens=card.name, focal_length=None)
+                    chosen = replace(settings, lens=card.name, focal_length=None, zoom=0.0)
                     imgui.close_current_popup()
         imgui.end_child()
         if not found:
@@ -213,7 +213,7 @@ def _card(card: lenses.Card, selected: bool) -> bool:
     dim = theme.packed(theme.colours().dim)
     f_number = f"f/{card.f_number:.3g}" if card.f_number else ""
     draw.add_text(ImVec2(round(left + right - theme.em(2.6)), y), dim, f_number)
-    efl = f"{card.efl:.0f} mm" if card.efl else ""
+    efl = f"{card.efl:.0f}{f'–{card.tele_efl:.0f}' if card.tele_efl else ''} mm" if card.efl else ""
     draw.add_text(ImVec2(round(left + right - theme.em(3.3) - imgui.calc_text_size(efl).x), y), dim, efl)
     return clicked
 

@@ -109,7 +109,7 @@ class Files:
             load_scene(path)
             return at_home(replace(present, scene=str(path)))
         model = "trace" if present.lensless else present.model
-        return within_reach(with_model(replace(present, lens=str(path), focal_length=None), model))
+        return within_reach(with_model(replace(present, lens=str(path), focal_length=None, zoom=0.0), model))
 
     def save_settings(self, path: Path) -> None:
         """Save the present settings."""

@@ -13,6 +13,7 @@ import os
 import re
 import sys
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,15 +34,19 @@ def add_convert_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scale", type=float, default=1.0, metavar="FACTOR",
                         help="make the lens this many times as large")
     parser.add_argument("--reverse", action="store_true", help="turn the lens round")
+    _add_position_options(parser)
 
 
 def convert(arguments: argparse.Namespace) -> int:
     """Write a lens in the format of another suffix, and say what had to be assumed and what was lost."""
     from lensbench import lenses
+    from lensbench.app.zoom import positioned
     from lensbench.lenses.reversal import reversed_lens
 
     source, target = arguments.source, Path(arguments.target)
     lens = lenses.load(source)
+    if arguments.zoom is not None or arguments.close is not None:
+        lens = replace(positioned(lens, arguments), positions=None)         # this one alone is wanted
     with suppress(OSError):
         if target.exists() and target.samefile(source):
             raise lenses.LensFileError(target, None, "this is the file to be converted: name another one to write")
@@ -65,17 +70,26 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--wavelength", type=float, default=None, metavar="UM", help="in µm; the d line by default")
     parser.add_argument("--no-clip", action="store_true", help="let rays pass outside the rims, the stop's included")
     parser.add_argument("--json", action="store_true", help="print JSON: a list for each column")
+    _add_position_options(parser)
+
+
+def _add_position_options(parser: argparse.ArgumentParser) -> None:
+    from lensbench.app.arguments import add_close_option, add_zoom_option
+
+    add_zoom_option(parser)
+    add_close_option(parser)
 
 
 def trace(arguments: argparse.Namespace) -> int:
     """Trace the rays of a table through a lens: where they end, in which direction, with which fate."""
     import lensbench as lb
     from lensbench import lenses
+    from lensbench.app.zoom import positioned
 
     suffix = Path(arguments.output).suffix.lower() if arguments.output else (".json" if arguments.json else ".csv")
     if suffix not in (".csv", ".json"):
         raise RaysError(f"{arguments.output}: rays are written as .csv or .json")
-    lens = lenses.load(arguments.lens)
+    lens = positioned(lenses.load(arguments.lens), arguments)
     rays = read_rays(arguments.rays)
     wavelength = lb.D_LINE if arguments.wavelength is None else arguments.wavelength
     traced = lb.trace(lens, [ray[:3] for ray in rays], [ray[3:] for ray in rays], wavelength=wavelength,

@@ -7,7 +7,8 @@ import math
 from dataclasses import replace
 
 from lensbench.app.readings import readings
-from lensbench.app.settings import SHAPES, Settings, perspective_focal_length
+from lensbench.app.settings import SHAPES, Settings, design, perspective_focal_length
+from lensbench.app.zoom import focal_length, zoom_of
 
 SMALLEST_CROP = 0.05
 WIDEST_FISHEYE = math.radians(350.0)
@@ -16,17 +17,17 @@ MARGIN = 1.0 + 1e-4             # by which a clamped focus distance stays off th
 
 
 def within_reach(settings: Settings) -> Settings:
-    """With an aperture that the lens can open to and a distance that it can focus on; the rest is kept.
+    """With a zoom, an aperture and a distance that the lens has; the rest is kept.
 
     Raises what loading the lens raises where there is none.
     """
-    from lensbench.app.settings import design
-
     if settings.model == "perspective":
         nearest = readings(settings).nearest_focus or 0.0
         return replace(settings, focus_distance=max(settings.focus_distance, nearest * MARGIN))
     if settings.lensless:
         return settings
+    if settings.zoom and not zooms(settings):
+        settings = replace(settings, zoom=0.0)
     design(settings)
     wide = readings(replace(settings, f_number=None))
     if settings.f_number is not None and wide.widest_f_number is not None \
@@ -59,12 +60,34 @@ def field_of_view(settings: Settings) -> float:
     return 2.0 * math.atan(settings.crop * math.tan(0.5 * full_view(settings)[0]))
 
 
-def with_field_of_view(settings: Settings, fov: float) -> Settings:
-    """A crop of the film that sees this much, or an ideal camera's own field of view."""
+def ends_of_view(settings: Settings) -> tuple[float, float]:
+    """The narrowest and the widest field of view along the shorter side that lens, zoom and crop can give."""
+    narrow = wide = full_view(settings)[0]
+    if zooms(settings):
+        wide, narrow = (full_view(replace(settings, zoom=end))[0] for end in (0.0, 1.0))
+    return 2.0 * math.atan(SMALLEST_CROP * math.tan(0.5 * narrow)), wide
+
+
+def zooms(settings: Settings) -> bool:
+    """Whether the camera has a lens that zooms."""
+    return not settings.lensless and design(replace(settings, zoom=0.0)).zooms
+
+
+def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) -> Settings:
+    """A crop of the film that sees this much, or an ideal camera's own field of view.
+
+    A lens that zooms does so first, and only what lies beyond its longest end is cropped.
+    """
     if settings.model == "perspective":
         return replace(settings, fov=fov)
     if settings.model == "fisheye":
         return replace(settings, fisheye_fov=fov)
+    if zooms(settings) and not keep_zoom:
+        lens = design(replace(settings, zoom=0.0))
+        wanted = 0.5 * min(settings.film_width, settings.film_height) / math.tan(0.5 * min(fov, 3.0))
+        settings = replace(settings, zoom=zoom_of(lens, wanted), crop=1.0)
+        if focal_length(lens, 0.0) <= wanted <= focal_length(lens, 1.0):
+            return settings
     crop = math.tan(0.5 * fov) / math.tan(0.5 * full_view(settings)[0])
     return replace(settings, crop=min(max(crop, SMALLEST_CROP), 1.0))
 

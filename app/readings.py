@@ -156,7 +156,7 @@ def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
     working = lb.working_f_number(stand.lens, stand.film_distance)
     return replace(
         plain, f_number=designed.f_number, working_f_number=_finite(working), airy=_airy(working),
-        t_number=lb.t_number(stand.lens),
+        t_number=lb.t_number(stand.lens.at(close=0.0)),
         near_limit=near + offset, far_limit=far + offset,
         hyperfocal=lb.hyperfocal(fo.efl, fo.f_number, limit) + offset,
     )

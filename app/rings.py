@@ -5,16 +5,18 @@ from dataclasses import replace
 
 from lensbench.app import scale, time_scales
 from lensbench.app.reach import (
-    SMALLEST_CROP,
     WIDEST_FISHEYE,
+    ends_of_view,
     field_of_view,
     full_view,
     with_field_of_view,
     within_reach,
+    zooms,
 )
 from lensbench.app.readings import Readings, readings
 from lensbench.app.ring import ring
-from lensbench.app.settings import Settings
+from lensbench.app.settings import Settings, design
+from lensbench.app.zoom import focal_length, zoom_of
 
 DEFAULT = Settings()
 PERSPECTIVE_FOV = (math.radians(5.0), math.radians(120.0))
@@ -40,7 +42,7 @@ def rings(settings: Settings) -> Settings:
 
 
 def _of_lens(settings: Settings) -> Settings:
-    """Focus, aperture, field of view and focal length, of a lens or of the perspective camera."""
+    """Focus, aperture, field of view and focal length or zoom, of a lens or of the perspective camera."""
     figures = readings(settings)
 
     # Focus
@@ -57,20 +59,24 @@ def _of_lens(settings: Settings) -> Settings:
                            else f_number)
 
     # Field of view and focal length
-    view, efl = full_view(settings)
+    efl, zooming = full_view(settings)[1], zooms(settings)
     if settings.model == "perspective":
         fov_scale = scale.fov_scale(*PERSPECTIVE_FOV, DEFAULT.fov)
         tip = "Field of view, along the side of the film that is chosen above"
     else:
-        fov_scale = scale.fov_scale(2.0 * math.atan(SMALLEST_CROP * math.tan(0.5 * view)), view, view)
-        tip = "Field of view along the shorter side: a smaller one uses less of the film"
+        narrow, wide = ends_of_view(settings)
+        fov_scale = scale.fov_scale(narrow, wide, wide)
+        tip = "Field of view along the shorter side: turns the zoom, and beyond its longest end uses less of the film" \
+            if zooming else "Field of view along the shorter side: a smaller one uses less of the film"
     fov = field_of_view(settings)
     turned = ring("Field of view", fov, fov_scale, tip)
     if turned != fov:
         settings = with_field_of_view(settings, turned)
-        if settings.model == "perspective":         # whose focal length follows
+        if settings.model == "perspective" or zooming:      # whose focal length follows
             settings = within_reach(settings)
-    if settings.model != "perspective":
+    if zooming:
+        settings = _zoom(settings)
+    elif settings.model != "perspective":
         designed = readings(replace(settings, focal_length=None)).efl or efl
         length = ring("Focal length", efl, _focal_lengths(designed),
                       "Focal length f: scales the whole prescription, stop and rims included")
@@ -105,6 +111,19 @@ def _fisheye(settings: Settings) -> Settings:
     fov = ring("Field of view", settings.fisheye_fov, time_scales.fisheye_scale(widest),
                "Field of view of the image circle, which spans the side of the film that is chosen above")
     return replace(settings, fisheye_fov=fov)
+
+
+def _zoom(settings: Settings) -> Settings:
+    """The focal length of a zoom lens, at infinity; what the lens cannot do there gives way."""
+    lens = design(replace(settings, zoom=0.0))
+    assert lens.positions is not None
+    engraved = tuple(sorted(focal_length(lens, place) for place in lens.positions.zoom_stations))
+    length = focal_length(lens, settings.zoom)
+    turned = ring("Zoom", length, scale.zoom_scale(engraved),
+                  "Focal length f at infinity, to which the zoom is turned: the groups move as the lens's stations say")
+    if turned == length:
+        return settings
+    return within_reach(replace(settings, zoom=zoom_of(lens, turned)))
 
 
 def _focal_lengths(designed: float) -> scale.Scale:

@@ -269,6 +269,28 @@ def focal_length_scale(low: float = 8.0, high: float = 800.0, reset: float | Non
     return Scale(low, high, math.log, math.exp, format_length, read_length, figures, minor, snaps, reset)
 
 
+@lru_cache(maxsize=64)
+def zoom_scale(engraved: tuple[float, ...]) -> Scale:
+    """The focal lengths (mm) of a zoom on a logarithmic ring from its widest to its longest.
+
+    engraved: those of its stations, which stand on the ring before any between them; two
+    or more, rising.
+    """
+    low, high = engraved[0], engraved[-1]
+    bare = Scale(low, high, math.log, math.exp, format_length, read_length, ())
+
+    def figure(length: float) -> Figure:
+        return length, f"{length:.0f}" if length >= 9.995 else f"{length:.1f}".removesuffix(".0")
+
+    figures = [figure(length) for length in engraved]
+    for between in decades(low, high, (1.0, 1.2, 1.35, 1.5, 2.0, 2.4, 2.8, 3.5, 4.0, 5.0, 6.0, 7.0, 8.5)):
+        if all(abs(bare.to_unit(between) - bare.to_unit(other)) >= 1.5 * FIGURE_GAP for other, _ in figures):
+            figures.append(figure(between))
+    series = (*(1.0 + 0.1 * i for i in range(10)), *(2.0 + 0.5 * i for i in range(16)))
+    minor = tuple(decades(low, high, series))
+    return Scale(low, high, math.log, math.exp, format_length, read_length, tuple(sorted(figures)), minor, reset=low)
+
+
 @lru_cache(maxsize=16)
 def radius_scale(high: float, reset: float | None = None) -> Scale:
     """Radii on the film (mm) from the axis to `high`."""

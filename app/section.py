@@ -205,14 +205,17 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas) -> Settings
     if not imgui.is_item_active():
         return settings
     before = _bench.mouse
-    film_z = _pull(shown.film_z, imgui.get_mouse_pos().x, canvas.view.scale)
-    if imgui.is_item_activated() or _bench.mouse == before:
-        return settings
+    # Focus groups move in place of the film: it is drawn to where it would focus the lens as a whole
+    whole = replace(shown.lens.at(close=0.0), positions=None)
     try:
-        nearest = lb.nearest_focus(shown.lens)
-        farthest_film = lb.film_distance(shown.lens, nearest)
-        film_distance = min(film_z - shown.rear_z, farthest_film)
-        focus = max(lb.focused_distance(shown.lens, film_distance), nearest)
+        nearest = max(lb.nearest_focus(shown.lens), lb.nearest_focus(whole))
+        now = shown.film_z if shown.lens.positions is None else whole.length + lb.film_distance(
+            whole, max(settings.focus_distance, nearest))
+        film_z = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale)
+        if imgui.is_item_activated() or _bench.mouse == before:
+            return settings
+        film_distance = min(film_z - whole.length, lb.film_distance(whole, nearest))
+        focus = max(lb.focused_distance(whole, film_distance), nearest)
     except lb.LensError:
         return settings
     return replace(settings, focus_distance=focus)

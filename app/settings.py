@@ -67,6 +67,7 @@ class Settings:
 
     lens: str = "pbrt-dgauss-50mm"          # a library name, or a path
     focal_length: float | None = None       # scale the whole prescription to this EFL; None: as it was designed
+    zoom: float = 0.0                       # of a zoom lens, 0 (wide) to 1 (tele); focus moves its groups
     scene: str = "still-life"               # a built-in name, or a path to a scene file
     model: str = "trace"                    # a key of MODELS
     film_width: float = 36.0
@@ -155,6 +156,8 @@ class Settings:
             raise SettingsError(f"shutter ramp {self.shutter_ramp:g}: it must lie from 0 to 0.5 of the shutter time")
         if self.focal_length is not None and self.focal_length <= 0.0:
             raise SettingsError(f"focal length {self.focal_length:g} mm: it must be positive")
+        if not 0.0 <= self.zoom <= 1.0:
+            raise SettingsError(f"zoom {self.zoom:g}: it must lie from 0 (wide) to 1 (tele)")
         if not 0.0 <= self.wipe <= 1.0:
             raise SettingsError(f"wipe {self.wipe:g}: it must lie from 0 to 1")
         if not 0.0 < self.crop <= 1.0:
@@ -260,16 +263,19 @@ def _of_kind(name: str, kind: Any, value: Any) -> Any:
 
 @lru_cache(maxsize=64)
 def _load(lens: str, stamp: float) -> lb.Lens:
-    return lenses.load(lens)
+    return lenses.load(lens).at(zoom=0.0, close=0.0)
 
 
 def design(settings: Settings) -> lb.Lens:
-    """The lens wide open, scaled to the focal length that is set."""
+    """The lens wide open, scaled to the focal length that is set (of a zoom its shortest), then zoomed.
+
+    LensError where it is to zoom and cannot.
+    """
     path = Path(settings.lens)
     lens = _load(settings.lens, path.stat().st_mtime if path.is_file() else 0.0)
-    if settings.focal_length is None:
-        return lens
-    return lens.scaled(settings.focal_length / lb.first_order(lens).efl)
+    if settings.focal_length is not None:
+        lens = lens.scaled(settings.focal_length / lb.first_order(lens).efl)
+    return lens.at(zoom=settings.zoom)
 
 
 def camera(settings: Settings) -> lb.Camera:

@@ -20,7 +20,8 @@ class Card:
     kind: str = ""
     year: int | None = None
     source: str = ""
-    efl: float | None = None                # as computed
+    efl: float | None = None                # as computed; of a zoom, its shortest
+    tele_efl: float | None = None           # of a zoom, its longest
     f_number: float | None = None           # wide open: as stated, else as computed
     stated_efl: float | None = None
     image_circle: float | None = None       # diameter that the design covers, focused at infinity
@@ -57,7 +58,7 @@ def _card(name: str) -> Card:
     head = text.partition("\ncolumns")[0]
     header = toml_format.check_header(toml_format.parse(head, str(path)), head, str(path))
     return Card(name, header["title"], header["kind"], header.get("year"), header["source"],
-                efl=header.get("computed_efl"),
+                efl=header.get("computed_efl"), tele_efl=header.get("computed_tele_efl"),
                 f_number=header.get("stated_f_number", header.get("computed_f_number")),
                 stated_efl=header.get("stated_efl"), image_circle=header.get("image_circle"),
                 notes=header.get("notes", ""))

@@ -38,7 +38,7 @@ import re
 import tomllib
 from dataclasses import replace
 from decimal import Decimal
-from math import isfinite, radians
+from math import inf, isfinite, radians
 from typing import Any
 
 from lensbench.glass import Glass
@@ -54,7 +54,7 @@ REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")
 TABLES = ("aspheric", "radius_x", "dispersion")
 TEXTS = ("title", "kind", "source", "notes")
-NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_f_number", "image_circle")
+NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_tele_efl", "computed_f_number", "image_circle")
 STOP = ("blades", "rotation", "rotation_deg", "roundness")
 KEYS = ("format", "units", "year", "columns", "surfaces", "stop", "positions", *TABLES, *TEXTS, *NUMBERS)
 
@@ -273,7 +273,8 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         lines.append(f"stated_efl = {digits(lens.stated_efl)}")
     if lens.stated_f_number is not None:
         lines.append(f"stated_f_number = {digits(lens.stated_f_number)}")
-    for key, value in (("computed_efl", focal_length(lens.surfaces)),
+    tele = focal_length(lens.at(zoom=1.0).surfaces) if lens.zooms else inf
+    for key, value in (("computed_efl", focal_length(lens.surfaces)), ("computed_tele_efl", tele),
                        ("computed_f_number", f_number(lens.surfaces, lens.stop_index))):
         if isfinite(value):
             lines.append(f"{key} = {digits(float(f'{value:.6g}'))}")
