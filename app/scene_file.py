@@ -1,7 +1,8 @@
 """Scenes of one's own, from a TOML file: docs/scenes.md shows one.
 
 Lengths are mm, or text with a unit ("1.2 m"); angles are degrees; colours are
-linear numbers, or "#rrggbb" as in sRGB. A texture is a file beside or below the
+linear numbers, or "#rrggbb" as in sRGB; speeds mm/s, or text ("50 km/h"), and turning degrees a
+second. A texture is a file beside or below the
 scene file, never elsewhere.
 """
 
@@ -10,6 +11,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,8 @@ MOST_TEXELS = 40_000_000                # of a texture as it is read
 TEXTURE_SIDE = 1024                     # larger ones are averaged down to this
 MOST_OBJECTS = 2000
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "km": 1e6, "": 1.0}
+SPEEDS = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "km/h": 1e6 / 3600.0, "": 1.0}
+MOTION = ("velocity", "spin", "pivot")
 FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP")
 
 Table = dict[str, Any]
@@ -138,28 +142,42 @@ def _floor(t: Table) -> lb.Floor:
 # Objects
 
 def _sphere(t: Table, folder: Path, materials: dict[str, lb.Material]) -> lb.Sphere:
-    _only(t, "a sphere", ("centre", "radius", "material"))
-    return lb.Sphere(_point(t, "centre"), _length(_needed(t, "radius"), "radius"), _of(t, folder, materials))
+    _only(t, "a sphere", ("centre", "radius", "material", *MOTION))
+    return lb.Sphere(_point(t, "centre"), _length(_needed(t, "radius"), "radius"), _of(t, folder, materials),
+                     **_motion(t))
 
 
 def _rectangle(t: Table, folder: Path, materials: dict[str, lb.Material]) -> lb.Rectangle:
     material = _of(t, folder, materials)
     if "target" in t:
-        _only(t, "a rectangle with a target", ("centre", "target", "width", "height", "material"))
+        _only(t, "a rectangle with a target", ("centre", "target", "width", "height", "material", *MOTION))
         width, height = (_length(_needed(t, name), name) for name in ("width", "height"))
         if not (width > 0.0 and height > 0.0):
             raise _ContentError("width and height must be positive")
         if _point(t, "centre") == _point(t, "target"):
             raise _ContentError("the target lies in the centre of the rectangle")
-        return lb.Rectangle.facing(_point(t, "centre"), _point(t, "target"), width, height, material)
-    _only(t, "a rectangle", ("centre", "right", "up", "material"))
-    return lb.Rectangle(_point(t, "centre"), _point(t, "right"), _point(t, "up"), material)
+        return replace(lb.Rectangle.facing(_point(t, "centre"), _point(t, "target"), width, height, material),
+                       **_motion(t))
+    _only(t, "a rectangle", ("centre", "right", "up", "material", *MOTION))
+    return lb.Rectangle(_point(t, "centre"), _point(t, "right"), _point(t, "up"), material, **_motion(t))
 
 
 def _disk(t: Table, folder: Path, materials: dict[str, lb.Material]) -> lb.Disk:
-    _only(t, "a disk", ("centre", "normal", "radius", "material"))
+    _only(t, "a disk", ("centre", "normal", "radius", "material", *MOTION))
     return lb.Disk(_point(t, "centre"), _vector(t, "normal", needed=True)["normal"],
-                   _length(_needed(t, "radius"), "radius"), _of(t, folder, materials))
+                   _length(_needed(t, "radius"), "radius"), _of(t, folder, materials), **_motion(t))
+
+
+def _motion(t: Table) -> Table:
+    """What is given of velocity, spin and pivot."""
+    values: Table = {}
+    if "velocity" in t:
+        values["velocity"] = _numbers(t, "velocity", 3, _speed)
+    if "spin" in t:
+        values["spin"] = tuple(math.radians(rate) for rate in _numbers(t, "spin", 3, _number))
+    if "pivot" in t:
+        values["pivot"] = _point(t, "pivot")
+    return values
 
 
 def _of(t: Table, folder: Path, materials: dict[str, lb.Material]) -> lb.Material:
@@ -301,12 +319,21 @@ def _number(value: Any, name: str) -> float:
 
 def _length(value: Any, name: str) -> float:
     """In mm: a number, or text with a unit."""
+    return _quantity(value, name, UNITS, "a length as a number of mm, or as \"1.2 m\" (mm, cm, m, km)")
+
+
+def _speed(value: Any, name: str) -> float:
+    """In mm/s: a number, or text with a unit."""
+    return _quantity(value, name, SPEEDS, "a speed as a number of mm/s, or as \"50 km/h\" (mm/s, cm/s, m/s, km/h)")
+
+
+def _quantity(value: Any, name: str, units: dict[str, float], form: str) -> float:
     if not isinstance(value, str):
         return _number(value, name)
-    match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([a-z]*)\s*", value)
-    if match is None or match[2] not in UNITS:
-        raise _ContentError(f"{name} {value!r}: write a length as a number of mm, or as \"1.2 m\" (mm, cm, m, km)")
-    return _number(float(match[1]) * UNITS[match[2]], name)
+    match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([a-z/]*)\s*", value)
+    if match is None or match[2] not in units:
+        raise _ContentError(f"{name} {value!r}: write {form}")
+    return _number(float(match[1]) * units[match[2]], name)
 
 
 def _numbers(t: Table, name: str, count: int, read: Callable[[Any, str], float]) -> tuple[float, ...]:

@@ -59,9 +59,9 @@ def view_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
     if view not in VIEWS:
         raise ValueError(f"view {view!r}: choose one of {', '.join(VIEWS)}")
     if view == "fate" and isinstance(camera, LensCamera) and camera.model == "trace":
-        return [camera.film.step, *_fates(camera)]
+        return [camera.film_step, *_fates(camera)]
     if view == "origin":
-        return [camera.film.step, *camera.camera_steps(), _shown((X, Y, Z))]
+        return [camera.film_step, *camera.camera_steps(), _shown((X, Y, Z))]
     if view == "time":
         lasting = camera.exposure_time + camera.readout
         return [*camera.steps(timed=True), _shown((TIME, TIME, TIME), 1.0 / lasting if lasting > 0.0 else 0.0)]

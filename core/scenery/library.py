@@ -4,6 +4,7 @@ from functools import cache
 
 from lensbench.scene import Scene
 from lensbench.scenery.benchmark import benchmark_scene
+from lensbench.scenery.fairground import fairground
 from lensbench.scenery.focus_ruler import focus_ruler
 from lensbench.scenery.grid_wall import grid_wall, white_wall
 from lensbench.scenery.night_lights import night_lights
@@ -12,7 +13,7 @@ from lensbench.scenery.room import room
 from lensbench.scenery.still_life import still_life
 
 _MAKERS = {"still-life": still_life, "night-lights": night_lights, "focus-ruler": focus_ruler, "grid-wall": grid_wall,
-           "white-wall": white_wall, "room": room}
+           "white-wall": white_wall, "room": room, "fairground": fairground}
 SCENES = tuple(_MAKERS)
 
 

@@ -1,7 +1,7 @@
 """Things that move: rays are carried into the frame where a thing rests, meet it there, and are carried back.
 
-Things of one motion make a group, and a group rests in one frame: its pivot stays where it was at TIME = 0, and
-nothing turns. Every lane has a TIME of its own. A group that no ray of a block can meet, wherever it
+Neighbours of one motion make a group, and a group rests in one frame: its pivot stays where it was at TIME = 0,
+and nothing turns. Every lane has a TIME of its own. A group that no ray of a block can meet, wherever it
 was meanwhile, costs the block a few comparisons.
 """
 
@@ -41,8 +41,10 @@ from lensbench.scenery.plates import plate_frame, plate_parameters, plates
 from lensbench.scenery.spheres import sphere_parameters, spheres
 from lensbench.turn import sine_versine
 
-MOTION = 12             # numbers of a motion: pivot, velocity, axis (3 each), turns per second, turns at TIME 0, reach
+MOTION = 15             # numbers of a motion: pivot, velocity, axis (3 each), turns per second, turns at TIME 0; then
+#                         a sphere that holds all that moves so, at rest: its middle and reach
 HEAD = 2 + MOTION       # before a group's data: how many numbers it has in all and of spheres, then its motion
+CROWD = 12              # a group is split until it holds no more
 TICKS = 65536.0         # steps of a second
 LONGEST = 30000.0       # s, that these can count
 
@@ -65,15 +67,24 @@ def _half_size(thing) -> float:
 def motion_parameters(things: Sequence[Sphere | Plate], opening: float) -> np.ndarray:
     """The MOTION numbers of things that move alike, displaced to `opening` (s), which is their TIME 0."""
     first = things[0]
-    pivot = np.asarray(first.centre if first.pivot is None else first.pivot)
     rate = math.sqrt(float(np.dot(first.spin, first.spin)))
-    if rate == 0.0:
-        centres = np.array([thing.centre for thing in things])
-        pivot = (centres.min(0) + centres.max(0)) / 2.0
     axis = np.asarray(first.spin) / rate if rate > 0.0 else np.zeros(3)
-    reach = max(math.dist(thing.centre, pivot) + _half_size(thing) for thing in things) * (1.0 + 1e-5)
     turns = rate / (2.0 * math.pi)
-    return np.array([*pivot, *first.velocity, *axis, turns, math.remainder(turns * opening, 1.0), reach])
+    centres = np.array([thing.centre for thing in things])
+    middle = (centres.min(0) + centres.max(0)) / 2.0
+    reach = max(math.dist(thing.centre, middle) + _half_size(thing) for thing in things) * (1.0 + 1e-5)
+    return np.array([*(first.centre if first.pivot is None else first.pivot), *first.velocity, *axis, turns,
+                     math.remainder(turns * opening, 1.0), *middle, reach])
+
+
+def _neighbours(things: list[Sphere | Plate]) -> list[list[Sphere | Plate]]:
+    """Halved along their widest direction until none is a crowd."""
+    if len(things) <= CROWD:
+        return [things]
+    centres = np.array([thing.centre for thing in things])
+    order = np.argsort(centres[:, np.argmax(np.ptp(centres, 0))], kind="stable")
+    half = len(things) // 2
+    return [group for part in (order[:half], order[half:]) for group in _neighbours([things[j] for j in part])]
 
 
 def packed_groups(things: Sequence[Sphere | Plate], opening: float,
@@ -87,7 +98,7 @@ def packed_groups(things: Sequence[Sphere | Plate], opening: float,
         turning = any(thing.spin) and (thing.centre if thing.pivot is None else thing.pivot)
         groups.setdefault((thing.velocity, thing.spin, turning), []).append(displaced(thing, opening))
     packed = [np.zeros(0)]
-    for group in groups.values():
+    for group in (part for alike in groups.values() for part in _neighbours(alike)):
         balls = [thing for thing in group if isinstance(thing, Sphere)]
         numbers, of_balls = data(balls, [thing for thing in group if not isinstance(thing, Sphere)])
         packed.append(np.concatenate([[HEAD + numbers.size, of_balls], motion_parameters(group, opening), numbers]))
@@ -104,7 +115,7 @@ def moving_parameters(things: Sequence[Sphere | Plate], opening: float) -> np.nd
 
 @njit(inline="always")
 def motion_of(p, s):
-    """The numbers of a motion, from p[s] on, without its reach."""
+    """The numbers of a motion, from p[s] on, without its sphere."""
     return (p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6], p[s + 7], p[s + 8], p[s + 9], p[s + 10])
 
 
@@ -115,6 +126,22 @@ def turned(sine, versine, ax, ay, az, x, y, z):
     return (x + sine * (ay * z - az * y) + versine * (ax * along - x),
             y + sine * (az * x - ax * z) + versine * (ay * along - y),
             z + sine * (ax * y - ay * x) + versine * (az * along - z))
+
+
+@njit(inline="always")
+def whereabouts(real, p, s, early, late):
+    """Where what moves by p[s …] is from `early` to `late`: the middle of its sphere half way, and how far it reaches.
+
+    Then half of the way that its velocity brings it (3).
+    """
+    px, py, pz, vx, vy, vz, ax, ay, az, rate, first = motion_of(p, s)
+    middle, half = (early + late) * real(0.5), (late - early) * real(0.5)
+    sine, versine = sine_versine(real, rate * middle + first)
+    cx, cy, cz = p[s + 11] - px, p[s + 12] - py, p[s + 13] - pz
+    qx, qy, qz = turned(sine, versine, ax, ay, az, cx, cy, cz)
+    swing = half * rate * real(2 * math.pi) * math.sqrt(cx * cx + cy * cy + cz * cz)
+    return (qx + px + vx * middle, qy + py + vy * middle, qz + pz + vz * middle, p[s + 14] + swing,
+            half * vx, half * vy, half * vz)
 
 
 @njit(inline="always")
@@ -161,18 +188,16 @@ def moving(lanes, p, key):
     depth, nx, ny, nz = row[DEPTH], row[NX], row[NY], row[NZ]
     hx, hy, hz, ex, ey, ez, near = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6]
     seen, (early, late) = wedge(lanes), span(lanes)
-    middle, half = (early + late) * real(0.5), (late - early) * real(0.5)
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
     s = 0
     while s < p.size:
-        size, balls, motion, reach = int(p[s]), int(p[s + 1]), motion_of(p, s + 2), p[s + HEAD - 1]
-        px, py, pz, vx, vy, vz = motion[0], motion[1], motion[2], motion[3], motion[4], motion[5]
+        size, balls, motion = int(p[s]), int(p[s + 1]), motion_of(p, s + 2)
+        cx, cy, cz, wide, wx, wy, wz = whereabouts(real, p, s + 2, early, late)
         first, end = s + HEAD, s + size
         s += size
-        if outside(seen, px + vx * middle, py + vy * middle, pz + vz * middle,
-                   reach + half * abs(vx * seen[4] + vy * seen[5] + vz * seen[6]),
-                   reach + half * abs(vx * seen[7] + vy * seen[8] + vz * seen[9])):
+        if outside(seen, cx, cy, cz, wide + abs(wx * seen[4] + wy * seen[5] + wz * seen[6]),
+                   wide + abs(wx * seen[7] + wy * seen[8] + wz * seen[9])):
             continue
         for i in range(B):
             x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
@@ -182,9 +207,14 @@ def moving(lanes, p, key):
             spheres(lanes, p[first:first + balls], key)
         if first + balls < end:
             plates(lanes, p[first + balls:end], key)
+        many = np.int32(0)
+        for i in range(B):
+            many = np.int32(many + np.int32(depth[i] < near[i]))
+        if many == 0:
+            continue
         for i in range(B):
             _, _, _, ux, uy, uz = in_world(real, motion, time[i], x[i], y[i], z[i], nx[i], ny[i], nz[i])
             hit = depth[i] < near[i]
             nx[i], ny[i], nz[i] = ux if hit else nx[i], uy if hit else ny[i], uz if hit else nz[i]
-        for i in range(B):
-            x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
+    for i in range(B):
+        x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]

@@ -41,7 +41,7 @@ from lensbench.lanes import (
 )
 from lensbench.scenery.bounds import apart, reach
 from lensbench.scenery.light import clear_of, lit, sky_held, sky_light, sky_open
-from lensbench.scenery.moving import HEAD, at_rest, in_world, motion_of, packed_groups, span, turned
+from lensbench.scenery.moving import HEAD, at_rest, in_world, motion_of, packed_groups, span, turned, whereabouts
 from lensbench.scenery.objects import Plate, Sphere
 from lensbench.scenery.shadows import (
     LAMP,
@@ -113,17 +113,15 @@ def cast_moving(lanes, p):
     x, y, z, dx, dy, dz, time = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[TIME]
     hx, hy, hz, ex, ey, ez = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5]
     box, (early, late) = reach(lanes), span(lanes)
-    middle, half = (early + late) * real(0.5), (late - early) * real(0.5)
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
     s = 0
     while s < p.size:
-        size, motion, wide = int(p[s]), motion_of(p, s + 2), p[s + HEAD - 1]
-        px, py, pz, vx, vy, vz = motion[0], motion[1], motion[2], motion[3], motion[4], motion[5]
+        size, motion = int(p[s]), motion_of(p, s + 2)
+        cx, cy, cz, wide, wx, wy, wz = whereabouts(real, p, s + 2, early, late)
         first, end = s + HEAD, s + size
         s += size
-        if apart(box, px + vx * middle, py + vy * middle, pz + vz * middle,
-                 wide + half * abs(vx), wide + half * abs(vy), wide + half * abs(vz)):
+        if apart(box, cx, cy, cz, wide + abs(wx), wide + abs(wy), wide + abs(wz)):
             continue
         for i in range(B):
             x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],

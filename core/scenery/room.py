@@ -6,19 +6,9 @@ import numpy as np
 
 from lensbench.scene import Scene
 from lensbench.scenery.objects import Disk, Image, Material, Pattern, Plate, Rectangle, Sky, Sphere, Sun, Triple
+from lensbench.scenery.shapes import box
 
 LEFT, RIGHT, GROUND, TOP, BACK, BEHIND = -1900.0, 2100.0, -1150.0, 1450.0, -5200.0, 1500.0     # mm
-
-
-def _box(x0: float, x1: float, y0: float, y1: float, z0: float, z1: float, material: Material) -> list[Rectangle]:
-    """The six faces between two corners."""
-    cx, cy, cz, a, b, c = (x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2, (x1 - x0) / 2, (y1 - y0) / 2, (z1 - z0) / 2
-    faces = []
-    for s in (-1.0, 1.0):
-        faces += [Rectangle((cx + s * a, cy, cz), (0.0, 0.0, c), (0.0, b, 0.0), material),
-                  Rectangle((cx, cy + s * b, cz), (a, 0.0, 0.0), (0.0, 0.0, c), material),
-                  Rectangle((cx, cy, cz + s * c), (a, 0.0, 0.0), (0.0, b, 0.0), material)]
-    return faces
 
 
 def _landscape() -> Image:
@@ -79,9 +69,9 @@ def room() -> Scene:
         *_framed((840.0, 210.0, BACK + 190.0), 720.0, 1240.0, Material((0.06, 0.05, 0.045)), silver,
                  turn=math.radians(12.0))]
     # a sideboard under the picture, the table before the camera, and what stands on them
-    sideboard = _box(-1450.0, 250.0, GROUND, -420.0, BACK + 20.0, BACK + 480.0, Material((0.22, 0.12, 0.055)))
+    sideboard = box(-1450.0, 250.0, GROUND, -420.0, BACK + 20.0, BACK + 480.0, Material((0.22, 0.12, 0.055)))
     table: list[Plate] = [Disk((60.0, -205.0, -1250.0), (0.0, 1.0, 0.0), 560.0, lacquer),
-             *_box(20.0, 100.0, GROUND, -206.0, -1290.0, -1210.0, ebony)]
+             *box(20.0, 100.0, GROUND, -206.0, -1290.0, -1210.0, ebony)]
     things = (
         Sphere((-95.0, -205.0 + 62.0, -1160.0), 62.0, Material((0.60, 0.045, 0.03), "coat")),
         Sphere((60.0, -205.0 + 78.0, -1300.0), 78.0, Material((0.985, 0.99, 0.99), "glass")),

@@ -38,7 +38,9 @@ def test_the_documented_scene_is_what_it_says(write):
     assert scene.spheres[0].centre == (-80.0, -120.0, -1200.0)
     assert scene.spheres[1].material == lb.Material((0.93, 0.93, 0.94), "metal")
     assert scene.spheres[0].material.colour == pytest.approx((0.6308, 0.0296, 0.0116), abs=5e-5)   # sRGB by hand
-    assert [p.material.kind for p in scene.plates] == ["lamp", "matte"]
+    assert [p.material.kind for p in scene.plates] == ["lamp", "matte", "matte"]
+    wheel = scene.plates[2]
+    assert wheel.velocity == (400.0, 0.0, 0.0) and wheel.spin[2] * wheel.radius == pytest.approx(-400.0, rel=1e-3)
     assert scene.sun.angular_radius == pytest.approx(np.radians(0.5))
     assert scene.distance([0.0, 0.0, 0.0], [0.0, -0.6, -0.8])[0] == pytest.approx(200.0 / 0.6)     # the floor
 
@@ -47,6 +49,17 @@ def test_a_file_equals_itself_and_the_scene_built_in_python(write):
     path = write(BALL)
     assert load_scene(path) == load_scene(path)
     assert load_scene(path) == lb.Scene("mine", spheres=(lb.Sphere((0.0, 0.0, -1000.0), 50.0),))
+
+
+def test_what_moves_is_read_in_its_units(write):
+    scene = load_scene(write(BALL + 'velocity = ["36 km/h", "-2.5 cm/s", 7]\nspin = [0, 180, -90]\n'
+                             'pivot = ["1 m", 0, -1000]\n'))
+    assert scene == lb.Scene("mine", spheres=(lb.Sphere(
+        (0.0, 0.0, -1000.0), 50.0, velocity=(10000.0, -25.0, 7.0), spin=(0.0, np.pi, -np.pi / 2),
+        pivot=(1000.0, 0.0, -1000.0)),))
+    assert scene.moves and not load_scene(write(BALL)).moves
+    facing = "centre = [0, 0, -9]\ntarget = [0, 0, 0]\nwidth = 1\nheight = 1\nvelocity = [1, 2, 3]\n"
+    assert load_scene(write(f"[[rectangle]]\n{facing}")).plates[0].velocity == (1.0, 2.0, 3.0)
 
 
 def test_a_scene_is_found_by_its_name_or_its_path(write):
@@ -85,6 +98,9 @@ MISTAKES = {
     "a colour above 1": (BALL + "material = { colour = [2, 0, 0] }\n", r"colour: its numbers must lie between 0 and 1"),
     "a colour below 0": (BALL + 'material = { kind = "lamp", colour = [-2, 0, 0] }\n', r"colour: .*negative"),
     "a colour by name": (BALL + 'material = { colour = "red" }\n', r"colour 'red': write a colour as"),
+    "a speed in knots": (BALL + 'velocity = ["5 kn", 0, 0]\n', r"velocity '5 kn': write a speed .*km/h"),
+    "a spin about nothing": (BALL + "spin = 3\n", r"spin must be a list of 3 numbers"),
+    "a misspelt motion": (BALL + "velocty = [1, 0, 0]\n", r"did you mean velocity"),
     "gloss 2": (BALL + 'material = { kind = "coat", gloss = 2 }\n', r"gloss 2"),
     "a pattern on a sphere": (BALL + 'material = { pattern = { kind = "star" } }\n', r"a sphere has no pattern"),
     "an unknown pattern": ('[[disk]]\ncentre=[0,0,-9]\nnormal=[0,0,1]\nradius=1\nmaterial={pattern={kind="dots"}}\n',
