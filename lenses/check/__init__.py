@@ -16,6 +16,7 @@ from lensbench.lenses.check.figures import figure_findings
 from lensbench.lenses.check.finding import Finding
 from lensbench.lenses.check.geometry import geometry_findings
 from lensbench.lenses.check.glasses import glass_findings
+from lensbench.lenses.check.positions import position_findings
 from lensbench.lenses.check.rays import ray_findings
 from lensbench.lenses.check.single_change import with_proposal
 from lensbench.lenses.check.stop import stop_findings
@@ -28,12 +29,14 @@ __all__ = ["Finding", "check"]
 def check(lens: Lens) -> list[Finding]:
     """What looks wrong in a lens, the gravest first; an empty list where nothing does.
 
-    What the reader of its file had to assume comes last, as findings of the
-    kind "reading".
+    A zoom is looked at in its first position, then at each of its stations. What the
+    reader of its file had to assume comes last, as findings of the kind "reading".
     """
+    lens = lens.at(zoom=0.0, close=0.0)
     try:
         lens.indices()
     except GlassError as error:         # a glass of the infrared, say: nothing can be traced at the d line
         return [Finding("glass", None, str(error))]
     return [*with_proposal(lens, figure_findings(lens)), *digit_findings(lens),
-            *glass_findings(lens), *geometry_findings(lens), *ray_findings(lens), *stop_findings(lens)]
+            *glass_findings(lens), *geometry_findings(lens), *ray_findings(lens), *position_findings(lens),
+            *stop_findings(lens)]

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 
 from lensbench import AIR, Glass, Lens, Surface, first_order, lenses
 from lensbench.lenses.rows import stop_of
+from tests.lenses.test_position_table import lenses_with_positions
 from tests.lenses.test_toml_format import prescriptions
 
 DATA = json.loads((Path(__file__).parents[1] / "data" / "suspect_lenses.json").read_text(encoding="utf-8"))
@@ -199,3 +200,74 @@ def test_of_any_table_something_can_be_said(lens):
     for finding in lenses.check(lens):
         assert finding.message and "nan" not in finding.message
         assert finding.surface is None or 0 <= finding.surface < len(lens.surfaces)
+
+
+# Positions
+
+NIKKOR = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"
+
+
+def moved(name, i, j, k, gap):
+    """A library lens with one gap of one station changed."""
+    lens = lenses.load(name)
+    table = [[list(gaps) for gaps in row] for row in lens.positions.thicknesses]
+    table[i][j][k] = gap(table[i][j][k])
+    thicknesses = tuple(tuple(map(tuple, row)) for row in table)
+    return replace(lens, positions=replace(lens.positions, thicknesses=thicknesses)).at()
+
+
+def told(lens):
+    return [finding.message for finding in lenses.check(lens) if finding.kind == "position"]
+
+
+def test_a_gap_that_is_wrong_at_one_station_is_found_there():
+    # 25.29743 misread as 28.29743: neither in focus, nor of its focal length, nor as long as the others
+    wrong = told(moved(NIKKOR, 1, 0, 2, lambda gap: gap + 3.0))
+    assert all(message.startswith("at 105 mm, ") for message in wrong)
+    assert any("paraxial focus" in message for message in wrong)
+    assert ("at 105 mm, infinity: the gaps behind surfaces 4, 8, 15, 20 add up to 61.6749 mm, at the others to "
+            "58.6749 mm") in wrong
+
+
+def test_the_last_digit_of_a_gap_that_no_focus_betrays_is_found_by_the_sum_of_its_neighbours():
+    assert told(moved(NIKKOR, 2, 1, 0, lambda gap: gap + 0.01)) == [
+        "at 196 mm, close: the gaps behind surfaces 4, 8, 15, 20 add up to 58.6849 mm, at the others to 58.6749 mm"]
+    # a zoom that changes its length: to focus, its second group moves between two that stand still
+    assert told(moved("lv-pentax-02-standard-zoom-5-15-f28-45", 1, 1, 0, lambda gap: gap + 0.001)) == [
+        "at 10 mm, close: the gaps behind surfaces 6, 8 add up to 12.072 mm, at infinity to 12.071 mm"]
+
+
+def test_a_negative_gap_is_found_at_its_station_and_nowhere_else():
+    wrong = told(moved(NIKKOR, 2, 0, 2, lambda gap: -gap))
+    assert any(message.startswith("at 196 mm, infinity: the air behind surface 15 has a thickness of -1.9617")
+               for message in wrong)
+    assert not any("71.4 mm" in message or "105 mm" in message for message in wrong)
+
+
+def test_a_station_of_another_focal_length_than_stated_is_found():
+    lens = lenses.load(NIKKOR)
+    stated = replace(lens, positions=replace(lens.positions, focal_lengths=(71.4, 150.0, 196.0)))
+    assert told(stated)[0].startswith("at 150 mm, infinity: the focal length is 105 mm, 30 % from the stated 150 mm")
+    assert len(told(stated)) == 1
+
+
+def test_a_near_station_that_is_in_focus_elsewhere_than_stated_is_found():
+    lens = lenses.load("lv-minolta-af-100mm-f28-macro")
+    far_off = replace(lens, positions=replace(lens.positions, distances=((float("inf"), 700.0),)))
+    assert told(far_off) == ["at close: it is in focus at 0.3518 m from the film, where 0.7 m is stated"]
+    still = tuple((row[0], row[0]) for row in lens.positions.thicknesses)
+    assert told(replace(lens, positions=replace(lens.positions, thicknesses=still))) == [
+        "at close: it is in focus no nearer than infinity"]
+
+
+@given(lenses_with_positions())
+@settings(deadline=None, max_examples=60)
+def test_no_table_of_positions_is_too_odd_to_be_checked(lens):
+    for finding in lenses.check(lens):
+        assert finding.message and "\n" not in finding.message
+
+
+@pytest.mark.parametrize("name", [name for name in lenses.names() if lenses.load(name).positions])
+def test_positions_of_the_library_raise_no_alarm_wherever_the_lens_stands(name):
+    lens = lenses.load(name)
+    assert lenses.check(lens) == lenses.check(lens.at(close=1.0)) == []

@@ -1,0 +1,106 @@
+"""Positions that disagree: a zoom or focus station that is not what the others, or its own figures, say it is.
+
+Every station but the first, which the other checks look at, is checked as a lens of
+its own. Lengths in mm.
+"""
+
+from dataclasses import replace
+from math import isfinite
+
+from lensbench.lenses.check.figures import figure_findings
+from lensbench.lenses.check.finding import Finding
+from lensbench.lenses.check.geometry import geometry_findings
+from lensbench.lenses.check.rays import ray_findings
+from lensbench.lenses.soundness import object_distance
+from lensbench.lenses.stations import FAR
+from lensbench.paraxial import first_order
+from lensbench.positions import Positions
+from lensbench.prescription import Lens
+
+DISTANCE = 0.05         # of the stated one: engraved distances are rounded, 0.7 m is often 0.74
+ROUNDING = 2e-5         # of the focal length: what sums of rounded gaps differ by
+WITNESSES = 3           # stations that agree, against one that does not
+
+
+def position_findings(lens: Lens) -> list[Finding]:
+    """What looks wrong at a zoom or focus station, the station named."""
+    positions = lens.positions
+    if positions is None:
+        return []
+    findings = []
+    known = {(f.kind, f.surface) for f in geometry_findings(lens.at(zoom=0.0, close=0.0))}
+    for i, zoom in enumerate(positions.zoom_stations):
+        far = _figured(lens.at(zoom=zoom, close=0.0), first=i == 0)
+        off = first_order(far).bfl - far.surfaces[-1].thickness
+        for j, close in enumerate(positions.focus_stations):
+            if i == j == 0:
+                continue
+            there = far.at(close=close)
+            told = [f for f in geometry_findings(there) if (f.kind, f.surface) not in known]
+            if j == 0:
+                told += [*figure_findings(far), *ray_findings(far)]
+            else:
+                told += _distance(there, off, positions.distances[i][j] if positions.distances else None)
+            findings += [Finding("position", f.surface, f"at {positions.label(i, j)}: {f.message}") for f in told]
+    return findings + _odd_sums(lens, positions)
+
+
+def _figured(lens: Lens, first: bool) -> Lens:
+    """Without the figures that are stated for the first station alone."""
+    positions = lens.positions
+    assert positions is not None
+    return lens if first else replace(
+        lens, stated_efl=lens.stated_efl if positions.focal_lengths else None,
+        stated_f_number=lens.stated_f_number if positions.f_numbers else None)
+
+
+def _distance(lens: Lens, off: float, stated: float | None) -> list[Finding]:
+    """Whether a near station is in focus where it says, with the film as far off as at infinity."""
+    film = lens.surfaces[-1].thickness + off
+    if not isfinite(film):                              # afocal: it has no focus to be compared
+        return []
+    surfaces = (*lens.surfaces[:-1], replace(lens.surfaces[-1], thickness=film))
+    before = object_distance(surfaces)
+    if not 0.0 < before < FAR:
+        return [Finding("position", None, "it is in focus no nearer than infinity")]
+    distance = before + lens.length + film
+    if stated is None or abs(distance / stated - 1.0) <= DISTANCE:
+        return []
+    return [Finding("position", None, f"it is in focus at {distance / 1000.0:.4g} m from the film, where "
+                                      f"{stated / 1000.0:g} m is stated")]
+
+
+def _odd_sums(lens: Lens, positions: Positions) -> list[Finding]:
+    """One station at which neighbouring gaps add up to another length than at all the others, or than at infinity.
+
+    Groups between two that stand still share their way: such sums are what a wrong
+    digit spoils.
+    """
+    rounding = ROUNDING * abs(first_order(lens).efl)
+    count = len(positions.gaps)
+    runs = [(start, start + size) for size in range(2, count + 1) for start in range(count - size + 1)]
+    sums = {run: {(i, j): sum(gaps[run[0]:run[1]]) for i, row in enumerate(positions.thicknesses)
+                  for j, gaps in enumerate(row)} for run in runs}
+    for by_station, witnesses in ((True, WITNESSES), (False, WITNESSES - 1)):
+        for run in runs:                                # the shortest one says most precisely where it is
+            values = sums[run]
+            if not by_station:                          # by how much focusing changes it: not at all at the others
+                values = {(i, j): total - values[i, 0] for (i, j), total in values.items() if j}
+            odd = _odd_one(values, rounding, witnesses)
+            usual = next((value for key, value in values.items() if key != odd), 0.0)
+            if odd is None or (not by_station and abs(usual) > rounding):
+                continue
+            total, others = sums[run][odd], "at the others" if by_station else "at infinity"
+            behind = ", ".join(map(str, positions.gaps[run[0]:run[1]]))
+            return [Finding("position", None, f"at {positions.label(*odd)}: the gaps behind surfaces {behind} add up "
+                            f"to {total:.6g} mm, {others} to {total - values[odd] + usual:.6g} mm")]
+    return []
+
+
+def _odd_one(values: dict[tuple[int, int], float], rounding: float, witnesses: int) -> tuple[int, int] | None:
+    """The one key whose value differs from all the others, which agree; None where there is no such."""
+    for key in values if len(values) > witnesses else ():
+        others = [value for other, value in values.items() if other != key]
+        if max(others) - min(others) <= rounding:
+            return key if abs(values[key] - others[0]) > 2.0 * rounding else None
+    return None
