@@ -47,6 +47,7 @@ from lensbench.cameras.bare import BareSensor  # noqa: E402
 from lensbench.cameras.camera import Camera, CameraError, Rays  # noqa: E402
 from lensbench.cameras.environment import EnvironmentCamera  # noqa: E402
 from lensbench.cameras.fisheye import FisheyeCamera  # noqa: E402
+from lensbench.cameras.importance import Importance  # noqa: E402
 from lensbench.cameras.lens import LensCamera  # noqa: E402
 from lensbench.cameras.orthographic import OrthographicCamera  # noqa: E402
 from lensbench.cameras.perspective import PerspectiveCamera  # noqa: E402
@@ -94,14 +95,14 @@ from lensbench.views import VIEWS, fate_colours  # noqa: E402
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "BareSensor", "Camera",
     "CameraError", "ChiefRay", "Disk", "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure", "ExposureError",
-    "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError", "Glass", "GlassError",
-    "Image", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera", "LensError", "Material",
+    "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError", "Glass", "GlassError", "Image",
+    "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera", "LensError", "Material",
     "OrthographicCamera", "Pattern", "PerspectiveCamera", "PinholeCamera", "Places", "Positions", "PositionsError",
     "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun",
     "Surface", "Trace", "TransformError", "astigmatic_foci", "best_pinhole", "builtin_scene", "chief_ray",
     "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "equivalent", "ev100", "exit_pupil",
     "fate_colours", "field_of_view", "film_distance", "film_extent", "first_order", "focal_length", "focused",
     "focused_distance", "hyperfocal", "look_at", "luminance", "metered_stops", "nearest_focus", "open_region",
-    "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion",
-    "trace", "transmission", "working_f_number",
+    "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
+    "transmission", "working_f_number",
 ]

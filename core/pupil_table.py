@@ -105,10 +105,38 @@ class PupilTable:
         """Rings per unit of 1 − √(1 − r / end)."""
         return (RINGS - 1) / (1.0 - math.sqrt(1.0 - self.radius / self.end))
 
+    def area_at(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
+        """Over what area (n,) in mm² the samples of film points (n, 2) are spread, as densely as at rear points (n, 2).
+
+        That of the triangle there times their number; 0 for film points beyond dark_beyond.
+        """
+        # The corners of each film point's triangles, and where it aims, both from the region's centre
+        r = np.hypot(film_xy[:, 0], film_xy[:, 1])
+        inner, f = self.ring(r)
+        size, cells = self._grid
+        corners = cells[inner] + f[:, None, None] * (cells[inner + 1] - cells[inner])
+        corners = corners * (2.0 * size / (GRID - 1)) - size
+        off = r > 1e-6
+        cosine, sine = np.where(off, film_xy.T / np.where(off, r, 1.0), [[1.0], [0.0]])
+        x = rear_xy[:, 0] * cosine + rear_xy[:, 1] * sine - (
+            self.centres[inner] + f * (self.centres[inner + 1] - self.centres[inner]))
+        y = np.abs(rear_xy[:, 1] * cosine - rear_xy[:, 0] * sine)
+        # The last corner that it lies beyond, counter-clockwise
+        beyond = corners[..., 0] * y[:, None] - corners[..., 1] * x[:, None] >= 0.0
+        k = np.clip(beyond.sum(1) - 1, 0, SECTORS - 1)
+        i = np.arange(len(k))
+        (ax, ay), (bx, by) = corners[i, k].T, corners[i, k + 1].T
+        return np.where(r <= self.dark_beyond, SECTORS * np.maximum(ax * by - bx * ay, 0.0), 0.0)
+
+    @property
+    def _grid(self) -> tuple[float, np.ndarray]:
+        """The reach of the corners (mm), and the corners as whole cells of 2 reach / (GRID − 1)."""
+        size = max(float(np.abs(self.outline).max()), 1e-30)
+        return size, np.round((self.outline / size + 1.0) * (0.5 * (GRID - 1)))
+
     def step(self, normaliser: float) -> Step:
         """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
-        size = max(float(np.abs(self.outline).max()), 1e-30)
-        cells = np.round((self.outline / size + 1.0) * (0.5 * (GRID - 1)))
+        size, cells = self._grid
         head = [self.film_distance, self._scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser]
         return Step(aim, np.concatenate([
             [*head, 2.0 * size / (GRID - 1), -size],

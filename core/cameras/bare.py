@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.cameras.camera import Camera
+from lensbench.cameras.importance import FilmImportance
 from lensbench.disk import concentric
 from lensbench.driver import Program
 from lensbench.film import Film
@@ -26,7 +27,12 @@ class BareSensor(Camera):
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """One step: a direction of the hemisphere, as often as the cosine is great."""
-        return [Step(hemisphere, [math.pi / self._normaliser(math.pi, 1.0)])]
+        return [Step(hemisphere, [self.gain])]
+
+    @property
+    def gain(self) -> float:
+        """Weight of every ray."""
+        return math.pi / self._normaliser(math.pi, 1.0)
 
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
         """Where the ray of this direction through the point begins: every film point sees every point before it."""
@@ -36,6 +42,14 @@ class BareSensor(Camera):
         with np.errstate(divide="ignore", invalid="ignore"):
             film = points[:, :2] - points[:, 2:] * np.stack([l, m], 1) / n[:, None]
         return np.where(before[:, None], film, math.nan), before & np.isfinite(film).all(1)
+
+    def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
+        """Of every ray from the film alike."""
+        cosine = -directions[:, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            film = origins[:, :2] + (origins[:, 2] / cosine)[:, None] * directions[:, :2]
+        place = np.full(len(film), 1.0 / (self.film.width * self.film.height))
+        return FilmImportance(film, self.gain / math.pi * place, place, cosine / math.pi, cosine > 0.0)
 
 
 @stage

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lensbench.cameras.gaussian import Gaussian
+from lensbench.cameras.importance import FilmImportance, Importance, of_gaussian
 from lensbench.cameras.landing import WayBack
+from lensbench.cameras.lines import film_middle, on_their_lines
 from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.glass import D_LINE
@@ -136,9 +138,14 @@ class Camera:
         """Whether its rays differ with the wavelength."""
         return False
 
+    @property
+    def gain(self) -> float:
+        """Of a projective camera the weight of the ray along the axis, by which the others fall off as cos⁴."""
+        raise AssertionError("each projective camera says how bright it is")
+
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """From the film point X, Y, Z (camera frame, mm) and U0, U1 to a ray of the camera frame, with its WEIGHT."""
-        raise AssertionError("each camera says how it aims")
+        return self.gaussian.steps(self.gain)
 
     def steps(self, wavelength: float = D_LINE, timed: bool = False) -> list[Step]:
         """From raster X, Y, the place in the pupil U0, U1 and TIME to the ray in the world, with its WEIGHT.
@@ -212,34 +219,49 @@ class Camera:
             film, visible = self.film_from_point(there, pupil_uv, wavelength)
             return self.raster_from_film(film), visible
 
-        raster, visible = project(self._middle(len(points)))
-        if self.moves and self.readout > 0.0:
-            raster, visible = self._on_their_lines(project, raster)
-        with np.errstate(invalid="ignore"):
-            inside = ((raster >= 0.0) & (raster <= [self.film.pixels_x, self.film.pixels_y])).all(1)
-        return raster, visible & inside
+        return on_their_lines(self, project, len(points))
 
-    def _on_their_lines(self, project, raster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points fall on the line that is open when they do: by the secant rule along the readout, each on its own."""
-        axis = 0 if self.readout_direction in ("left", "right") else 1
-        before, place = self._middle(len(raster)), raster.copy()
-        off = raster[:, axis] - before[:, axis]
-        for _ in range(40):
-            raster, visible = project(place)
-            now = raster[:, axis] - place[:, axis]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                step = -now * (place[:, axis] - before[:, axis]) / (now - off)
-            step = np.where(np.isfinite(step), step, now)
-            before, off, place = place, now, place.copy()
-            place[:, axis] += step
-            if not (np.abs(step) > 1e-11).any():
-                break
-        raster, visible = project(place)
-        with np.errstate(invalid="ignore"):             # a panorama that turns fast may miss a point, or see it twice
-            return raster, visible & (np.abs(raster[:, axis] - place[:, axis]) < 1e-6)
+    def importance(self, origins, directions, time=0.0, wavelength: float = D_LINE) -> Importance:
+        """Importance and densities of rays (n, 3) of the world, mm, that run from the camera into the scene.
 
-    def _middle(self, n: int) -> np.ndarray:
-        return np.tile([self.film.pixels_x / 2.0, self.film.pixels_y / 2.0], (n, 1))
+        origins: any points on the rays; directions of any length; time (n,) in [0, 1) of the shutter, wavelength in µm.
+        To join a point to the camera: raster_from_point with drawn places in the pupil, then generate_rays there
+        tells the ray; per solid angle at the point it is chosen with position_pdf · distance² / cos θ, distance to
+        where the ray crosses the entrance pupil. ValueError for rays that are not finite, or have no direction.
+        """
+        origins, directions = (np.atleast_2d(np.asarray(values, float)) for values in (origins, directions))
+        length = np.linalg.norm(directions, axis=-1)
+        if origins.shape != directions.shape or origins.shape[1:] != (3,) or not (
+                np.isfinite(origins).all() and np.isfinite(directions).all() and (length > 0.0).all()):
+            raise ValueError("rays need origins and directions of the shape (n, 3), finite, and no direction zero")
+        ways = directions / length[:, None]
+
+        def found(line: np.ndarray) -> FilmImportance:
+            """As the camera stands when these lines of the film are open."""
+            camera_from_world = np.linalg.inv(self.placement(time, line))
+            there = transformed(camera_from_world, origins)
+            turned = (camera_from_world[..., :3, :3] @ ways[..., None])[..., 0]
+            return self.film_importance(there, turned / np.linalg.norm(turned, axis=1)[:, None], wavelength)
+
+        def project(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            of = found(line)
+            return self.raster_from_film(of.film), of.passes
+
+        raster, visible = on_their_lines(self, project, len(ways))
+        of = found(np.where(np.isfinite(raster), raster, 0.0))
+        we, position_pdf, direction_pdf = (np.where(visible, value, 0.0) for value in of[1:4])
+        return Importance(we, position_pdf, direction_pdf, np.where(visible[:, None], raster, math.nan), visible)
+
+    def film_importance(self, origins: np.ndarray, directions: np.ndarray,
+                        wavelength: float = D_LINE) -> FilmImportance:
+        """As importance, for rays of the camera's frame, directions of length 1."""
+        return of_gaussian(self.gaussian, self.gain, self._film_area, origins, directions)
+
+    @property
+    def _film_area(self) -> float:
+        """Mm², of the film as it is imagined."""
+        across, _, down, _ = self.film_step.parameters
+        return across * self.film.pixels_x * down * self.film.pixels_y
 
     def placement(self, time=0.0, raster=None) -> np.ndarray:
         """world_from_camera at times (n,) in [0, 1) of the shutter, for raster points (n, 2): (4, 4), or (n, 4, 4).
@@ -248,7 +270,7 @@ class Camera:
         """
         if not isinstance(self.world_from_camera, AnimatedTransform):
             return self.world_from_camera
-        raster = self._middle(max(np.size(time), 1)) if raster is None else raster
+        raster = film_middle(self.film, max(np.size(time), 1)) if raster is None else raster
         given = {X: raster[:, 0], Y: raster[:, 1], TIME: np.broadcast_to(checked_times(time), (len(raster),))}
         return self.world_from_camera_at(self.shutter_open + Program([self.clock], np.float64).run(
             given, [TIME], len(raster))[0])

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.importance import FilmImportance, of_point
 from lensbench.film import Film
 from lensbench.glass import D_LINE
 from lensbench.lanes import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
@@ -50,6 +51,16 @@ class EnvironmentCamera(Camera):
         u, v = _BACK[self.layout](points)
         film = np.stack([-u * self.film.width / 2.0, v * self.film.height / 2.0], 1)
         return film, np.isfinite(film).all(1)
+
+    def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
+        """By the solid angle that falls on a piece of film."""
+        x, y, z = directions.T
+        with np.errstate(divide="ignore"):
+            density = {"equirectangular": lambda: 0.5 / (math.pi**2 * np.hypot(x, z)),
+                       "equal-area": lambda: np.full(len(x), 0.25 / math.pi),
+                       "cube-map": lambda: np.abs(directions).max(1) ** -3 / 48.0}[self.layout]()
+        film, seen = self.film_from_point(directions, None)
+        return of_point(film, density, seen, origins, directions)
 
 
 @stage

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.importance import FilmImportance, of_point
 from lensbench.film import AXES, Film
 from lensbench.glass import D_LINE
 from lensbench.lanes import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
@@ -69,6 +70,19 @@ class FisheyeCamera(Camera):
             r = self.focal_length * height(self.projection, theta)
             film = -points[:, :2] * np.where(across > 0.0, r / across, 0.0)[:, None]
         return np.where(seen[:, None], film, math.nan), seen
+
+    def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
+        """By the solid angle that falls on a piece of film: r dr / (sin θ dθ) of it to one of that."""
+        sine = np.hypot(directions[:, 0], directions[:, 1])
+        theta = np.arctan2(sine, -directions[:, 2])
+        with np.errstate(invalid="ignore"):
+            area = {"equidistant": lambda: np.where(sine > 0.0, theta / sine, 1.0),
+                    "equisolid": lambda: np.ones(len(theta)),
+                    "stereographic": lambda: np.cos(0.5 * theta) ** -4.0,
+                    "orthographic": lambda: np.cos(theta)}[self.projection]()
+        density = self.focal_length**2 * area / (self.film.width * self.film.height)
+        film, seen = self.film_from_point(directions, None)
+        return of_point(film, density, seen, origins, directions)
 
 
 def height(projection: str, theta):

@@ -38,6 +38,11 @@ class Gaussian(NamedTuple):
     iris: Iris = ROUND
 
     @property
+    def is_hole(self) -> bool:
+        """Whether every film point has one ray."""
+        return self.origin_pupil == 0.0 and self.slope_pupil == 0.0
+
+    @property
     def cone(self) -> float:
         """Area of the pupil over its squared distance from the film's centre: π tan² of the half angle."""
         return self.iris.area * self.approach_pupil**2
@@ -49,7 +54,7 @@ class Gaussian(NamedTuple):
 
     def steps(self, gain: float) -> list[Step]:
         """The steps from the film point X, Y to its ray; WEIGHT becomes cos⁴θ · gain, θ that of the film's side."""
-        if self.origin_pupil == 0.0 and self.slope_pupil == 0.0:
+        if self.is_hole:
             return [Step(hole, np.array([self.z, self.origin_film, self.slope_film, self.approach_film, gain]))]
         return [*self.iris.steps, Step(gaussian, np.array([*self[:-1], gain]))]
 

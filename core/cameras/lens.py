@@ -9,13 +9,14 @@ import numpy as np
 from lensbench.blocktracer import through, tracer
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian, thick, thin
+from lensbench.cameras.importance import FilmImportance
 from lensbench.cameras.landing import WayBack, ideal_way_back, landing
 from lensbench.cameras.way_back import film_from_point
 from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.focus import FocusError, film_distance, focused
 from lensbench.glass import D_LINE, GlassError
-from lensbench.lanes import Step
+from lensbench.lanes import WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
 from lensbench.polynomial import DEGREES, Polynomial
 from lensbench.prescription import Lens
@@ -160,16 +161,16 @@ class LensCamera(Camera):
         Each wavelength has its own exit-pupil regions and, with relative weights, is 1 on the axis.
         """
         if self.follows_rays:
-            table = self.pupil if wavelength == D_LINE else self._pupil_at(wavelength)
+            table, normaliser = self._sampled(wavelength)
             rays = through(self.lens, self.film_distance, wavelength) if self._is_traced else [Polynomial.fit(
                 self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance).step]
-            return [table.step(self._ray_normaliser(wavelength)), *rays]
-        return self.gaussian.steps(self._ideal_gain)
+            return [table.step(normaliser), *rays]
+        return self.gaussian.steps(self.gain)
 
     def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
         """Traced, for a polynomial as well; or in closed form for the ideal models."""
         if not self.follows_rays:
-            return ideal_way_back(self.gaussian, self.film_step, self._ideal_gain)
+            return ideal_way_back(self.gaussian, self.film_step, self.gain)
         lens = self.lens
         arriving = landing(self.film, self.film_distance**2 / self._ray_normaliser(wavelength))
         whole = tracer(lens, self.film_distance, wavelength, "film")
@@ -178,17 +179,20 @@ class LensCamera(Camera):
         return WayBack([*through(lens, self.film_distance, wavelength, "film"), arriving], [whole, arriving],
                        -lens.length - self.film_distance, reach)
 
+    @property
+    def gain(self) -> float:
+        """Of an ideal model the weight of the ray along the axis."""
+        ideal = self.gaussian
+        return ideal.cone / self._normaliser(ideal.cone if self.model == "pinhole" else ideal.axis_irradiance, 1.0)
+
     def _ray_normaliser(self, wavelength: float) -> float:
         """What cos⁴θ · area is divided by where rays are followed."""
         on_axis = self.axis_irradiance if wavelength == D_LINE else self._axis_irradiance_at(wavelength)
         return self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
 
-    @property
-    def _ideal_gain(self) -> float:
-        """What cos⁴θ is multiplied by in the ideal models."""
-        ideal = self.gaussian
-        on_axis = ideal.cone if self.model == "pinhole" else ideal.axis_irradiance
-        return ideal.cone / self._normaliser(on_axis, 1.0)
+    def _sampled(self, wavelength: float) -> tuple[PupilTable, float]:
+        """The regions that a film point aims into, and what cos⁴θ · area is divided by."""
+        return self.pupil if wavelength == D_LINE else self._pupil_at(wavelength), self._ray_normaliser(wavelength)
 
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
         """In closed form for the ideal models; through the real lens by Newton's method, to the last digits."""
@@ -196,3 +200,21 @@ class LensCamera(Camera):
             return self.gaussian.film_points(points, pupil_uv)
         program = Program(self.camera_steps(wavelength), np.float64)
         return film_from_point(program, points, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
+
+    def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
+        """Of a real lens: traced back to the film, which emits z² / normaliser evenly over its area."""
+        if not self.follows_rays:
+            return super().film_importance(origins, directions, wavelength)
+        table, normaliser = self._sampled(wavelength)
+        rays = dict(zip((X, Y, Z, L, M, N), (*origins.T, *-directions.T), strict=True))
+        back = Program(through(self.lens, self.film_distance, wavelength, towards="film"), np.float64).run(
+            {**rays, WEIGHT: np.ones(len(origins))}, [X, Y, Z, L, M, N, WEIGHT], len(origins))
+        points, cosine = back[:2].T, back[5]
+        slope = back[3:5].T / cosine[:, None]
+        film, rear = points - back[2][:, None] * slope, points - (back[2] + self.film_distance)[:, None] * slope
+        passes = back[6] > 0.0
+        area = table.area_at(np.where(passes[:, None], film, 0.0), np.where(passes[:, None], rear, 0.0))
+        with np.errstate(divide="ignore"):
+            way = self.film_distance**2 / (area * cosine**3)
+        one = np.ones(len(passes)) / self._film_area
+        return FilmImportance(film, one * (self.film_distance**2 / normaliser), one, way, passes & (area > 0.0))

@@ -7,7 +7,6 @@ from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian, telecentric
 from lensbench.cameras.perspective import check_lens, checked_iris, checked_window
 from lensbench.film import Film
-from lensbench.glass import D_LINE
 from lensbench.iris import Iris
 from lensbench.lanes import Step
 from lensbench.spaces import Window, window_step
@@ -59,11 +58,8 @@ class OrthographicCamera(Camera):
         return telecentric(self.scale, self.lens_radius, self.focus_distance,
                            Iris(self.blades, self.blade_rotation, self.roundness))
 
-    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
-        """One step, for every wavelength alike.
-
-        Physical weights: what a cone brings to the plane in focus comes to the film scale² as dense.
-        """
+    @property
+    def gain(self) -> float:
+        """Weight of the ray along the axis: what a cone brings to the plane in focus is scale² as dense on the film."""
         lens = self.gaussian
-        gain = 1.0 if lens.cone == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0 / self.scale)
-        return lens.steps(gain)
+        return 1.0 if lens.cone == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0 / self.scale)

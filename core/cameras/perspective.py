@@ -75,16 +75,13 @@ class PerspectiveCamera(Camera):
         half = min(self.film.width, self.film.height) / 2.0 / self.film_distance
         return (right - left) * (top - bottom) * half * half
 
-    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
-        """One step: the thin lens, or the pinhole, for every wavelength alike."""
-        return self.gaussian.steps(self._gain)
-
     def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
         """In closed form, for every wavelength alike."""
-        return ideal_way_back(self.gaussian, self.film_step, self._gain)
+        return ideal_way_back(self.gaussian, self.film_step, self.gain)
 
     @property
-    def _gain(self) -> float:
+    def gain(self) -> float:
+        """Weight of the ray along the axis."""
         lens = self.gaussian
         return 1.0 if self.lens_radius == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0)
 

@@ -7,7 +7,6 @@ from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian
 from lensbench.film import Film
 from lensbench.glass import D_LINE
-from lensbench.lanes import Step
 
 RAYLEIGH = 1.9          # the diameter of the sharpest hole over √(wavelength · distance)
 AIRY = 2.44             # the diameter of Airy's disk, to its first dark ring, over wavelength · distance / diameter
@@ -57,10 +56,11 @@ class PinholeCamera(Camera):
         """Diameter (mm) of Airy's disk on the film, to its first dark ring; wavelength in µm."""
         return AIRY * wavelength * 1e-3 * self.distance / (2.0 * self.radius)
 
-    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
-        """One step, for every wavelength alike."""
+    @property
+    def gain(self) -> float:
+        """Weight of the ray along the axis."""
         lens = self.gaussian
-        return lens.steps(lens.cone / self._normaliser(lens.axis_irradiance, 1.0))
+        return lens.cone / self._normaliser(lens.axis_irradiance, 1.0)
 
 
 def best_pinhole(distance: float, object_distance: float = math.inf, wavelength: float = D_LINE) -> float:
