@@ -59,7 +59,18 @@ from lensbench.confusion import (  # noqa: E402
     real_circle_of_confusion,
     thick_circle_of_confusion,
 )
-from lensbench.exposure import Exposure, ExposureError, ev100, luminance, metered_stops  # noqa: E402
+from lensbench.distortion import Distortion, distortion, distortion_grid  # noqa: E402
+from lensbench.exposure import (  # noqa: E402
+    Exposure,
+    ExposureError,
+    ev100,
+    irradiance,
+    luminance,
+    metered_stops,
+    pixel_energy,
+    radiant_exposure,
+)
+from lensbench.falloff import Falloff, falloff  # noqa: E402
 from lensbench.film import FORMATS, Film, FilmError  # noqa: E402
 from lensbench.focus import FocusError, film_distance, focused, focused_distance, nearest_focus  # noqa: E402
 from lensbench.formats import Equivalent, equivalent, field_of_view, film_extent, focal_length  # noqa: E402
@@ -94,15 +105,16 @@ from lensbench.views import VIEWS, fate_colours  # noqa: E402
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "BareSensor", "Camera",
-    "CameraError", "ChiefRay", "Disk", "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure", "ExposureError",
-    "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError", "Glass", "GlassError", "Image",
-    "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera", "LensError", "Material",
-    "OrthographicCamera", "Pattern", "PerspectiveCamera", "PinholeCamera", "Places", "Positions", "PositionsError",
-    "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun",
-    "Surface", "Trace", "TransformError", "astigmatic_foci", "best_pinhole", "builtin_scene", "chief_ray",
-    "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "equivalent", "ev100", "exit_pupil",
-    "fate_colours", "field_of_view", "film_distance", "film_extent", "first_order", "focal_length", "focused",
-    "focused_distance", "hyperfocal", "look_at", "luminance", "metered_stops", "nearest_focus", "open_region",
-    "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
-    "transmission", "working_f_number",
+    "CameraError", "ChiefRay", "Disk", "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure",
+    "ExposureError", "Falloff", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError",
+    "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
+    "LensError", "Material", "OrthographicCamera", "Pattern", "PerspectiveCamera", "PinholeCamera", "Places",
+    "Positions", "PositionsError", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sensor",
+    "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError", "astigmatic_foci", "best_pinhole",
+    "builtin_scene", "chief_ray", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution",
+    "distortion", "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours",
+    "field_of_view", "film_distance", "film_extent", "first_order", "focal_length", "focused", "focused_distance",
+    "hyperfocal", "irradiance", "look_at", "luminance", "metered_stops", "nearest_focus", "open_region",
+    "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number",
+    "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
 ]

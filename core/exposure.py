@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lensbench.film import Film
+
 LUMINANCE = 1000.0              # cd/m² of radiance 1
 EFFICACY = 683.0                # lm/W at 555 nm
 RADIANCE = LUMINANCE / EFFICACY         # W/(m² sr) of radiance 1
@@ -117,6 +119,21 @@ def metered_stops(image, method: str = "mean") -> float:
         return 0.0
     luma = luma[luma >= luma.mean(dtype=np.float64) * 2.0**-12]
     return math.log2(GREY) - float(np.log2(luma).mean(dtype=np.float64))
+
+
+def irradiance(image, open_time: float) -> np.ndarray:
+    """E in W/m² of a picture (h, w, 3) of physical weights that was exposed for this effective time (s)."""
+    return np.asarray(image) * (RADIANCE / checked_positive("open time", open_time))
+
+
+def radiant_exposure(image) -> np.ndarray:
+    """H in J/m² of a picture (h, w, 3) of physical weights: ∫ E dt."""
+    return np.asarray(image) * RADIANCE
+
+
+def pixel_energy(image, film: Film) -> np.ndarray:
+    """J that each pixel of the film collects, of a picture (h, w, 3) of physical weights: ∫∫ H dA."""
+    return radiant_exposure(image) * (film.pitch * 1e-3) ** 2
 
 
 def checked_positive(name: str, value: float) -> float:

@@ -42,7 +42,6 @@ RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
 POINTS = 41                     # solved on the upper half of each rim
 GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
 SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
-ROUND = math.sqrt(math.pi / SECTORS / math.sin(math.pi / SECTORS))      # what the chords of a disk lack
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +91,7 @@ class PupilTable:
             centres[-1] = centres[-2]
         centres, rims = enclosed(lens, film_distance, radii, centres, rims, tolerance, wavelength)
         return cls(film_distance, film_radius, end, dark if lit.size else 0.0,
-                   _equal_areas(_widened(centres, rims) if widened else rims * ROUND), centres)
+                   _equal_areas(_widened(centres, rims)) if widened else _filled(rims), centres)
 
     def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Between which rings film radii (n,) lie: the inner one, (n,) below RINGS − 1, and the share of the next."""
@@ -162,6 +161,16 @@ def _widened(centres: np.ndarray, rims: np.ndarray) -> np.ndarray:
     side = np.sign(np.argmax(rims[:, :, 1], 1)[:, None] - np.arange(rims.shape[1]))     # of the topmost point
     widened[:, :, 0] += side * off[:, None]
     return widened
+
+
+def _filled(rims: np.ndarray) -> np.ndarray:
+    """Corners at equal areas, that together have the area of the regions and not of their chords."""
+    corners = _equal_areas(rims)
+    angle, r2 = np.arctan2(rims[..., 1], rims[..., 0]), (rims**2).sum(2)
+    area = (0.5 * (r2[:, 1:] + r2[:, :-1]) * np.diff(angle)).sum(1)
+    x, y = corners[..., 0], corners[..., 1]
+    chords = (x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]).sum(1)
+    return corners * np.sqrt(area / np.where(chords > 0.0, chords, 1.0))[:, None, None]
 
 
 def _equal_areas(rims: np.ndarray) -> np.ndarray:

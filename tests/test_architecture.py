@@ -20,11 +20,12 @@ LAYERS = (
      "positions", "iris", "sensor", "exposure"},
     {"prescription", "scene", "scenery"},
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
-    {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "focus", "confusion", "polynomial", "aberrations"},
+    {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "focus", "confusion", "polynomial", "aberrations",
+     "falloff"},
     {"cameras"},
     {"accuracy", "views", "emission", "fronts", "splats"},
     {"render"},
-    {"analysis", "lightfield"},
+    {"analysis", "lightfield", "distortion"},
 )
 WORKBENCH = {"lanes", "driver", "disk", "turn"}
 KNOW_THE_WORKBENCH_ALONE = {"transform", "shutter", "sampling", "film", "scene", "scenery"}
