@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import lensbench as lb
 from lensbench.glass import C_LINE, D_LINE, F_LINE, Glass, GlassError, air_index, from_formula
 
 BK7 = (1.03961212, 0.00600069867, 0.231792344, 0.0200179144, 1.01046945, 103.560653)     # SCHOTT's data sheet
@@ -18,7 +19,7 @@ def test_the_model_holds_the_index_and_the_abbe_number_it_is_made_of(n_d, v_d):
     assert (n_d - 1.0) / (glass.index(F_LINE) - glass.index(C_LINE)) == pytest.approx(v_d, rel=1e-12)
 
 
-@given(st.floats(1.3, 2.2), st.floats(15.0, 95.0), st.floats(0.36, 1.0), st.floats(1e-3, 0.2))
+@given(st.floats(1.3, 2.2), st.floats(15.0, 95.0), st.floats(0.365, 0.9), st.floats(1e-3, 0.1))
 def test_the_model_bends_short_waves_more(n_d, v_d, wavelength, step):
     assert Glass(n_d, v_d).index(wavelength) > Glass(n_d, v_d).index(wavelength + step)
 
@@ -79,6 +80,33 @@ def test_a_wavelength_out_of_range_is_an_error_that_names_the_range(wavelength):
     glass = from_formula("N-BK7", "sellmeier", BK7, (0.3, 2.5))
     with pytest.raises(GlassError, match=r"from 0\.3 to 2\.5 µm|positive number"):
         glass.index(wavelength)
+
+
+@pytest.mark.parametrize("formula, coefficients, n", CLOSED_FORMS, ids=[row[0] for row in CLOSED_FORMS])
+def test_every_formula_ends_where_its_range_does(formula, coefficients, n):
+    glass = Glass(1.5, 60.0, "G", formula, coefficients, (W - 0.01, W + 0.02))
+    assert glass.index(W - 0.01) and glass.index(W + 0.02)
+    for wavelength in (W - 0.0101, W + 0.0201):
+        with pytest.raises(GlassError, match=f"glass G is known from {W - 0.01:g} to {W + 0.02:g} µm, and not at"):
+            glass.index(wavelength)
+
+
+def test_a_model_of_two_numbers_ends_where_it_is_no_longer_a_glass():
+    glass = Glass(1.62, 36.3)
+    assert glass.index(0.365) > glass.index(1.014) > 1.5
+    for wavelength in (0.3649, 1.0141):
+        with pytest.raises(GlassError, match=r"index 1\.62 is known from 0\.365 to 1\.014 µm"):
+            glass.index(wavelength)
+    assert Glass(1.62).index(5.0) == 1.62               # no dispersion is known of it at all
+
+
+def test_a_lens_at_a_wavelength_beyond_a_glass_is_an_error_wherever_it_is_asked_for():
+    glass = from_formula("N-BK7", "sellmeier", BK7, (0.3, 2.5))
+    lens = lb.Lens((lb.Surface(0.02, 5.0, 10.0, glass), lb.Surface(0.0, 90.0, 9.0)), 1)
+    for ask in (lambda: lens.indices(2.6), lambda: lb.first_order(lens, 2.6), lambda: lb.seidel(lens, 0.1, 2.0, 2.6),
+                lambda: lb.trace(lens, [0.0, 1.0, -5.0], [0.0, 0.0, 1.0], wavelength=2.6)):
+        with pytest.raises(GlassError, match=r"N-BK7 is known from 0\.3 to 2\.5 µm, and not at 2\.6 µm"):
+            ask()
 
 
 def test_a_glass_for_the_infrared_holds_the_index_nearest_to_the_d_line():
