@@ -22,8 +22,10 @@ from lensbench.app.reach import (
     with_model,
     within_reach,
 )
+from lensbench.app.readings import colours
 from lensbench.app.scale import read_angle, read_distance, read_exposure, read_f_number, read_length
 from lensbench.app.settings import (
+    DISPERSIONS,
     FOV_AXES,
     LAYOUTS,
     MODELS,
@@ -40,7 +42,8 @@ from lensbench.app.zoom import asked_zoom, read_close, read_zoom
 
 NAMED = ("focal_length", "fov_axis", "projection", "layout", "scene_width", "lens_radius", "position", "yaw", "pitch",
          "end_position", "end_yaw", "end_pitch", "duration", "moment", "shutter", "shutter_ramp", "readout",
-         "readout_direction", "samples", "seed", "view", "exposure", "tone")     # options of their fields' names
+         "readout_direction", "dispersion", "samples", "seed", "view", "exposure",
+         "tone")                         # options of their fields' names
 PICTURES = (".png", ".exr", ".ppm")      # that carry their settings
 
 
@@ -149,6 +152,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--scene", metavar="SCENE", help="a built-in scene, or a scene file (.toml)")
     add("--model", choices=MODELS, help="how the lens forms the picture: " + ", ".join(
         f"{key} ({name[0].lower() + name[1:]})" for key, name in MODELS.items()))
+    add("--dispersion", choices=DISPERSIONS, help="colour errors of the lens: traced where its glasses are known "
+        "(auto), on (an error where they are not), or off")
     add("--film", type=option(read_film), metavar="FILM",
         help="width x height in mm, such as 36x24, or a format's name, such as aps-c")
     add("--size", type=option(read_size), metavar="WxH",
@@ -222,6 +227,8 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         framed = replace(within_reach(framed), **{name: asked[name] for name in ("f_number", "focus_distance")
                                                   if name in asked})
     settings = framed
+    if arguments.dispersion == "on" and not colours(settings).possible:
+        raise SettingsError(f"dispersion on: {colours(settings).why}")
     if settings.model == "perspective" and arguments.focus is None:     # its focal length follows from film and view
         settings = within_reach(settings)
     return settings.checked()

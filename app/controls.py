@@ -16,6 +16,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app import theme
+from lensbench.app.dispersion_popup import can_disperse, dispersion_popup
 from lensbench.app.motion_popup import in_use, motion_popup
 from lensbench.app.reach import with_film, with_layout, with_model, with_projection, within_reach
 from lensbench.app.rings import ring_count, rings
@@ -70,8 +71,11 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
 def _more(settings: Settings) -> Settings:
     """A row of flat buttons below the rings, each with a popup of what most pictures do without."""
     colour = theme.colours()
-    for name, tip, used, content in (
-            ("Motion", "Shutter, keyframes of the camera, rolling shutter", in_use(settings), motion_popup),):
+    buttons = [("Motion", "Shutter, keyframes of the camera, rolling shutter", in_use(settings), motion_popup)]
+    if can_disperse(settings):
+        buttons.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
+                        settings.dispersion != "auto", dispersion_popup))
+    for name, tip, used, content in buttons:
         imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
         imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if used else colour.dim)))
         if imgui.button(f"{name} {icons_fontawesome_6.ICON_FA_ANGLE_RIGHT}###{name}"):

@@ -6,7 +6,7 @@ Lengths in mm, angles in radians.
 import math
 from dataclasses import replace
 
-from lensbench.app.readings import readings
+from lensbench.app.readings import colours, readings
 from lensbench.app.settings import SHAPES, Settings, design, perspective_focal_length
 from lensbench.app.zoom import focal_length, zoom_of
 
@@ -36,6 +36,8 @@ def within_reach(settings: Settings) -> Settings:
     nearest = readings(settings).nearest_focus or 0.0
     if settings.focus_distance < nearest * MARGIN:
         settings = replace(settings, focus_distance=nearest * MARGIN)
+    if settings.dispersion == "on" and not colours(settings).possible:
+        settings = replace(settings, dispersion="auto")
     return settings
 
 

@@ -9,11 +9,13 @@ which has no lens of its own, from its centre of projection.
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.settings import Settings, camera, design, perspective_focal_length
+from lensbench.app.settings import REAL, Settings, camera, design, perspective_focal_length
+from lensbench.cameras.lens import missing_colour
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ def optical(settings: Settings) -> Settings:
     """What lens and film depend on: everything else is set to its default."""
     plain = Settings()
     return replace(settings, scene=plain.scene, position=plain.position, yaw=plain.yaw, pitch=plain.pitch,
+                   dispersion=plain.dispersion,
                    samples=plain.samples, seed=plain.seed, exposure=plain.exposure, tone=plain.tone,
                    overlay=plain.overlay, view=plain.view, compare=plain.compare, wipe=plain.wipe,
                    end_position=plain.end_position, end_yaw=plain.end_yaw, end_pitch=plain.end_pitch,
@@ -118,6 +121,30 @@ def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:
         return lb.focused(lens, nearest), lb.film_distance(lens, nearest)
     except lb.LensError:
         return lens, max(lens.length, lens.surfaces[-1].semi_diameter)
+
+
+class Colours(NamedTuple):
+    """Whether dispersion is possible, whether a picture is traced with it, and in a sentence why (not)."""
+
+    possible: bool
+    used: bool
+    why: str
+
+
+def colours(settings: Settings) -> Colours:
+    """What these settings make of the dispersion of the lens; a ValueError or OSError where there is no lens."""
+    if settings.model not in REAL:
+        return Colours(False, False, "Only the real lens disperses: this model is an ideal one, at the d line")
+    lens = design(settings)
+    if not any(surface.glass.disperses for surface in lens.surfaces):
+        return Colours(False, False, "At the d line alone: of the glasses of this lens no dispersion is known")
+    missing = missing_colour(lens)
+    if missing:
+        return Colours(False, False, f"At the d line alone: {missing}, and a picture sees 0.42 to 0.65 µm")
+    if settings.dispersion == "off":
+        return Colours(True, False, "At the d line alone: dispersion is turned off")
+    return Colours(True, True, "Traced at 24 wavelengths, eight for each of red, green and blue: lateral and "
+                               "longitudinal colour show. A sample takes three times as long")
 
 
 def readings(settings: Settings) -> Readings:

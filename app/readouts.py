@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app import theme
-from lensbench.app.readings import Readings, readings
+from lensbench.app.readings import Readings, colours, readings
 from lensbench.app.scale import format_angle, format_distance, format_length
 from lensbench.app.settings import LIMITS, Settings
 
@@ -42,7 +42,7 @@ def readouts_panel(settings: Settings, status: Status) -> None:
     got = readings(settings)
     colour, line = theme.colours(), imgui.get_text_line_height()
     draw = imgui.get_window_draw_list()
-    pitch, unit_width = round(1.26 * line), theme.em(1.9)
+    pitch, unit_width = round(1.22 * line), theme.em(1.9)
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
     for row in rows(settings, got, status):
         if row.gap:
@@ -99,6 +99,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
         Row("T-stop", NONE if got.t_number is None else f"T {got.t_number:.1f}", "",
             "Estimate: the f-number of a lens without losses that would be as bright, N / √transmission, with the "
             "reflections of uncoated glass"),
+        _colours(settings),
         Row("Field of view", field, "", "Horizontal × vertical, 2 atan(h / 2f): of the film that is used, "
                                         "focused at infinity. Distortion, large in a fisheye, is not counted",
             gap=True),
@@ -123,6 +124,16 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
         Row("Frames", NONE if status.fps <= 0.0 else f"{status.fps:.0f}", "fps", "Frames of the window a second"),
         Row("Samples", f"{status.samples}", "", "Samples of every pixel so far"),
     ]
+
+
+def _colours(settings: Settings) -> Row:
+    """At which wavelengths the picture is traced, and why."""
+    try:
+        used, why = colours(settings)[1:]
+    except (ValueError, OSError) as error:
+        used, why = False, str(error)
+    value = NONE if settings.lensless else "24 wavelengths" if used else "d line"
+    return Row("Colours", value, "", why)
 
 
 def _length(length: float | None, digits: int | None = None) -> tuple[str, str]:

@@ -41,6 +41,7 @@ LAYOUTS = {"equirectangular": "Equirectangular", "equal-area": "Equal area", "cu
 SHAPES = {"equirectangular": (2, 1), "equal-area": (1, 1), "cube-map": (4, 3)}     # of a panorama with square pixels
 FOV_AXES = {"shorter": "Shorter side", "longer": "Longer side", "horizontal": "Width", "vertical": "Height",
             "diagonal": "Diagonal"}
+DISPERSIONS = {"auto": "Where the glasses are known", "on": "On", "off": "Off"}
 READOUTS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}          # in the upright picture
 TONES = {"none": "None", "filmic": "Filmic", "agx": "AgX-like"}
 OVERLAYS = {"none": "None", "coc": "Circle of confusion", "peaking": "Focus peaking", "clipping": "Clipping zebra"}
@@ -70,6 +71,7 @@ class Settings:
     zoom: float = 0.0                       # of a zoom lens, 0 (wide) to 1 (tele); focus moves its groups
     scene: str = "still-life"               # a built-in name, or a path to a scene file
     model: str = "trace"                    # a key of MODELS
+    dispersion: str = "auto"                # of the models that follow the real lens: a key of DISPERSIONS
     film_width: float = 36.0
     film_height: float = 24.0
     crop: float = 1.0                       # part of the film that is used, (0, 1]: the field of view
@@ -132,8 +134,9 @@ class Settings:
     def checked(self) -> "Settings":
         """Itself, or a SettingsError or FilmError that says which value cannot be."""
         for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS),
-                              ("view", VIEWS), ("compare", COMPARISONS), ("fov_axis", FOV_AXES),
-                              ("projection", PROJECTIONS), ("layout", LAYOUTS), ("readout_direction", READOUTS)):
+                              ("view", VIEWS), ("compare", COMPARISONS), ("dispersion", DISPERSIONS),
+                              ("fov_axis", FOV_AXES), ("projection", PROJECTIONS), ("layout", LAYOUTS),
+                              ("readout_direction", READOUTS)):
             if getattr(self, name) not in choices:
                 raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(choices)}")
         if not 0 <= self.seed < 1 << 32:
@@ -304,8 +307,9 @@ def camera(settings: Settings) -> lb.Camera:
         return lb.FisheyeCamera(film, settings.fisheye_fov, settings.projection, settings.fov_axis, **common)
     if settings.model == "environment":
         return lb.EnvironmentCamera(film, settings.layout, **common)
-    return lb.LensCamera(design(settings), film, focus_distance=settings.focus_distance,
-                         f_number=settings.f_number, model=settings.model, **common)
+    return lb.LensCamera(design(settings), film, focus_distance=settings.focus_distance, f_number=settings.f_number,
+                         model=settings.model, dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
+                         **common)
 
 
 def perspective_focal_length(settings: Settings) -> float:

@@ -161,8 +161,9 @@ def _glass(design: Design, wrapped: Any) -> Glass:
     if kind == "Air" or (not medium and not kind):
         return AIR
     if isinstance(medium.get("gname"), str):
-        module = str(items(wrapped.get("__instance_type__"))[0])
-        glass, finding = media.named(medium["gname"], module.rpartition(".")[2].upper())
+        names = items(wrapped.get("__instance_type__")) if isinstance(wrapped, dict) else []
+        maker = str(names[0]).rpartition(".")[2].upper() if names else None
+        glass, finding = media.named(medium["gname"], maker)
         if finding:
             design.found(finding)
         return glass

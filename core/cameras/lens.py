@@ -75,8 +75,8 @@ class LensCamera(Camera):
         if self.model in ("thin", "pinhole") and not -self.focus_distance < self._pupil_z < math.inf:
             raise CameraError(f"the entrance pupil of this lens lies at infinity or beyond the object: "
                               f"the {self.model} model cannot stand there")
-        if self.dispersion and not self.disperses and self._glass_error:
-            raise CameraError(f"no picture in colours: {self._glass_error}")
+        if self.dispersion and not self.disperses and missing_colour(self.lens):
+            raise CameraError(f"no picture in colours: {missing_colour(self.lens)}")
 
     @property
     def follows_rays(self) -> bool:
@@ -86,18 +86,8 @@ class LensCamera(Camera):
     @cached_property
     def disperses(self) -> bool:
         """Whether pictures are traced at many wavelengths."""
-        return (self.dispersion is not False and self.follows_rays and not self._glass_error
+        return (self.dispersion is not False and self.follows_rays and not missing_colour(self.lens)
                 and any(surface.glass.disperses for surface in self.lens.surfaces))
-
-    @cached_property
-    def _glass_error(self) -> str:
-        """Which glass is not known for all that a picture sees; "" where they all are."""
-        try:
-            for wavelength in (wavelength for row in WAVELENGTHS.values() for wavelength in row):
-                self.lens.indices(wavelength)
-        except GlassError as error:
-            return str(error)
-        return ""
 
     @cached_property
     def first_order(self) -> FirstOrder:
@@ -218,3 +208,13 @@ class LensCamera(Camera):
             way = self.film_distance**2 / (area * cosine**3)
         one = np.ones(len(passes)) / self._film_area
         return FilmImportance(film, one * (self.film_distance**2 / normaliser), one, way, passes & (area > 0.0))
+
+
+def missing_colour(lens: Lens) -> str:
+    """Which glass is not known for all the wavelengths that a picture sees, and where it is; "" where they all are."""
+    try:
+        for wavelength in (wavelength for row in WAVELENGTHS.values() for wavelength in row):
+            lens.indices(wavelength)
+    except GlassError as error:
+        return str(error)
+    return ""

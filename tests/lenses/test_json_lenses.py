@@ -171,6 +171,11 @@ def test_rayoptics_refusals_name_surface_and_line(tmp_path, keys, value, told):
     assert text.split("\n")[error.line - 1].strip() == "{"
 
 
+def test_a_rayoptics_glass_without_its_class_is_found_by_its_name(tmp_path):
+    text = changed(RAYOPTICS, sequence("gaps", 1, "attributes", "medium", "__instance_type__"), [])
+    assert loaded(tmp_path, "lens.roa", text).surfaces[0].glass == glass_catalogue.find("N-BK7")
+
+
 def test_other_json_is_no_lens(tmp_path):
     for name in ("a.json", "a.roa"):
         assert "no " in refusal(tmp_path, name, '{"a": [1, 2]}').reason
