@@ -24,10 +24,14 @@ from lensbench.app.reach import (
 )
 from lensbench.app.readings import colours
 from lensbench.app.scale import read_angle, read_distance, read_exposure, read_f_number, read_length
+from lensbench.app.sensor_scales import read_electrons, read_iso
 from lensbench.app.settings import (
+    BITS,
     DISPERSIONS,
+    EXPOSURES,
     FOV_AXES,
     LAYOUTS,
+    METERINGS,
     MODELS,
     PROJECTIONS,
     READOUTS,
@@ -40,10 +44,11 @@ from lensbench.app.settings import (
 from lensbench.app.time_scales import read_time
 from lensbench.app.zoom import asked_zoom, read_close, read_zoom
 
-NAMED = ("focal_length", "fov_axis", "projection", "layout", "scene_width", "lens_radius", "position", "yaw", "pitch",
-         "end_position", "end_yaw", "end_pitch", "duration", "moment", "shutter", "shutter_ramp", "readout",
-         "readout_direction", "dispersion", "samples", "seed", "view", "exposure",
-         "tone")                         # options of their fields' names
+NAMED = (                       # options of their fields' names
+    "focal_length", "fov_axis", "projection", "layout", "scene_width", "lens_radius", "hole_distance", "hole_diameter",
+    "position", "yaw", "pitch", "end_position", "end_yaw", "end_pitch", "duration", "moment", "shutter", "shutter_ramp",
+    "readout", "readout_direction", "blades", "blade_rotation", "roundness", "exposing", "metering", "iso", "noise",
+    "full_well", "quantum_efficiency", "read_noise", "dispersion", "samples", "seed", "view", "exposure", "tone")
 PICTURES = (".png", ".exr", ".ppm")      # that carry their settings
 
 
@@ -101,6 +106,13 @@ def read_count(text: str) -> int:
     """A whole number of at least 1."""
     if not re.fullmatch(r"\s*\d{1,9}\s*", text) or int(text) < 1:
         raise ValueError(f"“{text}”: type a whole number of at least 1")
+    return int(text)
+
+
+def read_whole(text: str) -> int:
+    """A whole number of at least 0."""
+    if not re.fullmatch(r"\s*\d{1,9}\s*", text):
+        raise ValueError(f"“{text}”: type a whole number of at least 0")
     return int(text)
 
 
@@ -187,6 +199,22 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--samples", type=option(read_count), metavar="N", help="samples a pixel, where the render stops")
     add("--seed", type=option(read_seed), metavar="N", help="of the noise")
     add("--view", choices=VIEWS, help="what is shown: the picture, or what its samples are")
+    add("--hole-distance", type=option(read_length), metavar="LENGTH", help="of the pinhole: film distance, as 50mm")
+    add("--hole-diameter", type=option(read_length), metavar="LENGTH",
+        help="of the pinhole, such as 0.3mm; the sharpest by default")
+    add("--blades", type=option(read_whole), metavar="N", help="of the stop's iris, 0 for a circle")
+    add("--blade-rotation", type=option(read_angle), metavar="ANGLE", help="turn of these blades")
+    add("--roundness", type=option(read_part), metavar="PART", help="of these blades: 0%% straight, 100%% a circle")
+    add("--exposing", choices=EXPOSURES, help="what makes the picture bright: the light as it is (plain), f-number, "
+        "shutter and ISO (triangle), or those with the ISO that a meter chooses (automatic)")
+    add("--metering", choices=METERINGS, help="of the automatic exposure")
+    add("--iso", type=option(read_iso), metavar="ISO", help="speed, such as 400")
+    add("--noise", action="store_true", default=None, help="have a sensor record the picture, with its noise")
+    add("--full-well", type=option(read_electrons), metavar="N", help="electrons that a pixel of it holds")
+    add("--quantum-efficiency", type=option(read_part), metavar="PART", help="electrons a photon, such as 50%%")
+    add("--read-noise", type=option(read_electrons), metavar="N", help="electrons rms")
+    add("--sensor-bits", type=option(read_count), metavar="N", help="of the sensor's converter: " + ", ".join(
+        str(bits) for bits in BITS))
     add("--exposure", type=option(read_exposure), metavar="STOPS", help="such as +1 or -0.5")
     add("--tone", choices=TONES, help="tone curve of the developed picture")
 
@@ -211,7 +239,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         opened = replace(Settings(), model=arguments.model or "trace", focal_length=arguments.focal_length)
         settings = within_reach(replace(opened, lens=_name_or_file(lens or opened.lens)).checked())
     asked = {name: getattr(arguments, option) for name, option in (
-        ("model", "model"), ("focus_distance", "focus"), *((name, name) for name in NAMED))
+        ("model", "model"), ("focus_distance", "focus"), ("bits", "sensor_bits"), *((name, name) for name in NAMED))
         if getattr(arguments, option) is not None}
     if arguments.scene is not None:
         asked["scene"] = _name_or_file(arguments.scene)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lensbench.app.readings import blur_limit, optical, readings, setup
-from lensbench.app.settings import Settings
+from lensbench.app.settings import LENSLESS, Settings
 
 CLOSEST = 1.0                   # mm: what lies nearer counts as this near
 
@@ -43,7 +43,7 @@ class Blur:
 
 @lru_cache(maxsize=16)
 def _blur(settings: Settings) -> Blur:
-    if settings.model in ("pinhole", "orthographic", "fisheye", "environment"):
+    if settings.model in ("pinhole", *LENSLESS) and settings.model != "perspective":
         return Blur()
     pitch, sharp = settings.film.pitch, blur_limit(settings)
     if settings.model == "perspective":

@@ -61,6 +61,8 @@ def curves(settings: Settings, low: float, high: float) -> Curves:
         steps = np.geomspace(1e-3, 0.3, 16)
         distances = np.concatenate([distances, [focus], focus * (1.0 - steps), focus * (1.0 + steps)])
         distances = np.unique(distances[(distances >= 1000.0 * low) & (distances <= 1000.0 * high)])
+    if settings.model == "hole":
+        raise ValueError("A pinhole has no focus: hole and diffraction blur all distances nearly alike")
     if settings.model == "perspective":
         thin = lb.circle_of_confusion(got.efl, got.f_number, focus, distances)
         return Curves(distances / 1000.0, _micrometres(thin), None, None, _neighbours(got, thin))

@@ -15,15 +15,16 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app import theme
+from lensbench.app import motion_popup, sensor_popup, stop_popup, theme
 from lensbench.app.dispersion_popup import can_disperse, dispersion_popup
-from lensbench.app.motion_popup import in_use, motion_popup
+from lensbench.app.exposed import Exposing
 from lensbench.app.reach import with_film, with_layout, with_model, with_projection, within_reach
 from lensbench.app.rings import ring_count, rings
 from lensbench.app.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, Settings
 from lensbench.app.viewpoint import at_home
 
 FILM_SIDES = (0.1, 1000.0)      # mm, of a custom film
+HAS_STOP = ("trace", "polynomial", "thick", "thin", "perspective", "orthographic")
 MODEL_TIPS = {
     "trace": "Every ray is refracted at every surface",
     "polynomial": "A polynomial of degree 9, fitted to the real lens as it stands: within a fraction of a pixel, "
@@ -34,6 +35,8 @@ MODEL_TIPS = {
     "perspective": "No prescription: an ideal lens with a field of view of its own",
     "orthographic": "No prescription: parallel rays, things keep their size at any distance",
     "fisheye": "No prescription: the angle from the axis becomes a length on the film, by one of four rules",
+    "hole": "No lens: rays run straight through a hole; the smaller it is the sharper, until diffraction blurs",
+    "bare": "No lens: each place of the sensor sees the whole scene, and no picture forms",
     "environment": "No prescription: every direction from one point, in one picture",
 }
 
@@ -44,6 +47,7 @@ class Chooser:
 
     search: str = ""
     film: tuple[float, float] = (36.0, 24.0)
+    exposing: Exposing | None = None                        # what the exposure of the picture came to
     requests: set[str] = field(default_factory=set)         # open lens, open scene
 
 
@@ -65,20 +69,26 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     imgui.dummy(ImVec2(0.0, theme.em(0.3)))
     settings = rings(settings)
     imgui.pop_style_var()
-    return _more(settings)
+    return _more(settings, chooser)
 
 
-def _more(settings: Settings) -> Settings:
+def _more(settings: Settings, chooser: Chooser) -> Settings:
     """A row of flat buttons below the rings, each with a popup of what most pictures do without."""
     colour = theme.colours()
-    buttons = [("Motion", "Shutter, keyframes of the camera, rolling shutter", in_use(settings), motion_popup)]
+    parts: list[tuple[str, str, bool, Callable[[Settings], Settings]]] = [
+        ("Motion", "Shutter, keyframes of the camera, rolling shutter", motion_popup.in_use(settings),
+         motion_popup.motion_popup),
+        ("Sensor", "Exposure by f-number, time and ISO; noise", sensor_popup.in_use(settings),
+         lambda given: sensor_popup.sensor_popup(given, chooser.exposing))]
+    if settings.model in HAS_STOP:
+        parts.append(("Stop", "The shape of the iris", stop_popup.in_use(settings), stop_popup.stop_popup))
     if can_disperse(settings):
-        buttons.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
-                        settings.dispersion != "auto", dispersion_popup))
-    for name, tip, used, content in buttons:
+        parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
+                      settings.dispersion != "auto", dispersion_popup))
+    for name, tip, used, content in parts:
         imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
         imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if used else colour.dim)))
-        if imgui.button(f"{name} {icons_fontawesome_6.ICON_FA_ANGLE_RIGHT}###{name}"):
+        if imgui.button(name):
             imgui.open_popup(name)
         imgui.pop_style_color(2)
         imgui.set_item_tooltip(tip)
@@ -87,9 +97,11 @@ def _more(settings: Settings) -> Settings:
                                   imgui.Cond_.always, ImVec2(0.0, 1.0))
         imgui.set_next_window_size(ImVec2(imgui.get_window_width(), 0.0))
         if imgui.begin_popup(name):
+            imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
             settings = content(settings)
+            imgui.pop_style_var()
             imgui.end_popup()
-        imgui.same_line(0.0, 2.0 * theme.scale())
+        imgui.same_line(0.0, 0.0)
     return settings
 
 

@@ -7,16 +7,18 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from lensbench.app import theme
 from lensbench.app.blur import Blur
 from lensbench.app.comparison import Difference
 from lensbench.app.debug_view import codes
+from lensbench.app.exposed import Exposing, exposed, exposing, look
 from lensbench.app.histogram import histogram
 from lensbench.app.picture import Picture, Pinned, View
 from lensbench.app.picture_marks import Mark
 from lensbench.app.screen import Development, Screen, softening
-from lensbench.app.settings import Settings
+from lensbench.app.settings import LOOK, Settings
 from lensbench.app.worker import News, Worker
 
 OFF_CENTRE = 0.35               # of the picture: farther from its middle nothing is marked as being in focus
@@ -28,6 +30,9 @@ class Easel:
     def __init__(self, worker: Worker):
         self.news: News | None = None
         self.pinned: News | None = None                 # the picture A
+        self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # what is on the screen, before its tone
+        self._light_of: Any = None
+        self._exposing: tuple[Any, Exposing | None] = (None, None)
         self._worker = worker
         self._screen: Screen | None = None
         self._pinned_screen: Screen | None = None
@@ -49,25 +54,32 @@ class Easel:
 
     def take(self, view: View) -> None:
         """The newest picture goes to the screen."""
-        news, screen = self._worker.newest(), self._screen
-        if news is None or screen is None or news is self.news:
+        news = self._worker.newest()
+        if news is None or self._screen is None or news is self.news:
             return
-        if self.news is None or news.image is not self.news.image:
-            screen.load(_light(news))
         self.news = news
         if news.depth is not None:
             self._deep = news
             if view.mark is None:
                 view.mark = _first_mark(news)
 
-    def pin(self, look: Settings) -> bool:
-        """Keep the picture that is shown as A, with the exposure and tone of `look`; False where there is none yet."""
+    def exposing(self, settings: Settings) -> Exposing | None:
+        """What the exposure of the picture comes to; None before the first."""
+        if self.news is None or self.news.settings.sample_view:
+            return None
+        of = (id(self.news.image), look(settings), settings.shutter, settings.iso)
+        if self._exposing[0] != of:
+            self._exposing = (of, exposing(settings, self.news.image))
+        return self._exposing[1]
+
+    def pin(self, present: Settings) -> bool:
+        """Keep the picture that is shown as A, as `present` exposes and develops it; False where there is none yet."""
         if self.news is None or self._screen is None:
             return False
-        settings = replace(self.news.settings, exposure=look.exposure, tone=look.tone)
-        self.pinned = self.news._replace(settings=settings)
+        settings = replace(self.news.settings, **{name: getattr(present, name) for name in LOOK})
+        self.pinned = self.news._replace(settings=settings, image=_light(self.news, present))
         self._pinned_screen = self._pinned_screen or Screen(moderngl.get_context())
-        self._pinned_screen.load(_light(self.news))
+        self._pinned_screen.load(self.pinned.image)
         return True
 
     def picture(self, settings: Settings, view: View) -> Picture:
@@ -75,20 +87,24 @@ class Easel:
         news, screen, waiting = self.news, self._screen, self._worker.waiting
         if news is None or screen is None:
             return Picture(waiting=waiting, first=True)
+        of = (id(news.image), news.settings.view, look(settings))
+        if of != self._light_of:
+            self._light_of, self.light = of, _light(news, settings)
+            screen.load(self.light)
         texture = screen.developed(self._development(settings, view, news, screen))
         pinned, difference = None, None
         if settings.compare != "off" and self.pinned is not None and self._pinned_screen is not None:
             pinned = self._other(self.pinned, self._pinned_screen, settings, view)
             if settings.compare == "difference" and screen.size == pinned.size:
-                difference = self._difference_of(self.pinned, news)
+                difference = self._difference_of(self.pinned.image, self.light)
                 texture = screen.apart(self._pinned_screen, difference.scale)
         screen.enlarge_by_pixels(view.scale >= 2.0)
         shares = None
         if view.histogram:
             curve = "raw" if news.settings.sample_view else settings.tone
-            key = (id(news.image), settings.exposure, curve)
+            key = (id(self.light), settings.exposure, curve)
             if self._shares[0] != key:
-                self._shares = (key, histogram(_light(news), settings.exposure, curve))
+                self._shares = (key, histogram(self.light, settings.exposure, curve))
             shares = self._shares[1]
         deep = self._deep
         depth = deep.depth if deep is not None and deep.settings.aim == settings.aim else None
@@ -103,10 +119,10 @@ class Easel:
         screen.enlarge_by_pixels(view.scale >= 2.0)
         return Pinned(texture, screen.size, news.samples, own)
 
-    def _difference_of(self, a: News, b: News) -> Difference:
-        key = (id(a.image), id(b.image))
+    def _difference_of(self, a: NDArray[np.float32], b: NDArray[np.float32]) -> Difference:
+        key = (id(a), id(b))
         if self._difference[0] != key or self._difference[1] is None:
-            self._difference = (key, Difference.of(_light(a), _light(b)))
+            self._difference = (key, Difference.of(a, b))
         found = self._difference[1]
         assert found is not None
         return found
@@ -128,9 +144,9 @@ class Easel:
                            amber, nearer, farther, share if self._loaded else 0.0)
 
 
-def _light(news: News) -> np.ndarray:
-    """What goes to the screen: linear light, or the codes of a view of samples."""
-    return codes(news.image, news.settings) if news.settings.sample_view else news.image
+def _light(news: News, settings: Settings) -> NDArray[np.float32]:
+    """What goes to the screen: linear light as these settings expose it, or the codes of a view of samples."""
+    return codes(news.image, news.settings) if news.settings.sample_view else exposed(settings, news.image)
 
 
 def _first_mark(news: News) -> Mark | None:

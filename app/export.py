@@ -28,6 +28,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app import netpbm, tone
 from lensbench.app.debug_view import codes
+from lensbench.app.exposed import exposed
 from lensbench.app.scene_file import find_scene
 from lensbench.app.settings import Settings, camera
 
@@ -47,7 +48,7 @@ class ExportError(ValueError):
 
 
 def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
-    """The picture that the window shows: (h, w, 3) linear radiance to sRGB code values in [0, 1].
+    """The picture that the window shows: (h, w, 3) linear light, exposed, to sRGB code values in [0, 1].
 
     Takes exposure and tone from the settings; overlays are the window's alone. A view of
     samples has codes of its own. A value that is not a number comes out black.
@@ -67,6 +68,8 @@ def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: 
     suffix = checked_place(path, text)
     if bits not in BITS:
         raise ExportError(f"{bits} bits: choose 8 or 16")
+    if suffix in (".png", ".ppm") and not settings.sample_view:
+        image = exposed(settings, image)
     with replacing(path) as part:
         if suffix == ".png":
             _write_png(part, image, settings, bits)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from lensbench.app.dialogs import Question
 from lensbench.app.reach import with_model, within_reach
-from lensbench.app.settings import Settings
+from lensbench.app.settings import LOOK, MOTION, Settings
 from lensbench.app.viewpoint import at_home
 
 if TYPE_CHECKING:
@@ -129,7 +129,8 @@ class Files:
             self._bench.view.say("There is no picture yet")
             return
         present = self._bench.history.present
-        settings = replace(news.settings, exposure=present.exposure, tone=present.tone, samples=news.samples)
+        settings = replace(news.settings, **{name: getattr(present, name) for name in (*LOOK, *MOTION)})
+        settings = replace(settings, samples=news.samples)
         try:
             save_picture(path, news.image, settings)
         except (ValueError, OSError) as error:

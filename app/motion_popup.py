@@ -8,6 +8,7 @@ from imgui_bundle import icons_fontawesome_6 as fa
 from lensbench.app import theme, time_scales
 from lensbench.app.ring import ring
 from lensbench.app.settings import READOUTS, Settings
+from lensbench.app.toggles import toggles
 
 DEFAULT = Settings()
 ARROWS = {"down": fa.ICON_FA_ARROW_DOWN, "up": fa.ICON_FA_ARROW_UP, "left": fa.ICON_FA_ARROW_LEFT,
@@ -31,26 +32,33 @@ def motion_popup(settings: Settings) -> Settings:
     readout = ring("Read-out", settings.readout, time_scales.readout_scale(),
                    "Of a rolling shutter: from the first line of the picture to the last, in ms. 0: all at once")
     settings = replace(settings, readout=readout)
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled("Lines")
-    colour = theme.colours()
-    for i, (key, name) in enumerate(READOUTS.items()):
-        on = key == settings.readout_direction
-        imgui.same_line(theme.em(3.2) if i == 0 else 0.0, -1.0 if i == 0 else 2.0 * theme.scale())
-        imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(*(colour.frame if on else (0.0, 0.0, 0.0, 0.0))))
-        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if on else colour.dim)))
-        if imgui.button(f"{ARROWS[key]}###lines {key}"):
-            settings = replace(settings, readout_direction=key)
-        imgui.pop_style_color(2)
-        imgui.set_item_tooltip(f"{name}: the order in which the lines of the upright picture are exposed")
+    direction = toggles("Lines", ARROWS, settings.readout_direction, {
+        key: f"{name}: the order in which the lines of the upright picture are exposed"
+        for key, name in READOUTS.items()})
+    settings = replace(settings, readout_direction=direction)
     ramp = ring("Opening and closing", settings.shutter_ramp, time_scales.part_scale(),
                 "What part of the shutter time it takes to open, and again to close. 0 %: at once")
     return replace(settings, shutter_ramp=ramp)
 
 
+def _scrubbed(settings: Settings) -> Settings:
+    """The scrub bar, and how long it is."""
+    moment = ring("Time", settings.moment, time_scales.moment_scale(settings.duration),
+                  "When the shutter opens, in s. At the ends of the bar stand the camera's two keyframes:\n"
+                  "moving it in the picture changes the nearer one")
+    settings = replace(settings, moment=moment)
+    duration = ring("Duration", settings.duration, time_scales.duration_scale(),
+                    "How long the bar is, in s: from the first keyframe to the second")
+    if duration != settings.duration:
+        settings = replace(settings, duration=duration, moment=settings.moment * duration / settings.duration)
+    return settings
+
+
 def _keyframes(settings: Settings) -> Settings:
     """The camera's two keyframes: set and cleared by a button, run through by the scrub bar."""
     imgui.dummy(ImVec2(0.0, theme.em(0.2)))
+    if settings.moves:
+        settings = _scrubbed(settings)
     if settings.end_position is None:
         if imgui.button("Move the camera", ImVec2(-1.0, 0.0)):
             settings = replace(settings, end_position=settings.position, end_yaw=settings.yaw,
@@ -58,14 +66,6 @@ def _keyframes(settings: Settings) -> Settings:
         imgui.set_item_tooltip("Make the camera's place the first of two keyframes. The scrub bar then stands at the "
                                "second:\nmove the camera in the picture to where it shall end")
         return settings
-    moment = ring("Time", settings.moment, time_scales.moment_scale(settings.duration),
-                  "When the shutter opens, in s. At the ends of the bar stand the two keyframes:\n"
-                  "moving the camera in the picture changes the nearer one")
-    settings = replace(settings, moment=moment)
-    duration = ring("Duration", settings.duration, time_scales.duration_scale(),
-                    "From the first keyframe to the second, in s")
-    if duration != settings.duration:
-        settings = replace(settings, duration=duration, moment=settings.moment * duration / settings.duration)
     if imgui.button("Stand still", ImVec2(-1.0, 0.0)):
         plain = Settings()
         settings = replace(settings, end_position=None, end_yaw=plain.end_yaw, end_pitch=plain.end_pitch,

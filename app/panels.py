@@ -131,7 +131,9 @@ class Panels:
         bench.edited = render_panel(bench.edited, bench.easel.picture(bench.edited, bench.view), bench.view)
 
     def _controls(self) -> None:
-        self._bench.edited = controls_panel(self._bench.edited, self._bench.chooser)
+        bench = self._bench
+        bench.chooser.exposing = bench.easel.exposing(bench.edited)
+        bench.edited = controls_panel(bench.edited, bench.chooser)
 
     def _readouts(self) -> None:
         news = self._bench.easel.news

@@ -51,6 +51,8 @@ def full_view(settings: Settings) -> tuple[float, float]:
         return settings.fov, perspective_focal_length(settings)
     if settings.model == "fisheye":
         return settings.fisheye_fov, readings(settings).efl or 50.0
+    if settings.model == "hole":
+        return 2.0 * math.atan(0.5 * shorter * settings.crop / settings.hole_distance), settings.hole_distance
     efl = abs(readings(settings).efl or 50.0)
     return 2.0 * math.atan(0.5 * shorter / efl), efl
 
@@ -84,6 +86,9 @@ def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) 
         return replace(settings, fov=fov)
     if settings.model == "fisheye":
         return replace(settings, fisheye_fov=fov)
+    if settings.model == "hole":
+        shorter = min(settings.film.width, settings.film.height)
+        return replace(settings, hole_distance=0.5 * shorter / math.tan(0.5 * fov))
     if zooms(settings) and not keep_zoom:
         lens = design(replace(settings, zoom=0.0))
         wanted = 0.5 * min(settings.film_width, settings.film_height) / math.tan(0.5 * min(fov, 3.0))

@@ -14,7 +14,16 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.settings import REAL, Settings, camera, design, perspective_focal_length
+from lensbench.app.settings import (
+    LOOK,
+    MOTION,
+    PLACE,
+    REAL,
+    Settings,
+    camera,
+    design,
+    perspective_focal_length,
+)
 from lensbench.cameras.lens import missing_colour
 
 
@@ -75,14 +84,8 @@ class Readings:
 
 def optical(settings: Settings) -> Settings:
     """What lens and film depend on: everything else is set to its default."""
-    plain = Settings()
-    return replace(settings, scene=plain.scene, position=plain.position, yaw=plain.yaw, pitch=plain.pitch,
-                   dispersion=plain.dispersion,
-                   samples=plain.samples, seed=plain.seed, exposure=plain.exposure, tone=plain.tone,
-                   overlay=plain.overlay, view=plain.view, compare=plain.compare, wipe=plain.wipe,
-                   end_position=plain.end_position, end_yaw=plain.end_yaw, end_pitch=plain.end_pitch,
-                   duration=plain.duration, moment=plain.moment, shutter=plain.shutter,
-                   shutter_ramp=plain.shutter_ramp, readout=plain.readout, readout_direction=plain.readout_direction)
+    return settings.plain(*(name for name in LOOK if name != "limit"), *MOTION, *PLACE, "scene", "seed", "view",
+                          "dispersion")
 
 
 def blur_limit(settings: Settings) -> float:
@@ -232,8 +235,22 @@ def _of_environment(settings: Settings) -> Readings:
                     reason="A panorama sees in every direction from a point: nothing is out of focus")
 
 
+def _of_hole(settings: Settings) -> Readings:
+    """The pinhole of finite size: at every distance as sharp as its hole and diffraction leave it."""
+    film, of = settings.film, camera(settings)
+    assert isinstance(of, lb.PinholeCamera)
+    return replace(_angles(film, of.distance), efl=of.distance, limit=blur_limit(settings), f_number=of.f_number,
+                   working_f_number=of.f_number, film_distance=of.distance, entrance_pupil=2.0 * of.radius,
+                   airy=of.diffraction())
+
+
+def _of_bare(settings: Settings) -> Readings:
+    return Readings(limit=blur_limit(settings), reason="Without a lens each place of the film gets light from the "
+                    "whole scene: no picture forms")
+
+
 IDEAL = {"perspective": _of_perspective, "orthographic": _of_orthographic, "fisheye": _of_fisheye,
-         "environment": _of_environment}
+         "environment": _of_environment, "hole": _of_hole, "bare": _of_bare}
 
 
 def _angles(film: lb.Film, efl: float) -> Readings:

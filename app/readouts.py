@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import ImVec2, imgui
 
+import lensbench as lb
 from lensbench.app import theme
 from lensbench.app.readings import Readings, colours, readings
 from lensbench.app.scale import format_angle, format_distance, format_length
@@ -107,6 +108,10 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
             "Field of view across the film's diagonal"),
         Row("35 mm equivalent", *_length(got.equivalent), "The focal length that sees the same diagonal on a "
                                                           "36 × 24 mm film"),
+        Row("Equivalent f-number", _f_number(None if got.f_number is None or got.efl is None else lb.equivalent(
+            got.efl, settings.film, got.f_number).f_number), "",
+            "The f-number that gives the same depth of field on a 36 × 24 mm film, with the equivalent focal length: "
+            "the same field, blur and light in all"),
         Row("Depth of field", *_range(got.near_limit, got.far_limit),
             f"From the near to the far limit, measured from the film: the circle of confusion (CoC) stays below "
             f"{limit}, {LIMITS.get(settings.limit, settings.limit).lower()}", gap=True, amber=True),
@@ -114,6 +119,8 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
         Row("Nearest focus", *_distance(got.nearest_focus), "Nearest distance from the film that the lens can focus"),
         Row("Magnification", _magnification(got.magnification), "", "Size of the image to that of the object "
                                                                     "in focus, m"),
+        Row("Exposure value", _exposure_value(settings, got), "EV",
+            "log2 N²/t with the working f-number and the shutter time, at ISO 100: EV − log2 ISO/100"),
         Row("Film distance", *_length(got.film_distance, 2), "From the last vertex to the film", gap=True),
         Row("Entrance pupil", *_diameter(got.entrance_pupil), "Diameter of the stop as the scene sees it, E"),
         Row("Exit pupil", *_diameter(got.exit_pupil), "Diameter of the stop as the film sees it, E′"),
@@ -162,6 +169,11 @@ def _range(near: float | None, far: float | None) -> tuple[str, str]:
         digits += 1
     end = "∞" if math.isinf(far) else f"{far / 1000.0:.{digits}f}"
     return f"{near / 1000.0:.{digits}f} – {end}", "m"
+
+
+def _exposure_value(settings: Settings, got: Readings) -> str:
+    f_number = got.working_f_number or got.f_number
+    return NONE if f_number is None else f"{lb.Exposure(f_number, settings.shutter, settings.iso).ev100:.1f}"
 
 
 def _f_number(f_number: float | None) -> str:

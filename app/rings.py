@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 
-from lensbench.app import scale, time_scales
+from lensbench.app import scale, sensor_scales, time_scales
 from lensbench.app.reach import (
     WIDEST_FISHEYE,
     ends_of_view,
@@ -25,7 +25,8 @@ NEAREST = 10.0                  # mm: of the orthographic camera's focus
 
 def ring_count(settings: Settings) -> int:
     """How many rings `rings` draws."""
-    return {"perspective": 4, "orthographic": 4, "fisheye": 2, "environment": 1}.get(settings.model, 5)
+    return {"perspective": 4, "orthographic": 4, "fisheye": 2, "environment": 1, "hole": 3,
+            "bare": 1}.get(settings.model, 5)
 
 
 def rings(settings: Settings) -> Settings:
@@ -34,7 +35,9 @@ def rings(settings: Settings) -> Settings:
         settings = _orthographic(settings)
     elif settings.model == "fisheye":
         settings = _fisheye(settings)
-    elif settings.model != "environment":
+    elif settings.model == "hole":
+        settings = _hole(settings)
+    elif settings.model not in ("environment", "bare"):
         settings = _of_lens(settings)
     exposure = ring("Exposure", settings.exposure, scale.exposure_scale(),
                     "Stops by which the picture is brightened; the stop itself does not change its brightness")
@@ -124,6 +127,18 @@ def _zoom(settings: Settings) -> Settings:
     if turned == length:
         return settings
     return within_reach(replace(settings, zoom=zoom_of(lens, turned)))
+
+
+def _hole(settings: Settings) -> Settings:
+    distances = scale.focal_length_scale(5.0, 800.0, DEFAULT.hole_distance)
+    distance = ring("Film distance", settings.hole_distance, distances,
+                    "From the hole to the film: the focal length of a pinhole")
+    settings = replace(settings, hole_distance=distance)
+    best = readings(settings.plain("hole_diameter")).entrance_pupil or 0.3
+    shown = settings.hole_diameter or best
+    hole = ring("Hole", shown, sensor_scales.hole_scale(best),
+                "Diameter of the hole. The sharpest is 1.9 times the root of wavelength times film distance")
+    return settings if hole == shown else replace(settings, hole_diameter=None if hole == best else hole)
 
 
 def _focal_lengths(designed: float) -> scale.Scale:

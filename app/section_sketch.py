@@ -50,7 +50,7 @@ def sketch(settings: Settings) -> Sketch:
     if settings.model == "perspective":
         return _perspective(optical(settings))
     if settings.lensless:
-        raise ValueError(readings(settings).reason)
+        raise ValueError(readings(settings).reason or "A hole and a film: there is no lens to draw")
     return _of_lens(setup(settings), design(settings), optical(settings))
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.iris import MOST_BLADES
 
 VERSION = 2                     # of the settings in a picture's metadata
 MODELS = {                      # the cameras that the bench offers
@@ -28,9 +29,11 @@ MODELS = {                      # the cameras that the bench offers
     "orthographic": "Orthographic",
     "fisheye": "Ideal fisheye",
     "environment": "Panorama",
+    "hole": "Pinhole of finite size",
+    "bare": "Bare sensor, no lens",
 }
 REAL = ("trace", "polynomial")  # those of them that follow the real lens
-LENSLESS = ("perspective", "orthographic", "fisheye", "environment")        # those that use no prescription
+LENSLESS = ("perspective", "orthographic", "fisheye", "environment", "hole", "bare")    # without a prescription
 PROJECTIONS = {                 # of the ideal fisheye: what the angle from the axis becomes on the film
     "equidistant": "Equidistant, r = f θ",
     "equisolid": "Equisolid, r = 2f sin θ/2",
@@ -43,6 +46,9 @@ FOV_AXES = {"shorter": "Shorter side", "longer": "Longer side", "horizontal": "W
             "diagonal": "Diagonal"}
 DISPERSIONS = {"auto": "Where the glasses are known", "on": "On", "off": "Off"}
 READOUTS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}          # in the upright picture
+EXPOSURES = {"plain": "As it is", "triangle": "Exposed", "automatic": "Auto ISO"}
+METERINGS = {"mean": "Average", "highlights": "Highlights"}
+BITS = (8, 10, 12, 14, 16)
 TONES = {"none": "None", "filmic": "Filmic", "agx": "AgX-like"}
 OVERLAYS = {"none": "None", "coc": "Circle of confusion", "peaking": "Focus peaking", "clipping": "Clipping zebra"}
 VIEWS = {                       # what is shown: the picture, or what its samples are
@@ -55,7 +61,24 @@ VIEWS = {                       # what is shown: the picture, or what its sample
     "weight": "Sample weight",
 }
 COMPARISONS = {"off": "Off", "side": "Side by side", "wipe": "Wipe", "difference": "Difference"}
+# Fields that never restart a render; those of motion, which only what moves reads; those of the camera's place
+LOOK = ("samples", "exposure", "tone", "overlay", "compare", "wipe", "limit", "exposing", "metering", "iso", "noise",
+        "full_well", "quantum_efficiency", "read_noise", "bits")
+MOTION = ("end_position", "end_yaw", "end_pitch", "duration", "moment", "shutter", "shutter_ramp", "readout",
+          "readout_direction")
+PLACE = ("position", "yaw", "pitch")
 LIMITS = {"diagonal": "Diagonal / 1500", "pixel": "One pixel"}
+
+
+FINITE = ("film_width", "film_height", "crop", "fov", "fisheye_fov", "yaw", "pitch", "end_yaw", "end_pitch", "moment",
+          "blade_rotation", "exposure")
+# What must be positive, and what may be 0 as well: its words and its unit
+POSITIVE = {"focal_length": ("focal length", " mm"), "scene_width": ("width of the scene", " mm"),
+            "hole_distance": ("film distance", " mm"), "hole_diameter": ("hole", " mm"), "duration": ("duration", " s"),
+            "shutter": ("shutter", " s"), "iso": ("ISO", ""), "full_well": ("full well", " electrons"),
+            "f_number": ("f-number", "")}
+NOT_NEGATIVE = {"lens_radius": ("lens radius", " mm"), "readout": ("read-out", " s"),
+                "read_noise": ("read noise", " electrons")}
 
 
 class SettingsError(ValueError):
@@ -81,10 +104,15 @@ class Settings:
     projection: str = "equidistant"         # of the ideal fisheye: a key of PROJECTIONS
     layout: str = "equirectangular"         # of the panorama: a key of LAYOUTS
     scene_width: float = 1500.0             # of the orthographic camera: mm of scene across the film
+    hole_distance: float = 50.0             # of the pinhole of finite size: hole → film, mm
+    hole_diameter: float | None = None      # of that hole, mm; None: the sharpest
     lens_radius: float = 0.0                # of the orthographic camera, mm: how wide its rays part; 0: parallel
     pixels_x: int = 960
     pixels_y: int = 640
     f_number: float | None = 2.8            # None: wide open
+    blades: int | None = None               # of the stop, 0 for a circle; None: as the lens was designed
+    blade_rotation: float = 0.0             # counter-clockwise, of the blades that are set here
+    roundness: float = 0.0                  # of these blades: 0 straight, 1 a circle
     focus_distance: float = 1200.0          # from the film; math.inf is allowed
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)     # of the camera in the world
     yaw: float = 0.0                        # to the left is positive
@@ -102,6 +130,14 @@ class Settings:
     seed: int = 0
     view: str = "picture"                   # a key of VIEWS
     exposure: float = 0.0
+    exposing: str = "plain"                 # what makes the picture bright, beside `exposure`: a key of EXPOSURES
+    metering: str = "mean"                  # of the automatic exposure: a key of METERINGS
+    iso: float = 100.0
+    noise: bool = False                     # whether the picture is what a sensor makes of the light
+    full_well: float = 50_000.0             # electrons
+    quantum_efficiency: float = 0.5         # electrons a photon
+    read_noise: float = 3.0                 # electrons, rms
+    bits: int = 14                          # one of BITS
     tone: str = "filmic"
     overlay: str = "none"
     compare: str = "off"                    # with the picture A: a key of COMPARISONS
@@ -136,29 +172,32 @@ class Settings:
         for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS),
                               ("view", VIEWS), ("compare", COMPARISONS), ("dispersion", DISPERSIONS),
                               ("fov_axis", FOV_AXES), ("projection", PROJECTIONS), ("layout", LAYOUTS),
-                              ("readout_direction", READOUTS)):
+                              ("readout_direction", READOUTS),
+                              ("exposing", EXPOSURES), ("metering", METERINGS), ("bits", BITS)):
             if getattr(self, name) not in choices:
-                raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(choices)}")
+                raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(map(str, choices))}")
         if not 0 <= self.seed < 1 << 32:
             raise SettingsError(f"seed {self.seed!r}: it must be a whole number from 0 to {(1 << 32) - 1}")
-        for name in ("film_width", "film_height", "crop", "fov", "yaw", "pitch", "exposure", "fisheye_fov", "end_yaw",
-                     "end_pitch", "moment", *(("focal_length",) if self.focal_length is not None else ())):
+        for name in FINITE:
             if not math.isfinite(getattr(self, name)):
                 raise SettingsError(f"{name} is {getattr(self, name)}: it must be a finite number")
+        for table, zero in ((POSITIVE, False), (NOT_NEGATIVE, True)):
+            for name, (what, unit) in table.items():
+                value = getattr(self, name)
+                if value is not None and not (math.isfinite(value) and (value > 0.0 or zero and value == 0.0)):
+                    raise SettingsError(f"{what} {value:g}{unit}: it must be "
+                                        + ("0 or positive" if zero else "a positive number"))
         for name in ("position", "end_position"):
             if not all(math.isfinite(x) for x in getattr(self, name) or ()):
                 raise SettingsError(f"{name} {getattr(self, name)}: it must be three finite numbers")
-        for name, what, unit in (("scene_width", "width of the scene", "mm"), ("duration", "duration", "s"),
-                                 ("shutter", "shutter", "s")):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise SettingsError(f"{what} {getattr(self, name):g} {unit}: it must be a positive number")
-        for name, what, unit in (("lens_radius", "lens radius", "mm"), ("readout", "read-out", "s")):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise SettingsError(f"{what} {getattr(self, name):g} {unit}: it must be 0 or positive")
+        if not 0.0 < self.quantum_efficiency <= 1.0:
+            raise SettingsError(f"quantum efficiency {self.quantum_efficiency:g}: it must lie between 0 and 1")
+        if not (self.blades is None or self.blades == 0 or 3 <= self.blades <= MOST_BLADES):
+            raise SettingsError(f"{self.blades} blades: a stop has 3 to {MOST_BLADES} of them, or 0 for a circle")
+        if not 0.0 <= self.roundness <= 1.0:
+            raise SettingsError(f"roundness {self.roundness:g}: it must lie from 0 (straight blades) to 1 (a circle)")
         if not 0.0 <= self.shutter_ramp <= 0.5:
             raise SettingsError(f"shutter ramp {self.shutter_ramp:g}: it must lie from 0 to 0.5 of the shutter time")
-        if self.focal_length is not None and self.focal_length <= 0.0:
-            raise SettingsError(f"focal length {self.focal_length:g} mm: it must be positive")
         if not 0.0 <= self.zoom <= 1.0:
             raise SettingsError(f"zoom {self.zoom:g}: it must lie from 0 (wide) to 1 (tele)")
         if not 0.0 <= self.wipe <= 1.0:
@@ -170,8 +209,6 @@ class Settings:
         if not 0.0 < self.fisheye_fov < 2.0 * math.pi:
             raise SettingsError(f"field of view {math.degrees(self.fisheye_fov):g}°: of a fisheye it must lie between "
                                 "0° and 360°")
-        if self.f_number is not None and not (math.isfinite(self.f_number) and self.f_number > 0.0):
-            raise SettingsError(f"f-number {self.f_number:g}: it must be a positive number")
         if math.isnan(self.focus_distance) or self.focus_distance <= 0.0:
             raise SettingsError(f"focus distance {self.focus_distance:g} mm: it must be positive")
         if self.samples < 1:
@@ -195,6 +232,11 @@ class Settings:
         return self.end_position is not None
 
     @property
+    def moves(self) -> bool:
+        """Whether the camera moves, or anything before it."""
+        return self.keyframed or _scene_moves(self.scene)
+
+    @property
     def world_from_camera(self) -> np.ndarray:
         """(4, 4) of the first keyframe, or of the camera that stands still."""
         return _placed(self.position, self.yaw, self.pitch)
@@ -213,27 +255,36 @@ class Settings:
         place = self.placement
         return place.at(self.moment) if isinstance(place, lb.AnimatedTransform) else place
 
+    def plain(self, *names: str) -> "Settings":
+        """With these fields as they are by default."""
+        default = Settings()
+        return replace(self, **{name: getattr(default, name) for name in names})
+
     @property
     def picture(self) -> "Settings":
         """What the rendered film depends on: everything else is set to its default."""
-        default = Settings()
-        still = {} if self.keyframed else {
-            name: getattr(default, name) for name in ("end_yaw", "end_pitch", "duration", "moment", "shutter",
-                                                      "shutter_ramp", "readout", "readout_direction")}
-        return replace(self, **still, samples=default.samples, exposure=default.exposure, tone=default.tone,
-                       overlay=default.overlay, compare=default.compare, wipe=default.wipe, limit=default.limit)
+        return self.plain(*LOOK) if self.moves else self.plain(*LOOK, *MOTION)
 
     @property
     def aim(self) -> "Settings":
         """What each place of the picture looks at: `picture` without focus and aperture, a little breathing aside."""
-        default = Settings()
-        return replace(self.picture, focus_distance=default.focus_distance, f_number=default.f_number,
-                       seed=default.seed, view=default.view)
+        return self.picture.plain("focus_distance", "f_number", "seed", "view", "blades", "blade_rotation", "roundness")
 
     @property
     def sample_view(self) -> str:
         """What of the samples is shown in place of the light, as the core names it; "" for the picture itself."""
         return "" if self.view == "picture" else self.view
+
+
+@lru_cache(maxsize=1)
+def _scene_moves(scene: str) -> bool:
+    """Whether anything moves in a scene; a file is looked at when it is chosen."""
+    from lensbench.app.scene_file import find_scene
+
+    try:
+        return find_scene(scene).moves
+    except (ValueError, OSError):               # the worker's to report
+        return False
 
 
 def _placed(position: tuple[float, float, float], yaw: float, pitch: float) -> np.ndarray:
@@ -276,6 +327,9 @@ def design(settings: Settings) -> lb.Lens:
     """
     path = Path(settings.lens)
     lens = _load(settings.lens, path.stat().st_mtime if path.is_file() else 0.0)
+    if settings.blades is not None:
+        lens = replace(lens, blades=settings.blades, blade_rotation=settings.blade_rotation,
+                       roundness=settings.roundness)
     if settings.focal_length is not None:
         lens = lens.scaled(settings.focal_length / lb.first_order(lens).efl)
     return lens.at(zoom=settings.zoom)
@@ -292,6 +346,8 @@ def camera(settings: Settings) -> lb.Camera:
         "world_from_camera": settings.placement, "shutter_open": settings.moment,
         "shutter_close": settings.moment + settings.shutter, "shutter_ramp": ramp,
         "readout": settings.readout, "readout_direction": settings.readout_direction}
+    stop: dict[str, Any] = {"blades": settings.blades or 0, "blade_rotation": settings.blade_rotation,
+                            "roundness": settings.roundness}
     if settings.model == "perspective":
         focal_length = perspective_focal_length(settings)
         radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
@@ -299,10 +355,14 @@ def camera(settings: Settings) -> lb.Camera:
             raise SettingsError(f"focus at {settings.focus_distance / 1000.0:.6g} m: the nearest distance of this "
                                 f"camera is {math.ceil(2.0 * focal_length) / 1000.0:g} m, twice its focal length")
         return lb.PerspectiveCamera(film, fov=settings.fov, fov_axis=settings.fov_axis, lens_radius=radius,
-                                    focus_distance=settings.focus_distance, **common)
+                                    focus_distance=settings.focus_distance, **stop, **common)
     if settings.model == "orthographic":
         return lb.OrthographicCamera(film, settings.scene_width * settings.crop, settings.lens_radius,
-                                     settings.focus_distance, **common)
+                                     settings.focus_distance, **stop, **common)
+    if settings.model == "hole":
+        return lb.PinholeCamera(film, settings.hole_distance, hole_diameter(settings) / 2.0, **common)
+    if settings.model == "bare":
+        return lb.BareSensor(film, **common)
     if settings.model == "fisheye":
         return lb.FisheyeCamera(film, settings.fisheye_fov, settings.projection, settings.fov_axis, **common)
     if settings.model == "environment":
@@ -315,3 +375,8 @@ def camera(settings: Settings) -> lb.Camera:
 def perspective_focal_length(settings: Settings) -> float:
     """Of the perspective camera, mm: what its field of view makes of its film."""
     return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis).film_distance
+
+
+def hole_diameter(settings: Settings) -> float:
+    """Of the pinhole of finite size, mm: as it is set, or the sharpest for what is far away."""
+    return settings.hole_diameter or lb.best_pinhole(settings.hole_distance)

@@ -16,7 +16,8 @@ from lensbench.app.export import replacing
 from lensbench.app.settings import VERSION, Settings, SettingsError
 
 HEAD = "# lensbench: lengths in mm, angles in radians, times in seconds, exposure in stops\n"
-WORDS = {"focal_length": "designed", "f_number": "open", "end_position": "none"}       # that stand for None
+WORDS = {"focal_length": "designed", "f_number": "open", "blades": "designed", "end_position": "none",
+         "hole_diameter": "sharpest"}           # that stand for None
 LONGEST = 1 << 20               # bytes that are read
 
 
@@ -84,7 +85,10 @@ def _where(plain: dict[str, Any], text: str) -> str:
 def _placed(settings: Settings, folder: Path) -> Settings:
     """With lens and scene files that stand beside the settings by their whole paths."""
     def place(text: str) -> str:
-        path = (folder / text).resolve()
-        return str(path) if path.suffix and path.is_file() else text
+        try:
+            path = (folder / text).resolve()
+            return str(path) if path.suffix and path.is_file() else text
+        except ValueError:              # no name that a file may have
+            return text
 
     return replace(settings, lens=place(settings.lens), scene=place(settings.scene))

@@ -91,6 +91,8 @@ def test_a_still_camera_renders_the_same_picture_whatever_its_shutter():
     assert still.picture == SMALL.picture
     moving = replace(SMALL, end_position=(0.0, 0.0, 0.0))
     assert replace(moving, shutter=2.0).picture != moving.picture
+    fair = replace(SMALL, scene="fairground")               # where other things move
+    assert replace(fair, shutter=2.0, moment=0.5).picture != fair.picture
 
 
 def test_a_hand_moves_the_nearer_keyframe_and_goes_there():
@@ -147,7 +149,7 @@ def test_the_camera_is_keyframed_scrubbed_and_stilled_by_hand(drive):
         assert 0.0 < hand.settings.moment < SMALL.duration
         hand.drag(hand.at("**/Shutter", 0.6, 0.5), hand.at("**/Shutter", 0.3, 0.5))
         assert hand.settings.shutter > SMALL.shutter
-        hand.ctx.item_click("//$FOCUSED/lines left")
+        hand.ctx.item_click("//$FOCUSED/Lines left")
         hand.picture()
         assert hand.settings.readout_direction == "left"
         hand.ctx.item_click("//$FOCUSED/Stand still")
