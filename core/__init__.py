@@ -85,6 +85,7 @@ from lensbench.pupil import ExitPupil, exit_pupil, open_region  # noqa: E402
 from lensbench.render import Rendering, depth_map, render  # noqa: E402
 from lensbench.scene import Scene  # noqa: E402
 from lensbench.scenery.library import SCENES, builtin_scene  # noqa: E402
+from lensbench.scenery.medium import Medium, MediumError  # noqa: E402
 from lensbench.scenery.objects import (  # noqa: E402
     Disk,
     Floor,
@@ -108,13 +109,13 @@ __all__ = [
     "CameraError", "ChiefRay", "Disk", "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure",
     "ExposureError", "Falloff", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError",
     "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
-    "LensError", "Material", "OrthographicCamera", "Pattern", "PerspectiveCamera", "PinholeCamera", "Places",
-    "Positions", "PositionsError", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sensor",
-    "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError", "astigmatic_foci", "best_pinhole",
-    "builtin_scene", "chief_ray", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution",
-    "distortion", "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours",
-    "field_of_view", "film_distance", "film_extent", "first_order", "focal_length", "focused", "focused_distance",
-    "hyperfocal", "irradiance", "look_at", "luminance", "metered_stops", "nearest_focus", "open_region",
-    "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number",
-    "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
+    "LensError", "Material", "Medium", "MediumError", "OrthographicCamera", "Pattern", "PerspectiveCamera",
+    "PinholeCamera", "Places", "Positions", "PositionsError", "Rays", "Rectangle", "Rendering", "Scene",
+    "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError",
+    "astigmatic_foci", "best_pinhole", "builtin_scene", "chief_ray", "circle_of_confusion", "depth_map",
+    "depth_of_field", "depth_resolution", "distortion", "distortion_grid", "equivalent", "ev100", "exit_pupil",
+    "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent", "first_order", "focal_length",
+    "focused", "focused_distance", "hyperfocal", "irradiance", "look_at", "luminance", "metered_stops",
+    "nearest_focus", "open_region", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render",
+    "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
 ]

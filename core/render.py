@@ -51,7 +51,7 @@ class Rendering:
         self._before = sampler(film.pixels_x, lit=shadows, timed=timed) if steps is None else steps
         splats = Splats(camera, scene, self.seed, real) if splat and not view else None
         self._splats = splats if splats is not None and splats.lights else None
-        self._after = scene.steps(shadows, camera.shutter_open, self.splatted)
+        self._after = scene.steps(shadows, camera.shutter_open, self.splatted, camera.medium)
         self._camera, self._real = camera, real
         self._disperses = camera.disperses and not view
         seen = view_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]

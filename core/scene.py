@@ -17,6 +17,7 @@ from lensbench.scenery.bounce import bounce
 from lensbench.scenery.coat import SHARP, coat, coat_parameters
 from lensbench.scenery.floor import floor, floor_parameters
 from lensbench.scenery.light import RISE0, RISE1, RISE2, RISE4, ambient, begin, daylight, finish, settle
+from lensbench.scenery.medium import Medium
 from lensbench.scenery.moving import displaced, motion_parameters, moving, moving_parameters
 from lensbench.scenery.moving_light import (
     after,
@@ -61,14 +62,16 @@ class Scene:
         """Whether anything in it moves: its stages then read TIME."""
         return any(o.moves for o in self.objects)
 
-    def steps(self, shadows: bool = True, opening: float = 0.0, unseen: frozenset[int] = frozenset()) -> list[Step]:
+    def steps(self, shadows: bool = True, opening: float = 0.0, unseen: frozenset[int] = frozenset(),
+              medium: Medium | None = None) -> list[Step]:
         """The stages from a world ray (X Y Z, L M N), with V0 V1 for the lights, to RED, GREEN, BLUE, its radiance.
 
         shadows=False leaves shadows and occlusion out. A scene without metal or glass has no step for them. Where
         something moves, TIME is in seconds since `opening` (s). unseen: numbers of `objects` that shine, but are
-        black where the ray itself meets them.
+        black where the ray itself meets them. medium: what all is seen through; clear air has no step.
         """
-        return list(_steps(self, shadows, opening if self.moves else 0.0, unseen))
+        fog = None if medium is None or medium.is_clear else replace(medium, index=1.0)
+        return list(_steps(self, shadows, opening if self.moves else 0.0, unseen, fog))
 
     def marking_steps(self) -> list[Step]:
         """The stages that tell which of the things that do not move a ray meets, with its radiance or albedo.
@@ -266,18 +269,19 @@ def depth_picture(lanes, p, key):
 
 
 @lru_cache(maxsize=16)
-def _steps(scene: Scene, shadows: bool, opening: float, unseen: frozenset[int]) -> tuple[Step, ...]:
+def _steps(scene: Scene, shadows: bool, opening: float, unseen: frozenset[int], medium: Medium | None,
+           ) -> tuple[Step, ...]:
     """The stages of a scene, kept: a slider asks for the same ones again and again."""
     mirrors = any(o.material.kind in ("metal", "glass") for o in scene.objects)
     casters = any(not o.material.shines for o in scene.objects)
-    if not (mirrors or scene._glosses or scene._lamps or (shadows and casters)):
+    if not (mirrors or scene._glosses or scene._lamps or (shadows and casters) or medium):
         return (*scene._geometry(opening, unseen=unseen),
                 Step(daylight, np.concatenate([scene._surround, scene.ambient, scene._sun])))
-    light = scene._light(shadows, opening)
-    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening, unseen=unseen), *scene._coats(last=False),
+    light, fog = scene._light(shadows, opening), [] if medium is None else medium.steps
+    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening, unseen=unseen), *fog, *scene._coats(last=False),
              Step(settle, np.zeros(1)), *light]
     for k in range(BOUNCES if mirrors else 0):
-        onward = [Step(bounce, np.zeros(1)), *scene._geometry(opening, gleam=True),
+        onward = [Step(bounce, np.zeros(1)), *scene._geometry(opening, gleam=True), *fog,
                   *scene._coats(last=k == BOUNCES - 1), Step(settle, np.zeros(1)), *light]
         steps += [step._replace(gated=True) for step in onward]
     return (*steps, Step(finish, np.zeros(1)))

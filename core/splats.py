@@ -74,8 +74,9 @@ class Splats:
             way = self._camera.way_back(wavelength)
             assert way is not None
             numbers = np.concatenate([chosen.numbers for chosen in self._chosen])
+            dimming = [] if self._camera.medium is None else self._camera.medium.dimming
             steps = [Step(net, []), Step(emit, numbers), *self._camera.carried, *self._scene.marking_steps(),
-                     Step(turn_back, numbers), *way.steps, *([channel(colour)] if colour else [])]
+                     *dimming, Step(turn_back, numbers), *way.steps, *([channel(colour)] if colour else [])]
             self._programs[wavelength, colour] = Program(steps, self._real)
         return self._programs[wavelength, colour]
 

@@ -16,6 +16,7 @@ from lensbench.glass import D_LINE
 from lensbench.lanes import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.motion import AnimatedTransform
 from lensbench.sampling import unit_square
+from lensbench.scenery.medium import Medium
 from lensbench.shutter import DIRECTIONS, clock_step
 from lensbench.spaces import Intrinsics, Places, Spaces, Window, transformed, window_of
 from lensbench.transform import checked, placed
@@ -45,7 +46,7 @@ class Camera:
     shutter; shutter_open and shutter_close are those of the first line, and readout_direction
     says where the lines go in the upright picture: "down", "up", "left" or "right".
     weights: "relative" (the unvignetted axis point is 1, whatever the stop) or "physical"
-    (cos⁴θ · area / z² · effective time).
+    (cos⁴θ · area / z² · effective time). medium: what lies between the camera and the scene; None: clear air.
     """
 
     if TYPE_CHECKING:                   # each camera's own field, in its own place among them
@@ -59,6 +60,7 @@ class Camera:
     readout: float = 0.0
     readout_direction: str = "down"
     weights: str = "relative"
+    medium: Medium | None = None
 
     def __post_init__(self):
         if isinstance(self.world_from_camera, AnimatedTransform):
