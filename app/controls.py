@@ -88,7 +88,7 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
     for name, tip, used, content in parts:
         imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
         imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if used else colour.dim)))
-        if imgui.button(name):
+        if imgui.button(f"{name}###{name}"):
             imgui.open_popup(name)
         imgui.pop_style_color(2)
         imgui.set_item_tooltip(tip)
