@@ -19,16 +19,14 @@ gratings, tilts and decentres are refused.
 
 import re
 from dataclasses import replace
-from math import inf, isfinite
+from decimal import Decimal
 
 from lensbench.glass import AIR, Glass
-from lensbench.lenses import configurations, glass_catalogue, media
+from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import LONGEST_NAME, check_lines, file_curvature, file_number, is_number
+from lensbench.lenses.encoding import check_lines, file_curvature, file_number, is_number, plain_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError
-from lensbench.lenses.soundness import axial_heights
-from lensbench.lenses.stations import Station, stations_of
 from lensbench.prescription import Lens
 
 UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
@@ -103,7 +101,7 @@ def _statements(text: str) -> list[tuple[int, list[str]]]:
             words = []
     if words:
         found.append((start, words))
-    return [(line, [words[0].upper(), *words[1:]]) for line, words in found]
+    return [(line, [words[0] if words[0][0] in "'\"" else words[0].upper(), *words[1:]]) for line, words in found]
 
 
 class _Sequence:
@@ -326,7 +324,7 @@ class _Sequence:
         if key == "END":
             self.private = False
         elif key == "PWL":
-            self.wavelengths = [file_number(word, "PWL") / 1000.0 for word in values]
+            self.wavelengths = [_micrometres(word) for word in values]
         elif values:
             name = words[0].strip("'\"")
             kind = values[0].upper()
@@ -352,72 +350,7 @@ class _Sequence:
         return file_number(self.word(values), "the value", infinite=infinite)
 
 
-def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
-    """The text of a .seq file, and what it could not hold, one sentence each."""
-    stations, remarks = stations_of(lens)
-    lens = lens.at(zoom=0.0, close=0.0)
-    title = _short(lens.name)
-    lines = ["RDM N; LEN", f"TITLE '{title}'", "DIM M", "WL 656.2725 587.5618 486.1327", "REF 2",
-             *_entrance_pupil(lens), "YAN 0.0", "SO 0.0 0.1e14"]
-    for i, s in enumerate(lens.surfaces):
-        glass = s.glass
-        words = [f"S {s.curvature!r} {s.thickness!r}"]
-        if glass.n_d != 1.0:
-            maker = media.maker_of(glass)
-            words.append(f"{glass_catalogue.key(glass.name)}_{maker}" if maker
-                         else f"{glass.n_d!r}:{glass.v_d or 0.0!r}")
-            if glass.name and not maker:
-                words.append(f"! {' '.join(glass.name.split())[:LONGEST_NAME]}")
-                remarks.append("glasses that no catalogue has are written by n_d and V_d, their names as comments")
-        lines.append(" ".join(words))
-        lines += ["  STO"] if i == lens.stop_index else []
-        if s.curvature_x is not None:
-            lines += ["  AAS", f"  CUX {s.curvature_x!r}"]
-        lines.append(f"  CIR {s.semi_diameter!r}")
-        letters = {power: letter for letter, power in TERMS.items()}
-        if s.aspheric:
-            lines += ["  ASP", f"  K {s.conic!r}"]
-            lines += [f"  {letters[power]} {a!r}" for power, a in s.aspheric if power in letters]
-            lost = [f"r^{power}" for power, _ in s.aspheric if power not in letters]
-            if lost:
-                remarks.append(f"surface {i}: its aspheric terms in {', '.join(lost)} cannot be written, and this is "
-                               "another lens")
-        elif s.conic:
-            lines += ["  CON", f"  K {s.conic!r}"]
-        if media.loss(glass, with_maker=True):
-            remarks.append(f"surface {i}: {media.loss(glass)}")
-    lines += ["SI 0.0 0.0", *_zoom_lines(lens, stations), "GO", ""]
-    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
-    if title != lens.name:
-        remarks.append("the name is written in one short line, without quotes")
-    remarks += configurations.lost(stations, _short)
-    return "\n".join(lines), tuple(dict.fromkeys(remarks))
-
-
-def _zoom_lines(lens: Lens, stations: list[Station]) -> list[str]:
-    """The zoom positions: their number, their names, and the values of each quantity at every one."""
-    if not stations:
-        return []
-    lines = [f"ZOO {len(stations)}"]
-    if any(station.name for station in stations):
-        lines += ["ZOO TIT", *(f"TIT Z{k} '{_short(s.name)}'" for k, s in enumerate(stations, start=1))]
-    rows = [(f"ZOO THI S{i + 1}", [station.gaps[i] for station in stations]) for i in stations[0].gaps]
-    if any(not station.is_far for station in stations):
-        rows.insert(0, ("ZOO THI SO", [1e13 if station.is_far else station.distance for station in stations]))
-    if stations[0].stop is not None:
-        rows.append((f"ZOO CIR S{lens.stop_index + 1}", [station.stop or 0.0 for station in stations]))
-    for name, values in rows:
-        cut = [" ".join(map(repr, values[k:k + 4])) for k in range(0, len(values), 4)]
-        lines.append(" &\n ".join([f"{name} {cut[0]}", *cut[1:]]))
-    return lines
-
-
-def _short(text: str) -> str:
-    return " ".join(text.replace("'", " ").split())[:LONGEST_NAME].strip()
-
-
-def _entrance_pupil(lens: Lens) -> list[str]:
-    """The line about the paraxial diameter of the entrance pupil (mm), where there is one."""
-    height = axial_heights(lens.surfaces)[lens.stop_index]
-    diameter = 2.0 * lens.stop.semi_diameter / abs(height) if height else inf
-    return [f"EPD {diameter!r}"] if isfinite(diameter) else []
+def _micrometres(word: str) -> float:
+    """A wavelength in nm, from its digits."""
+    file_number(word, "PWL")
+    return float(Decimal(plain_number(word)).scaleb(-3))

@@ -6,7 +6,18 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from lensbench.lenses import catalogue, codev, optical_bench, optiland, oslo, pbrt_format, rayoptics, toml_format, zemax
+from lensbench.lenses import (
+    catalogue,
+    codev,
+    codev_writer,
+    optical_bench,
+    optiland,
+    oslo,
+    pbrt_format,
+    rayoptics,
+    toml_format,
+    zemax,
+)
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
 from lensbench.prescription import Lens
@@ -27,7 +38,7 @@ WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
     ".toml": toml_format.write,
     ".dat": pbrt_format.write,
     ".zmx": zemax.write,
-    ".seq": codev.write,
+    ".seq": codev_writer.write,
     ".txt": optical_bench.write,
     ".len": oslo.write,
     ".json": optiland.write,

@@ -100,6 +100,14 @@ def tabulated(name: str, points: list[tuple[float, float]]) -> Glass:
         raise RowError(str(error)) from None
 
 
+def is_plain_table(glass: Glass) -> bool:
+    """Whether a glass is a table of indices and no more, so that `tabulated` makes it of its pairs again."""
+    try:
+        return glass.formula == "table" and tabulated(glass.name, list(glass.coefficients)) == glass
+    except RowError:
+        return False
+
+
 def listed(name: str, maker: str | None, points: list[tuple[float, float]]) -> Glass | None:
     """The catalogue's glass of this name, where its index is that of every (wavelength µm, index) pair; else None."""
     glass = glass_catalogue.lookup(name, maker) if name else None

@@ -154,7 +154,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
             shape = "a cylinder or toroid" if s.curvature_x is not None else "aspheric"
             remarks.append(f"surface {i} is {shape}, which pbrt's files cannot hold: its sphere alone is written, "
                            "and this is another lens")
-    if any(s.glass.v_d is not None for s in lens.surfaces):
+    if any(s.glass.v_d is not None or s.glass.disperses for s in lens.surfaces):
         remarks.append("Abbe numbers are left out: pbrt's files have one index, at the d line")
     if any(s.glass.name for s in lens.surfaces):
         remarks.append("names of glasses are left out")

@@ -194,7 +194,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
                                clear=True))
         profiles.append(_profile(s))
         gaps.append(_gap(s.thickness, s.glass))
-        if s.glass.formula != "table" and media.loss(s.glass, with_maker=True):
+        if not media.is_plain_table(s.glass) and media.loss(s.glass, with_maker=True):
             remarks.append(f"surface {i}: {media.loss(s.glass)}")
         if s.curvature and s.curvature_x:
             remarks.append(f"surface {i} is a biconic toroid: the torus of the same two curvatures is written, and "
@@ -261,7 +261,7 @@ def _medium(glass: Glass) -> dict[str, Any]:
     c = list(glass.coefficients)
     if glass.formula == formula and len(c) == 6:
         return _wrapped(module, kind, {"gname": glass.name, "coefs": c if formula == "schott" else c[::2] + c[1::2]})
-    if maker or glass.formula == "table":
+    if maker or media.is_plain_table(glass):
         if glass.formula == "table":
             points = [(EXACT.multiply(exact(w), Decimal(1000)), n) for w, n in glass.coefficients]
         else:

@@ -4,10 +4,16 @@ from dataclasses import replace
 from itertools import product
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from lensbench import Glass, Surface, lenses
-from lensbench.lenses import glass_catalogue
+from lensbench import Glass, Lens, Surface, lenses
+from lensbench.lenses import glass_catalogue, media
+from lensbench.lenses.encoding import is_number
 from lensbench.lenses.lens_file import ONE_POSITION, READERS, WRITERS
+from lensbench.lenses.media import code
+from lensbench.lenses.rows import RowError
+from tests.lenses.samples import plain_words
 
 WORDS = ("name", "kind", "year", "source", "notes", "stated_efl", "stated_f_number")
 EXACT = [suffix for suffix in WRITERS if suffix != ".dat"]      # pbrt's four columns hold less
@@ -61,6 +67,26 @@ def test_catalogue_glasses_of_every_maker_and_formula_come_back(suffix, maker):
         found, remarks = through(lens, suffix)
         # A name that one maker gives to two glasses is not unique, and a writer says so
         assert found.surfaces[0].glass == glass or any("surface 0" in remark for remark in remarks), entry
+
+
+indices = st.lists(st.integers(1_450_000, 1_900_000), min_size=4, max_size=6).map(lambda ns: sorted(ns, reverse=True))
+
+
+@given(st.lists(st.integers(3400, 9000), min_size=6, max_size=6, unique=True), indices, plain_words)
+@settings(deadline=None, max_examples=60)
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_said(suffix, places, ns, name):
+    points = [(place / 1e4, n / 1e6) for place, n in zip(sorted(places), ns, strict=False)]
+    try:
+        glass = media.tabulated(name, points)
+    except RowError:                                    # the cubic through steps of a glass can fall below 1
+        return
+    lens = Lens((Surface(0.02, 5.0, 10.0, glass), Surface(0.0, 90.0, 9.0)), 1)
+    found, remarks = through(lens, suffix)
+    kept = found.surfaces == lens.surfaces
+    assert kept or any(word in remark for remark in remarks for word in ("surface 0", "glass", "one index"))
+    if suffix in (".toml", ".roa") or (suffix == ".seq" and len(name) > 1 and not is_number(name) and not code(name)):
+        assert kept, remarks
 
 
 @pytest.mark.parametrize("suffix", [suffix for suffix in WRITERS if suffix != ".toml"])

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 
 from lensbench import AIR, Glass, Lens, Surface, lenses
-from lensbench.lenses import glass_catalogue
+from lensbench.lenses import glass_catalogue, media
 from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
 
 OPTILAND = json.loads((DATA / "four.json").read_text())
@@ -149,7 +149,7 @@ def test_what_is_lost_is_said(tmp_path, suffix):
     lens = lenses.load("pbrt-dgauss-50mm")
     assert lenses.save(lens, tmp_path / f"a{suffix}") == (
         "left out: kind, year, source, stated focal length, stated f-number, notes",)
-    table = Glass(1.5, 60.0, "MINE", "table", ((0.4, 1.51), (0.5875618, 1.5), (0.7, 1.49)))
+    table = media.tabulated("MINE", [(0.4, 1.51), (0.5875618, 1.5), (0.7, 1.49)])
     formula = replace(glass_catalogue.find("N-BK7"), name="MINE")
     for glass, kept in ((table, suffix == ".roa"), (formula, False)):
         odd = Lens((Surface(0.01, 5.0, 9.0, glass), Surface(0.0, 90.0, 9.0)), 1)

@@ -1,0 +1,110 @@
+"""CODE V sequence files (.seq) as they are written: see `codev` for what stands in them."""
+
+from decimal import Decimal
+from math import inf, isfinite
+
+from lensbench.glass import Glass
+from lensbench.lenses import configurations, glass_catalogue, media
+from lensbench.lenses.codev import TERMS
+from lensbench.lenses.encoding import LONGEST_NAME, is_number
+from lensbench.lenses.soundness import axial_heights
+from lensbench.lenses.stations import Station, stations_of
+from lensbench.prescription import Lens
+
+
+def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
+    """The text of a .seq file, and what it could not hold, one sentence each."""
+    stations, remarks = stations_of(lens)
+    lens = lens.at(zoom=0.0, close=0.0)
+    title = _short(lens.name)
+    private = _private_glasses(lens)
+    lines = ["RDM N; LEN", f"TITLE '{title}'", "DIM M", "WL 656.2725 587.5618 486.1327", "REF 2",
+             *_entrance_pupil(lens), "YAN 0.0", *_private_lines(private), "SO 0.0 0.1e14"]
+    for i, s in enumerate(lens.surfaces):
+        glass = s.glass
+        words = [f"S {s.curvature!r} {s.thickness!r}"]
+        if glass in private:
+            words.append(f"'{private[glass]}'")
+        elif glass.n_d != 1.0:
+            maker = media.maker_of(glass)
+            words.append(f"{glass_catalogue.key(glass.name)}_{maker}" if maker
+                         else f"{glass.n_d!r}:{glass.v_d or 0.0!r}")
+            if glass.name and not maker:
+                words.append(f"! {' '.join(glass.name.split())[:LONGEST_NAME]}")
+                remarks.append("glasses that no catalogue has are written by n_d and V_d, their names as comments")
+        lines.append(" ".join(words))
+        lines += ["  STO"] if i == lens.stop_index else []
+        if s.curvature_x is not None:
+            lines += ["  AAS", f"  CUX {s.curvature_x!r}"]
+        lines.append(f"  CIR {s.semi_diameter!r}")
+        letters = {power: letter for letter, power in TERMS.items()}
+        if s.aspheric:
+            lines += ["  ASP", f"  K {s.conic!r}"]
+            lines += [f"  {letters[power]} {a!r}" for power, a in s.aspheric if power in letters]
+            lost = [f"r^{power}" for power, _ in s.aspheric if power not in letters]
+            if lost:
+                remarks.append(f"surface {i}: its aspheric terms in {', '.join(lost)} cannot be written, and this is "
+                               "another lens")
+        elif s.conic:
+            lines += ["  CON", f"  K {s.conic!r}"]
+        if glass not in private and media.loss(glass, with_maker=True):
+            remarks.append(f"surface {i}: {media.loss(glass)}")
+    lines += ["SI 0.0 0.0", *_zoom_lines(lens, stations), "GO", ""]
+    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
+    if title != lens.name:
+        remarks.append("the name is written in one short line, without quotes")
+    remarks += configurations.lost(stations, _short)
+    return "\n".join(lines), tuple(dict.fromkeys(remarks))
+
+
+def _zoom_lines(lens: Lens, stations: list[Station]) -> list[str]:
+    """The zoom positions: their number, their names, and the values of each quantity at every one."""
+    if not stations:
+        return []
+    lines = [f"ZOO {len(stations)}"]
+    if any(station.name for station in stations):
+        lines += ["ZOO TIT", *(f"TIT Z{k} '{_short(s.name)}'" for k, s in enumerate(stations, start=1))]
+    rows = [(f"ZOO THI S{i + 1}", [station.gaps[i] for station in stations]) for i in stations[0].gaps]
+    if any(not station.is_far for station in stations):
+        rows.insert(0, ("ZOO THI SO", [1e13 if station.is_far else station.distance for station in stations]))
+    if stations[0].stop is not None:
+        rows.append((f"ZOO CIR S{lens.stop_index + 1}", [station.stop or 0.0 for station in stations]))
+    return lines + [_cut(name, [repr(value) for value in values]) for name, values in rows]
+
+
+def _short(text: str) -> str:
+    return " ".join(text.replace("'", " ").split())[:LONGEST_NAME].strip()
+
+
+def _entrance_pupil(lens: Lens) -> list[str]:
+    """The line about the paraxial diameter of the entrance pupil (mm), where there is one."""
+    height = axial_heights(lens.surfaces)[lens.stop_index]
+    diameter = 2.0 * lens.stop.semi_diameter / abs(height) if height else inf
+    return [f"EPD {diameter!r}"] if isfinite(diameter) else []
+
+
+def _private_glasses(lens: Lens) -> dict[Glass, str]:
+    """The glasses that are tables of indices, each with a name of its own, under which a reader finds them."""
+    names: dict[Glass, str] = {}
+    for glass in dict.fromkeys(surface.glass for surface in lens.surfaces):
+        name = _short(glass.name)
+        if media.is_plain_table(glass) and name == glass.name != "" and not is_number(name) and not media.code(name) \
+                and name.upper() not in {*media.MIRROR_NAMES, *(other.upper() for other in names.values())}:
+            names[glass] = name
+    return names
+
+
+def _private_lines(names: dict[Glass, str]) -> list[str]:
+    """A block PRV … END for each table: wavelengths in nm with all their digits, and the indices there."""
+    lines: list[str] = []
+    for glass, name in names.items():
+        places = [str(Decimal(repr(w)).scaleb(3)) for w, _ in glass.coefficients]
+        indices = [repr(n) for _, n in glass.coefficients]
+        lines += ["PRV", _cut("PWL", places), _cut(f"'{name}'", indices), "END"]
+    return lines
+
+
+def _cut(name: str, words: list[str]) -> str:
+    """A command of many values, four on a line."""
+    rows = [" ".join(words[k:k + 4]) for k in range(0, len(words), 4)]
+    return " &\n ".join([f"{name} {rows[0]}", *rows[1:]])
