@@ -203,7 +203,8 @@ class LensCamera(Camera):
         slope = back[3:5].T / cosine[:, None]
         film, rear = points - back[2][:, None] * slope, points - (back[2] + self.film_distance)[:, None] * slope
         passes = back[6] > 0.0
-        area = table.area_at(np.where(passes[:, None], film, 0.0), np.where(passes[:, None], rear, 0.0))
+        area = np.zeros(len(passes))
+        area[passes] = table.area_at(film[passes], rear[passes])
         with np.errstate(divide="ignore"):
             way = self.film_distance**2 / (area * cosine**3)
         one = np.ones(len(passes)) / self._film_area

@@ -264,6 +264,7 @@ def test_rays_of_a_thick_lens_leave_the_entrance_pupil_and_meet_at_the_conjugate
     assert plane == pytest.approx(-distance, abs=1e-8)
     t = (plane - rays.origins[:, 2]) / rays.directions[:, 2]
     met = (rays.origins + t[:, None] * rays.directions)[:, :2]
+    assert np.ptp(met.reshape(3, 60, 2), axis=1).max() < 1e-10
     np.testing.assert_allclose(met, -film * ahead / behind, atol=1e-10 * distance / 50.0)
 
 

@@ -14,7 +14,7 @@ from lensbench.scenery.objects import Material
 FILM = lb.Film(36.0, 24.0, 96, 64)
 WORLD = lb.look_at((40.0, -30.0, 60.0), (400.0, 100.0, -3000.0))
 BLADES = {"blades": 5, "blade_rotation": 0.3}
-N = 1 << 17
+N = 1 << 16
 
 
 def dgauss(**more) -> lb.LensCamera:
@@ -77,7 +77,7 @@ def all_rays(camera: lb.Camera, z: float, half: float, slopes) -> tuple[np.ndarr
 
 @pytest.mark.parametrize("name", WIDE)
 def test_importance_integrates_to_the_mean_weight_and_the_densities_to_one(name):
-    """Over all positions and directions that there are: 131,072 places leave 1 %, for edges in four dimensions."""
+    """Over all positions and directions that there are: 65,536 places leave 1 %, for edges in four dimensions."""
     camera, z, half, slopes = WIDE[name]
     origins, directions, measure = all_rays(camera, camera.gaussian.z if z is None else z, half, slopes)
     found = camera.importance(origins, directions)
@@ -90,7 +90,7 @@ def test_importance_integrates_to_the_mean_weight_and_the_densities_to_one(name)
 
 @pytest.mark.parametrize("name", POINTS)
 def test_the_directions_of_a_camera_that_is_a_point_integrate_to_one(name):
-    """Over the sphere, evenly: 131,072 directions leave 0.3 %."""
+    """Over the sphere, evenly: 65,536 directions leave 0.3 %."""
     camera = POINTS[name]
     u, v = spread(2).T
     y, ring = 2.0 * u - 1.0, np.sqrt(4.0 * u * (1.0 - u))
@@ -147,9 +147,7 @@ def test_a_rays_weight_times_its_densities_is_its_importance(camera):
     assert not found.we[~lit].any() and np.isnan(found.raster[~lit]).all()
 
 
-@pytest.mark.parametrize("camera", [WIDE["thin lens"][0], WIDE["telecentric lens"][0], WIDE["thick lens"][0],
-                                    TRACED["trace"], TRACED["wide"], POINTS["equirectangular"], POINTS["equal-area"],
-                                    POINTS["stereographic fisheye"], POINTS["pinhole"]])
+@pytest.mark.parametrize("camera", [*(entry[0] for entry in WIDE.values()), *POINTS.values(), *TRACED.values()])
 def test_a_lamp_gives_the_film_what_its_importance_says(camera):
     """The mean of the picture against ∫ W L cos θ cos θ′ / d² over lamp and lens; 64 samples a pixel leave 1 %."""
     everywhere = isinstance(camera, (lb.EnvironmentCamera, lb.FisheyeCamera))
@@ -172,8 +170,7 @@ def test_a_lamp_gives_the_film_what_its_importance_says(camera):
     elif everywhere or camera is POINTS["pinhole"]:
         start, area = np.zeros((N, 3)), 1.0
     else:
-        z = camera.gaussian.z
-        square = 20.0
+        z, square = camera.gaussian.z, 1.01 * abs(camera.gaussian.origin_pupil)
         if isinstance(camera, lb.LensCamera) and camera.follows_rays:
             z, square = -(camera.lens.length + camera.film_distance), 1.1 * camera.lens.surfaces[0].semi_diameter
         start, area = np.column_stack([square * (2.0 * u[:, 2:] - 1.0), np.full(N, z)]), (2.0 * square) ** 2
