@@ -9,9 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
 
-from lensbench.lenses.stations import FAR, Station
-
-MOST = 200              # configurations
+from lensbench.lenses.stations import FAR, MOST_STATIONS, Station
 
 
 @dataclass
@@ -25,7 +23,7 @@ class Configurations:
 
     def put(self, quantity: str, surface: int, configuration: int, value: float) -> None:
         """Keep "gap", "stop" or another quantity of a surface in a configuration; further ones are left out."""
-        if 1 <= configuration <= MOST:
+        if 1 <= configuration <= MOST_STATIONS:
             self.values.setdefault((quantity, surface), {})[configuration] = value
 
     def differs(self, what: str, value: str) -> None:
@@ -42,7 +40,7 @@ class Configurations:
         distance: of the object, where it is the same in all.
         """
         found = []
-        for k in range(1, min(self.count, MOST) + 1 if self.count > 1 else 1):
+        for k in range(1, min(self.count, MOST_STATIONS) + 1 if self.count > 1 else 1):
             station = Station(distance=inf if abs(distance) >= FAR else distance, name=self.names.get(k, ""))
             for (quantity, surface), by_number in self.values.items():
                 value = by_number.get(k, by_number.get(1))
@@ -63,8 +61,8 @@ class Configurations:
         lost = [what for what, values in self.other.items() if len(values) > 1]
         found = [f"{', '.join(sorted(lost))}: of what differs between the configurations, that of the first is "
                  "taken"] if lost else []
-        if self.count > MOST:
-            found.append(f"the first {MOST} of {self.count} configurations were read")
+        if self.count > MOST_STATIONS:
+            found.append(f"the first {MOST_STATIONS} of {self.count} configurations were read")
         return found
 
 

@@ -24,12 +24,11 @@ from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number, is_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
-from lensbench.lenses.stations import Station, stations_of
+from lensbench.lenses.stations import MOST_STATIONS, Station, stations_of
 from lensbench.prescription import Lens
 
 PLANES = ("CG", "FS", "INFINITY", "INF", "")
 LONGEST = 30            # aspheric coefficients in a line
-MOST_STATIONS = 100
 
 
 def read(text: str, path: str) -> Lens:

@@ -16,6 +16,7 @@ from lensbench.positions import Positions, PositionsError
 from lensbench.prescription import Lens, Surface
 
 FAR = 1e8               # mm: an object beyond it is at infinity
+MOST_STATIONS = 200     # that are read of a file
 
 
 @dataclass
