@@ -1,6 +1,7 @@
 """Positions in the project's lens file: read, written to the last bit, and each mistake with its line."""
 
 from math import inf
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -125,6 +126,18 @@ def test_positions_that_are_no_table_are_refused(tmp_path):
     head = TEXT.partition("[positions]")[0]
     assert "must be a table" in refusal(tmp_path, "a.toml", head.replace("format", "positions = 3\nformat", 1)).reason
     assert "the varying gaps are missing" in refusal(tmp_path, "a.toml", head + "[positions]\n").reason
+
+
+def test_the_example_of_the_documentation_is_read_as_it_says(tmp_path):
+    text = (Path(__file__).parents[2] / "docs" / "lens-files.md").read_text(encoding="utf-8")
+    lens = loaded(tmp_path, "a.toml", text.partition("```toml\n")[2].partition("```")[0])
+    assert lens.findings == () and (lens.blades, lens.roundness) == (9, 0.4)
+    assert lens.surfaces[4].aspheric == ((4, 1.5e-6), (6, -2e-9), (7, 1e-11)) and lens.surfaces[1].conic == -0.5
+    assert lens.surfaces[0].glass.formula == "sellmeier" and lens.positions.label(1, 1) == "tele, close"
+    assert lenses.check(lens) == []
+    for place, stated in ((0.0, 34.8), (1.0, 48.9)):
+        assert lb.first_order(lens.at(zoom=place)).efl == pytest.approx(stated, rel=1e-3)      # three digits
+        assert lens.at(zoom=place).stated_efl == stated
 
 
 ZOOMS = {"lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed": 1500.0, "lv-pentax-02-standard-zoom-5-15-f28-45": 300.0}
