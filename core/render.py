@@ -152,7 +152,7 @@ def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
     given = {X: x.ravel(), Y: y.ravel(), U0: np.full(n, middle[0]), U1: np.full(n, middle[1]), TIME: np.full(n, time)}
     steps = [*camera.steps(timed=scene.moves), *scene.depth_steps(camera.shutter_open)]
     along, hit, weight = Program(steps).run(given, [RED, GREEN, WEIGHT], n)
-    z, slope, clock = Program([camera.clock, camera.film_step, *camera.camera_steps()]).run(given, [Z, N, TIME], n)
+    z, slope, clock = Program([camera.clock, camera.film_step, *camera.aimed()]).run(given, [Z, N, TIME], n)
     place = camera.world_from_camera
     scale = place.scale_at(camera.shutter_open + clock) if isinstance(place, AnimatedTransform) else 1.0
     with np.errstate(invalid="ignore", over="ignore"):

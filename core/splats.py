@@ -135,7 +135,7 @@ class Splats:
 def _choose(camera: Camera, scene: Scene, real) -> list[Chosen]:
     """The lights that a camera's rays would find too seldom, with what `emit` needs of them."""
     place = camera.world_from_camera
-    if isinstance(place, AnimatedTransform) or scene.moves:
+    if isinstance(place, AnimatedTransform) or scene.moves or camera.has_port:
         return []
     small = small_lights(scene, place[:3, 3])
     way = camera.way_back() if small else None

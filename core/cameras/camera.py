@@ -10,6 +10,8 @@ from lensbench.cameras.gaussian import Gaussian
 from lensbench.cameras.importance import FilmImportance, Importance, of_gaussian
 from lensbench.cameras.landing import WayBack
 from lensbench.cameras.lines import film_middle, on_their_lines
+from lensbench.cameras.port import port_step
+from lensbench.cameras.way_back import film_from_point
 from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.glass import D_LINE
@@ -46,7 +48,10 @@ class Camera:
     shutter; shutter_open and shutter_close are those of the first line, and readout_direction
     says where the lines go in the upright picture: "down", "up", "left" or "right".
     weights: "relative" (the unvignetted axis point is 1, whatever the stop) or "physical"
-    (cos⁴θ · area / z² · effective time). medium: what lies between the camera and the scene; None: clear air.
+    (cos⁴θ · area / z² · effective time, and radiance falls by the index squared on its way out of a
+    medium). medium: what lies between the camera and the scene; None: clear air. Where its index is not that
+    of air, a flat window stands before the camera's foremost point; the camera is focused and
+    weighted as in air, so that on its scale a thing in water seems nearer by the index.
     """
 
     if TYPE_CHECKING:                   # each camera's own field, in its own place among them
@@ -156,7 +161,26 @@ class Camera:
         seconds since shutter_open; so it is of a camera that moves. Others have no step for the time.
         """
         clock = [self.clock] if timed or self.moves else []
-        return [*clock, self.film_step, *self.camera_steps(wavelength), *self.carried]
+        return [*clock, self.film_step, *self.aimed(wavelength), *self.carried]
+
+    def aimed(self, wavelength: float = D_LINE) -> list[Step]:
+        """camera_steps, and the window to a medium: to the ray in the scene, in the camera frame."""
+        if not self.has_port:
+            return self.camera_steps(wavelength)
+        assert self.medium is not None
+        index = self.medium.index
+        gain = 1.0 / index**2 if self.weights == "physical" else 1.0
+        return [*self.camera_steps(wavelength), port_step(self.front, index, gain)]
+
+    @property
+    def has_port(self) -> bool:
+        """Whether it looks through a window into a medium of another index."""
+        return self.medium is not None and self.medium.index != 1.0
+
+    @property
+    def front(self) -> float:
+        """The z of its foremost point in the camera frame (mm), where a window stands."""
+        return 0.0
 
     @property
     def carried(self) -> list[Step]:
@@ -218,7 +242,11 @@ class Camera:
         def project(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """As the camera stands when these lines of the film are open."""
             there = transformed(np.linalg.inv(self.placement(time, line)), points)
-            film, visible = self.film_from_point(there, pupil_uv, wavelength)
+            if self.has_port:
+                program = Program(self.aimed(wavelength), np.float64)
+                film, visible = film_from_point(program, there, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
+            else:
+                film, visible = self.film_from_point(there, pupil_uv, wavelength)
             return self.raster_from_film(film), visible
 
         return on_their_lines(self, project, len(points))
@@ -229,8 +257,11 @@ class Camera:
         origins: any points on the rays; directions of any length; time (n,) in [0, 1) of the shutter, wavelength in µm.
         To join a point to the camera: raster_from_point with drawn places in the pupil, then generate_rays there
         tells the ray; per solid angle at the point it is chosen with position_pdf · distance² / cos θ, distance to
-        where the ray crosses the entrance pupil. ValueError for rays that are not finite, or have no direction.
+        where the ray crosses the entrance pupil. ValueError for rays that are not finite, or have no direction;
+        CameraError behind the window to a medium.
         """
+        if self.has_port:
+            raise CameraError("importance is told in air, and not through the window to a medium of another index")
         origins, directions = (np.atleast_2d(np.asarray(values, float)) for values in (origins, directions))
         length = np.linalg.norm(directions, axis=-1)
         if origins.shape != directions.shape or origins.shape[1:] != (3,) or not (

@@ -28,7 +28,8 @@ class EnvironmentCamera(Camera):
     (sin θ sin φ, cos θ, −sin θ cos φ), −z in the centre. "equal-area": the octahedron, each pixel the same solid angle;
     −z in the centre, +z in the corners (Clarberg 2008). "cube-map": six faces as a cross of 4 × 3 cells,
     left, front, right and back in the middle row, up and down above and below front; the other cells stay dark.
-    CameraError for another layout, and for physical weights, which need an area for light to pass.
+    CameraError for another layout, for physical weights, which need an area for light to pass, and for
+    a medium of another index, which a flat window shows only in part.
     """
 
     film: Film
@@ -41,6 +42,9 @@ class EnvironmentCamera(Camera):
         if self.weights == "physical":
             raise CameraError("a panorama is seen from a point, which has no area for light to pass: "
                               "choose relative weights")
+        if self.has_port:
+            raise CameraError("a panorama sees on all sides, and a flat window into a medium only before it: "
+                              "choose a medium of index 1")
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """One step: the layout's."""

@@ -145,6 +145,12 @@ class LensCamera(Camera):
         """The U0, U1 of the ray through the middle of the pupil."""
         return (0.0, 0.0) if self.follows_rays else (0.5, 0.5)
 
+    @property
+    def front(self) -> float:
+        """The z of the lens's foremost point in the camera frame (mm): its first vertex, or the rim before it."""
+        first = self.lens.surfaces[0]
+        return min(0.0, float(first.sag(first.semi_diameter))) - self.lens.length - self.film_distance
+
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """Aim and trace, or the one step of the ideal lens.
 

@@ -16,6 +16,8 @@ from lensbench.lanes import A0, BLUE, DEPTH, GREEN, RED, SB, SG, SR, TB, TG, TR,
 Triple = tuple[float, float, float]
 DARK = 40.0             # σ d from which nothing comes through
 CONTRAST = 0.02         # of an object that is just seen, by which visibility is told
+WATER = (0.340, 0.0565, 0.00922)        # 1/m: absorption of pure water at 0.65, 0.55, 0.45 µm (Pope and Fry 1997)
+WATER_INDEX = 1.333
 
 
 class MediumError(ValueError):
@@ -43,9 +45,20 @@ class Medium:
     @classmethod
     def fog(cls, visibility: float, light: Triple = (1.0, 1.0, 1.0)) -> "Medium":
         """Fog that absorbs nothing, of this visibility (mm): there a black object has a fiftieth of its contrast."""
-        if not (math.isfinite(visibility) and visibility > 0.0):
-            raise MediumError(f"visibility {visibility:g} mm: it must be a positive number")
-        return cls(scattering=(-math.log(CONTRAST) / visibility,) * 3, light=light)
+        return cls(scattering=(_extinction(visibility),) * 3, light=light)
+
+    @classmethod
+    def water(cls, visibility: float, light: Triple = (1.0, 1.0, 1.0)) -> "Medium":
+        """Water of this visibility (mm) in green: what water itself absorbs, and grey scattering by what floats in it.
+
+        MediumError beyond the 69 m of pure water.
+        """
+        absorption = tuple(1e-3 * x for x in WATER)
+        scattering = _extinction(visibility) - absorption[1]
+        if scattering < 0.0:
+            raise MediumError(f"visibility {visibility / 1e3:g} m: in pure water one sees "
+                              f"{-math.log(CONTRAST) / WATER[1]:.0f} m")
+        return cls(WATER_INDEX, (absorption[0], absorption[1], absorption[2]), (scattering,) * 3, light)
 
     @property
     def extinction(self) -> np.ndarray:
@@ -81,6 +94,12 @@ class Medium:
     def dimming(self) -> list[Step]:
         """The step that takes from RED, GREEN, BLUE what is lost over DEPTH; none where the medium is clear."""
         return [] if self.is_clear else [Step(dim, self.extinction)]
+
+
+def _extinction(visibility: float) -> float:
+    if not (math.isfinite(visibility) and visibility > 0.0):
+        raise MediumError(f"visibility {visibility:g} mm: it must be a positive number")
+    return -math.log(CONTRAST) / visibility
 
 
 @stage
