@@ -2,7 +2,9 @@
 
 Numba compiles one function at a time in a process. The scene's kernels are met
 last, so the helper begins at their end and leaves them in the common cache,
-where this process finds them. `python -m lensbench.app.ahead SCENE` is the helper.
+where this process finds them. Then it takes a picture of its own with the light of small
+lights traced from their side, which the first picture does without: it need not wait for
+those kernels. `python -m lensbench.app.ahead SCENE` is the helper.
 """
 
 import subprocess
@@ -19,20 +21,24 @@ def cold() -> bool:
     return not any(Path(numba.config.CACHE_DIR).rglob("*.nbi"))
 
 
-def compile_ahead(scene: str) -> None:
-    """Start the helper where it is of use; what goes wrong in it, this process does itself."""
+def compile_ahead(scene: str) -> subprocess.Popen | None:
+    """The helper, started where it is of use; what goes wrong in it, this process does itself."""
     if cold():
         with suppress(OSError):
-            subprocess.Popen([sys.executable, "-m", "lensbench.app.ahead", scene],
-                             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            return subprocess.Popen([sys.executable, "-m", "lensbench.app.ahead", scene],
+                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return None
 
 
 if __name__ == "__main__":
     from lensbench.app.scene_file import find_scene
+    from lensbench.app.settings import Settings, camera
     from lensbench.driver import stage_address
-    from lensbench.splats import STAGES, small_lights
+    from lensbench.render import Rendering
+    from lensbench.splats import small_lights
 
     scene = find_scene(sys.argv[1])
-    kernels = [step.kernel for step in scene.steps()]
-    for kernel in [*reversed(kernels), *(STAGES if small_lights(scene) else ())]:
-        stage_address(kernel, np.float32)
+    for step in reversed(scene.steps()):
+        stage_address(step.kernel, np.float32)
+    if small_lights(scene):
+        Rendering(camera(Settings(pixels_x=60, pixels_y=40)), scene).add(2, threads=1)

@@ -212,8 +212,9 @@ class Worker:
 
     def _work(self) -> None:
         from lensbench.app.ahead import compile_ahead
+        from lensbench.splats import small_lights
 
-        compile_ahead(self._settings.scene)
+        helper = compile_ahead(self._settings.scene)
         # Somebody waits for the first pass, the others step back behind the window
         with ThreadPoolExecutor(4, "lensbench pass") as passes, \
                 ThreadPoolExecutor(self._threads, "lensbench first") as first, \
@@ -228,7 +229,12 @@ class Worker:
                     generation, settings = self._generation, self._settings
                 try:
                     if job is None or job.generation != generation:
-                        job = self._begun(generation, settings)
+                        job = self._begun(generation, settings, helper is None)
+                    elif helper is not None and helper.poll() is not None:
+                        helper = None                           # now small lights can be traced from their own side
+                        if small_lights(job.scene):
+                            self.again()
+                            continue
                     self._advance(job, passes, pool if job.rendering.samples else first)
                 except Exception as error:              # whatever it was, the window has to say so and live on
                     self._failure = Failure(generation, settings, error)
@@ -254,12 +260,12 @@ class Worker:
             1 if self._depth_wanted else min(DEPTH_SAMPLES, self._target))
 
     @staticmethod
-    def _begun(generation: int, settings: Settings) -> _Job:
+    def _begun(generation: int, settings: Settings, splat: bool) -> _Job:
         import lensbench as lb
 
         camera, scene = prepare(settings.checked())
         return _Job(generation, settings, camera, scene,
-                    lb.Rendering(camera, scene, seed=settings.seed, view=settings.sample_view))
+                    lb.Rendering(camera, scene, seed=settings.seed, view=settings.sample_view, splat=splat))
 
     def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
         """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""

@@ -35,7 +35,6 @@ from lensbench.scenery.plates import plate_frame
 from lensbench.spectrum import WAVELENGTHS, channel
 
 SMALL = 0.05            # radians: no light whose radius seems larger is looked at any closer
-STAGES = (net, emit, turn_back)
 MET = 0.4               # part of the camera's rays in its own picture that meet a light: above it they do better
 DENSITY = 24.0          # samples per pixel of the picture of a light that is a point, in one pass, if there is time
 SPREAD_DENSITY = 4.0    # of a light whose samples are spread
