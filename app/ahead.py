@@ -35,10 +35,10 @@ if __name__ == "__main__":
     from lensbench.app.settings import Settings, camera
     from lensbench.driver import stage_address
     from lensbench.render import Rendering
-    from lensbench.splats import small_lights
+    from lensbench.scenery.small_lights import small_lights
 
     scene = find_scene(sys.argv[1])
     for step in reversed(scene.steps()):
         stage_address(step.kernel, np.float32)
-    if small_lights(scene):
+    if small_lights(scene.objects):
         Rendering(camera(Settings(pixels_x=60, pixels_y=40)), scene).add(2, threads=1)

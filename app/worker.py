@@ -212,7 +212,7 @@ class Worker:
 
     def _work(self) -> None:
         from lensbench.app.ahead import compile_ahead
-        from lensbench.splats import small_lights
+        from lensbench.scenery.small_lights import small_lights
 
         helper = compile_ahead(self._settings.scene)
         # Somebody waits for the first pass, the others step back behind the window
@@ -232,7 +232,7 @@ class Worker:
                         job = self._begun(generation, settings, helper is None)
                     elif helper is not None and helper.poll() is not None:
                         helper = None                           # now small lights can be traced from their own side
-                        if small_lights(job.scene):
+                        if small_lights(job.scene.objects):
                             self.again()
                             continue
                     self._advance(job, passes, pool if job.rendering.samples else first)

@@ -17,19 +17,18 @@ from lensbench.lanes import GLOW, PIXEL, U0, U1, V0, V1, WEIGHT, B, L, M, N, X, 
 LIGHT = 27              # numbers per light: see `light_parameters`
 
 
-def light_parameters(light: int, middle, half_axes, towards, centre, right, up, disk: bool,
-                     share: float) -> list[float]:
-    """Numbers of one light for `emit` and `turn_back`.
+def light_parameters(marks, middles, half_axes, towards, centres, rights, ups, disks, shares) -> np.ndarray:
+    """Numbers of n lights for `emit` and `turn_back`: (n, LIGHT).
 
-    light: its number in Scene.objects; middle, half_axes (2, 3), towards: of the rectangle before the lens, its unit
-    normal pointing at the light; centre, right, up, disk: what hides the light, half-axes; share: of its étendue
-    that each sample stands for, once the area of the rectangle is in it.
+    marks: the GLOW of what each shines from; middles (n, 3), half_axes (n, 2, 3), towards (n, 3): of the rectangle
+    before the lens, its unit normal pointing at the light; centres, rights, ups (n, 3), disks (n,): what hides the
+    light, half-axes; shares (n,): of its étendue that each sample stands for, with the rectangle's area in it.
     """
-    normal = np.cross(right, up)
-    area = math.sqrt(normal @ normal)
-    flow = area * (math.pi if disk else 4.0) * share
-    return [*middle, *half_axes[0], *half_axes[1], *towards, *centre, *right, *up, *(normal / area), float(disk), flow,
-            2.0 + light]
+    normals = np.cross(rights, ups)
+    areas = np.sqrt((normals**2).sum(1))
+    flows = areas * np.where(disks, math.pi, 4.0) * shares
+    return np.column_stack([middles, half_axes.reshape(-1, 6), towards, centres, rights, ups, normals / areas[:, None],
+                            disks, flows, marks])
 
 
 @stage

@@ -51,7 +51,8 @@ class Rendering:
         self._before = sampler(film.pixels_x, lit=shadows, timed=timed) if steps is None else steps
         splats = Splats(camera, scene, self.seed, real) if splat and not view else None
         self._splats = splats if splats is not None and splats.lights else None
-        self._after = scene.steps(shadows, camera.shutter_open, self.splatted, camera.medium)
+        left = None if self._splats is None else self._splats.left
+        self._after = scene.steps(shadows, camera.shutter_open, left, camera.medium)
         self._camera, self._real = camera, real
         self._disperses = camera.disperses and not view
         seen = view_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]
@@ -61,8 +62,8 @@ class Rendering:
 
     @property
     def splatted(self) -> frozenset[int]:
-        """Numbers of the objects of the scene whose light is traced from its own side."""
-        return frozenset() if self._splats is None else self._splats.lights
+        """Numbers of the objects of the scene whose light, or part of it, is traced from its own side."""
+        return frozenset() if self._splats is None else frozenset(light.number for light in self._splats.lights)
 
     def _passes(self, samples: int) -> list[tuple[Program, int, int]]:
         """What these next samples are made of: programs, and which samples of theirs, from and how many."""

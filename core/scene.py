@@ -62,23 +62,24 @@ class Scene:
         """Whether anything in it moves: its stages then read TIME."""
         return any(o.moves for o in self.objects)
 
-    def steps(self, shadows: bool = True, opening: float = 0.0, unseen: frozenset[int] = frozenset(),
+    def steps(self, shadows: bool = True, opening: float = 0.0, first: tuple[Sphere | Plate, ...] | None = None,
               medium: Medium | None = None) -> list[Step]:
         """The stages from a world ray (X Y Z, L M N), with V0 V1 for the lights, to RED, GREEN, BLUE, its radiance.
 
         shadows=False leaves shadows and occlusion out. A scene without metal or glass has no step for them. Where
-        something moves, TIME is in seconds since `opening` (s). unseen: numbers of `objects` that shine, but are
-        black where the ray itself meets them. medium: what all is seen through; clear air has no step.
+        something moves, TIME is in seconds since `opening` (s). first: what the ray itself meets in place of
+        `objects`, the same but for light that it does not see. medium: what all is seen through; clear air has no
+        step.
         """
         fog = None if medium is None or medium.is_clear else replace(medium, index=1.0)
-        return list(_steps(self, shadows, opening if self.moves else 0.0, unseen, fog))
+        return list(_steps(self, shadows, opening if self.moves else 0.0, first, fog))
 
-    def marking_steps(self) -> list[Step]:
-        """The stages that tell which of the things that do not move a ray meets, with its radiance or albedo.
+    def marking_steps(self, objects: tuple[Sphere | Plate, ...]) -> list[Step]:
+        """The stages that tell which of these objects, which do not move, a ray meets, with its radiance or albedo.
 
-        GLOW is 2 + its number in `objects` where it shines, −2 − that where it does not; 1 is the sky, 0 the floor.
+        GLOW is 2 + its number where it shines, −2 − that where it does not; 1 is the sky, 0 the floor.
         """
-        return list(_marking_steps(self))
+        return self._geometry(0.0, things=objects, marked=True)
 
     def depth_steps(self, opening: float = 0.0) -> list[Step]:
         """The stages that leave DEPTH alone: RED = DEPTH in mm, GREEN = 1 where it is below REACH, else 0."""
@@ -157,14 +158,14 @@ class Scene:
         colour = np.asarray(self.sun.colour) / math.sin(radius) ** 2
         return np.array([*unit(self.sun.direction), (2.0 * math.sin(radius / 2)) ** 2, *colour])
 
-    def _geometry(self, opening: float, gleam: bool = False, unseen: frozenset[int] = frozenset(),
+    def _geometry(self, opening: float, gleam: bool = False, things: tuple[Sphere | Plate, ...] | None = None,
                   marked: bool = False) -> list[Step]:
         """What a ray meets; with `gleam` the sun's disk is as large as it is seen in mirrors.
 
-        unseen: objects that are black; marked: GLOW tells which object it is.
+        things: in place of the scene's objects; marked: GLOW tells which of them it is.
         """
-        known = [(_darkened(o) if j in unseen else o, _mark(j, o) if marked else float(o.material.shines))
-                 for j, o in enumerate(self.objects) if not o.moves]
+        known = [(o, _mark(j, o) if marked else float(o.material.shines))
+                 for j, o in enumerate(self.objects if things is None else things) if not o.moves]
         balls, flat = ([(o, glow) for o, glow in known if isinstance(o, Sphere) == ball] for ball in (True, False))
         steps = [Step(sky, self._sky)]
         if self.sun is not None:
@@ -269,27 +270,22 @@ def depth_picture(lanes, p, key):
 
 
 @lru_cache(maxsize=16)
-def _steps(scene: Scene, shadows: bool, opening: float, unseen: frozenset[int], medium: Medium | None,
-           ) -> tuple[Step, ...]:
+def _steps(scene: Scene, shadows: bool, opening: float, first: tuple[Sphere | Plate, ...] | None,
+           medium: Medium | None) -> tuple[Step, ...]:
     """The stages of a scene, kept: a slider asks for the same ones again and again."""
     mirrors = any(o.material.kind in ("metal", "glass") for o in scene.objects)
     casters = any(not o.material.shines for o in scene.objects)
     if not (mirrors or scene._glosses or scene._lamps or (shadows and casters) or medium):
-        return (*scene._geometry(opening, unseen=unseen),
+        return (*scene._geometry(opening, things=first),
                 Step(daylight, np.concatenate([scene._surround, scene.ambient, scene._sun])))
     light, fog = scene._light(shadows, opening), [] if medium is None else medium.steps
-    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening, unseen=unseen), *fog, *scene._coats(last=False),
+    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening, things=first), *fog, *scene._coats(last=False),
              Step(settle, np.zeros(1)), *light]
     for k in range(BOUNCES if mirrors else 0):
         onward = [Step(bounce, np.zeros(1)), *scene._geometry(opening, gleam=True), *fog,
                   *scene._coats(last=k == BOUNCES - 1), Step(settle, np.zeros(1)), *light]
         steps += [step._replace(gated=True) for step in onward]
     return (*steps, Step(finish, np.zeros(1)))
-
-
-@lru_cache(maxsize=16)
-def _marking_steps(scene: Scene) -> tuple[Step, ...]:
-    return tuple(scene._geometry(0.0, marked=True))
 
 
 @lru_cache(maxsize=16)
@@ -301,11 +297,6 @@ def _brightness(light: Sphere | Plate) -> float:
     """Of a light seen from the origin, as its radiance times its solid angle."""
     size = light.radius**2 if isinstance(light, Sphere) else math.hypot(*light.right) * math.hypot(*light.up)
     return sum(light.material.colour) * size / max(math.hypot(*light.centre), 1.0) ** 2
-
-
-def _darkened(light: Sphere | Plate) -> Sphere | Plate:
-    """The same, but black."""
-    return replace(light, material=replace(light.material, colour=(0.0, 0.0, 0.0), pattern=None))
 
 
 def _mark(number: int, thing: Sphere | Plate) -> float:

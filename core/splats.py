@@ -3,8 +3,8 @@
 A camera's ray meets a small light by chance alone, and a few bright dots stand for
 a disk of light for as long as those are few. From the light's side every sample that
 passes the lens falls into that disk. Which lights are splatted so is decided by how
-many of the camera's rays would meet them in their own picture; to the camera's rays these are
-black, in mirrors and coats they are what they were: no light is counted twice.
+many of the camera's rays would meet them in their own picture; to the camera's rays that part of a
+light is black, in mirrors and coats it is what it was: no light is counted twice.
 
 A pass of the picture holds a number of whole blocks of every such light. Threads trace
 them to lists, and then each adds all lists, in their order, to a part of the film: the sums
@@ -30,26 +30,25 @@ from lensbench.lanes import BLUE, GREEN, KEYS, PIXEL, RED, SAMPLE, SEED, WEIGHT,
 from lensbench.motion import AnimatedTransform
 from lensbench.sampling import net
 from lensbench.scene import Scene
-from lensbench.scenery.objects import Sphere, across
-from lensbench.scenery.plates import plate_frame
+from lensbench.scenery.objects import Disk, Sphere
+from lensbench.scenery.small_lights import SmallLight, divided, small_lights
 from lensbench.spectrum import WAVELENGTHS, channel
 
-SMALL = 0.05            # radians: no light whose radius seems larger is looked at any closer
 MET = 0.4               # part of the camera's rays in its own picture that meet a light: above it they do better
 DENSITY = 24.0          # samples per pixel of the picture of a light that is a point, in one pass, if there is time
-SPREAD_DENSITY = 4.0    # of a light whose samples are spread
+SPREAD_DENSITY = 8.0    # of a light whose samples are spread
 LEAST = 0.05            # part of that, below which the lights that need the most are left to the camera
 BUDGET = 3.0            # samples of all lights for each pixel of the film, at the most, in one pass
 TASK = 8                # blocks that a thread takes at a time
 LIST = 128              # tasks whose samples are listed before they are added to the film
-BLUR = 4.0              # pixels: a first sample is spread over no more, and not over more than the light's own image
+BLUR = 2.0              # pixels: a first sample is spread over no more, and not over more than the light's own image
 
 
 class Chosen(NamedTuple):
     """A light that is splatted, as `emit` reads it."""
 
-    light: int                  # its number in Scene.objects
-    numbers: list[float]
+    light: SmallLight
+    numbers: np.ndarray
     blocks: int                 # of B samples each, in one pass
     side: float                 # pixels: of the square over which the first samples are spread
 
@@ -60,12 +59,17 @@ class Splats:
     def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real=np.float32):
         self._camera, self._scene, self._seed, self._real = camera, scene, seed, real
         self._chosen = _choose(camera, scene, real)
-        self.lights = frozenset(chosen.light for chosen in self._chosen)
+        self.left, self._alone = divided(scene.objects, self.lights)
         film = camera.film
         self._across, self._down = film.pixels_x, film.pixels_y
         self._sums = np.zeros((film.pixels_x * film.pixels_y if self._chosen else 0, 3), np.float32)
         self._passes = 0
         self._programs: dict[tuple[float, int], Program] = {}
+
+    @property
+    def lights(self) -> list[SmallLight]:
+        """Those that are traced from their own side; what is left to the camera's rays is `left`, objects."""
+        return [chosen.light for chosen in self._chosen]
 
     def _program(self, wavelength: float, colour: int) -> Program:
         """The light's way at a wavelength (µm), for one colour RED, GREEN, BLUE, or 0: all of them."""
@@ -74,8 +78,9 @@ class Splats:
             assert way is not None
             numbers = np.concatenate([chosen.numbers for chosen in self._chosen])
             dimming = [] if self._camera.medium is None else self._camera.medium.dimming
-            steps = [Step(net, []), Step(emit, numbers), *self._camera.carried, *self._scene.marking_steps(),
-                     *dimming, Step(turn_back, numbers), *way.steps, *([channel(colour)] if colour else [])]
+            steps = [Step(net, []), Step(emit, numbers), *self._camera.carried,
+                     *self._scene.marking_steps(self._alone), *dimming, Step(turn_back, numbers), *way.steps,
+                     *([channel(colour)] if colour else [])]
             self._programs[wavelength, colour] = Program(steps, self._real)
         return self._programs[wavelength, colour]
 
@@ -136,22 +141,21 @@ def _choose(camera: Camera, scene: Scene, real) -> list[Chosen]:
     place = camera.world_from_camera
     if isinstance(place, AnimatedTransform) or scene.moves or camera.has_port:
         return []
-    small = small_lights(scene, place[:3, 3])
+    small = small_lights(scene.objects, tuple(place[:3, 3]))
     way = camera.way_back() if small else None
     if way is None:
         return []
     camera_from_world = np.linalg.inv(place)
     turn, shift = camera_from_world[:3, :3], camera_from_world[:3, 3]
-    centres = np.array([scene.objects[j].centre for j in small]) @ turn.T + shift
-    front = fronts(way, centres, np.array([_extent(scene.objects[j]) for j in small]), real)
+    centres = np.array([light.centre for light in small]) @ turn.T + shift
+    front = fronts(way, centres, np.array([light.radius for light in small]), real)
     seen = np.nonzero(front.passing > 0.0)[0]
     if not seen.size:
         return []
     small, centres, front = [small[k] for k in seen], centres[seen], Fronts(*(values[seen] for values in front))
     start = np.array([0.0, 0.0, way.front])
-    hiding = [_hiding(scene.objects[j], turn, centres[k] - start, float(np.linalg.norm(
-        np.abs(front.axes[k]).sum(0)) + np.linalg.norm(front.middles[k] - start))) for k, j in enumerate(small)]
-    rights, ups, disks = (np.array(values) for values in zip(*hiding, strict=True))
+    rights, ups, disks = _hiding(scene, small, turn, centres - start, np.sqrt((np.abs(front.axes).sum(1)**2).sum(1))
+                                 + np.sqrt(((front.middles - start)**2).sum(1)))
     # How large its picture is, in pixels, and how much of that is due to the light's own size
     middle = _raster(way, centres, front.best)
     image = np.stack([_raster(way, centres + axis, front.best) - middle for axis in (rights, ups)], 1)
@@ -171,42 +175,35 @@ def _choose(camera: Camera, scene: Scene, real) -> list[Chosen]:
     budget = BUDGET * film.pixels_x * film.pixels_y
     order = order[:int(np.searchsorted(np.cumsum(np.maximum(needed[order] * LEAST, B)), budget, "right"))]
     share = min(1.0, budget / max(needed[order].sum(), 1.0))
-    chosen = []
-    for k in sorted(order):
-        blocks = max(1, math.ceil(share * needed[k] / B))
-        a, b = front.axes[k]
-        area = 4.0 * math.sqrt((a @ a) * (b @ b)) if way.radius > 0.0 else 1.0
-        numbers = light_parameters(small[k], front.middles[k], front.axes[k], front.towards[k], centres[k], rights[k],
-                                   ups[k], bool(disks[k]), area / (blocks * B))
-        chosen.append(Chosen(small[k], numbers, blocks, float(sides[k])))
-    return chosen
+    keep = np.sort(np.array(order, int))
+    blocks = np.maximum(1.0, np.ceil(share * needed[keep] / B))
+    areas = 4.0 * np.sqrt((front.axes[keep]**2).sum(2).prod(1)) if way.radius > 0.0 else 1.0
+    numbers = light_parameters([2.0 + small[k].number for k in keep], front.middles[keep], front.axes[keep],
+                               front.towards[keep], centres[keep], rights[keep], ups[keep], disks[keep],
+                               areas / (blocks * B))
+    return [Chosen(small[k], row, int(many), float(sides[k]))
+            for k, row, many in zip(keep, numbers, blocks, strict=True)]
 
 
-def _hiding(light, turn: np.ndarray, away: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Half-axes of what hides a light from all points within `reach` (mm) of one from which it lies at `away`.
+def _hiding(scene: Scene, lights: list[SmallLight], turn: np.ndarray, away: np.ndarray,
+            reach: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Half-axes (n, 3) of what hides each light from all points within `reach` (mm) of one; and which are ellipses.
 
-    Camera frame, turned by `turn` from the world; and whether it is an ellipse.
+    From that one the lights lie at `away` (n, 3). Camera frame, turned by `turn` from the world.
     """
-    if not isinstance(light, Sphere):
-        _, a, b, _, disk = plate_frame(light)
-        return turn @ a, turn @ b, disk > 0.0
-    distance = math.sqrt(away @ away)
+    distance = np.sqrt((away**2).sum(1))
+    towards = away / distance[:, None]
+    seen = np.array([light.radius for light in lights]) / distance
     slant = reach / distance
-    size = light.radius / math.sqrt(1.0 - (light.radius / distance) ** 2)
-    size *= (1.0 + slant**2) * (1.0 + 1.5 * slant * light.radius / distance) * (1.0 + 1e-5)
-    right, up = across(away)
-    return right * size, up * size, True
-
-
-def small_lights(scene: Scene, place=(0.0, 0.0, 0.0)) -> list[int]:
-    """Numbers of the objects that are plain lights, and seem small from this place of the world (mm)."""
-    return [j for j, o in enumerate(scene.objects) if o.material.shines and o.material.pattern is None
-            and _extent(o) < SMALL * math.dist(o.centre, place)]
-
-
-def _extent(light) -> float:
-    """The radius of a sphere about a light (mm)."""
-    return light.radius if isinstance(light, Sphere) else math.hypot(*light.right) + math.hypot(*light.up)
+    size = seen * distance / np.sqrt(1.0 - seen**2) * (1.0 + slant**2) * (1.0 + 1.5 * slant * seen) * (1.0 + 1e-5)
+    upright = np.abs(towards[:, 1:2]) > 0.9
+    side = np.cross(np.where(upright, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]), towards)
+    side /= np.sqrt((side**2).sum(1))[:, None]
+    ball = np.array([isinstance(scene.objects[light.number], Sphere) for light in lights])
+    rights, ups = (np.array(axes) @ turn.T for axes in zip(*((light.right, light.up) for light in lights), strict=True))
+    rights = np.where(ball[:, None], side * size[:, None], rights)
+    ups = np.where(ball[:, None], np.cross(towards, side) * size[:, None], ups)
+    return rights, ups, np.array([isinstance(scene.objects[light.number], Sphere | Disk) for light in lights])
 
 
 def _raster(way: WayBack, points: np.ndarray, through: np.ndarray) -> np.ndarray:

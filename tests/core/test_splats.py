@@ -10,7 +10,8 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.fronts import fronts
 from lensbench.scene import Scene
-from lensbench.scenery.objects import Disk, Material, Rectangle, Sky, Sphere
+from lensbench.scenery.objects import Disk, Image, Material, Pattern, Rectangle, Sky, Sphere
+from lensbench.scenery.small_lights import divided, small_lights
 
 BLACK = (0.0, 0.0, 0.0)
 DARK = Sky(BLACK, BLACK, BLACK)
@@ -238,3 +239,29 @@ def test_a_light_is_seen_from_a_camera_that_stands_elsewhere():
         Sphere(centre, 25.0, bright()),)), samples=16) for matrix, centre in ((np.eye(4), tuple(here)), (place, there))]
     assert pictures[0].sum() == pytest.approx(pictures[1].sum(), rel=1e-4)
     assert np.abs(binned(pictures[0]) - binned(pictures[1])).max() < 0.01 * binned(pictures[0]).max()
+
+
+def test_the_windows_of_a_house_are_lights_of_their_own_and_the_wall_is_left_to_the_camera():
+    """The picture on a plate is split into bright patches and the rest; the two add up to it."""
+    values = np.full((24, 32, 3), 0.02)
+    values[1::6, 2::8] = (30.0, 20.0, 10.0)
+    values[2::6, 3::8] = (10.0, 20.0, 30.0)
+    wall = Rectangle((1500.0, 900.0, -50000.0), (4000.0, 300.0, 0.0), (-225.0, 3000.0, 0.0), Material(
+        (1.0, 1.0, 1.0), "light", pattern=Pattern("image", image=Image.of(values))))
+    lights = small_lights((wall,))
+    assert len(lights) == 16
+    left, alone = divided((wall,), lights[3:])
+    parts = [plate.material.pattern.image.values for plate in (*left, *alone)]
+    np.testing.assert_array_equal(sum(parts), wall.material.pattern.image.values)
+    assert parts[1].max() == 30.0 and (parts[0] > 1.0).any(2).sum() == 6       # three windows of two texels are left
+    splatted, plain, found = both(view("trace", focus=1000.0), Scene("house", sky=DARK, plates=(wall,)), 4096, 64)
+    assert found == {0}
+    assert splatted.sum((0, 1)) == pytest.approx(plain.sum((0, 1)), rel=3e-3)
+    assert np.abs(binned(splatted) - binned(plain)).max() < 0.03 * binned(plain).max()
+
+
+def test_a_picture_without_patches_that_lie_apart_is_no_small_light():
+    random = np.random.default_rng(3)
+    wall = Rectangle((0.0, 0.0, -9000.0), (300.0, 0.0, 0.0), (0.0, 300.0, 0.0), Material(
+        (1.0, 1.0, 1.0), "light", pattern=Pattern("image", image=Image.of(random.uniform(0.0, 9.0, (16, 16, 3))))))
+    assert small_lights((wall,)) == []

@@ -1,0 +1,130 @@
+"""What of a scene's lights is small: each a part of an object, to be followed from its own side.
+
+A plain light is one part. A plate whose picture shines is small in its bright
+patches, where these lie apart: windows of a house by night. Between its texels a picture
+is linear, so that it is the sum of one that holds the patches alone and one that holds the rest.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from lensbench.scenery.objects import Image, Plate, Sphere, Triple, triple
+
+SMALL = 0.05            # radians: nothing whose radius seems larger is small
+BRIGHT = 0.05           # part of the brightest texel that makes another one bright
+MOST_TEXELS = 1 << 16   # of a picture that is searched for patches
+MOST_LIT = 0.3          # part of its area that its patches may cover together
+BLACK = (0.0, 0.0, 0.0)
+
+Thing = Sphere | Plate
+Patch = tuple[int, int, int, int]       # of texels: first and last row, first and last column
+
+
+class SmallLight(NamedTuple):
+    """A light, or one bright patch of it. World frame, mm."""
+
+    number: int                 # of the object among the scene's
+    centre: Triple
+    radius: float               # of a sphere about it
+    right: Triple               # half-axes of a plate's part; of a sphere they are (0, 0, 0)
+    up: Triple
+    patch: Patch | None         # None: the whole of the object
+
+
+def small_lights(objects: tuple[Thing, ...], place=BLACK) -> list[SmallLight]:
+    """Those that seem small from this place of the world (mm)."""
+    return [light for light in _all(objects) if light.radius < SMALL * math.dist(light.centre, place)]
+
+
+@lru_cache(maxsize=16)
+def _all(objects: tuple[Thing, ...]) -> tuple[SmallLight, ...]:
+    lights: list[SmallLight] = []
+    for j, o in enumerate(objects):
+        if not o.material.shines or o.moves:
+            continue
+        if isinstance(o, Sphere):
+            lights.append(SmallLight(j, o.centre, o.radius, BLACK, BLACK, None))
+        elif o.material.pattern is None:
+            lights.append(SmallLight(j, o.centre, math.hypot(*o.right) + math.hypot(*o.up), o.right, o.up, None))
+        elif o.material.pattern.image is not None and not o.round:
+            lights += [_patch(j, o, patch) for patch in _patches(o.material.pattern.image)]
+    return tuple(lights)
+
+
+def _patch(number: int, plate: Plate, patch: Patch) -> SmallLight:
+    """All that the texels of a patch shed light on: as far as to the middles of their neighbours."""
+    assert plate.material.pattern is not None and plate.material.pattern.image is not None
+    image = plate.material.pattern.image
+    top, bottom, left, right = patch
+    u0, u1 = ((np.clip([left - 0.5, right + 1.5], 0.0, image.width) / image.width) * 2.0 - 1.0)
+    v1, v0 = (1.0 - (np.clip([top - 0.5, bottom + 1.5], 0.0, image.height) / image.height) * 2.0)
+    a, b = np.asarray(plate.right), np.asarray(plate.up)
+    half_a, half_b = a * ((u1 - u0) / 2.0), b * ((v1 - v0) / 2.0)
+    centre = np.asarray(plate.centre) + a * ((u0 + u1) / 2.0) + b * ((v0 + v1) / 2.0)
+    return SmallLight(number, triple(centre), float(np.linalg.norm(half_a) + np.linalg.norm(half_b)), triple(half_a),
+                      triple(half_b), patch)
+
+
+@lru_cache(maxsize=64)
+def _patches(image: Image) -> tuple[Patch, ...]:
+    """Boxes about the bright texels of a picture that lie apart, two dark ones at the least between them; or none."""
+    if image.width * image.height > MOST_TEXELS:
+        return ()
+    values = image.values.max(2)
+    lit = values > BRIGHT * values.max()
+    if not lit.any() or lit.mean() > MOST_LIT:
+        return ()
+    # Runs of bright texels grow into boxes, and boxes that come within two texels of each other into one
+    boxes: list[list[int]] = []
+    for line in range(image.height):
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], lit[line], [0]])))
+        for left, end in zip(edges[::2], edges[1::2], strict=True):
+            box = [line, line, int(left), int(end) - 1]
+            while True:
+                near = [k for k, other in enumerate(boxes) if box[0] - other[1] <= 2 and other[0] - box[1] <= 2
+                        and box[2] - other[3] <= 2 and other[2] - box[3] <= 2]
+                if not near:
+                    break
+                for k in reversed(near):
+                    other = boxes.pop(k)
+                    box = [min(box[0], other[0]), max(box[1], other[1]), min(box[2], other[2]), max(box[3], other[3])]
+            boxes.append(box)
+    area = sum((b[1] - b[0] + 1) * (b[3] - b[2] + 1) for b in boxes)
+    return tuple((b[0], b[1], b[2], b[3]) for b in boxes) if area < MOST_LIT * lit.size else ()
+
+
+def divided(objects: tuple[Thing, ...], taken: Iterable[SmallLight]) -> tuple[tuple[Thing, ...], tuple[Thing, ...]]:
+    """The objects without the light of those that are taken, and with that light alone."""
+    parts: dict[int, list[Patch | None]] = {}
+    for light in taken:
+        parts.setdefault(light.number, []).append(light.patch)
+    left, alone = [], []
+    for j, o in enumerate(objects):
+        patches = parts.get(j)
+        if patches is None:
+            left.append(o)
+            alone.append(_darkened(o) if o.material.shines else o)
+        elif patches[0] is None:
+            left.append(_darkened(o))
+            alone.append(o)
+        else:
+            pattern = o.material.pattern
+            assert pattern is not None and pattern.image is not None
+            inside = np.zeros((pattern.image.height, pattern.image.width, 1), bool)
+            for patch in patches:
+                assert patch is not None
+                inside[patch[0]:patch[1] + 1, patch[2]:patch[3] + 1] = True
+            for kept, values in ((left, np.where(inside, 0.0, pattern.image.values)),
+                                 (alone, np.where(inside, pattern.image.values, 0.0))):
+                kept.append(replace(o, material=replace(o.material, pattern=replace(pattern, image=Image.of(values)))))
+    return tuple(left), tuple(alone)
+
+
+def _darkened(light: Thing) -> Thing:
+    """The same, but black."""
+    return replace(light, material=replace(light.material, colour=BLACK, pattern=None))
