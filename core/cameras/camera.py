@@ -281,8 +281,12 @@ class Camera:
             return self.raster_from_film(of.film), of.passes
 
         raster, visible = on_their_lines(self, project, len(ways))
-        of = found(np.where(np.isfinite(raster), raster, 0.0))
+        raster = np.where(np.isfinite(raster), raster, 0.0)
+        of = found(raster)
         we, position_pdf, direction_pdf = (np.where(visible, value, 0.0) for value in of[1:4])
+        if not of.is_point:                             # per mm² of the world, which may be scaled
+            area = np.abs(np.linalg.det(self.placement(time, raster)[..., :3, :3])) ** (2.0 / 3.0)
+            we, position_pdf = we / area, position_pdf / area
         return Importance(we, position_pdf, direction_pdf, np.where(visible[:, None], raster, math.nan), visible)
 
     def film_importance(self, origins: np.ndarray, directions: np.ndarray,
@@ -303,10 +307,11 @@ class Camera:
         """
         if not isinstance(self.world_from_camera, AnimatedTransform):
             return self.world_from_camera
+        one = raster is None and np.ndim(time) == 0
         raster = film_middle(self.film, max(np.size(time), 1)) if raster is None else raster
         given = {X: raster[:, 0], Y: raster[:, 1], TIME: np.broadcast_to(checked_times(time), (len(raster),))}
-        return self.world_from_camera_at(self.shutter_open + Program([self.clock], np.float64).run(
-            given, [TIME], len(raster))[0])
+        seconds = self.shutter_open + Program([self.clock], np.float64).run(given, [TIME], len(raster))[0]
+        return self.world_from_camera_at(seconds[0] if one else seconds)
 
     def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray, wavelength: float = D_LINE):
         """As raster_from_point, from points of the camera frame to film points (n, 2) in mm, and which it sees."""
@@ -339,7 +344,7 @@ class Camera:
         per_slope = lens.slope_film if perspective else lens.origin_film
         eye = lens.z + lens.origin_film / lens.slope_film if perspective else lens.z
         return Spaces(film.pixels_x, film.pixels_y, self.window or window_of(film), -1.0 / (per_slope * half),
-                      near, far, perspective, eye, np.reshape(self.placement(time), (4, 4)))
+                      near, far, perspective, eye, self.placement(time))
 
     def places(self, raster_xy, distance: float, time=0.0, object_from_world=None) -> Places:
         """Raster points (n, 2) in every space, for every kind of camera: what a read-out under the mouse shows.

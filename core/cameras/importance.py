@@ -41,18 +41,20 @@ class FilmImportance(NamedTuple):
     position_pdf: np.ndarray
     direction_pdf: np.ndarray
     passes: np.ndarray
+    is_point: bool = False      # whether W is of no area, for all rays cross one point
 
 
 def of_gaussian(lens: Gaussian, gain: float, film_area: float, origins: np.ndarray,
                 directions: np.ndarray) -> FilmImportance:
     """Of rays of the camera's frame, (n, 3) mm and (n, 3) unit. gain: as of the lens's steps; film_area: mm²."""
+    is_point = lens.is_hole and lens.slope_film != 0.0
     cosine = -directions[:, 2]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         slope = directions[:, :2] / cosine[:, None]
         crossing = origins[:, :2] + (origins[:, 2] - lens.z)[:, None] * slope
         one, per_slope = np.ones(len(cosine)), 1.0 / cosine**3          # sr in a unit of slope²
         a = np.zeros_like(slope)
-        if lens.is_hole and lens.slope_film != 0.0:
+        if is_point:
             film, place, way = slope / lens.slope_film, one, per_slope / (film_area * lens.slope_film**2)
             passes = np.hypot(crossing[:, 0], crossing[:, 1]) <= HIT
         elif lens.is_hole:
@@ -71,7 +73,8 @@ def of_gaussian(lens: Gaussian, gain: float, film_area: float, origins: np.ndarr
                 way = per_slope / (lens.iris.area * lens.slope_pupil**2)
         approach = lens.approach_film * film + lens.approach_pupil * a
         weight = gain / (1.0 + (approach**2).sum(1)) ** 2
-        return FilmImportance(film, weight * place * way / cosine, place, way, passes & (cosine > 0.0))
+        return FilmImportance(film, weight * place * way / cosine, place, way, passes & (cosine > 0.0),
+                              is_point)
 
 
 def of_point(film: np.ndarray, density: np.ndarray, seen: np.ndarray, origins: np.ndarray,
@@ -79,4 +82,4 @@ def of_point(film: np.ndarray, density: np.ndarray, seen: np.ndarray, origins: n
     """Of a camera that sees from its origin with weight 1; density: of the directions of its samples, 1 / sr."""
     along = (origins * directions).sum(1)[:, None]
     aside = np.linalg.norm(origins - along * directions, axis=1)
-    return FilmImportance(film, density, np.ones(len(film)), density, seen & (aside <= HIT))
+    return FilmImportance(film, density, np.ones(len(film)), density, seen & (aside <= HIT), True)

@@ -29,6 +29,8 @@ WIDE = {
                             20.0, (0.5, 0.42)),
     "physical": (lb.PerspectiveCamera(FILM, 0.7, 20.0, 600.0, weights="physical", shutter_close=0.1, shutter_ramp=0.02),
                  None, 20.0, (0.6, 0.42)),
+    "scaled by 3": (lb.PerspectiveCamera(FILM, 0.7, 20.0, 600.0, world_from_camera=lb.AnimatedTransform(
+        *[WORLD @ np.diag([3.0, 3.0, 3.0, 1.0])] * 2)), None, 20.0, (0.6, 0.42)),
     "telecentric lens": (lb.OrthographicCamera(FILM, 300.0, 40.0, 500.0, world_from_camera=WORLD), -500.0, 150.0,
                          (0.08, 0.08)),
     "thick lens": (dgauss(model="thick", f_number=2.8), None, 12.0, (0.45, 0.32)),
@@ -58,6 +60,11 @@ def spread(dimensions: int, n: int = N) -> np.ndarray:
     return (0.5 + np.arange(n)[:, None] * root ** -np.arange(1.0, dimensions + 1)) % 1.0
 
 
+def unit(vector) -> np.ndarray:
+    """Of length 1."""
+    return np.asarray(vector) / np.linalg.norm(vector)
+
+
 def mean_weight(camera: lb.Camera) -> float:
     """Of rays by even places on the film and in the pupil."""
     u = spread(4)
@@ -71,8 +78,9 @@ def all_rays(camera: lb.Camera, z: float, half: float, slopes) -> tuple[np.ndarr
     way = np.column_stack([slopes[0] * u[:, 2], slopes[1] * u[:, 3], -np.ones(N)])
     cosine = 1.0 / np.linalg.norm(way, axis=1)
     placement = camera.placement()
+    scale = np.linalg.norm(placement[0, :3])
     origins = np.column_stack([x, y, np.full(N, z)]) @ placement[:3, :3].T + placement[:3, 3]
-    return origins, way @ placement[:3, :3].T, cosine**4 * (2.0 * half) ** 2 * 4.0 * slopes[0] * slopes[1]
+    return origins, way @ placement[:3, :3].T, cosine**4 * (2.0 * half * scale) ** 2 * 4.0 * slopes[0] * slopes[1]
 
 
 @pytest.mark.parametrize("name", WIDE)
@@ -83,7 +91,7 @@ def test_importance_integrates_to_the_mean_weight_and_the_densities_to_one(name)
     found = camera.importance(origins, directions)
     assert 0.02 < found.visible.mean() < 0.9
     assert (found.we * measure).mean() == pytest.approx(mean_weight(camera), rel=0.01)
-    axis = camera.placement()[:3, 2]
+    axis = unit(camera.placement()[:3, 2])
     cosine = -directions @ axis / np.linalg.norm(directions, axis=1)
     assert (found.position_pdf * found.direction_pdf * measure / cosine).mean() == pytest.approx(1.0, rel=0.01)
 
@@ -99,7 +107,7 @@ def test_the_directions_of_a_camera_that_is_a_point_integrate_to_one(name):
     lit = mean_weight(camera)
     cosine = 1.0
     if isinstance(camera, lb.PerspectiveCamera):
-        cosine = -d @ camera.placement()[:3, 2]
+        cosine = -d @ unit(camera.placement()[:3, 2])
         assert (found.direction_pdf * 4.0 * math.pi).mean() == pytest.approx(1.0, rel=0.003)
     assert (found.position_pdf[found.visible] == 1.0).all()
     assert (found.we * cosine * 4.0 * math.pi).mean() == pytest.approx(lit, rel=0.003)
@@ -135,7 +143,7 @@ def test_a_rays_weight_times_its_densities_is_its_importance(camera):
     found = camera.importance(rays.origins + along * rays.directions, 3.0 * rays.directions)
     np.testing.assert_array_equal(found.visible, lit)
     np.testing.assert_allclose(found.raster[lit], raster[lit], atol=1e-8)
-    cosine = -rays.directions @ camera.placement()[:3, 2]
+    cosine = -rays.directions @ unit(camera.placement()[:3, 2])
     if isinstance(camera, (lb.EnvironmentCamera, lb.FisheyeCamera)):
         cosine = np.ones(len(lit))
     elif isinstance(camera, lb.LensCamera) and camera.follows_rays:
@@ -174,12 +182,12 @@ def test_a_lamp_gives_the_film_what_its_importance_says(camera):
         if isinstance(camera, lb.LensCamera) and camera.follows_rays:
             z, square = -(camera.lens.length + camera.film_distance), 1.1 * camera.lens.surfaces[0].semi_diameter
         start, area = np.column_stack([square * (2.0 * u[:, 2:] - 1.0), np.full(N, z)]), (2.0 * square) ** 2
-    way = local - start
-    d = np.linalg.norm(way, axis=1)
     world = start @ camera.placement()[:3, :3].T + camera.placement()[:3, 3]
-    normal = np.array(lamp.normal) / np.linalg.norm(lamp.normal)
-    slant = np.abs((points - world) @ normal) / d
-    cosine = 1.0 if everywhere else -way[:, 2] / d
+    way = points - world
+    d = np.linalg.norm(way, axis=1)
+    slant = np.abs(way @ unit(lamp.normal)) / d
+    cosine = 1.0 if everywhere else -way @ unit(camera.placement()[:3, 2]) / d
+    area *= 1.0 if camera is POINTS["pinhole"] or everywhere else np.linalg.det(camera.placement()) ** (2.0 / 3.0)
     we = camera.importance(world, points - world).we
     expected = (we * cosine * slant / d**2).mean() * area * math.pi * radius**2
     assert expected > 0.0
