@@ -1,7 +1,7 @@
 # make run     make the environment, install, open the bench
 # make test    install what the tests need, run them all
 # make lint    style (ruff) and types (mypy)
-# make fuzz    2,000 mishaps of bytes and of lines for every sample of a lens file (an hour or two; LENSBENCH_LENS_FILES=FOLDER
+# make fuzz    2,000 mishaps of bytes and of lines for every sample of a lens file (half an hour; LENSBENCH_LENS_FILES=FOLDER
 #              adds files of your own); `make test` runs its short form
 # make peers   the same rays through the same lenses in rayoptics, Optiland and batoid, in an environment of its own
 #

@@ -351,6 +351,5 @@ class _Sequence:
 
 
 def _micrometres(word: str) -> float:
-    """A wavelength in nm, from its digits."""
-    file_number(word, "PWL")
-    return float(Decimal(plain_number(word)).scaleb(-3))
+    """A wavelength in nm, from its digits; 0, which no glass has, for one that is next to nothing."""
+    return float(Decimal(plain_number(word)).scaleb(-3)) if file_number(word, "PWL") else 0.0

@@ -27,6 +27,8 @@ def parse(text: str, path: str) -> dict[str, Any]:
         raise LensFileError(path, error.lineno, f"not valid JSON: {error.msg}") from None
     except ValueError as error:
         raise LensFileError(path, None, f"not valid JSON: {error}") from None
+    except ArithmeticError:
+        raise LensFileError(path, None, "not valid JSON: a number whose exponent cannot be read") from None
     if not isinstance(data, dict):
         raise LensFileError(path, 1, "a lens in JSON is an object in braces")
     return data

@@ -37,6 +37,8 @@ ENDLESS = {
     "surfaces.zmx": b"SURF 1\n SQAP 1\n" * 60_000,
     "surfaces.len": b"LEN NEW\n" + b"NXT\n" * 240_000,
     "items.json": b'{"surface_group": {"surfaces": [' + b"1," * 400_000 + b"1]}}",
+    "exponent.json": b'{"version": 1e' + b"9" * 5000 + b"}",
+    "exponent.seq": b"PRV; PWL 1e-" + b"9" * 3000 + b" 500; 'A' 1.5 1.6; END; S; S 0 0 'A'; S\n",
     "items.roa": b'{"optical_model": {"seq_model": {"ifcs": [' + b"{}," * 300_000 + b"{}]}}}",
     "tabs.txt": b"[lens data]\n" + b"\t" * 900_000,
 }

@@ -1,0 +1,70 @@
+"""A lens turned round lets light take the same way back, and a lens made larger the same way at its scale."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import lensbench as lb
+from lensbench import AIR, Glass, Lens, Surface, lenses
+from lensbench.lenses.reversal import reversed_lens
+
+ODD = Lens((Surface(0.02, 6.0, 12.0, Glass(1.62, 60.0), -0.7, ((3, 2e-5), (4, -1e-6))),
+            Surface(-0.015, 2.0, 12.0, Glass(1.7, 30.0)), Surface(0.004, 5.0, 12.0, AIR, 2.0, ((6, 1e-9),)),
+            Surface(0.01, 4.0, 12.0, Glass(1.5, 64.0), curvature_x=-0.01), Surface(0.0, 60.0, 12.0)), 2)
+LENSES = {"odd": ODD, **{name: lenses.load(name) for name in (
+    "pbrt-dgauss-50mm", "lib-us10281683", "lv-nikon-z-58f095-noct", "pbrt-fisheye-10mm")}}
+
+
+def through(lens, origins, directions):
+    traced = lb.trace(lens, origins, directions, clip=False)
+    assert (traced.fate == lb.Fate.PASSED).all()
+    return traced
+
+
+def rays(lens, seed):
+    """Rays near the axis towards the front, of which all pass."""
+    rng = np.random.default_rng(seed)
+    height = 0.2 * min(surface.semi_diameter for surface in lens.surfaces)
+    origins = np.column_stack([rng.uniform(-height, height, (20, 2)), np.full(20, -5.0)])
+    directions = np.column_stack([rng.uniform(-0.05, 0.05, (20, 2)), np.ones(20)])
+    return origins, directions / np.linalg.norm(directions, axis=1)[:, None]
+
+
+def turned(vectors, length=0.0):
+    """Points, or with length 0 directions, in the frame of the lens turned round, seen in a mirror."""
+    return vectors * [1.0, 1.0, -1.0] + [0.0, 0.0, length]
+
+
+@pytest.mark.parametrize("name", LENSES)
+def test_light_goes_the_same_way_back_through_the_lens_turned_round(name):
+    lens = LENSES[name]
+    origins, directions = rays(lens, 1)
+    out = through(lens, origins, directions)
+    behind = out.points + 5.0 * out.directions
+    back = through(reversed_lens(lens), turned(behind, lens.length), turned(-out.directions))
+    assert np.allclose(back.directions, turned(-directions), rtol=0.0, atol=1e-11)
+    # It leaves on the line on which it came: a place of 1e-10 mm after twice the lens's surfaces
+    onward = turned(origins, lens.length) - back.points
+    assert np.abs(np.cross(onward, back.directions)).max() < 1e-10
+
+
+@given(st.floats(0.01, 100.0))
+@settings(deadline=None, max_examples=20)
+@pytest.mark.parametrize("name", LENSES)
+def test_a_scaled_lens_traces_the_scaled_rays(name, factor):
+    lens = LENSES[name]
+    origins, directions = rays(lens, 2)
+    plain, scaled = through(lens, origins, directions), through(lens.scaled(factor), factor * origins, directions)
+    assert np.allclose(scaled.points, factor * plain.points, rtol=1e-11, atol=1e-11 * factor * lens.length)
+    assert np.allclose(scaled.directions, plain.directions, rtol=0.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", LENSES)
+def test_turned_round_twice_is_the_lens_but_for_its_back_focus(name):
+    lens = replace(LENSES[name], positions=None)
+    twice = reversed_lens(reversed_lens(lens))
+    assert twice.surfaces[:-1] == lens.surfaces[:-1] and twice.stop_index == lens.stop_index
+    assert twice.surfaces[-1] == replace(lens.surfaces[-1], thickness=0.0)
