@@ -76,6 +76,7 @@ from lensbench.focus import FocusError, film_distance, focused, focused_distance
 from lensbench.formats import Equivalent, equivalent, field_of_view, film_extent, focal_length  # noqa: E402
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
 from lensbench.iris import Iris, IrisError  # noqa: E402
+from lensbench.lightfield import LightField, LightFieldError, capture_light_field, light_field_bytes  # noqa: E402
 from lensbench.motion import AnimatedTransform  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402
@@ -108,14 +109,15 @@ __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "BareSensor", "Camera",
     "CameraError", "ChiefRay", "Disk", "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure",
     "ExposureError", "Falloff", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError",
-    "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
-    "LensError", "Material", "Medium", "MediumError", "OrthographicCamera", "Pattern", "PerspectiveCamera",
-    "PinholeCamera", "Places", "Positions", "PositionsError", "Rays", "Rectangle", "Rendering", "Scene",
-    "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError",
-    "astigmatic_foci", "best_pinhole", "builtin_scene", "chief_ray", "circle_of_confusion", "depth_map",
-    "depth_of_field", "depth_resolution", "distortion", "distortion_grid", "equivalent", "ev100", "exit_pupil",
-    "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent", "first_order", "focal_length",
-    "focused", "focused_distance", "hyperfocal", "irradiance", "look_at", "luminance", "metered_stops",
-    "nearest_focus", "open_region", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render",
-    "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission", "working_f_number",
+    "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera", "LensError",
+    "LightField", "LightFieldError", "Material", "Medium", "MediumError", "OrthographicCamera", "Pattern",
+    "PerspectiveCamera", "PinholeCamera", "Places", "Positions", "PositionsError", "Rays", "Rectangle", "Rendering",
+    "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError",
+    "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "chief_ray", "circle_of_confusion",
+    "depth_map", "depth_of_field", "depth_resolution", "distortion", "distortion_grid", "equivalent", "ev100",
+    "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent", "first_order",
+    "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance", "light_field_bytes", "look_at",
+    "luminance", "metered_stops", "nearest_focus", "open_region", "pixel_energy", "radiant_exposure",
+    "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
+    "transmission", "working_f_number",
 ]

@@ -118,7 +118,7 @@ def thick(lens: Lens, film_distance: float) -> Gaussian:
     (origin_film, slope_film), (origin_pupil, slope_pupil) = rays
     if within:
         origin_film = 0.0                               # but for its rounding: all film points share the entrance pupil
-    return Gaussian(start - film, origin_film, origin_pupil, slope_film, slope_pupil, film_aims, pupil_aims,
+    return Gaussian(start - film, origin_film, origin_pupil, slope_film, slope_pupil, -film_aims, -pupil_aims,
                     lens.iris)
 
 

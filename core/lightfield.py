@@ -1,0 +1,386 @@
+"""Light fields: a picture through every part of the pupil, taken once, focused afterwards.
+
+A ray is named by two planes: (s, t), where it meets the film, in pixels of the raster, and (u, v), by where
+it comes through the pupil, in radii of the paraxial exit pupil. The pupil is covered by a grid of
+square cells, the same for every film point; each cell has a picture of its own, a *view*. A lens of glass passes
+parts of some cells only: how much of a cell's light arrives, times cos⁴θ, is its *coverage*, which is known for every
+pixel and never guessed.
+
+To focus at another distance is to shear: to first order the ray that meets the new film at x and the pupil at a meets
+the old one at k x + σ a (from the two cameras' Gaussian maps), so every view is shifted by σ a and all are added up.
+(Ng et al. 2005 for the shear, Ng 2005 for the slice of the spectrum.)
+"""
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from lensbench.blocktracer import through
+from lensbench.cameras.camera import Camera
+from lensbench.cameras.gaussian import Gaussian
+from lensbench.cameras.lens import LensCamera
+from lensbench.driver import Program
+from lensbench.film import Film
+from lensbench.focus import nearest_focus
+from lensbench.lanes import BLUE, GREEN, RED, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, bench, rows, stage
+from lensbench.sampling import sampler
+from lensbench.scene import Scene
+from lensbench.shear import added, magnified
+
+BAND = 16               # blocks between two questions whether the light field is still wanted
+TOP = 60000.0           # the greatest radiance that a half float is given
+SHARE = 16              # cells are cut into SHARE² to find how much of one a round aperture takes
+CLEAR = 1.0             # pixels that neighbouring views may lie apart before the blur between them falls into dots
+SPREAD = np.array([0.7548776662466927, 0.5698402909980532])        # 1/ρ and 1/ρ² of ρ³ = ρ + 1: multiples fill a square
+NEAR = 24               # part of the picture's sides that counts as its centre
+SIDE = 33               # film radii at which a lens is asked how far its pupil reaches
+
+
+class LightFieldError(ValueError):
+    """A light field that cannot be; the message says what to do."""
+
+
+def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.float16) -> int:
+    """What a light field of so many views across and down will take: three colours and the coverage of every pixel."""
+    return views[0] * views[1] * film.pixels_x * film.pixels_y * 4 * np.dtype(dtype).itemsize
+
+
+@dataclass(frozen=True, eq=False)
+class LightField:
+    """What `capture_light_field` recorded.
+
+    light: (views down, views across, 3, h, w), linear radiance times coverage; coverage: (down, across, h, w); both
+    float16 or float32. A view's place (u, v): x to the right and y up in the pupil. reach: the grid's
+    half side, in radii of the paraxial exit pupil.
+    """
+
+    camera: Camera
+    reach: float
+    light: np.ndarray
+    coverage: np.ndarray
+
+    @property
+    def views(self) -> tuple[int, int]:
+        """Across and down."""
+        return self.light.shape[1], self.light.shape[0]
+
+    @property
+    def places(self) -> np.ndarray:
+        """(down, across, 2) the cells' middles in the pupil, in its radii; the first row is the lowest."""
+        across, down = self.views
+        u = ((np.arange(across) + 0.5) / across * 2.0 - 1.0) * self.reach
+        v = ((np.arange(down) + 0.5) / down * 2.0 - 1.0) * self.reach
+        return np.stack(np.meshgrid(u, v), -1)
+
+    def view(self, across: int, down: int) -> np.ndarray:
+        """One view: float32 (h, w, 3), the radiance where light came; 0 where the cell passes none."""
+        covered = self.coverage[down, across].astype(np.float32)
+        light = self.light[down, across].astype(np.float32)
+        radiance = np.divide(light, covered, np.zeros_like(light), where=covered > 0.0)
+        return np.ascontiguousarray(radiance.transpose(1, 2, 0))
+
+    def refocus(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
+        """The picture focused at another distance: float32 (h, w, 3), linear, its weights relative.
+
+        distance: mm, measured as the camera that captured measures its own; one that is out of `nearest` is taken for
+        that. f_number: None is the whole recorded aperture; a round part of it otherwise, about `view`, in radii of the
+        pupil. LightFieldError for an aperture that was not recorded.
+        """
+        used, weights, shifts, step, scale = self._sheared(distance, f_number, view)
+        begins = shifts + (1.0 - scale) * (self._middle - 0.5)
+        picture = added(self._bits, used, begins, scale, weights, step) / self._white(used, weights)
+        return np.ascontiguousarray(picture.transpose(1, 2, 0))
+
+    def slice(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
+        """The same picture by way of the light field's spectrum, of which it is a plane slice: slow, and a check.
+
+        Each frequency of the picture is the sum of the views' spectra with the phases of their shifts, which is the
+        spectrum over (u, v, s, t) where fu = σ fs and fv = σ ft. Beyond a view's edge its other edge follows.
+        """
+        used, weights, shifts, _, scale = self._sheared(distance, f_number, view)
+        h, w = self.light.shape[3:]
+        across, down = np.fft.rfftfreq(w), np.fft.fftfreq(h)
+        total = np.zeros((3, h, len(across)), complex)
+        for (j, i), weight, (x, y) in zip(used, weights, shifts, strict=True):
+            phase = np.exp(2j * math.pi * x * across) * np.exp(2j * math.pi * y * down)[:, None]
+            total += weight * phase * np.fft.rfft2(self.light[j, i].astype(np.float32))
+        picture = (np.fft.irfft2(total, (h, w)) / self._white(used, weights)).astype(np.float32)
+        picture = picture if scale == 1.0 else magnified(picture, scale, self._middle)
+        return np.ascontiguousarray(picture.transpose(1, 2, 0))
+
+    def _sheared(self, distance: float, f_number: float | None, view: tuple[float, float]):
+        """Which views (n, 2) an aperture takes, their weights, their shifts and that across a cell (pixels), and k."""
+        shares = self.shares(f_number, view)
+        scale, shear = self.shear(max(distance, self.nearest))
+        used = np.argwhere(shares > 0.0)
+        across, _, down, _ = self.camera.film_step.parameters
+        pixels = np.array([-1.0 / across, 1.0 / down])          # for each mm of the film: its x runs to the left
+        chosen = used[:, 0], used[:, 1]
+        shifts = shear * self.places[chosen] * pixels - _offsets(*self.views)[chosen]
+        return used, shares[shares > 0.0], shifts, 2.0 * self.reach * shear * pixels / self.views, scale
+
+    @cached_property
+    def _middle(self) -> np.ndarray:
+        """Where the axis meets the film, in raster pixels across and down."""
+        across, middle, down, low = self.camera.film_step.parameters
+        return np.array([middle / across, low / down])
+
+    def _white(self, used: np.ndarray, weights: np.ndarray) -> np.float32:
+        """What these views add up to where the film's centre sees nothing but radiance 1."""
+        return np.float32(max(float(self._on_axis[used[:, 0], used[:, 1]] @ weights), 1e-30))
+
+    def shear(self, distance: float) -> tuple[float, float]:
+        """(k, σ): the ray by the pupil's a and the film's x at this focus met the recording film at k x + σ a, mm."""
+        before, after = self.camera.gaussian, replace(self.camera, focus_distance=distance).gaussian
+        return _shear(before, after)
+
+    def shares(self, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+        """(down, across) how much of each cell an aperture takes, 0 … 1. LightFieldError: as `refocus`."""
+        if not all(map(math.isfinite, view)):
+            raise LightFieldError("a view is two finite numbers, in radii of the pupil")
+        if f_number is None and tuple(view) == (0.0, 0.0):
+            return np.ones(self.places.shape[:2])
+        off = math.hypot(*view)
+        if f_number is None:
+            radius = max(1.0 - off, 0.0)
+        elif not (math.isfinite(f_number) and f_number > 0.0):
+            raise LightFieldError(f"f-number {f_number:g}: it must be a positive number")
+        elif f_number < self.f_number * (1.0 - 1e-9):
+            raise LightFieldError(f"f/{f_number:g} was not recorded: this light field was captured at "
+                                  f"f/{self.f_number:.3g}")
+        else:
+            radius = self.f_number / f_number
+        if off + radius > self.reach * math.sqrt(2.0) + 1e-9:
+            raise LightFieldError(f"an aperture about ({view[0]:g}, {view[1]:g}) leaves what was recorded: the pupil "
+                                  f"reaches from −1 to 1, and this aperture's radius is {radius:.3g}")
+        size = 2.0 * self.reach / np.array(self.views)
+        fine = (np.arange(SHARE) + 0.5) / SHARE - 0.5
+        x = (self.places[..., 0, None] + fine * size[0] - view[0])[..., None, :]
+        y = (self.places[..., 1, None] + fine * size[1] - view[1])[..., :, None]
+        shares = (x**2 + y**2 <= radius**2).mean((-2, -1))
+        if not shares.any():                    # smaller than a part of a cell: the cell it lies in, alone
+            nearest = np.argmin(((self.places - view) ** 2).sum(-1))
+            shares.flat[nearest] = 1.0
+        return shares
+
+    @cached_property
+    def f_number(self) -> float:
+        """Of the recorded aperture, as the camera counts it."""
+        if isinstance(self.camera, LensCamera):
+            return self.camera.first_order.f_number
+        return 0.5 / abs(self.camera.gaussian.approach_pupil)
+
+    @cached_property
+    def nearest(self) -> float:
+        """The nearest distance that can be focused (mm)."""
+        return nearest_focus(self.camera.lens) if isinstance(self.camera, LensCamera) else 1e-3
+
+    def apart(self, distance: float) -> float:
+        """How far neighbouring views lie from each other when focused at a distance, in pixels."""
+        film, (across, down) = self.camera.film, self.views
+        shear = abs(self.shear(distance)[1]) * 2.0 * self.reach
+        return max(shear / across * film.pixels_x / film.width, shear / down * film.pixels_y / film.height)
+
+    @cached_property
+    def clear_range(self) -> tuple[float, float]:
+        """Nearest and farthest focus (mm) at which neighbouring views lie at most CLEAR pixels apart.
+
+        What is farther away than that from the recorded focus is blurred into dots rather than disks where it
+        should be sharp, for each view is then sharper than the step to the next.
+        """
+        return self._limit(self.nearest), self._limit(math.inf)
+
+    def _limit(self, end: float) -> float:
+        """The distance between the recorded focus and this end where views are CLEAR pixels apart, or the end."""
+        if self.apart(end) <= CLEAR:
+            return end
+        inner, outer = 1.0 / self.camera.focus_distance, 1.0 / end     # type: ignore[attr-defined]
+        for _ in range(60):
+            middle = 0.5 * (inner + outer)
+            inner, outer = (middle, outer) if self.apart(1.0 / middle) <= CLEAR else (inner, middle)
+        return 1.0 / inner
+
+    @cached_property
+    def _bits(self) -> np.ndarray:
+        """(views down, across, 3, h, w): the light as its bits where it is of half floats."""
+        return self.light.view(np.uint16) if self.light.dtype == np.float16 else self.light
+
+    @cached_property
+    def _on_axis(self) -> np.ndarray:
+        """(down, across) coverage of the cells seen from about the film's centre."""
+        h, w = self.coverage.shape[2:]
+        y, x = max(h // NEAR, 1), max(w // NEAR, 1)
+        near = self.coverage[:, :, (h - y) // 2:(h + y + 1) // 2, (w - x) // 2:(w + x + 1) // 2]
+        return near.astype(float).mean((2, 3))
+
+
+def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), samples: int = 16,
+                        seed: int = 0, dtype=np.float16, shadows: bool = True, threads: int | None = None,
+                        told: Callable[[float], bool] = lambda share: True) -> LightField:
+    """Record the light field of a camera that focuses: a projective one with a lens, traced or ideal.
+
+    views: across and down; samples: for each pixel of each view. dtype: float16, or float32 for twice the memory.
+    told: called with the share that is done; the capture is given up where it answers False. Of a lens that disperses,
+    the d line is recorded. LightFieldError for numbers that cannot be, for a camera without an aperture, for more
+    memory than there is, and for a capture that was given up.
+    """
+    across, down = (int(number) for number in views)
+    if across < 1 or down < 1 or (across, down) != tuple(views):
+        raise LightFieldError(f"{views[0]} × {views[1]} views: both must be whole numbers of at least 1")
+    if samples < 1:
+        raise LightFieldError(f"{samples} samples a pixel: at least 1 is needed")
+    if np.dtype(dtype) not in (np.float16, np.float32):
+        raise LightFieldError("a light field is recorded in float16 or float32")
+    size = light_field_bytes(camera.film, (across, down), dtype)
+    if size > 0.9 * _memory():
+        raise LightFieldError(f"{across} × {down} views of {camera.film.pixels_x} × {camera.film.pixels_y} pixels take "
+                              f"{size / 1e9:.3g} GB, more than the {_memory() / 1e9:.3g} GB that are free: record "
+                              "fewer views or pixels")
+    reach = _reach(camera)
+    h, w = camera.film.pixels_y, camera.film.pixels_x
+    light = np.zeros((down, across, 3, h, w), dtype)
+    coverage = np.zeros((down, across, h, w), dtype)
+    before = sampler(w, lit=shadows, timed=camera.moves)
+    clock = [camera.clock] if camera.moves else []
+    after = scene.steps(shadows)
+    blocks = -(-w * h // B)
+    cell = 2.0 * reach / np.array([across, down])
+    done = [0]
+    offsets = _offsets(across, down)
+    across_mm, middle, down_mm, low = camera.film_step.parameters
+
+    def record(place: tuple[int, int]) -> bool:
+        j, i = place
+        corner = (-reach + i * cell[0], -reach + j * cell[1])
+        right, bottom = offsets[j, i] * [across_mm, down_mm]
+        onto = Step(camera.film_step.kernel, [across_mm, middle - right, down_mm, low - bottom])
+        aim = [*before, *clock, onto, *_cell_steps(camera, corner, cell)]
+        lanes, seeds = bench(), np.uint32(seed)
+        for program, out in ((Program([*aim, *camera.carried, *after]), light[j, i]),
+                             (Program([*aim, Step(white, [0.0])]), coverage[j, i][None])):
+            sums = np.zeros((blocks, 3 * B), np.float32)
+            for first in range(0, blocks, BAND):
+                if done[0] < 0:
+                    return False
+                last = min(first + BAND, blocks)
+                program.expose(sums, lanes, first, last, (j * across + i) * samples, samples, seeds)
+            planes = sums.reshape(blocks, 3, B).transpose(1, 0, 2).reshape(3, -1)[:len(out), :w * h]
+            out[...] = np.minimum(planes * np.float32(1.0 / samples), TOP).reshape(out.shape)
+        if done[0] < 0:
+            return False
+        done[0] += 1
+        if not told(done[0] / (across * down)):
+            done[0] = -across * down - 1
+        return done[0] >= 0
+
+    places = [(j, i) for j in range(down) for i in range(across)]
+    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+        if not all(list(pool.map(record, places))):
+            raise LightFieldError("the capture was given up")
+    return LightField(camera, reach, light, coverage)
+
+
+def _offsets(across: int, down: int) -> np.ndarray:
+    """(down, across, 2) by what part of a pixel each view's grid lies aside, evenly spread over [−½, ½)²."""
+    k = np.arange(across * down)[:, None]
+    return ((k * SPREAD + 0.5) % 1.0 - 0.5).reshape(down, across, 2)
+
+
+def _memory() -> float:
+    """Bytes that are free on this machine; infinite where it does not say."""
+    try:
+        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return math.inf
+
+
+def _reach(camera: Camera) -> float:
+    """How far in radii of the paraxial exit pupil light comes from, for any point of the film."""
+    lens = camera.gaussian
+    if lens.is_hole:
+        raise LightFieldError("a pinhole sees from one place alone: record a light field through a lens")
+    if not (isinstance(camera, LensCamera) and camera.follows_rays):
+        if not lens.iris.is_round:
+            raise LightFieldError("the ideal models record a light field through a round stop alone: choose the full "
+                                  "trace, or no blades")
+        return 1.0
+    film = camera.film.diagonal / 2.0 * np.linspace(0.0, 1.0, SIDE)
+    film = film[film <= camera.pupil.radius]
+    ring, inner = camera.pupil.ring(film)
+    rim = camera.pupil.outline[ring + np.rint(inner).astype(int)]
+    slope = (rim[..., 0] + camera.pupil.centres[ring + np.rint(inner).astype(int)][:, None] - film[:, None])
+    u = slope / camera.film_distance - lens.approach_film * film[:, None]
+    v = rim[..., 1] / camera.film_distance
+    return float(np.hypot(u, v).max() / abs(lens.approach_pupil))
+
+
+def _cell_steps(camera: Camera, corner, cell) -> list[Step]:
+    """From the film point X, Y and U0, U1 of a cell of the pupil to the ray; WEIGHT: cos⁴θ where light comes."""
+    lens = camera.gaussian
+    if isinstance(camera, LensCamera) and camera.follows_rays:
+        aims = Step(aimed, [*corner, *cell, lens.approach_film, lens.approach_pupil])
+        return [aims, *through(camera.lens, camera.film_distance)]
+    return [Step(through_cell, [*corner, *cell, *lens[:-1]])]
+
+
+@stage
+def aimed(lanes, p, key):
+    """From the film point X, Y (Z = 0) to U0, U1 of a cell of the exit pupil. p: corner, sides, slopes by both."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, weight, u, v = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[U0], row[U1]
+    left, low, width, height, film, pupil = p[0], p[1], p[2], p[3], p[4], p[5]
+    for i in range(B):
+        dx, dy = x[i] * film + (left + u[i] * width) * pupil, y[i] * film + (low + v[i] * height) * pupil
+        c2 = real(1) / (dx * dx + dy * dy + real(1))
+        size = math.sqrt(c2)
+        l[i], m[i], n[i] = dx * size, dy * size, -size
+        z[i] = real(0)
+        weight[i] = c2 * c2
+
+
+@stage
+def through_cell(lanes, p, key):
+    """As the stage of `Gaussian`, by U0, U1 of a cell of its pupil's disk. p: corner, sides, its numbers."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, weight, u, v = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[U0], row[U1]
+    left, low, width, height = p[0], p[1], p[2], p[3]
+    place, origin, origin_p, slope, slope_p, aim, aim_p = p[4], p[5], p[6], p[7], p[8], p[9], p[10]
+    for i in range(B):
+        a, b = left + u[i] * width, low + v[i] * height
+        dx, dy = x[i] * slope + a * slope_p, y[i] * slope + b * slope_p
+        size = real(1) / math.sqrt(dx * dx + dy * dy + real(1))
+        l[i], m[i], n[i] = dx * size, dy * size, -size
+        ex, ey = x[i] * aim + a * aim_p, y[i] * aim + b * aim_p
+        c2 = real(1) / (ex * ex + ey * ey + real(1))
+        weight[i] = c2 * c2 if a * a + b * b <= real(1) else real(0)
+        x[i], y[i], z[i] = x[i] * origin + a * origin_p, y[i] * origin + b * origin_p, place
+
+
+@stage
+def white(lanes, p, key):
+    """What every lane that has WEIGHT sees is 1."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    red, green, blue = row[RED], row[GREEN], row[BLUE]
+    for i in range(B):
+        red[i] = green[i] = blue[i] = real(1)
+
+
+def _shear(before: Gaussian, after: Gaussian) -> tuple[float, float]:
+    """(k, σ) of `LightField.shear` from the two maps of film and pupil to rays."""
+    def rays(lens: Gaussian, z: float) -> np.ndarray:
+        away = lens.z - z
+        return np.array([[lens.origin_film + away * lens.slope_film, lens.origin_pupil + away * lens.slope_pupil],
+                         [lens.slope_film, lens.slope_pupil]])
+
+    (a, b), (c, d) = np.linalg.solve(rays(before, before.z), rays(after, before.z))
+    scale = float(a - b * c / d)
+    return 1.0 if abs(scale - 1.0) < 1e-9 else scale, float(b / d)
+
