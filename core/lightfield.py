@@ -136,7 +136,8 @@ class LightField:
 
     def shear(self, distance: float) -> tuple[float, float]:
         """(k, σ): the ray by the pupil's a and the film's x at this focus met the recording film at k x + σ a, mm."""
-        before, after = self.camera.gaussian, replace(self.camera, focus_distance=distance).gaussian  # type: ignore[call-arg]
+        there = replace(self.camera, focus_distance=distance)          # type: ignore[call-arg]
+        before, after = self.camera.gaussian, there.gaussian
         return _shear(before, after)
 
     def shares(self, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:

@@ -25,7 +25,7 @@ LAYERS = (
     {"cameras"},
     {"accuracy", "views", "emission", "fronts", "splats"},
     {"render"},
-    {"analysis", "lightfield", "distortion"},
+    {"analysis", "lightfield", "shear", "distortion"},
 )
 WORKBENCH = {"lanes", "driver", "disk", "turn"}
 KNOW_THE_WORKBENCH_ALONE = {"transform", "shutter", "sampling", "film", "scene", "scenery"}
