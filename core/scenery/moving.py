@@ -43,8 +43,8 @@ from lensbench.turn import sine_versine
 
 MOTION = 15             # numbers of a motion: pivot, velocity, axis (3 each), turns per second, turns at TIME 0; then
 #                         a sphere that holds all that moves so, at rest: its middle and reach
-HEAD = 2 + MOTION       # before a group's data: how many numbers it has in all and of spheres, then its motion
-CROWD = 12              # a group is split until it holds no more
+HEAD = 3 + MOTION       # before a group's data: how many numbers in all, how many of spheres, which motion; its numbers
+CROWD = 20              # a group is split until it holds no more
 TICKS = 65536.0         # steps of a second
 LONGEST = 30000.0       # s, that these can count
 
@@ -98,10 +98,12 @@ def packed_groups(things: Sequence[Sphere | Plate], opening: float,
         turning = any(thing.spin) and (thing.centre if thing.pivot is None else thing.pivot)
         groups.setdefault((thing.velocity, thing.spin, turning), []).append(displaced(thing, opening))
     packed = [np.zeros(0)]
-    for group in (part for alike in groups.values() for part in _neighbours(alike)):
-        balls = [thing for thing in group if isinstance(thing, Sphere)]
-        numbers, of_balls = data(balls, [thing for thing in group if not isinstance(thing, Sphere)])
-        packed.append(np.concatenate([[HEAD + numbers.size, of_balls], motion_parameters(group, opening), numbers]))
+    for which, alike in enumerate(groups.values()):
+        for group in _neighbours(alike):
+            balls = [thing for thing in group if isinstance(thing, Sphere)]
+            numbers, of_balls = data(balls, [thing for thing in group if not isinstance(thing, Sphere)])
+            packed.append(np.concatenate([[HEAD + numbers.size, of_balls, which], motion_parameters(group, opening),
+                                          numbers]))
     return np.concatenate(packed)
 
 
@@ -185,36 +187,52 @@ def moving(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, time = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TIME]
-    depth, nx, ny, nz = row[DEPTH], row[NX], row[NY], row[NZ]
+    depth = row[DEPTH]
     hx, hy, hz, ex, ey, ez, near = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6]
     seen, (early, late) = wedge(lanes), span(lanes)
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
-    s = 0
+    s, last, current = 0, 0, real(-1)
     while s < p.size:
-        size, balls, motion = int(p[s]), int(p[s + 1]), motion_of(p, s + 2)
-        cx, cy, cz, wide, wx, wy, wz = whereabouts(real, p, s + 2, early, late)
+        size, balls, which, here = int(p[s]), int(p[s + 1]), p[s + 2], s + 3
         first, end = s + HEAD, s + size
+        cx, cy, cz, wide, wx, wy, wz = whereabouts(real, p, here, early, late)
         s += size
         if outside(seen, cx, cy, cz, wide + abs(wx * seen[4] + wy * seen[5] + wz * seen[6]),
                    wide + abs(wx * seen[7] + wy * seen[8] + wz * seen[9])):
             continue
-        for i in range(B):
-            x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
-                                                            ex[i], ey[i], ez[i])
-            near[i] = depth[i]
+        if which != current:
+            if current >= real(0):
+                _normals(lanes, p, last)
+            motion = motion_of(p, here)
+            for i in range(B):
+                x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
+                                                                ex[i], ey[i], ez[i])
+                near[i] = depth[i]
+            last, current = here, which
         if balls > 0:
             spheres(lanes, p[first:first + balls], key)
         if first + balls < end:
             plates(lanes, p[first + balls:end], key)
-        many = np.int32(0)
-        for i in range(B):
-            many = np.int32(many + np.int32(depth[i] < near[i]))
-        if many == 0:
-            continue
-        for i in range(B):
-            _, _, _, ux, uy, uz = in_world(real, motion, time[i], x[i], y[i], z[i], nx[i], ny[i], nz[i])
-            hit = depth[i] < near[i]
-            nx[i], ny[i], nz[i] = ux if hit else nx[i], uy if hit else ny[i], uz if hit else nz[i]
+    if current >= real(0):
+        _normals(lanes, p, last)
     for i in range(B):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
+
+
+@stage
+def _normals(lanes, p, s):
+    """Where something nearer than H6 has been met by the motion p[s …], its normal is turned into the world."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    time, depth, near, nx, ny, nz = row[TIME], row[DEPTH], row[H6], row[NX], row[NY], row[NZ]
+    motion = motion_of(p, s)
+    many = np.int32(0)
+    for i in range(B):
+        many = np.int32(many + np.int32(depth[i] < near[i]))
+    if many == 0:
+        return
+    for i in range(B):
+        _, _, _, ux, uy, uz = in_world(real, motion, time[i], real(0), real(0), real(0), nx[i], ny[i], nz[i])
+        hit = depth[i] < near[i]
+        nx[i], ny[i], nz[i] = ux if hit else nx[i], uy if hit else ny[i], uz if hit else nz[i]

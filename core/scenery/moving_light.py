@@ -41,7 +41,17 @@ from lensbench.lanes import (
 )
 from lensbench.scenery.bounds import apart, reach
 from lensbench.scenery.light import clear_of, lit, sky_held, sky_light, sky_open
-from lensbench.scenery.moving import HEAD, at_rest, in_world, motion_of, packed_groups, span, turned, whereabouts
+from lensbench.scenery.moving import (
+    HEAD,
+    MOTION,
+    at_rest,
+    in_world,
+    motion_of,
+    packed_groups,
+    span,
+    turned,
+    whereabouts,
+)
 from lensbench.scenery.objects import Plate, Sphere
 from lensbench.scenery.shadows import (
     LAMP,
@@ -89,7 +99,7 @@ def moving_ambient(lanes, p, key):
     sky_held(lanes, p[1 + AMBIENT:still])
     s = still
     while s < p.size:
-        end, motion = s + int(p[s]), motion_of(p, s + 2)
+        end, motion = s + int(p[s]), motion_of(p, s + 3)
         px, py, pz, vx, vy, vz, ax, ay, az, rate, first = motion
         for i in range(B):
             sine[i], versine[i] = sine_versine(real, rate * time[i] + first)
@@ -115,17 +125,19 @@ def cast_moving(lanes, p):
     box, (early, late) = reach(lanes), span(lanes)
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
-    s = 0
+    s, current = 0, real(-1)
     while s < p.size:
-        size, motion = int(p[s]), motion_of(p, s + 2)
-        cx, cy, cz, wide, wx, wy, wz = whereabouts(real, p, s + 2, early, late)
+        size, which, here = int(p[s]), p[s + 2], s + 3
         first, end = s + HEAD, s + size
+        cx, cy, cz, wide, wx, wy, wz = whereabouts(real, p, here, early, late)
         s += size
         if apart(box, cx, cy, cz, wide + abs(wx), wide + abs(wy), wide + abs(wz)):
             continue
-        for i in range(B):
-            x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
-                                                            ex[i], ey[i], ez[i])
+        if which != current:
+            motion, current = motion_of(p, here), which
+            for i in range(B):
+                x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
+                                                                ex[i], ey[i], ez[i])
         cast(lanes, p[first:end])
     for i in range(B):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
@@ -158,7 +170,7 @@ def moving_lamp(lanes, p, key):
     qx, qy, qz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     hx, hy, hz, ex, ey, ez, ux, uy, uz = (row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6], row[H7],
                                           row[H8])
-    motion, k = motion_of(p, 0), HEAD - 2
+    motion, k = motion_of(p, 0), MOTION
     begin, still = k + 1, k + 1 + int(p[k])
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
