@@ -71,7 +71,7 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
 
     # A marginal ray (y, w = n u) and a chief ray (ȳ, w̄)
     y, w = pupil.radius if pupil_radius is None else pupil_radius, 0.0
-    y_bar, w_bar = -pupil.z * tan(field_angle), tan(field_angle)
+    y_bar, w_bar = -pupil.z * tan(field_angle), n[0] * tan(field_angle)
     invariant = w_bar * y - w * y_bar
     sums, axial, lateral = np.zeros((len(lens.surfaces), 5)), np.zeros(len(n) - 1), np.zeros(len(n) - 1)
     for i, surface in enumerate(lens.surfaces):

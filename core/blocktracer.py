@@ -335,17 +335,43 @@ def _refract(lanes, p, s, curl_x, curl_y):
 
 def tracer(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
            part: slice = slice(None)) -> Step:
-    """The step that traces this lens, its stop a circle, with its film this far behind the last vertex (mm)."""
+    """The step that traces this lens, its stop a circle, with its film this far behind the last vertex (mm).
+
+    Before the lens a direction is as long as the index there.
+    """
     spherical = all(surface.is_spherical for surface in lens.surfaces)
     return Step(trace_spheres if spherical else trace, packed(lens, film_distance, wavelength, towards, part))
 
 
+@stage
+def lengthen(lanes, p, key):
+    """Make the direction p times as long: a ray carries its index, and is a unit vector outside."""
+    row = rows(lanes)
+    l, m, n = row[L], row[M], row[N]
+    factor = p[0]
+    for i in range(B):
+        l[i], m[i], n[i] = l[i] * factor, m[i] * factor, n[i] * factor
+
+
+def round_through(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> list[Step]:
+    """The steps that trace this lens, its stop a circle: `tracer`, for unit vectors in whatever lies before it."""
+    return _between_units(lens, [tracer(lens, film_distance, wavelength, towards)], towards)
+
+
+def _between_units(lens: Lens, steps: list[Step], towards: str) -> list[Step]:
+    n = lens.front_index
+    if n == 1.0:
+        return steps
+    return [*steps, Step(lengthen, [1.0 / n])] if towards == "scene" else [Step(lengthen, [n]), *steps]
+
+
 def through(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> list[Step]:
-    """The steps that trace this lens as `tracer` does, with the blades of its stop."""
+    """The steps that trace this lens as `round_through` does, with the blades of its stop."""
     blocking = lens.iris.blocking(lens.stop.semi_diameter)
     if not blocking:
-        return [tracer(lens, film_distance, wavelength, towards)]
+        return round_through(lens, film_distance, wavelength, towards)
     stop = lens.stop_index if towards == "film" else len(lens.surfaces) - 1 - lens.stop_index
-    parts = [slice(0, stop + 1), slice(stop + 1, len(lens.surfaces))]
-    first, second = (tracer(lens, film_distance, wavelength, towards, part) for part in parts)
-    return [first, *blocking, second] if stop + 1 < len(lens.surfaces) else [first, *blocking]
+    first, second = (tracer(lens, film_distance, wavelength, towards, part)
+                     for part in (slice(0, stop + 1), slice(stop + 1, len(lens.surfaces))))
+    parts = [first, *blocking, second] if stop + 1 < len(lens.surfaces) else [first, *blocking]
+    return _between_units(lens, parts, towards)

@@ -69,7 +69,7 @@ def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: Array
     film_gap = film_distance / lens.indices()[-1]
     before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
     with np.errstate(divide="ignore", invalid="ignore"):
-        nearness = 1.0 / before                         # of the first vertex; 0 at infinity
+        nearness = lens.front_index / before            # reduced slope for each mm at the first vertex; 0 at infinity
         at_film = (a + film_gap * c) + (b + film_gap * d) * nearness    # heights per unit height at the first vertex
         at_stop = a_stop + b_stop * nearness
         coc = 2.0 * lens.stop.semi_diameter * np.abs(at_film / at_stop)

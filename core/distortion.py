@@ -94,7 +94,9 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
     extension = film_distance - fo.bfl
     far = extension < 1e-9 * fo.efl
     # Of a paraxial chief ray, height on the film over the tangent at the entrance pupil: f where that is the rear focus
-    scale = fo.efl + (0.0 if math.isinf(fo.entrance_pupil.z) else (fo.entrance_pupil.z - fo.ffl) * extension / fo.efl)
+    n = lens.front_index
+    away = 0.0 if math.isinf(fo.entrance_pupil.z) else fo.entrance_pupil.z - fo.ffl
+    scale = n * fo.efl + away * extension / fo.efl
 
     def against(name: str) -> Distortion:
         if name == RECTILINEAR:
@@ -102,7 +104,7 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
                 if far:
                     ideal = np.where(angles < 0.5 * math.pi, scale * np.tan(angles), math.inf)
                 else:
-                    away = (fo.ffl - fo.efl**2 / extension - points[:, 2]) / ways[:, 2]
+                    away = (fo.ffl - n * fo.efl**2 / extension - points[:, 2]) / ways[:, 2]
                     ideal = -(points[:, 0] + away * ways[:, 0]) * extension / fo.efl
                     ideal = np.where(away > 0.0, ideal, math.inf)
             return Distortion(name, scale, radii, angles, np.where(np.isnan(angles), math.nan, ideal))

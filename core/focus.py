@@ -2,7 +2,7 @@
 
 Lengths in mm. The object's distance is measured from the film plane, as engraved on
 a lens, and math.inf is allowed. The film distance runs from the last vertex to the
-film. Both sides are in air.
+film. The film stands in air; before the lens there may be water (`Lens.front_index`).
 
 A lens moves as a whole (unit focusing), unless its positions say how its groups move
 to focus. Then the film stands where those positions put it, the last gap behind the
@@ -45,9 +45,10 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
         return _real_film_distance(lens, focus_distance)
     fo = _focusable(lens)
     _check_distance(focus_distance, nearest_focus(lens))
-    # With T = s + s' between the conjugates, s' − f = f x / (1 + √(1 − x))², x = 4 f / T: nothing cancels at infinity
-    x = 4.0 * fo.efl / (focus_distance - _hiatus(lens, fo))
-    return fo.bfl + fo.efl * x / (1.0 + sqrt(max(0.0, 1.0 - x))) ** 2
+    # With T = s + s' between the conjugates and e = s' − f: e² − (T − (n + 1) f) e + n f² = 0, of which the small root
+    n, f = lens.front_index, fo.efl
+    free = focus_distance - _hiatus(lens, fo) - (n + 1.0) * f
+    return fo.bfl + 2.0 * n * f * (f / (free * (1.0 + sqrt(max(0.0, 1.0 - 4.0 * n * (f / free) ** 2)))))
 
 
 def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens:
@@ -80,16 +81,18 @@ def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens
 def nearest_focus(lens: Lens) -> float:
     """The nearest object that the lens can focus: mm from the film, paraxially.
 
-    By unit focusing: at magnification −1 (4 f + the hiatus), or where the object would
-    touch the first vertex if that is farther. By focus groups: at the nearest of their
+    By unit focusing: where object and image are nearest to each other, f (1 + √n)² + the
+    hiatus with n the index before the lens (in air at magnification −1), or where the object
+    would touch the first vertex if that is farther. By focus groups: at the nearest of their
     stations; inf where that is no nearer than infinity. FocusError where the lens
     forms no real image.
     """
     if lens.has_focus_groups:
         return _nearest_of_groups(lens, "paraxial")
     fo = _focusable(lens)
-    object_distance = max(2.0 * fo.efl, fo.front_principal)      # from the front principal plane
-    return _hiatus(lens, fo) + object_distance + fo.efl * object_distance / (object_distance - fo.efl)
+    n = lens.front_index
+    object_distance = max((n + sqrt(n)) * fo.efl, fo.front_principal)       # from the front principal plane
+    return _hiatus(lens, fo) + object_distance + fo.efl * object_distance / (object_distance - n * fo.efl)
 
 
 def focused_distance(lens: Lens, film_distance: float) -> float:
@@ -103,7 +106,8 @@ def focused_distance(lens: Lens, film_distance: float) -> float:
     extension = film_distance - fo.bfl
     if not extension > 0.0:
         return inf
-    return _hiatus(lens, fo) + 2.0 * fo.efl + extension + fo.efl**2 / extension
+    n = lens.front_index
+    return _hiatus(lens, fo) + (n + 1.0) * fo.efl + extension + n * fo.efl**2 / extension
 
 
 def _real_film_distance(lens: Lens, focus_distance: float) -> float:
@@ -119,7 +123,8 @@ def _real_film_distance(lens: Lens, focus_distance: float) -> float:
         return x + lens.length + _least_blur(table, 1.0 / x) - focus_distance
 
     # The sum of the conjugates is least near magnification −1; the object lies on the far side of that
-    near = max(2.0 * fo.efl, fo.front_principal) - fo.front_principal
+    n = lens.front_index
+    near = max((n + sqrt(n)) * fo.efl, fo.front_principal) - fo.front_principal
     near = max(near, 1e-6 * fo.efl)
     if not focus_distance > 2.0 * nearest_focus(lens):
         near = _least(excess, 0.5 * near, 2.0 * near)
@@ -166,6 +171,7 @@ def _nearest_of_groups(lens: Lens, method: str) -> float:
 def _image_distance(lens: Lens, object_distance: float) -> float:
     """Last vertex → paraxial image (mm) of the axis point so far before the first vertex."""
     a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
+    object_distance /= lens.front_index
     return -(a * object_distance + b) / (c * object_distance + d)
 
 

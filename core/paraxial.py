@@ -1,9 +1,9 @@
 """First-order optics of a lens: cardinal points, pupils and the Petzval surface, from the ABCD matrix.
 
 Lengths in mm, z along +z from scene to film. A ray is (y, w): its height and its
-reduced slope w = n dy/dz, so that every matrix has determinant 1. The scene side
-is air. An r² term adds to the curvature of its surface; conics and the other terms
-do not count here, and of a cylinder or toroid it is the section y–z that does.
+reduced slope w = n dy/dz, so that every matrix has determinant 1. An r² term adds to
+the curvature of its surface; conics and the other terms do not count here, and of a
+cylinder or toroid it is the section y–z that does.
 Source: Welford, Aberrations of Optical Systems, ch. 3.
 """
 
@@ -32,7 +32,8 @@ class Pupil:
 class FirstOrder:
     """First-order data of a lens, in mm, every position signed along +z.
 
-    efl: positive for a converging lens; bfl: last vertex → rear focus; ffl: first
+    efl: 1 / power, positive for a converging lens (the focal length of the film's side: that of a scene in water
+    is longer by its index); bfl: last vertex → rear focus; ffl: first
     vertex → front focus; front_principal: from the first vertex; rear_principal:
     from the last. The pupils' z is in the lens frame. f_number = |efl| / (2 radius
     of the entrance pupil), for an object at infinity. petzval_radius is negative
@@ -80,13 +81,13 @@ def first_order(lens: Lens, wavelength: float = D_LINE) -> FirstOrder:
         efl = bfl = ffl = front_principal = rear_principal = inf
     else:
         efl = -1.0 / c
-        bfl, ffl = -n_film * a / c, d / c
-        front_principal, rear_principal = (d - 1.0) / c, n_film * (1.0 - a) / c
+        bfl, ffl = -n_film * a / c, n[0] * d / c
+        front_principal, rear_principal = n[0] * (d - 1.0) / c, n_film * (1.0 - a) / c
 
     # Pupils: the stop seen through what stands before it, and through what stands behind it
     stop_radius = lens.stop.semi_diameter
     a, b, _, _ = ray_matrix(lens, 0, lens.stop_index, wavelength)
-    entrance_pupil = Pupil(b / a, stop_radius / abs(a)) if abs(a) > _ROUNDING else Pupil(inf, inf)
+    entrance_pupil = Pupil(n[0] * b / a, stop_radius / abs(a)) if abs(a) > _ROUNDING else Pupil(inf, inf)
     _, b, _, d = ray_matrix(lens, lens.stop_index, last, wavelength)    # B and D know nothing of the stop's own power
     exit_pupil = Pupil(lens.length - n_film * b / d, stop_radius / abs(d)) if abs(d) > _ROUNDING else Pupil(inf, inf)
 

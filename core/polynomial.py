@@ -20,7 +20,7 @@ from functools import cache
 import numpy as np
 from numba import njit
 
-from lensbench.blocktracer import tracer
+from lensbench.blocktracer import round_through
 from lensbench.driver import Program
 from lensbench.glass import D_LINE
 from lensbench.lanes import (
@@ -120,7 +120,7 @@ class Polynomial:
         from_there = _assembled(few[seen], points, u[seen], v[:, seen])
         there = _assembled(high[seen], towards, u[seen], v[:, seen]) - nearness * from_there
         off, beside = there / np.sqrt((there**2).sum(0)) - direction[:, seen], from_there - point[:, seen]
-        behind = _behind(fo, nearness, centre)
+        behind = _behind(lens, fo, nearness, centre)
         error = np.sqrt(np.maximum(((off + nearness * beside) ** 2).sum(0), (off**2).sum(0))) * behind
         numbers = [-film_distance / reach, (1.0 - drift) / reach, 1.0 / table.radius,
                    centre - lens.length - film_distance, nearness]
@@ -184,7 +184,7 @@ def _traced(lens: Lens, film_distance: float, film, aim, centre: float, waveleng
     x, y = aim[0] - film, aim[1]
     size = 1.0 / np.sqrt(x * x + y * y + film_distance**2)
     given = {X: film, L: x * size, M: y * size, N: -film_distance * size}
-    out = Program([tracer(lens, film_distance, wavelength)], np.float64).run(given, [X, Y, Z, L, M, N, MARGIN], n)
+    out = Program(round_through(lens, film_distance, wavelength), np.float64).run(given, [X, Y, Z, L, M, N, MARGIN], n)
     point, direction = out[:3], out[3:6]
     point[2] -= centre - lens.length - film_distance
     point -= (point * direction).sum(0) * direction
@@ -204,9 +204,10 @@ def _drift(table: PupilTable) -> float:
     return float((table.centres[ring] * (1.0 - inner) + table.centres[ring + 1] * inner) @ film / (film @ film))
 
 
-def _behind(fo: FirstOrder, nearness: float, centre: float) -> float:
+def _behind(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float:
     """Film mm per radian of an object's place seen from the centre, paraxially; nearness: 1 / its distance."""
-    return fo.efl / (1.0 + nearness * (fo.front_principal - centre - fo.efl))
+    efl = lens.front_index * fo.efl
+    return efl / (1.0 + nearness * (fo.front_principal - centre - efl))
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})

@@ -109,7 +109,8 @@ class Lens:
     stop_index names the surface that is the aperture stop. `surfaces` is the lens as
     it stands; `positions`, where it has any, says where its groups can go, and `at` moves
     them. The stop's blades (0: a circle), their rotation (radians) and roundness (0 straight … 1 a
-    circle) are those of an `Iris` within the stop's radius. What a reader had to assume or found
+    circle) are those of an `Iris` within the stop's radius. front_index: of what lies before the first
+    surface, 1 for air; a lens in water has 1.33. What a reader had to assume or found
     odd stands in `findings`; it does not count in comparisons.
     """
 
@@ -127,6 +128,7 @@ class Lens:
     blades: int = 0
     blade_rotation: float = 0.0
     roundness: float = 0.0
+    front_index: float = 1.0
 
     def __post_init__(self):
         if not self.surfaces:
@@ -136,6 +138,8 @@ class Lens:
         if self.positions is not None and self.positions.gaps[-1] >= len(self.surfaces):
             raise LensError(f"the gap behind surface {self.positions.gaps[-1]} varies: this lens has surfaces 0 to "
                             f"{len(self.surfaces) - 1}")
+        if not (isfinite(self.front_index) and 1.0 <= self.front_index <= 3.0):
+            raise LensError(f"index {self.front_index:g} before the lens: it must lie between 1 (air) and 3")
         try:
             object.__setattr__(self, "blades", self.iris.blades)
         except IrisError as error:
@@ -172,7 +176,7 @@ class Lens:
 
     def indices(self, wavelength: float = D_LINE) -> tuple[float, ...]:
         """Index before the first surface, then after each: one more than surfaces. Wavelength in µm."""
-        return (1.0, *(surface.glass.index(wavelength) for surface in self.surfaces))
+        return (self.front_index, *(surface.glass.index(wavelength) for surface in self.surfaces))
 
     def scaled(self, factor: float) -> "Lens":
         """The same lens made `factor` times as large."""

@@ -141,7 +141,14 @@ def maker_of(glass: Glass) -> str:
                  if glass_catalogue.lookup(glass.name, maker) == glass), "")
 
 
-BLADES_LEFT_OUT = "the blades of the stop are left out: it is written as the circle about them"
+def beyond_surfaces(lens: Lens) -> list[str]:
+    """The remarks about what no other program's format has of a lens: the blades of its stop, water before it."""
+    remarks = []
+    if not lens.iris.is_round:
+        remarks.append("the blades of the stop are left out: it is written as the circle about them")
+    if lens.front_index != 1.0:
+        remarks.append(f"the index {lens.front_index:g} before the lens is left out: it is written as in air")
+    return remarks
 
 
 def left_out(lens: Lens, *fields: str) -> list[str]:
@@ -149,8 +156,7 @@ def left_out(lens: Lens, *fields: str) -> list[str]:
     words = {"kind": "kind", "year": "year", "source": "source", "notes": "notes", "name": "name",
              "stated_efl": "stated focal length", "stated_f_number": "stated f-number"}
     lost = [words[field] for field in fields if getattr(lens, field) not in ("", None)]
-    remarks = [f"left out: {', '.join(lost)}"] if lost else []
-    return remarks if lens.iris.is_round else [*remarks, BLADES_LEFT_OUT]
+    return [*([f"left out: {', '.join(lost)}"] if lost else []), *beyond_surfaces(lens)]
 
 
 def _plain(name: str) -> str:

@@ -16,7 +16,7 @@ import re
 from dataclasses import replace
 
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.media import BLADES_LEFT_OUT
+from lensbench.lenses.media import beyond_surfaces
 from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
 from lensbench.lenses.soundness import faults, sag
 from lensbench.prescription import Lens, Surface
@@ -162,6 +162,5 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         remarks.append("name, kind, year, source and notes are written as comments")
     if lens.stated_efl is not None or lens.stated_f_number is not None:
         remarks.append("the stated focal length and f-number are left out")
-    if not lens.iris.is_round:
-        remarks.append(BLADES_LEFT_OUT)
+    remarks += beyond_surfaces(lens)
     return "\n".join([*lines, ""]), tuple(remarks)

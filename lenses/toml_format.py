@@ -29,6 +29,7 @@ section x–z where a surface is a cylinder or a toroid, `radius` being that of
 y–z; `dispersion`, the formula of a glass that is known by more than n_d and V_d.
 `positions` says where the groups of a zoom stand, or of a lens that moves groups to
 focus (see `position_table`).
+`front_index` is that of water, or whatever else lies before a lens that is not in air.
 The table `stop` tells the shape of a stop that is no circle: its blades, their
 rotation in radians (`rotation_deg`: in degrees) and roundness.
 Digits are kept: what is written reads back equal to the last bit.
@@ -54,7 +55,8 @@ REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")
 TABLES = ("aspheric", "radius_x", "dispersion")
 TEXTS = ("title", "kind", "source", "notes")
-NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_tele_efl", "computed_f_number", "image_circle")
+NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_tele_efl", "computed_f_number", "image_circle",
+           "front_index")
 STOP = ("blades", "rotation", "rotation_deg", "roundness")
 KEYS = ("format", "units", "year", "columns", "surfaces", "stop", "positions", *TABLES, *TEXTS, *NUMBERS)
 
@@ -81,6 +83,11 @@ def read(text: str, path: str) -> Lens:
     lens = Lens(tuple(surfaces), stop_index, name=header.get("title", ""), kind=header.get("kind", ""),
                 year=header.get("year"), source=header.get("source", ""), stated_efl=header.get("stated_efl"),
                 stated_f_number=header.get("stated_f_number"), notes=header.get("notes", ""), findings=findings)
+    if "front_index" in header:
+        try:
+            lens = replace(lens, front_index=header["front_index"])
+        except ValueError as error:
+            raise LensFileError(path, line_of(text, "front_index"), str(error)) from None
     if "stop" in data:
         try:
             lens = replace(lens, **_stop(data["stop"]))
@@ -278,6 +285,8 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
                        ("computed_f_number", f_number(lens.surfaces, lens.stop_index))):
         if isfinite(value):
             lines.append(f"{key} = {digits(float(f'{value:.6g}'))}")
+    if lens.front_index != 1.0:
+        lines.append(f"front_index = {digits(lens.front_index)}")
     if lens.notes:
         lines.append(f"notes = {quoted(lens.notes)}")
     lines.append('units = "mm"')

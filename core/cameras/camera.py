@@ -200,11 +200,16 @@ class Camera:
         """What becomes of light that comes to it, for light that is followed from its source; None: it cannot be."""
         return None
 
+    @property
+    def dilution(self) -> float:
+        """By how much a radiance of the scene is less behind the front surface: the square of the index before it."""
+        return 1.0
+
     def _normaliser(self, on_axis: float, z: float) -> float:
         """What cos⁴θ · area is divided by; on_axis: ∫ cos⁴θ dA (mm²) seen from the film's centre."""
         if self.weights == "relative":
             return on_axis
-        return z * z / self.effective_time if self.effective_time > 0.0 else math.inf
+        return z * z * self.dilution / self.effective_time if self.effective_time > 0.0 else math.inf
 
     def generate_rays(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE) -> Rays:
         """Rays through raster points (n, 2) in pixels and pupil points (n, 2) in [0, 1]², at time (n,) in [0, 1).

@@ -95,8 +95,8 @@ def thick(lens: Lens, film_distance: float) -> Gaussian:
     """A real lens to first order: the principal planes image every film point, and its rays aim at the exit pupil.
 
     The rays start on the entrance pupil where that lies between the first vertex and the film, otherwise on the
-    plane of the first vertex: a pupil at infinity, out in the scene or behind the camera is only pointed at. Both
-    sides are in air, and the exit pupil does not lie on the film.
+    plane of the first vertex: a pupil at infinity, out in the scene or behind the camera is only pointed at. The
+    film is in air, and the exit pupil does not lie on it.
     """
     fo, film = first_order(lens), lens.length + film_distance
     # On the film's side: dy/dz towards the exit pupil, which is the stop's image and may be upside down
@@ -114,6 +114,7 @@ def thick(lens: Lens, film_distance: float) -> Gaussian:
     for height, slope in ((1.0, film_aims), (0.0, pupil_aims)):
         height -= film_distance * slope
         height, slope = d * height - b * slope, a * slope - c * height
+        slope /= lens.front_index
         rays.append((height + start * slope, -slope))
     (origin_film, slope_film), (origin_pupil, slope_pupil) = rays
     if within:

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.blocktracer import through, tracer
+from lensbench.blocktracer import round_through, through
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian, thick, thin
 from lensbench.cameras.importance import FilmImportance
@@ -42,7 +42,8 @@ class LensCamera(Camera):
     passes as much light as that lens. CameraError for these two where the entrance pupil lies at infinity or
     beyond the object. dispersion: whether pictures are traced at many wavelengths, or all at the d line; None:
     where the indices of the glasses are known for all that a picture sees. CameraError where it is True and
-    they are not. Focus, aperture and the ideal models are those of the d line.
+    they are not. A lens whose front_index is not 1 stands in the medium itself, without a window; its
+    f-number is the one that is engraved, for air. Focus, aperture and the ideal models are those of the d line.
     """
 
     lens: Lens
@@ -64,7 +65,10 @@ class LensCamera(Camera):
                               "cylinder or toroid: lb.trace follows its rays")
         lens = self.lens.at(close=0.0)
         if self.f_number is not None:
-            lens = stopped_down(lens, self.f_number)
+            lens = replace(stopped_down(replace(lens, front_index=1.0), self.f_number), front_index=lens.front_index)
+        if lens.front_index != 1.0 and self.medium is not None and self.medium.index not in (1.0, lens.front_index):
+            raise CameraError(f"this lens stands in a medium of index {lens.front_index:g}, and the camera in one of "
+                              f"{self.medium.index:g}: give both the same")
         object.__setattr__(self, "lens", focused(lens, self.focus_distance))
         if not self.film_distance > 0.0:            # what cannot be focused at all is refused on the way
             raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
@@ -134,7 +138,8 @@ class LensCamera(Camera):
         fo = self.first_order
         s_e = self.focus_distance + self._pupil_z
         s_p = s_e - fo.entrance_pupil.z + fo.front_principal
-        behind = fo.efl if math.isinf(s_e) else fo.efl * s_e / (s_p - fo.efl)
+        efl = self.lens.front_index * fo.efl                        # of the scene's side
+        behind = efl if math.isinf(s_e) else efl * s_e / (s_p - efl)
         upside_down = ray_matrix(self.lens, 0, self.lens.stop_index)[0] < 0.0       # the stop as it is seen from before
         iris = replace(self.lens.iris, rotation=self.lens.blade_rotation + math.pi * upside_down)
         lens = thin(self._pupil_z, fo.entrance_pupil.radius, behind, s_e, iris)
@@ -144,6 +149,11 @@ class LensCamera(Camera):
     def pupil_centre(self) -> tuple[float, float]:
         """The U0, U1 of the ray through the middle of the pupil."""
         return (0.0, 0.0) if self.follows_rays else (0.5, 0.5)
+
+    @property
+    def has_port(self) -> bool:
+        """Whether it looks through a window into a medium of another index: not where the lens stands in it."""
+        return super().has_port and self.lens.front_index == 1.0
 
     @property
     def front(self) -> float:
@@ -168,11 +178,11 @@ class LensCamera(Camera):
         if not self.follows_rays:
             return ideal_way_back(self.gaussian, self.film_step, self.gain)
         lens = self.lens
-        arriving = landing(self.film, self.film_distance**2 / self._ray_normaliser(wavelength))
-        whole = tracer(lens, self.film_distance, wavelength, "film")
+        arriving = landing(self.film, lens.front_index**2 * self.film_distance**2 / self._ray_normaliser(wavelength))
+        whole = round_through(lens, self.film_distance, wavelength, "film")
         first = lens.surfaces[0]
         reach = first.semi_diameter + min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
-        return WayBack([*through(lens, self.film_distance, wavelength, "film"), arriving], [whole, arriving],
+        return WayBack([*through(lens, self.film_distance, wavelength, "film"), arriving], [*whole, arriving],
                        -lens.length - self.film_distance, reach)
 
     @property
@@ -180,6 +190,11 @@ class LensCamera(Camera):
         """Of an ideal model the weight of the ray along the axis."""
         ideal = self.gaussian
         return ideal.cone / self._normaliser(ideal.cone if self.model == "pinhole" else ideal.axis_irradiance, 1.0)
+
+    @property
+    def dilution(self) -> float:
+        """The square of the index before the lens; a thin lens has it in the place of its imagined film."""
+        return 1.0 if self.model in ("thin", "pinhole") else self.lens.front_index**2
 
     def _ray_normaliser(self, wavelength: float) -> float:
         """What cos⁴θ · area is divided by where rays are followed."""
@@ -198,12 +213,15 @@ class LensCamera(Camera):
         return film_from_point(program, points, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
-        """Of a real lens: traced back to the film, which emits z² / normaliser evenly over its area."""
+        """Of a real lens: traced back to the film, which emits z² / normaliser evenly over its area.
+
+        In a medium cos θ dω dA is less by the square of its index, and W more.
+        """
         if not self.follows_rays:
             return super().film_importance(origins, directions, wavelength)
-        table, normaliser = self._sampled(wavelength)
+        lens, (table, normaliser) = self.lens, self._sampled(wavelength)
         rays = dict(zip((X, Y, Z, L, M, N), (*origins.T, *-directions.T), strict=True))
-        back = Program(through(self.lens, self.film_distance, wavelength, towards="film"), np.float64).run(
+        back = Program(through(lens, self.film_distance, wavelength, towards="film"), np.float64).run(
             {**rays, WEIGHT: np.ones(len(origins))}, [X, Y, Z, L, M, N, WEIGHT], len(origins))
         points, cosine = back[:2].T, back[5]
         slope = back[3:5].T / cosine[:, None]
@@ -214,7 +232,8 @@ class LensCamera(Camera):
         with np.errstate(divide="ignore"):
             way = self.film_distance**2 / (area * cosine**3)
         one = np.ones(len(passes)) / self._film_area
-        return FilmImportance(film, one * (self.film_distance**2 / normaliser), one, way, passes & (area > 0.0))
+        we = one * (lens.front_index**2 * self.film_distance**2 / normaliser)
+        return FilmImportance(film, we, one, way, passes & (area > 0.0))
 
 
 def missing_colour(lens: Lens) -> str:

@@ -3,7 +3,8 @@
 Along a ray of length d from the camera a radiance L becomes
 L e^(−σ d) + (σ_s / σ) J (1 − e^(−σ d)), σ = σ_a + σ_s the extinction (1/mm), and J the radiance that is scattered
 into the ray, the same everywhere (Beer and Lambert; Koschmieder's airlight). Light reaches the surfaces of
-the scene as through clear air, and is scattered once.
+the scene as through clear air, and is scattered once. The index refracts at a flat window before the camera, or at
+the front surface of a lens that stands in the medium itself (`Lens.front_index`).
 """
 
 import math

@@ -84,8 +84,13 @@ def test_the_blades_of_the_stop_are_kept_and_may_be_turned_in_degrees(tmp_path):
     assert lenses.load(tmp_path / "bladed.toml") == lens
     turned = load_text(tmp_path, ROWS + "[stop]\nblades = 5\nrotation_deg = 36\n")
     assert (turned.blades, turned.roundness) == (5, 0.0) and turned.blade_rotation == pytest.approx(math.pi / 5)
-    remarks = lenses.save(lens, tmp_path / "bladed.dat")
-    assert any("circle about" in remark for remark in remarks)
+    wet = replace(lens, front_index=1.333)
+    assert lenses.save(wet, tmp_path / "wet.toml") == () and lenses.load(tmp_path / "wet.toml") == wet
+    for suffix in (".dat", ".zmx", ".seq"):
+        remarks = lenses.save(wet, tmp_path / f"bladed{suffix}")
+        assert any("circle about" in remark for remark in remarks) and any("1.333" in remark for remark in remarks)
+    with pytest.raises(lenses.LensFileError, match="before the lens"):
+        load_text(tmp_path, ROWS.replace("units", "front_index = 0.5\nunits"))
 
 
 @pytest.mark.parametrize(("table", "reason"), [
