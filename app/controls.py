@@ -159,7 +159,7 @@ def _cards() -> tuple[lenses.Card, ...]:
 
 def _plain_title(card: lenses.Card) -> str:
     """The title without the focal length and the f-number, which stand in columns of their own."""
-    return re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.]+", "", card.title).strip(" ,")
+    return re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.–]+", "", card.title).strip(" ,")
 
 
 def lens_title(name: str) -> str:

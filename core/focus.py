@@ -73,9 +73,13 @@ def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens
         film = moved.surfaces[-1].thickness + off
         return film - image(moved, focus_distance - moved.length - film)
 
+    small = ROUNDING * (at_infinity.length + fo.efl)
+    here = lens.positions.close if lens.positions else 0.0
+    if here and abs(excess(here)) <= small:         # it stands there already
+        return lens.at()
     if not excess(1.0) > 0.0:                       # the nearest distance itself
         return lens.at(close=1.0)
-    return lens.at(close=_root(excess, 0.0, 1.0, ROUNDING * (at_infinity.length + fo.efl)))
+    return lens.at(close=_root(excess, 0.0, 1.0, small))
 
 
 def nearest_focus(lens: Lens) -> float:

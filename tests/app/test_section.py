@@ -240,6 +240,33 @@ def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
     assert seen["open"] == pytest.approx(lb.first_order(design(START)).f_number, rel=1e-9)
 
 
+def test_where_groups_focus_the_film_stays_and_is_pulled_to_what_it_would_focus():
+    panel = Panel(replace(START, lens="lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed", focus_distance=math.inf, zoom=1.0,
+                          f_number=None))
+    seen = {}
+
+    def test(ctx):
+        ctx.yield_(3)
+        scale = section._bench.view.scale
+        infinity = setup(panel.settings)
+        drag(ctx, centre(ctx, "**/Film plane"), 10.0, 0.0)
+        near = setup(panel.settings)
+        seen["distance"] = panel.settings.focus_distance
+        seen["unit"] = lb.focused_distance(infinity.lens, infinity.film_distance + 10.0 / scale)
+        seen["film"] = near.film_z - infinity.film_z
+        seen["moved"] = infinity.lens.surfaces[4].thickness - near.lens.surfaces[4].thickness
+        drag(ctx, centre(ctx, "**/Film plane"), -10.0, 0.0)
+        seen["back"] = panel.settings.focus_distance
+        drag(ctx, centre(ctx, "**/Film plane"), 500.0, 0.0)
+        seen["nearest"] = panel.settings.focus_distance
+
+    drive(panel.show, test, (720, 200))
+    assert seen["distance"] == pytest.approx(seen["unit"], rel=1e-9)
+    assert seen["film"] == pytest.approx(0.0, abs=1e-4) and seen["moved"] > 0.1    # the table's own rounding
+    assert seen["back"] > 1e8
+    assert seen["nearest"] == pytest.approx(1500.0, rel=1e-5)
+
+
 def test_wheel_zooms_at_the_mouse_drag_pans_and_a_double_click_fits():
     panel = Panel()
     views = []

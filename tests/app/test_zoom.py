@@ -13,7 +13,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app import reach, scale
 from lensbench.app.cli import main
-from lensbench.app.controls import Chooser, controls_panel
+from lensbench.app.controls import Chooser, _plain_title, controls_panel
 from lensbench.app.readings import readings, setup
 from lensbench.app.settings import Settings, SettingsError, camera, design
 from lensbench.app.zoom import focal_length, read_close, read_zoom, zoom_of
@@ -110,6 +110,12 @@ def test_the_ring_is_engraved_with_the_stations_and_turns_geometrically():
     units = sorted(ring.to_unit(value) for value, _ in ring.figures)
     assert units == [ring.to_unit(value) for value, _ in ring.figures]
     assert [text for _, text in scale.zoom_scale((5.1, 14.8)).figures][0] == "5.1"
+
+
+def test_the_list_of_lenses_tells_both_ends_of_a_zoom_and_leaves_them_out_of_the_title():
+    cards = {card.name: card for card in lenses.describe()}
+    assert (round(cards[NIKKOR].efl), round(cards[NIKKOR].tele_efl)) == (71, 196)
+    assert [_plain_title(cards[name]) for name in (NIKKOR, PENTAX)] == ["Zoom-Nikkor", "Pentax-02"]
 
 
 def test_a_zoom_lens_has_a_zoom_ring_in_place_of_the_one_that_scales(tmp_path):

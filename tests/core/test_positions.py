@@ -175,6 +175,7 @@ def test_the_plane_in_focus_is_the_one_that_was_asked_for_at_every_zoom_setting(
     moved, film = lb.focused(lens, distance), lb.film_distance(lens, distance)
     # the film's own rounding, 1e-12 mm, moves the object by (distance / f)² times as much
     assert lb.focused_distance(moved, film) == pytest.approx(distance, rel=1e-9 + 1e-15 * distance)
+    assert lb.focused(moved, distance) == moved and lb.film_distance(moved, distance) == film
     assert moved.positions.zoom == place
 
 
