@@ -241,8 +241,8 @@ def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
 
 
 def test_where_groups_focus_the_film_stays_and_is_pulled_to_what_it_would_focus():
-    panel = Panel(replace(START, lens="lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed", focus_distance=math.inf, zoom=1.0,
-                          f_number=None))
+    nikkor = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"
+    panel = Panel(replace(START, lens=nikkor, focus_distance=math.inf, zoom=1.0, f_number=None))
     seen = {}
 
     def test(ctx):
