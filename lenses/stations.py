@@ -195,7 +195,7 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[str]]:
 
 
 def _before(distance: float, track: float) -> float:
-    """The distance before the first vertex that, with the track, is this one from the film, if any is to the last bit."""
+    """The distance before the first vertex that with the track is this one from the film, if one is to the last bit."""
     before = distance - track
     for _ in range(4):
         if before + track == distance:
