@@ -9,10 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lensbench import lenses
 from lensbench.app.dialogs import Question
 from lensbench.app.reach import with_model, within_reach
-from lensbench.app.settings import LOOK, MOTION, Settings
+from lensbench.app.settings import LOOK, MOTION, Settings, design
 from lensbench.app.viewpoint import at_home
+from lensbench.lenses import READERS, WRITERS
 
 if TYPE_CHECKING:
     from lensbench.app.session import Bench
@@ -21,7 +23,8 @@ RECENT = 8                      # files that are remembered
 PICTURES = (".png", ".exr", ".ppm")                      # that carry their settings
 SAVED = (*PICTURES, ".pfm")
 QUESTIONS = {
-    "lens": Question("lens", "Open lens", "Lens files", (".toml", ".dat")),
+    "lens": Question("lens", "Open lens", "Lens files", tuple(READERS)),
+    "save lens": Question("save lens", "Save the lens", "Lens files", tuple(WRITERS), True, "lens.toml"),
     "scene": Question("scene", "Open scene", "Scene files", (".toml",)),
     "picture": Question("picture", "Open the settings of a picture", "Pictures by lensbench", PICTURES),
     "settings": Question("settings", "Open settings", "Settings", (".toml",)),
@@ -55,6 +58,8 @@ class Files:
             self._bench.photograph(path)
         elif purpose == "export":
             self._bench.export.take_path(path)
+        elif purpose == "save lens":
+            self.save_lens(path)
         elif purpose == "save settings":
             self.save_settings(path)
         else:
@@ -110,6 +115,18 @@ class Files:
             return at_home(replace(present, scene=str(path)))
         model = "trace" if present.lensless else present.model
         return within_reach(with_model(replace(present, lens=str(path), focal_length=None, zoom=0.0), model))
+
+    def save_lens(self, path: Path) -> None:
+        """Save the lens, as it is scaled and zoomed, in the format of the suffix; what that cannot hold is said."""
+        say = self._bench.view.say
+        try:
+            remarks = lenses.save(design(self._bench.history.present), path)
+        except (ValueError, OSError) as error:
+            say(str(error))
+            return
+        say(f"The lens was saved as {path.name}", done=True)
+        for remark in remarks:
+            say(f"{path.name}: {remark}")
 
     def save_settings(self, path: Path) -> None:
         """Save the present settings."""

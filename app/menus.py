@@ -10,6 +10,7 @@ from lensbench.app import theme
 from lensbench.app.dialogs import centre_next
 from lensbench.app.settings import VIEWS, Settings
 from lensbench.app.viewpoint import at_home
+from lensbench.lenses import WRITERS
 
 if TYPE_CHECKING:
     from lensbench.app.session import Bench
@@ -46,6 +47,9 @@ def menus(bench: "Bench") -> None:
                 imgui.set_item_tooltip(str(path))
             imgui.end_menu()
         imgui.separator()
+        if _item("Save lens…", enabled=not history.present.lensless):
+            bench.files.ask("save lens")
+        imgui.set_item_tooltip(f"In the format of the suffix: {' '.join(WRITERS)}")
         if _item("Save settings…"):
             bench.files.ask("save settings")
         if _item("Export…", "Ctrl+E"):

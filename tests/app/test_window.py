@@ -13,7 +13,8 @@ from PIL.PngImagePlugin import PngInfo
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app import panels, window
-from lensbench.app.settings import Settings
+from lensbench.app.files import QUESTIONS
+from lensbench.app.settings import Settings, design
 
 from .conftest import SMALL
 
@@ -256,6 +257,27 @@ def test_the_picture_is_saved_and_opened_again_with_its_settings(drive, tmp_path
     assert drive(use, changed).view.messages == []
     with Image.open(path) as saved:
         assert saved.size == (120, 80)
+
+
+def test_a_lens_is_saved_in_the_format_of_its_suffix_and_opened_again(drive, tmp_path):
+    path = tmp_path / "mine.zmx"
+    scaled = replace(SMALL, lens="lv-czj-tessar-50-f28", focal_length=80.0)
+
+    def use(hand):
+        hand.ctx.menu_click("//##MainMenuBar/File/Save lens…")
+        hand.ctx.yield_(2)
+        hand.ctx.item_input_value("//$FOCUSED/##Name", str(path))
+        hand.wait(path.exists, "the file")
+        hand.ctx.yield_(2)
+        assert lenses.load(path).surfaces == design(scaled).surfaces
+        saved, lost = hand.bench.view.messages
+        assert "saved as mine.zmx" in saved and "left out" in lost
+        hand.bench.dropped(None, [str(path)])
+        hand.ctx.yield_(2)
+        assert hand.settings.lens == str(path) and hand.settings.focal_length is None
+
+    drive(use, scaled)
+    assert set(lenses.READERS) == set(QUESTIONS["lens"].suffixes)       # what can be read can be chosen
 
 
 def test_settings_are_saved_and_opened_by_the_menu(drive, tmp_path):
