@@ -53,8 +53,17 @@ def full_view(settings: Settings) -> tuple[float, float]:
         return settings.fisheye_fov, readings(settings).efl or 50.0
     if settings.model == "hole":
         return 2.0 * math.atan(0.5 * shorter * settings.crop / settings.hole_distance), settings.hole_distance
-    efl = abs(readings(settings).efl or 50.0)
+    efl = _focal_length(settings)
     return 2.0 * math.atan(0.5 * shorter / efl), efl
+
+
+def _focal_length(settings: Settings) -> float:
+    """Of the lens at infinity; of one that is not there or has none, a usual one."""
+    try:
+        efl = abs(focal_length(design(replace(settings, zoom=0.0)), settings.zoom))
+    except (ValueError, OSError):
+        return 50.0
+    return efl if math.isfinite(efl) and efl else 50.0
 
 
 def field_of_view(settings: Settings) -> float:

@@ -109,8 +109,8 @@ def _setup(lens: lb.Lens, settings: Settings) -> Setup:
             reasons.append(str(error))
     at_infinity = lb.first_order(lens)
     try:
-        film_distance = lb.film_distance(lens, settings.focus_distance)
         lens = lb.focused(lens, settings.focus_distance)
+        film_distance = lb.film_distance(lens, settings.focus_distance)
     except lb.LensError as error:
         reasons.append(str(error))
         lens, film_distance = _at_nearest(lens)
@@ -121,7 +121,8 @@ def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:
     """The lens focused as near as it can be, with its film; or the film somewhere behind a lens that cannot focus."""
     try:
         nearest = lb.nearest_focus(lens)
-        return lb.focused(lens, nearest), lb.film_distance(lens, nearest)
+        lens = lb.focused(lens, nearest)
+        return lens, lb.film_distance(lens, nearest)
     except lb.LensError:
         return lens, max(lens.length, lens.surfaces[-1].semi_diameter)
 

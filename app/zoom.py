@@ -11,9 +11,10 @@ from typing import Any
 
 import lensbench as lb
 from lensbench.app.scale import format_distance, read_length
+from lensbench.roots import root
 
 SAMPLES = 33            # of the focal length along the ring, to find it again
-HALVINGS = 32           # of the way between two: to 1e-11 of the ring
+ROUNDING = 1e-13        # of a focal length
 
 
 def read_zoom(text: str) -> tuple[str, float]:
@@ -109,11 +110,9 @@ def zoom_of(lens: lb.Lens, length: float) -> float:
         return 1.0
     i = next(i for i in range(SAMPLES - 1) if (curve[i] - length) * (curve[i + 1] - length) <= 0.0)
     low, high, rising = i / (SAMPLES - 1), (i + 1) / (SAMPLES - 1), curve[i + 1] >= curve[i]
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        beyond = (lb.first_order(lens.at(zoom=middle, close=0.0)).efl > length) == rising
-        low, high = (low, middle) if beyond else (middle, high)
-    return 0.5 * (low + high)
+    sign = 1.0 if rising else -1.0
+    return root(lambda zoom: sign * (lb.first_order(lens.at(zoom=zoom, close=0.0)).efl - length), low, high,
+                ROUNDING * length)
 
 
 @lru_cache(maxsize=16)

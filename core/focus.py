@@ -12,7 +12,7 @@ error), at the stations the rounding of the table. The groups stand where the ob
 image falls on that film, up to the nearest of their stations and no further.
 """
 
-from collections.abc import Callable
+from functools import lru_cache
 from math import ceil, floor, inf, isinf, log10, sqrt
 
 import numpy as np
@@ -20,6 +20,7 @@ import numpy as np
 from lensbench.axial_bundle import ZONES, trace_bundles, zone_rule
 from lensbench.paraxial import FirstOrder, first_order, ray_matrix
 from lensbench.prescription import Lens, LensError
+from lensbench.roots import least, root
 from lensbench.tracing import surface_table
 
 ROUNDING = 4e-15                # of the lens's length: what the place of an image can be known to
@@ -40,7 +41,8 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
     if method not in ("paraxial", "real"):
         raise ValueError(f"focus method {method!r}: it must be 'paraxial' or 'real'")
     if lens.has_focus_groups:
-        return _film_behind(focused(lens, focus_distance, method), method)
+        moved = focused(lens, focus_distance, method)
+        return moved.surfaces[-1].thickness + _travel(moved.at(close=0.0), method)[0]
     if method == "real":
         return _real_film_distance(lens, focus_distance)
     fo = _focusable(lens)
@@ -61,11 +63,10 @@ def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens
         return lens
     image = _image_distance if method == "paraxial" else _real_image_distance
     at_infinity = lens.at(close=0.0)
-    fo = _focusable(at_infinity)
+    off, nearest = _travel(at_infinity, method)
     if focus_distance == inf:
         return at_infinity
-    _check_distance(focus_distance, _nearest_of_groups(lens, method))
-    off = _collimation(lens, method)
+    _check_distance(focus_distance, nearest)
 
     def excess(close: float) -> float:
         """By how much the film lies behind the image."""
@@ -73,13 +74,13 @@ def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens
         film = moved.surfaces[-1].thickness + off
         return film - image(moved, focus_distance - moved.length - film)
 
-    small = ROUNDING * (at_infinity.length + fo.efl)
+    small = ROUNDING * (at_infinity.length + lens.surfaces[-1].thickness)
     here = lens.positions.close if lens.positions else 0.0
     if here and abs(excess(here)) <= small:         # it stands there already
         return lens.at()
     if not excess(1.0) > 0.0:                       # the nearest distance itself
         return lens.at(close=1.0)
-    return lens.at(close=_root(excess, 0.0, 1.0, small))
+    return lens.at(close=root(excess, 0.0, 1.0, small))
 
 
 def nearest_focus(lens: Lens) -> float:
@@ -92,7 +93,7 @@ def nearest_focus(lens: Lens) -> float:
     forms no real image.
     """
     if lens.has_focus_groups:
-        return _nearest_of_groups(lens, "paraxial")
+        return _travel(lens.at(close=0.0), "paraxial")[1]
     fo = _focusable(lens)
     n = lens.front_index
     object_distance = max((n + sqrt(n)) * fo.efl, fo.front_principal)       # from the front principal plane
@@ -131,7 +132,7 @@ def _real_film_distance(lens: Lens, focus_distance: float) -> float:
     near = max((n + sqrt(n)) * fo.efl, fo.front_principal) - fo.front_principal
     near = max(near, 1e-6 * fo.efl)
     if not focus_distance > 2.0 * nearest_focus(lens):
-        near = _least(excess, 0.5 * near, 2.0 * near)
+        near = least(excess, 0.5 * near, 2.0 * near)
     nearest = excess(near) + focus_distance
     _check_distance(focus_distance, nearest)
     if focus_distance == nearest:
@@ -139,37 +140,32 @@ def _real_film_distance(lens: Lens, focus_distance: float) -> float:
     far = max(focus_distance - lens.length, near)
     while excess(far) < 0.0:                            # an image before the last vertex: the object is farther still
         far *= 2.0
-    return _least_blur(table, 1.0 / _root(excess, near, far))
+    return _least_blur(table, 1.0 / root(excess, near, far))
 
 
-def _film_behind(lens: Lens, method: str) -> float:
-    """Last vertex → film (mm) of a lens with focus groups, as it stands."""
-    return lens.surfaces[-1].thickness + _collimation(lens, method)
+@lru_cache(maxsize=64)
+def _travel(at_infinity: Lens, method: str) -> tuple[float, float]:
+    """By how much (mm) the film stands behind the last gap of the positions, and the nearest distance in focus.
 
-
-def _collimation(lens: Lens, method: str) -> float:
-    """By how much (mm) the film stands behind the last gap of the positions, for infinity to be sharp."""
-    lens = lens.at(close=0.0)
-    sharp = first_order(lens).bfl if method == "paraxial" else _least_blur(surface_table(lens), 0.0)
-    return sharp - lens.surfaces[-1].thickness
-
-
-def _nearest_of_groups(lens: Lens, method: str) -> float:
-    """The distance (mm from the film) in focus at the last focus station; inf where it is none nearer."""
-    _focusable(lens.at(close=0.0))
-    moved = lens.at(close=1.0)
-    fo = _focusable(moved)
-    film = _film_behind(moved, method)
+    The film so that infinity is sharp; the distance (from the film) by the last focus
+    station, inf where that is no nearer.
+    """
+    fo = _focusable(at_infinity)
+    sharp = fo.bfl if method == "paraxial" else _least_blur(surface_table(at_infinity), 0.0)
+    off = sharp - at_infinity.surfaces[-1].thickness
+    moved = at_infinity.at(close=1.0)
+    film = moved.surfaces[-1].thickness + off
     nearest = focused_distance(moved, film)
     if method == "paraxial" or nearest == inf:
-        return nearest
+        return off, nearest
     table = surface_table(moved)
     low = high = 1.0 / max(nearest - moved.length - film, 1e-6 * fo.efl)     # of the paraxial object
     while _least_blur(table, low) > film:
         low *= 0.5
     while _least_blur(table, high) < film:
         high *= 1.5
-    return moved.length + film + 1.0 / _root(lambda nearness: _least_blur(table, nearness) - film, low, high)
+    nearness = root(lambda nearness: _least_blur(table, nearness) - film, low, high)
+    return off, moved.length + film + 1.0 / nearness
 
 
 def _image_distance(lens: Lens, object_distance: float) -> float:
@@ -220,37 +216,3 @@ def _rounded_up(value: float) -> float:
     """To four digits, upwards, so that a named limit is itself allowed."""
     unit = 10.0 ** (floor(log10(value)) - 3)
     return ceil(value / unit) * unit
-
-
-def _root(function: Callable[[float], float], low: float, high: float, small: float = 0.0) -> float:
-    """Root of a rising function within a bracket, to the rounding of its values: false position, Illinois form.
-
-    small: a value of the function that is rounding.
-    """
-    at_low, at_high = function(low), function(high)
-    side, tolerance = 0, 1e-15 * high
-    x = low
-    for _ in range(60):
-        x = high - at_high * (high - low) / (at_high - at_low)
-        value = function(x)
-        if abs(value) <= max(tolerance, small) or high - low <= tolerance:
-            break
-        if value > 0.0:
-            high, at_high = x, value
-            at_low, side = (0.5 * at_low if side > 0 else at_low), 1
-        else:
-            low, at_low = x, value
-            at_high, side = (0.5 * at_high if side < 0 else at_high), -1
-    return x
-
-
-def _least(function: Callable[[float], float], low: float, high: float) -> float:
-    """Place of the least value of a function with one valley, by golden section."""
-    golden = 0.5 * (sqrt(5.0) - 1.0)
-    for _ in range(48):                                 # to 1e-10 of the interval; the value is flat there
-        left, right = high - golden * (high - low), low + golden * (high - low)
-        if function(left) < function(right):
-            high = right
-        else:
-            low = left
-    return 0.5 * (low + high)
