@@ -43,6 +43,7 @@ if _features.get("avx512f") and _numba.config.CPU_FEATURES is None:
     _numba.config.CPU_FEATURES = _features.flatten() + ",-prefer-256-bit"
 
 from lensbench.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel  # noqa: E402
+from lensbench.accuracy import Choice, choose_model  # noqa: E402
 from lensbench.cameras.bare import BareSensor  # noqa: E402
 from lensbench.cameras.camera import Camera, CameraError, Rays  # noqa: E402
 from lensbench.cameras.environment import EnvironmentCamera  # noqa: E402
@@ -107,17 +108,17 @@ from lensbench.views import VIEWS, fate_colours  # noqa: E402
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "BareSensor", "Camera",
-    "CameraError", "ChiefRay", "Disk", "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure",
-    "ExposureError", "Falloff", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError",
-    "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera", "LensError",
-    "LightField", "LightFieldError", "Material", "Medium", "MediumError", "OrthographicCamera", "Pattern",
+    "CameraError", "ChiefRay", "Choice", "Disk", "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil",
+    "Exposure", "ExposureError", "Falloff", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor",
+    "FocusError", "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
+    "LensError", "LightField", "LightFieldError", "Material", "Medium", "MediumError", "OrthographicCamera", "Pattern",
     "PerspectiveCamera", "PinholeCamera", "Places", "Positions", "PositionsError", "Rays", "Rectangle", "Rendering",
     "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError",
-    "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "chief_ray", "circle_of_confusion",
-    "depth_map", "depth_of_field", "depth_resolution", "distortion", "distortion_grid", "equivalent", "ev100",
-    "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent", "first_order",
-    "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance", "light_field_bytes", "look_at",
-    "luminance", "metered_stops", "nearest_focus", "open_region", "pixel_energy", "radiant_exposure",
+    "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "chief_ray", "choose_model",
+    "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "distortion", "distortion_grid",
+    "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent",
+    "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance", "light_field_bytes",
+    "look_at", "luminance", "metered_stops", "nearest_focus", "open_region", "pixel_energy", "radiant_exposure",
     "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
     "transmission", "working_f_number",
 ]
