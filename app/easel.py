@@ -106,10 +106,13 @@ class Easel:
             if self._shares[0] != key:
                 self._shares = (key, histogram(self.light, settings.exposure, curve))
             shares = self._shares[1]
+        return Picture(texture, screen.size, news.samples, news.seconds, self._worker.paused, waiting, False,
+                       self.depth(settings), shares, pinned, difference)
+
+    def depth(self, settings: Settings) -> NDArray[np.float32] | None:
+        """The depth map (h, w) mm, where there is one of what these settings look at."""
         deep = self._deep
-        depth = deep.depth if deep is not None and deep.settings.aim == settings.aim else None
-        return Picture(texture, screen.size, news.samples, news.seconds, self._worker.paused, waiting, False, depth,
-                       shares, pinned, difference)
+        return deep.depth if deep is not None and deep.settings.aim == settings.aim else None
 
     @staticmethod
     def _other(news: News, screen: Screen, settings: Settings, view: View) -> Pinned:

@@ -29,6 +29,7 @@ QUESTIONS = {
     "picture": Question("picture", "Open the settings of a picture", "Pictures by lensbench", PICTURES),
     "settings": Question("settings", "Open settings", "Settings", (".toml",)),
     "save settings": Question("save settings", "Save the settings", "Settings", (".toml",), True, "settings.toml"),
+    "intrinsics": Question("intrinsics", "Save the intrinsics", "JSON", (".json",), True, "camera.json"),
     "screenshot": Question("screenshot", "Save the picture", "Pictures", SAVED, True, "lensbench.png"),
     "window": Question("window", "Save a picture of the window", "PNG", (".png",), True, "lensbench-window.png"),
     "export": Question("export", "Export to", "Pictures", SAVED, True, "lensbench.png"),
@@ -62,6 +63,8 @@ class Files:
             self.save_lens(path)
         elif purpose == "save settings":
             self.save_settings(path)
+        elif purpose == "intrinsics":
+            self.save_intrinsics(path)
         else:
             self.open(path, purpose)
 
@@ -134,6 +137,21 @@ class Files:
 
         try:
             save_settings(path, self._bench.history.present)
+        except (ValueError, OSError) as error:
+            self._bench.view.say(str(error))
+
+    def save_intrinsics(self, path: Path) -> None:
+        """Save the camera's intrinsics and pose as JSON."""
+        from lensbench.app.export import ExportError, replacing
+        from lensbench.app.settings import camera
+        from lensbench.app.spaces_panel import intrinsics
+
+        try:
+            text = intrinsics(camera(self._bench.history.present))
+            if text is None:
+                raise ExportError("This camera has no intrinsics: it is not projective")
+            with replacing(path) as part:
+                part.write_text(text + "\n", encoding="utf-8")
         except (ValueError, OSError) as error:
             self._bench.view.say(str(error))
 

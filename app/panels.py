@@ -11,19 +11,23 @@ from imgui_bundle import ImVec2, hello_imgui, imgui, implot
 from lensbench.app import theme
 from lensbench.app.coc_panel import coc_panel
 from lensbench.app.controls import controls_panel
+from lensbench.app.falloff_panel import falloff_panel
 from lensbench.app.image_circle import lit
 from lensbench.app.menus import about
+from lensbench.app.plan_panel import plan_panel
 from lensbench.app.pupil_panel import pupil_panel
 from lensbench.app.readouts import Status, readouts_panel
 from lensbench.app.render_panel import render_panel
 from lensbench.app.section import section_panel
 from lensbench.app.settings import Settings
+from lensbench.app.spaces_panel import spaces_panel
 from lensbench.app.status import status_bar
 
 if TYPE_CHECKING:
     from lensbench.app.session import Bench
 
-PANELS = ("Controls", "Read-outs", "Render", "Section", "Circle of confusion", "Exit pupil")
+PANELS = ("Controls", "Read-outs", "Spaces", "Render", "Section", "Circle of confusion", "Plan", "Exit pupil",
+          "Falloff")
 
 
 def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSplit]:
@@ -53,18 +57,23 @@ class Panels:
         """All of them, for hello_imgui."""
         return [
             self._docked("Controls", "Left", self.guarded("Controls", self._controls)),
-            self._docked("Read-outs", "LeftBottom", self.guarded("Read-outs", self._readouts)),
+            self._docked("Read-outs", "LeftBottom", self.guarded("Read-outs", self._readouts), first=True),
+            self._docked("Spaces", "LeftBottom", self.guarded("Spaces", self._spaces)),
             self._docked("Section", "Bottom", self._section_window, False),
-            self._docked("Circle of confusion", "Right", self.guarded("Circle of confusion", self._confusion)),
-            self._docked("Exit pupil", "RightBottom", self.guarded("Exit pupil", self._pupil)),
+            self._docked("Circle of confusion", "Right", self.guarded("Circle of confusion", self._confusion),
+                         first=True),
+            self._docked("Plan", "Right", self.guarded("Plan", self._plan)),
+            self._docked("Exit pupil", "RightBottom", self.guarded("Exit pupil", self._pupil), first=True),
+            self._docked("Falloff", "RightBottom", self.guarded("Falloff", self._falloff)),
             self._docked("Render", "MainDockSpace", self._render_window, False),
         ]
 
     def _docked(self, label: str, dock: str, draw: Callable[[], None],
-                begun: bool = True) -> hello_imgui.DockableWindow:
-        """A panel; begun: hello_imgui begins its window, with the margin of the style."""
+                begun: bool = True, first: bool = False) -> hello_imgui.DockableWindow:
+        """A panel; begun: hello_imgui begins its window, with the margin of the style. first: of the tabs there."""
         panel = hello_imgui.DockableWindow(label, dock, draw, can_be_closed_=False)
         panel.call_begin_end = begun
+        panel.focus_window_at_next_frame = first
         panel.remember_is_visible = self._bench.remember
         panel.imgui_window_flags = imgui.WindowFlags_.no_collapse
         return panel
@@ -140,6 +149,17 @@ class Panels:
         readouts_panel(self._bench.edited, Status(news.rate if news else 0.0, hello_imgui.frame_rate(),
                                                   news.samples if news else 0))
 
+    def _spaces(self) -> None:
+        bench, film = self._bench, self._bench.edited.film
+        news, view = bench.easel.news, bench.view
+        at = view.pointed or (film.pixels_x / 2.0, film.pixels_y / 2.0)
+        at = (min(at[0], float(film.pixels_x)), min(at[1], float(film.pixels_y)))
+        if spaces_panel(bench.edited, at, bench.easel.depth(bench.edited), news.image if news else None):
+            bench.files.ask("intrinsics")
+
+    def _plan(self) -> None:
+        self._bench.edited = plan_panel(self._bench.edited)
+
     def _section(self) -> None:
         self._bench.edited = section_panel(self._bench.edited, self._field * lit(self._bench.edited))
 
@@ -155,6 +175,9 @@ class Panels:
         radius = pupil_panel(settings, self._field * full, hover)
         if radius != self._field * full and full > 0.0:
             self._field = radius / full
+
+    def _falloff(self) -> None:
+        falloff_panel(self._bench.edited)
 
     def dialogs(self) -> None:
         """What stands over the panels."""

@@ -48,6 +48,7 @@ class View:
     mark: Mark | None = None
     pending: tuple[float, float] | None = None      # a click that waits for the depth map, parts of the picture
     hover: tuple[float, float] | None = None        # the raster point under the mouse
+    pointed: tuple[float, float] | None = None      # the raster point that the mouse was on last
     scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last
     pinned: Settings | None = None                  # those of the picture A
     dragged: bool = False

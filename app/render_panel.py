@@ -99,7 +99,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     at = ((mouse.x - x0) / max(extent.x, 1.0), (mouse.y - y0) / max(extent.y, 1.0))
     inside = 0.0 <= at[0] < 1.0 and 0.0 <= at[1] < 1.0
     if imgui.is_item_hovered() and inside:
-        view.hover = (at[0] * width, at[1] * height)
+        view.hover = view.pointed = (at[0] * width, at[1] * height)
     settings = _handled(settings, picture, view, at, inside, extent)
     settings = _focused(settings, picture, view)
 

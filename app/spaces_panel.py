@@ -1,0 +1,170 @@
+"""Spaces: the point under the mouse in every space on its way to the film, and the camera's intrinsics.
+
+While the mouse is elsewhere, the point is the one last pointed at, or the middle of the picture.
+"""
+
+import json
+import math
+from functools import lru_cache
+
+import numpy as np
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+from numpy.typing import NDArray
+
+import lensbench as lb
+from lensbench.app import theme
+from lensbench.app.settings import VIEWS, Settings, camera
+
+fa = icons_fontawesome_6
+NONE = "–"
+DIGITS = {"raster": 1, "ndc": 4, "screen": 3, "film": 3, "camera": 3, "world": 3}
+
+
+def spaces_panel(settings: Settings, at: tuple[float, float], depth: NDArray[np.float32] | None,
+                 image: NDArray[np.float32] | None) -> bool:
+    """Draw the table of the raster point `at`; whether the intrinsics are to be saved to a file.
+
+    depth: (h, w) mm from the film along the axis; image: (h, w, 3), what the core found there.
+    """
+    try:
+        of = _camera(settings.picture)
+    except (ValueError, OSError) as error:
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_disabled(str(error))
+        imgui.pop_text_wrap_pos()
+        return False
+    wanted = _intrinsics(of)
+    _table([*rows(of, at, depth), *_values(settings, at, image), *_pixels(of)])
+    return wanted
+
+
+@lru_cache(maxsize=2)
+def _camera(settings: Settings) -> lb.Camera:
+    return camera(settings)
+
+
+Row = tuple[str, tuple[str, ...], str, str]         # name, numbers, unit, meaning
+
+
+def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> list[Row]:
+    """The point in each space."""
+    found = of.places([at], math.nan)
+    flat = (
+        ("Raster", found.raster[0], DIGITS["raster"], "px", "Pixels from the upper left corner; their middles at +½"),
+        ("NDC", found.ndc[0], DIGITS["ndc"], "", "Normalised device coordinates: 0 to 1 across and down the picture"),
+        ("Screen", found.screen[0], DIGITS["screen"], "", "The shorter side of the picture spans −1 to 1, y up"),
+        ("Film", found.film[0][:2], DIGITS["film"], "mm", "Where it falls on the film, upside down as optics does it"),
+    )
+    table = [(name, tuple(number(value, digits) for value in values), unit, meaning)
+             for name, values, digits, unit, meaning in flat]
+    deep = along(of, at, depth)
+    points = of.places([at], deep) if deep is not None else found
+    for name, values, meaning in (
+            ("Camera", points.camera[0], "Camera frame: x right, y up, the camera looks along −z"),
+            ("World", points.world[0], "World frame, in which the scene is laid out")):
+        numbers = tuple(number(value / 1000.0, DIGITS[name.lower()]) for value in values) \
+            if np.isfinite(values).all() else (NONE,)
+        table.append((name, numbers, "m", meaning))
+    table.append(("Distance", (NONE if deep is None else number(deep / 1000.0, 3),), "m",
+                  "From where the ray leaves the camera to what it meets"))
+    return table
+
+
+def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> float | None:
+    """How far along its ray (mm) lies what the raster point shows; None for the sky, the dark, and an old depth map."""
+    if depth is None or depth.shape != (of.film.pixels_y, of.film.pixels_x):
+        return None
+    x, y = (min(max(int(place), 0), size - 1) for place, size in zip(at, depth.shape[::-1], strict=True))
+    deep = float(depth[y, x])
+    if not math.isfinite(deep):
+        return None
+    ray = of.generate_rays([at], [of.pupil_centre])
+    frame = np.linalg.inv(np.reshape(of.placement(0.0, np.array([at])), (4, 4)))
+    start, way = frame[2, :3] @ ray.origins[0] + frame[2, 3], frame[2, :3] @ ray.directions[0]
+    distance = (-deep - start) / way if way != 0.0 else math.nan
+    return distance if ray.weights[0] > 0.0 and math.isfinite(distance) and distance > 0.0 else None
+
+
+def number(value: float, digits: int) -> str:
+    """With a true minus, and no minus zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−") if math.isfinite(value) else NONE
+
+
+def _values(settings: Settings, at: tuple[float, float], image: NDArray[np.float32] | None) -> list[Row]:
+    """What the picture holds there."""
+    if image is None or not (0 <= at[1] < image.shape[0] and 0 <= at[0] < image.shape[1]):
+        return []
+    name = "Light" if settings.view == "picture" else VIEWS[settings.view]
+    return [(name, tuple(f"{value:.3g}".replace("-", "−") for value in image[int(at[1]), int(at[0])].tolist()), "",
+             "Red, green and blue of the pixel, linear, as it was rendered" if settings.view == "picture" else
+             "What was found of the samples, as an EXR holds it")]
+
+
+def _table(table: list[Row]) -> None:
+    width, line = imgui.get_content_region_avail().x, imgui.get_text_line_height()
+    colour, draw = theme.colours(), imgui.get_window_draw_list()
+    pitch, first, unit = round(1.26 * line), theme.em(4.6), theme.em(1.9)
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
+    for name, numbers, unit_text, meaning in table:
+        corner = imgui.get_cursor_screen_pos()
+        imgui.dummy(ImVec2(width, pitch))
+        if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+            imgui.set_item_tooltip(f"{name}: {meaning}\n{', '.join(numbers)} {unit_text}".rstrip())
+        y = corner.y + math.floor(0.5 * (pitch - line))
+        draw.add_text(ImVec2(corner.x, y), theme.packed(colour.dim), name)
+        step = (width - first - unit) / 3.0
+        for i, value in enumerate(numbers):
+            x = corner.x + first + (i + 3 - len(numbers) + 1) * step - imgui.calc_text_size(value).x
+            draw.add_text(ImVec2(math.floor(x), y), theme.packed(colour.dim if value == NONE else colour.strong), value)
+        draw.add_text(ImVec2(corner.x + width - unit + round(0.45 * line), y), theme.packed(colour.dim), unit_text)
+    imgui.pop_style_var()
+
+
+# Intrinsics
+
+
+def intrinsics(of: lb.Camera) -> str | None:
+    """Focal length and principal point in pixels, and the pose, as JSON; None for a camera that is not projective."""
+    try:
+        found = of.intrinsics
+    except lb.CameraError:
+        return None
+    film = of.film
+    pose = np.reshape(of.placement(0.0, np.array([[film.pixels_x / 2.0, film.pixels_y / 2.0]])), (4, 4))
+    return json.dumps({
+        "width": film.pixels_x, "height": film.pixels_y, "fx": found.fx, "fy": found.fy, "cx": found.cx,
+        "cy": found.cy, "K": found.matrix.tolist(), "world_from_camera": pose.tolist(),
+        "units": "pixels, mm",
+        "convention": "K: x right, y down, z forward; world_from_camera: x right, y up, looks along -z",
+    }, indent=2)
+
+
+def _pixels(of: lb.Camera) -> list[Row]:
+    """The intrinsics as rows; none of a camera that is not projective."""
+    try:
+        found = of.intrinsics
+    except lb.CameraError:
+        return []
+    return [("fx, fy", (number(found.fx, 1), number(found.fy, 1)), "px",
+             "Intrinsics: the focal length in pixels across and down; of a lens, that of its first order"),
+            ("cx, cy", (number(found.cx, 1), number(found.cy, 1)), "px",
+             "Intrinsics: the principal point, where the axis meets the picture")]
+
+
+def _intrinsics(of: lb.Camera) -> bool:
+    """What can be done with the intrinsics; whether they are to be saved."""
+    text = intrinsics(of)
+    if text is None:
+        imgui.align_text_to_frame_padding()
+        imgui.text_disabled("No intrinsics: this camera is not projective")
+        return False
+    imgui.align_text_to_frame_padding()
+    imgui.text_disabled("Intrinsics")
+    imgui.same_line(theme.em(5.6))
+    if imgui.button(fa.ICON_FA_COPY + "  Copy###Copy intrinsics"):
+        imgui.set_clipboard_text(text)
+    imgui.set_item_tooltip("Copy intrinsics and pose as JSON")
+    imgui.same_line()
+    wanted = imgui.button(fa.ICON_FA_FLOPPY_DISK + "  Save…###Save intrinsics")
+    imgui.set_item_tooltip("Save intrinsics and pose as JSON")
+    return wanted
