@@ -15,6 +15,7 @@ from lensbench.disk import concentric
 from lensbench.lanes import GLOW, PIXEL, U0, U1, V0, V1, WEIGHT, B, L, M, N, X, Y, Z, rows, stage
 
 LIGHT = 27              # numbers per light: see `light_parameters`
+FLOW, MARK = 25, 26     # of them the étendue of a sample, and the GLOW of the object
 
 
 def light_parameters(marks, middles, half_axes, towards, centres, rights, ups, disks, shares) -> np.ndarray:
@@ -40,7 +41,7 @@ def emit(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     s = np.int64(key[PIXEL]) * LIGHT
-    wx, wy, wz, ux, uy, uz, flow = p[s + 9], p[s + 10], p[s + 11], p[s + 21], p[s + 22], p[s + 23], p[s + 25]
+    wx, wy, wz, ux, uy, uz, flow = p[s + 9], p[s + 10], p[s + 11], p[s + 21], p[s + 22], p[s + 23], p[s + FLOW]
     _aim(lanes, p, s)
     l, m, n, weight = row[L], row[M], row[N], row[WEIGHT]
     for i in range(B):
@@ -84,7 +85,7 @@ def turn_back(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     s = np.int64(key[PIXEL]) * LIGHT
-    mark = p[s + 26]
+    mark = p[s + MARK]
     _aim(lanes, p, s)
     l, m, n, weight, glow = row[L], row[M], row[N], row[WEIGHT], row[GLOW]
     for i in range(B):

@@ -9,12 +9,16 @@ light is black, in mirrors and coats it is what it was: no light is counted twic
 A pass of the picture holds a number of whole blocks of every such light. Threads trace
 them to lists, and then each adds all lists, in their order, to a part of the film: the sums
 are the same bit for bit for any number of threads.
+
+A ray stands for rays from many points of its light to the same point before the lens, whose places on
+the film differ by the image of the light. That is found to first order, and used where it is right to a tenth
+of a pixel and nothing hides a part of the light; elsewhere every ray stands for itself.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from itertools import count
+from itertools import count, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -22,26 +26,52 @@ from numba import njit
 
 from lensbench.cameras.camera import Camera
 from lensbench.cameras.landing import WayBack
+from lensbench.disk import concentric
 from lensbench.driver import Program, perform
-from lensbench.emission import emit, light_parameters, turn_back
+from lensbench.emission import FLOW, MARK, emit, light_parameters, turn_back
 from lensbench.fronts import Fronts, fronts
 from lensbench.glass import D_LINE
-from lensbench.lanes import BLUE, GREEN, KEYS, PIXEL, RED, SAMPLE, SEED, WEIGHT, B, Step, X, Y, bench, rows
+from lensbench.lanes import (
+    BLUE,
+    DEPTH,
+    GLOW,
+    GREEN,
+    KEYS,
+    PITCH,
+    PIXEL,
+    RED,
+    SAMPLE,
+    SEED,
+    V0,
+    V1,
+    WEIGHT,
+    B,
+    Step,
+    X,
+    Y,
+    bench,
+    rows,
+)
 from lensbench.motion import AnimatedTransform
 from lensbench.sampling import net
 from lensbench.scene import Scene
 from lensbench.scenery.objects import Disk, Sphere
-from lensbench.scenery.small_lights import SmallLight, divided, small_lights
+from lensbench.scenery.small_lights import POINTS, SmallLight, divided, evened, light_points, small_lights
 from lensbench.spectrum import WAVELENGTHS, channel
 
 MET = 0.4               # part of the camera's rays in its own picture that meet a light: above it they do better
-DENSITY = 24.0          # samples per pixel of the picture of a light that is a point, in one pass, if there is time
-SPREAD_DENSITY = 8.0    # of a light whose samples are spread
+DENSITY = 16.0          # rays per pixel of the picture of a light that is a point, in one pass, if there is time
+SHARED_DENSITY = 2.0    # of a light whose rays stand for many
+MANY = 32               # rays that one ray stands for, at the most; no more than the light's own image has pixels
+STEADY = 0.1            # pixels: by how much, at the most, the image of a half-axis may change over the pupil
 LEAST = 0.05            # part of that, below which the lights that need the most are left to the camera
 BUDGET = 3.0            # samples of all lights for each pixel of the film, at the most, in one pass
 TASK = 8                # blocks that a thread takes at a time
 LIST = 128              # tasks whose samples are listed before they are added to the film
-BLUR = 2.0              # pixels: a first sample is spread over no more, and not over more than the light's own image
+
+
+TURN = 19               # points of a light from one ray's first to the next ray's: without a common divisor of POINTS
+NO_IMAGE = np.zeros((2, 2), np.float32)
 
 
 class Chosen(NamedTuple):
@@ -49,8 +79,18 @@ class Chosen(NamedTuple):
 
     light: SmallLight
     numbers: np.ndarray
-    blocks: int                 # of B samples each, in one pass
-    side: float                 # pixels: of the square over which the first samples are spread
+    blocks: int                 # of B rays each, in one pass
+    many: int                   # rays that a ray stands for; 0: none but itself
+    alone: float                # how many times as many rays it takes if each stands for itself
+    round: bool                 # whether its places fill the unit disk
+    image: np.ndarray           # (2, 2) pixels: x, y of the image of each of the half-axes
+    points: np.ndarray          # (POINTS, 5) of the light
+
+    def with_blocks(self, blocks: int) -> "Chosen":
+        """The same with another number of rays."""
+        numbers = self.numbers.copy()
+        numbers[FLOW] *= self.blocks / blocks
+        return self._replace(blocks=blocks, numbers=numbers)
 
 
 class Splats:
@@ -58,31 +98,60 @@ class Splats:
 
     def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real=np.float32):
         self._camera, self._scene, self._seed, self._real = camera, scene, seed, real
+        self._programs: dict[tuple[float, int, bool], Program] = {}
         self._chosen = _choose(camera, scene, real)
         self.left, self._alone = divided(scene.objects, self.lights)
         film = camera.film
         self._across, self._down = film.pixels_x, film.pixels_y
         self._sums = np.zeros((film.pixels_x * film.pixels_y if self._chosen else 0, 3), np.float32)
         self._passes = 0
-        self._programs: dict[tuple[float, int], Program] = {}
+        settled = [self._settled(j, chosen) for j, chosen in enumerate(self._chosen)]
+        budget = BUDGET * film.pixels_x * film.pixels_y / B
+        share = min(1.0, budget / max(sum(chosen.blocks for chosen in settled), 1))
+        self._chosen = [chosen.with_blocks(max(1, round(chosen.blocks * share))) for chosen in settled]
+        self._programs.clear()              # of the numbers before
+
+    def _settled(self, j: int, chosen: Chosen) -> Chosen:
+        """A light as it is, or with more rays that each stand for themselves where some are blocked on their way."""
+        program, lanes, key = self._program(D_LINE, 0, True), bench(self._real), np.zeros(KEYS, np.uint32)
+        key[PIXEL] = j
+        perform(lanes, program.code, program.gated, program.data, program.ends, key)
+        table = lanes.reshape(-1, PITCH)[:, :B]
+        away = math.dist(chosen.numbers[:3], chosen.numbers[12:15])
+        hidden = (table[GLOW] != chosen.numbers[MARK]) & (table[DEPTH] < away - 2.0 * chosen.light.radius)
+        return chosen.with_blocks(math.ceil(chosen.blocks * chosen.alone))._replace(many=0) if hidden.any() else chosen
 
     @property
     def lights(self) -> list[SmallLight]:
         """Those that are traced from their own side; what is left to the camera's rays is `left`, objects."""
         return [chosen.light for chosen in self._chosen]
 
-    def _program(self, wavelength: float, colour: int) -> Program:
-        """The light's way at a wavelength (µm), for one colour RED, GREEN, BLUE, or 0: all of them."""
-        if (wavelength, colour) not in self._programs:
+    def _program(self, wavelength: float, colour: int, shared: bool) -> Program:
+        """The light's way at a wavelength (µm), for one colour RED, GREEN, BLUE, or 0: all of them.
+
+        shared: of lights of radiance 1, for rays that stand for many.
+        """
+        kind = wavelength, colour, shared
+        if kind not in self._programs:
             way = self._camera.way_back(wavelength)
             assert way is not None
             numbers = np.concatenate([chosen.numbers for chosen in self._chosen])
             dimming = [] if self._camera.medium is None else self._camera.medium.dimming
-            steps = [Step(net, []), Step(emit, numbers), *self._camera.carried,
-                     *self._scene.marking_steps(self._alone), *dimming, Step(turn_back, numbers), *way.steps,
-                     *([channel(colour)] if colour else [])]
-            self._programs[wavelength, colour] = Program(steps, self._real)
-        return self._programs[wavelength, colour]
+            things = evened(self._alone) if shared else self._alone
+            steps = [Step(net, []), Step(emit, numbers), *self._camera.carried, *self._scene.marking_steps(things),
+                     *dimming, Step(turn_back, numbers), *way.steps, *([channel(colour)] if colour else [])]
+            self._programs[kind] = Program(steps, self._real)
+        return self._programs[kind]
+
+    def _tasks(self, passes: list[tuple[int, int | None]]) -> Iterator[tuple[Program, int, int, int]]:
+        """Program, number of the light among the chosen, first block, blocks."""
+        for number, place in passes:
+            ways = [(D_LINE, 0)] if place is None else [(row[place], name) for name, row in WAVELENGTHS.items()]
+            for wavelength, colour in ways:
+                for j, chosen in enumerate(self._chosen):
+                    program = self._program(wavelength, colour, chosen.many > 0)
+                    for first in range(0, chosen.blocks, TASK):
+                        yield program, j, number * chosen.blocks + first, min(TASK, chosen.blocks - first)
 
     def add(self, passes: list[tuple[int, int | None]], afresh: bool, pool: Executor, threads: int,
             wanted: Callable[[], bool]) -> bool:
@@ -94,16 +163,10 @@ class Splats:
             self._sums[:] = 0.0
             self._passes = 0
         self._passes += len(passes)
-        tasks = [(program, j, chosen.side / math.sqrt(1.0 + number), number * chosen.blocks + first,
-                  min(TASK, chosen.blocks - first))
-                 for number, place in passes
-                 for program in ([self._program(D_LINE, 0)] if place is None else
-                                 [self._program(row[place], name) for name, row in WAVELENGTHS.items()])
-                 for j, chosen in enumerate(self._chosen) for first in range(0, chosen.blocks, TASK)]
-        lists = np.empty((min(LIST, len(tasks)), 5, TASK * B), np.float32)
+        tasks = self._tasks(passes)
+        lists = np.empty((LIST, 5, TASK * B), np.float32)
         counts = np.zeros(LIST, np.int64)
-        for start in range(0, len(tasks), LIST):
-            part = tasks[start:start + LIST]
+        while part := list(islice(tasks, LIST)):
             turns = count()
 
             def shoot(_: int, part=part, turns=turns) -> bool:
@@ -111,20 +174,21 @@ class Splats:
                 while (k := next(turns)) < len(part):
                     if not wanted():
                         return False
-                    program, j, _side, first, blocks = part[k]
+                    program, j, first, blocks = part[k]
+                    light = self._chosen[j]
+                    image = light.image if light.many > 0 else NO_IMAGE
                     counts[k] = _shoot(lists[k], lanes, program.code, program.gated, program.data, program.ends, j,
-                                       first, blocks, self._seed)
+                                       first, blocks, self._seed, image, light.round)
                 return True
 
             def gather(i: int, part=part) -> bool:
                 top, bottom = self._down * i // threads, self._down * (i + 1) // threads
-                for k, (_, _, side, _, _) in enumerate(part):
+                for k, (_, j, _, _) in enumerate(part):
                     if not wanted():
                         return False
-                    if side < 1.0:
-                        _drop(self._sums, lists[k], counts[k], self._across, top, bottom)
-                    else:
-                        _spread(self._sums, lists[k], counts[k], self._across, top, bottom, np.float32(side))
+                    light = self._chosen[j]
+                    _drop(self._sums, lists[k], counts[k], self._across, top, bottom, light.image, light.points,
+                          light.many)
                 return True
 
             if not all(list(pool.map(shoot, range(threads)))) or not all(list(pool.map(gather, range(threads)))):
@@ -157,8 +221,12 @@ def _choose(camera: Camera, scene: Scene, real) -> list[Chosen]:
     rights, ups, disks = _hiding(scene, small, turn, centres - start, np.sqrt((np.abs(front.axes).sum(1)**2).sum(1))
                                  + np.sqrt(((front.middles - start)**2).sum(1)))
     # How large its picture is, in pixels, and how much of that is due to the light's own size
-    middle = _raster(way, centres, front.best)
-    image = np.stack([_raster(way, centres + axis, front.best) - middle for axis in (rights, ups)], 1)
+    middle, image = _images(way, centres, rights, ups, front.best)
+    steady = np.ones(len(small), bool)
+    for k in (0, 1) if way.radius > 0.0 else ():
+        for part in (-0.5, 0.5):
+            _, other = _images(way, centres, rights, ups, front.middles + part * front.axes[:, k])
+            steady &= (np.abs(other - image) < STEADY).all((1, 2))
     own = abs(np.linalg.det(image)) * np.where(disks, math.pi, 4.0)
     blur = front.blur if way.radius > 0.0 else np.repeat(middle, 2, 1)
     wide, high = blur[:, 1] - blur[:, 0], blur[:, 3] - blur[:, 2]
@@ -169,8 +237,8 @@ def _choose(camera: Camera, scene: Scene, real) -> list[Chosen]:
     beside = ((blur[:, 1] < -reach[:, 0]) | (blur[:, 0] > film.pixels_x + reach[:, 0])
               | (blur[:, 3] < -reach[:, 1]) | (blur[:, 2] > film.pixels_y + reach[:, 1]))
     # As many samples as there is time for
-    sides = np.minimum(BLUR, 0.5 * np.sqrt(own))
-    needed = (SPREAD_DENSITY + (DENSITY - SPREAD_DENSITY) / (1.0 + sides**2)) * whole / front.passing
+    density = np.where(steady, SHARED_DENSITY + (DENSITY - SHARED_DENSITY) / (1.0 + own), DENSITY)
+    needed = density * whole / front.passing
     order = [int(k) for k in np.argsort(met, kind="stable") if met[k] < MET and not beside[k]]
     budget = BUDGET * film.pixels_x * film.pixels_y
     order = order[:int(np.searchsorted(np.cumsum(np.maximum(needed[order] * LEAST, B)), budget, "right"))]
@@ -181,8 +249,11 @@ def _choose(camera: Camera, scene: Scene, real) -> list[Chosen]:
     numbers = light_parameters([2.0 + small[k].number for k in keep], front.middles[keep], front.axes[keep],
                                front.towards[keep], centres[keep], rights[keep], ups[keep], disks[keep],
                                areas / (blocks * B))
-    return [Chosen(small[k], row, int(many), float(sides[k]))
-            for k, row, many in zip(keep, numbers, blocks, strict=True)]
+    return [Chosen(small[k], row, int(size), int(np.clip(own[k], 1, MANY)) if steady[k] else 0,
+                   float(DENSITY / density[k]), bool(disks[k]),
+                   np.ascontiguousarray(image[k], np.float32),
+                   light_points(scene.objects[small[k].number], small[k]).astype(np.float32))
+            for k, row, size in zip(keep, numbers, blocks, strict=True)]
 
 
 def _hiding(scene: Scene, lights: list[SmallLight], turn: np.ndarray, away: np.ndarray,
@@ -206,6 +277,12 @@ def _hiding(scene: Scene, lights: list[SmallLight], turn: np.ndarray, away: np.n
     return rights, ups, np.array([isinstance(scene.objects[light.number], Sphere | Disk) for light in lights])
 
 
+def _images(way: WayBack, centres: np.ndarray, rights: np.ndarray, ups: np.ndarray, through: np.ndarray):
+    """Raster points (n, 2) of lights by rays through these points (n, 3), and their half-axes there (n, 2, 2)."""
+    middle = _raster(way, centres, through)
+    return middle, np.stack([_raster(way, centres + axis, through) - middle for axis in (rights, ups)], 1)
+
+
 def _raster(way: WayBack, points: np.ndarray, through: np.ndarray) -> np.ndarray:
     """Raster points (n, 2) of rays from points (n, 3) through others of the camera frame."""
     d = through - points
@@ -216,12 +293,17 @@ def _raster(way: WayBack, points: np.ndarray, through: np.ndarray) -> np.ndarray
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _shoot(found, lanes, code, gated, data, ends, light, first, blocks, seed):
-    """List x, y, red, green, blue of what reaches the film from so many blocks of a light; returns how many do."""
+def _shoot(found, lanes, code, gated, data, ends, light, first, blocks, seed, image, disk):
+    """List x, y, red, green, blue of what reaches the film from so many blocks of a light; returns how many do.
+
+    x, y are those of the light's centre, by the image of its half-axes, where that is not 0.
+    """
     key = np.empty(KEYS, np.uint32)
     key[SEED], key[PIXEL] = seed, light
     row = rows(lanes)
     x, y, weight, red, green, blue = row[X], row[Y], row[WEIGHT], row[RED], row[GREEN], row[BLUE]
+    v0, v1 = row[V0], row[V1]
+    real = lanes.dtype.type
     n = 0
     for block in range(first, first + blocks):
         key[SAMPLE] = block
@@ -229,43 +311,35 @@ def _shoot(found, lanes, code, gated, data, ends, light, first, blocks, seed):
         for i in range(B):
             w = weight[i]
             if w > 0.0:
-                found[0, n], found[1, n] = x[i], y[i]
+                a, b = real(2) * v0[i] - real(1), real(2) * v1[i] - real(1)
+                if disk:
+                    a, b = concentric(real, v0[i], v1[i])
+                found[0, n] = x[i] - a * image[0, 0] - b * image[1, 0]
+                found[1, n] = y[i] - a * image[0, 1] - b * image[1, 1]
                 found[2, n], found[3, n], found[4, n] = w * red[i], w * green[i], w * blue[i]
                 n += 1
     return n
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _drop(sums, found, n, across, top, bottom):
-    """Add listed samples to the pixels that they fall on, in the rows top … bottom − 1."""
-    for k in range(n):
-        x, y = found[0, k], found[1, k]
-        if (x >= 0.0) & (x < across) & (y >= top) & (y < bottom):
-            i = int(y) * across + int(x)
-            sums[i, 0] += found[2, k]
-            sums[i, 1] += found[3, k]
-            sums[i, 2] += found[4, k]
+def _drop(sums, found, n, across, top, bottom, image, points, many):
+    """Add listed rays to the pixels that they fall on, in the rows top … bottom − 1.
 
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _spread(sums, found, n, across, top, bottom, side):
-    """As `_drop`, each sample spread evenly over a square of so many pixels about its place."""
-    half, share, one = np.float32(0.5) * side, np.float32(1.0) / (side * side), np.float32(1.0)
-    parts = np.empty(int(BLUR) + 2, np.float32)
+    Each as `many` rays from points of its light, as many further on from ray to ray; many = 0: as itself.
+    """
+    step = POINTS // max(many, 1)
+    share = np.float32(1.0 / max(many, 1))
     for k in range(n):
-        x0, y0 = found[0, k] - half, found[1, k] - half
-        x1, y1 = x0 + side, y0 + side
-        if not ((x1 > 0.0) & (x0 < across) & (y1 > top) & (y0 < bottom)):
-            continue
-        r, g, b = found[2, k] * share, found[3, k] * share, found[4, k] * share
-        left, right = max(int(x0), 0), min(int(x1) + 1, across)
-        for column in range(left, right):
-            parts[column - left] = min(x1, np.float32(column) + one) - max(x0, np.float32(column))
-        for line in range(max(int(y0), top), min(int(y1) + 1, bottom)):
-            high = min(y1, np.float32(line) + one) - max(y0, np.float32(line))
-            hr, hg, hb = high * r, high * g, high * b
-            i = line * across + left
-            for j in range(right - left):
-                sums[i + j, 0] += parts[j] * hr
-                sums[i + j, 1] += parts[j] * hg
-                sums[i + j, 2] += parts[j] * hb
+        x, y, r, g, b = found[0, k], found[1, k], found[2, k] * share, found[3, k] * share, found[4, k] * share
+        for m in range(max(many, 1)):
+            px, py, pr, pg, pb = x, y, r, g, b
+            if many > 0:
+                j = (k * TURN + m * step) % POINTS
+                px += points[j, 0] * image[0, 0] + points[j, 1] * image[1, 0]
+                py += points[j, 0] * image[0, 1] + points[j, 1] * image[1, 1]
+                pr, pg, pb = r * points[j, 2], g * points[j, 3], b * points[j, 4]
+            if (px >= 0.0) & (px < across) & (py >= top) & (py < bottom):
+                i = int(py) * across + int(px)
+                sums[i, 0] += pr
+                sums[i, 1] += pg
+                sums[i, 2] += pb

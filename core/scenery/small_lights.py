@@ -20,6 +20,8 @@ BRIGHT = 0.05           # part of the brightest texel that makes another one bri
 MOST_TEXELS = 1 << 16   # of a picture that is searched for patches
 MOST_LIT = 0.3          # part of its area that its patches may cover together
 BLACK = (0.0, 0.0, 0.0)
+POINTS = 64             # that stand for a light in the first passes
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 Thing = Sphere | Plate
 Patch = tuple[int, int, int, int]       # of texels: first and last row, first and last column
@@ -123,6 +125,59 @@ def divided(objects: tuple[Thing, ...], taken: Iterable[SmallLight]) -> tuple[tu
                                  (alone, np.where(inside, pattern.image.values, 0.0))):
                 kept.append(replace(o, material=replace(o.material, pattern=replace(pattern, image=Image.of(values)))))
     return tuple(left), tuple(alone)
+
+
+@lru_cache(maxsize=4096)
+def light_points(thing: Thing, light: SmallLight) -> np.ndarray:
+    """(POINTS, 5): places of a light from −1 to 1 along its half-axes, or in the unit disk, and the radiance of each.
+
+    The places are as dense as the light is bright, and the radiance as much less than the light's own: the mean over
+    the points of any function of the place, times the radiance, is that over the light.
+    """
+    k = np.arange(POINTS)
+    u, v = (k + 0.5) / POINTS, (k * GOLDEN + 0.5) % 1.0
+    colour = np.asarray(thing.material.colour, float)
+    pattern = thing.material.pattern
+    if pattern is None:
+        if isinstance(thing, Sphere) or thing.round:
+            radius, turn = np.sqrt(u), 2.0 * math.pi * v
+            places = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
+        else:
+            places = 2.0 * np.column_stack([u, v]) - 1.0
+        return np.column_stack([places, np.tile(colour, (POINTS, 1))])
+    # Of a patch: as its texels are bright, each reaching to the middles of its neighbours
+    assert light.patch is not None and pattern.image is not None
+    top, bottom, left, right = light.patch
+    image = pattern.image
+    fine = 8
+    lines, columns = bottom - top + 2, right - left + 2         # between the middles of texels
+    y, x = ((np.arange(n * fine) + 0.5) / fine - 1.0 for n in (lines, columns))
+    texels = image.values[top:bottom + 1, left:right + 1].astype(float) * colour
+    down = np.maximum(1.0 - np.abs(y[:, None] - np.arange(bottom - top + 1)), 0.0)
+    over = np.maximum(1.0 - np.abs(x[:, None] - np.arange(right - left + 1)), 0.0)
+    for weights, at, first, size in ((down, y, top, image.height), (over, x, left, image.width)):
+        if first == 0:                                          # a texel at the border reaches out to it
+            weights[at < 0.0, 0] = 1.0
+        if first + weights.shape[1] == size:
+            weights[at > weights.shape[1] - 1, -1] = 1.0
+    y, x = y + top, x + left
+    within_y, within_x = (y > -0.5) & (y < image.height - 0.5), (x > -0.5) & (x < image.width - 0.5)
+    shine = np.einsum("ia,jb,abc->ijc", down[within_y], over[within_x], texels)
+    bright = shine.sum(2)
+    # By the inverse of the cumulative, over the lines and then along each
+    many = np.cumsum(bright.sum(1)) / bright.sum()
+    i = np.searchsorted(many, u).clip(0, len(many) - 1)
+    along = np.cumsum(bright, 1) / bright.sum(1, keepdims=True)
+    j = np.array([np.searchsorted(along[a], b) for a, b in zip(i, v, strict=True)]).clip(0, bright.shape[1] - 1)
+    places = np.column_stack([(j + 0.5) / bright.shape[1] * 2.0 - 1.0, 1.0 - (i + 0.5) / bright.shape[0] * 2.0])
+    tint = shine[i, j] / bright[i, j][:, None]
+    return np.column_stack([places, tint * (shine.mean((0, 1)) / tint.mean(0))])
+
+
+def evened(objects: tuple[Thing, ...]) -> tuple[Thing, ...]:
+    """The same, but every light all over of radiance 1."""
+    return tuple(replace(o, material=replace(o.material, colour=(1.0, 1.0, 1.0), pattern=None))
+                 if o.material.shines else o for o in objects)
 
 
 def _darkened(light: Thing) -> Thing:

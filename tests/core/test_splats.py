@@ -11,7 +11,7 @@ from lensbench import lenses
 from lensbench.fronts import fronts
 from lensbench.scene import Scene
 from lensbench.scenery.objects import Disk, Image, Material, Pattern, Rectangle, Sky, Sphere
-from lensbench.scenery.small_lights import divided, small_lights
+from lensbench.scenery.small_lights import divided, light_points, small_lights
 
 BLACK = (0.0, 0.0, 0.0)
 DARK = Sky(BLACK, BLACK, BLACK)
@@ -258,6 +258,24 @@ def test_the_windows_of_a_house_are_lights_of_their_own_and_the_wall_is_left_to_
     assert found == {0}
     assert splatted.sum((0, 1)) == pytest.approx(plain.sum((0, 1)), rel=3e-3)
     assert np.abs(binned(splatted) - binned(plain)).max() < 0.03 * binned(plain).max()
+
+
+def test_the_points_of_a_light_are_its_own_light():
+    """Moments over the points against those of the disk, of the square, and of a picture's tent from a single texel."""
+    values = np.zeros((9, 9, 3))
+    values[4, 4] = (6.0, 3.0, 1.0)
+    tent = Rectangle((0.0, 0.0, -9e4), (90.0, 0.0, 0.0), (0.0, 90.0, 0.0), Material(
+        (1.0, 0.5, 1.0), "light", pattern=Pattern("image", image=Image.of(values))))
+    square = replace(tent, material=bright((6.0, 1.5, 1.0)))
+    for thing, second, mean in ((Sphere((0.0, 0.0, -9e4), 9.0, bright((6.0, 1.5, 1.0))), 1 / 4, 1.0),
+                                (square, 1 / 3, 1.0), (tent, 1 / 6, 1 / 4)):
+        (light,) = small_lights((thing,))
+        points = light_points(thing, light)
+        for colour, radiance in zip(points[:, 2:].T, (6.0, 1.5, 1.0), strict=True):
+            assert colour.mean() == pytest.approx(radiance * mean, rel=1e-6)
+            for axis in (0, 1):                         # 64 points: the mean to 1/64, the second moment likewise
+                assert (points[:, axis] * colour).mean() == pytest.approx(0.0, abs=0.02 * radiance)
+                assert (points[:, axis] ** 2 * colour).mean() == pytest.approx(second * mean * radiance, rel=0.06)
 
 
 def test_a_picture_without_patches_that_lie_apart_is_no_small_light():
