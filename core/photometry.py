@@ -3,7 +3,7 @@
 Lengths in mm; the scene and the film are in air.
 """
 
-from math import hypot, inf, sqrt
+from math import hypot, inf, pi, sqrt
 
 from lensbench.axial_bundle import marginal_height
 from lensbench.glass import D_LINE
@@ -15,7 +15,7 @@ from lensbench.tracing import surface_table
 def working_f_number(lens: Lens, film_distance: float) -> float:
     """1 / (2 sin θ′) of the real marginal ray at the axis point of a film this far (mm) behind the last vertex.
 
-    Every rim counts, and so does the magnification. LensError where the film does
+    Every rim counts, and so does the magnification; of blades the circle about them. LensError where the film does
     not stand behind the last vertex.
     """
     if not film_distance > 0.0:
@@ -34,5 +34,5 @@ def transmission(lens: Lens, wavelength: float = D_LINE) -> float:
 
 
 def t_number(lens: Lens) -> float:
-    """The f-number of a lens without losses that would pass as much light: N / √(transmission)."""
-    return first_order(lens).f_number / sqrt(transmission(lens))
+    """The f-number of a lens without losses and blades that would pass as much: N / √(transmission · open part)."""
+    return first_order(lens).f_number / sqrt(transmission(lens) * lens.iris.area / pi)

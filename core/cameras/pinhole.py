@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from lensbench.cameras.camera import Camera, CameraError
 from lensbench.cameras.gaussian import Gaussian
+from lensbench.cameras.landing import WayBack, ideal_way_back
 from lensbench.film import Film
 from lensbench.glass import D_LINE
 
@@ -55,6 +56,10 @@ class PinholeCamera(Camera):
     def diffraction(self, wavelength: float = D_LINE) -> float:
         """Diameter (mm) of Airy's disk on the film, to its first dark ring; wavelength in µm."""
         return AIRY * wavelength * 1e-3 * self.distance / (2.0 * self.radius)
+
+    def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
+        """In closed form, for every wavelength alike."""
+        return ideal_way_back(self.gaussian, self.film_step, self.gain)
 
     @property
     def gain(self) -> float:

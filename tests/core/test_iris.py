@@ -197,3 +197,24 @@ def test_an_iris_that_cannot_be_is_refused_in_one_line(make, says):
     with pytest.raises(ValueError, match=says) as caught:
         make()
     assert "\n" not in str(caught.value)
+
+
+def test_a_t_number_counts_what_the_blades_cover():
+    lens = lenses.load("pbrt-dgauss-50mm")
+    assert (lb.t_number(replace(lens, blades=6)) / lb.t_number(lens)) ** 2 == pytest.approx(
+        math.pi / (3.0 * math.sin(math.pi / 3)))
+
+
+def test_views_of_fates_show_the_blades_as_the_stop():
+    """One ray for each of 262,144 points near the axis: as many pass as the iris has of the circle. Noise 2 %."""
+    lens = lb.stopped_down(lenses.load("pbrt-dgauss-50mm"), 5.6)
+    passed, stopped = [], []
+    for it in (lens, replace(lens, blades=3)):
+        camera = lb.LensCamera(it, lb.Film(0.2, 0.2, 512, 512), 1500.0)
+        rendering = lb.Rendering(camera, lb.builtin_scene("still-life"), view="fate")
+        rendering.add(1)
+        image = rendering.image().reshape(-1, 3)
+        passed.append((image == 1.0).all(1).mean())
+        stopped.append((np.abs(image - lb.fate_colours(lens)[lens.stop_index]) < 1e-5).all(1).mean())
+    assert passed[1] / passed[0] == pytest.approx(lb.Iris(3).area / math.pi, rel=0.03)
+    assert passed[0] + stopped[0] == pytest.approx(passed[1] + stopped[1], rel=0.01)
