@@ -19,6 +19,7 @@ from lensbench.scenery.floor import floor, floor_parameters
 from lensbench.scenery.light import RISE0, RISE1, RISE2, RISE4, ambient, begin, daylight, finish, settle
 from lensbench.scenery.medium import Medium
 from lensbench.scenery.moving import displaced, motion_parameters, moving, moving_parameters
+from lensbench.scenery.moving_coat import moving_coat, moving_gleams, moving_mirrored, moving_sheen
 from lensbench.scenery.moving_light import (
     after,
     moving_ambient,
@@ -181,7 +182,7 @@ class Scene:
             steps.append(Step(moving, moving_parameters(_in_motion(self.objects), opening)))
         return steps
 
-    def _coats(self, last: bool) -> list[Step]:
+    def _coats(self, last: bool, opening: float) -> list[Step]:
         """What coats mirror; on the last round of a path metal is mirrored so as well."""
         steps = []
         if last or any(g >= SHARP for g in self._glosses) or any(o.material.kind == "glass" for o in self.objects):
@@ -189,14 +190,18 @@ class Scene:
             if self.sun is not None and not self.enclosed:
                 disk = self._sun_disk(max(self.sun.angular_radius, GLEAM_RADIUS))
             ground = None if self.floor is None else floor_parameters(self.floor)
-            steps.append(Step(coat, coat_parameters(
-                self._mirrored, ground, self._floor_light(), disk,
-                [o for o in _still(self.plates) if o.material.shines and o.material.pattern is None],
-                [o for o in _still(self.spheres) if o.material.kind == "lamp"], last)))
+            panels = [o for o in self.plates if o.material.shines and o.material.pattern is None]
+            bulbs = [o for o in self.spheres if o.material.kind == "lamp"]
+            numbers = coat_parameters(self._mirrored, ground, self._floor_light(), disk, _still(panels), _still(bulbs),
+                                      last)
+            moved = moving_mirrored(_in_motion([*bulbs, *panels]), opening)
+            steps.append(Step(moving_coat, after(numbers, moved)) if moved.size else Step(coat, numbers))
         if any(g < SHARP for g in self._glosses):
-            lights = [o for o in _still(self.objects) if o.material.shines and o.material.pattern is None]
+            lights = [o for o in self.objects if o.material.shines and o.material.pattern is None]
             lights = sorted(lights, key=_brightness, reverse=True)[:GLEAMS]
-            steps.append(Step(sheen, sheen_parameters(self._mirrored, lights)))
+            numbers = sheen_parameters(self._mirrored, _still(lights))
+            moved = moving_gleams(_in_motion(lights), opening)
+            steps.append(Step(moving_sheen, after(numbers, moved)) if moved.size else Step(sheen, numbers))
         return steps
 
     def _light(self, shadows: bool, opening: float) -> list[Step]:
@@ -279,11 +284,11 @@ def _steps(scene: Scene, shadows: bool, opening: float, first: tuple[Sphere | Pl
         return (*scene._geometry(opening, things=first),
                 Step(daylight, np.concatenate([scene._surround, scene.ambient, scene._sun])))
     light, fog = scene._light(shadows, opening), [] if medium is None else medium.steps
-    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening, things=first), *fog, *scene._coats(last=False),
+    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening, things=first), *fog, *scene._coats(False, opening),
              Step(settle, np.zeros(1)), *light]
     for k in range(BOUNCES if mirrors else 0):
         onward = [Step(bounce, np.zeros(1)), *scene._geometry(opening, gleam=True), *fog,
-                  *scene._coats(last=k == BOUNCES - 1), Step(settle, np.zeros(1)), *light]
+                  *scene._coats(k == BOUNCES - 1, opening), Step(settle, np.zeros(1)), *light]
         steps += [step._replace(gated=True) for step in onward]
     return (*steps, Step(finish, np.zeros(1)))
 

@@ -51,6 +51,7 @@ from lensbench.scenery.plates import plate_frame
 
 SHARP = 0.999           # gloss from which a coat shows lights sharply
 PANEL, BULB = 16, 7       # numbers per plate and per sphere that shine
+LIGHTS = 46             # numbers before them
 
 
 def coat_parameters(sky, floor, floor_light, sun, panels, bulbs, last) -> np.ndarray:
@@ -64,6 +65,12 @@ def coat_parameters(sky, floor, floor_light, sun, panels, bulbs, last) -> np.nda
     packed.append(np.zeros(20) if floor is None else floor)
     packed.append(np.asarray(floor_light, np.float64))
     packed.append(np.zeros(7) if sun is None else sun)
+    return np.concatenate([*packed, mirrored_parameters(panels, bulbs)])
+
+
+def mirrored_parameters(panels, bulbs) -> np.ndarray:
+    """What `coat_lights` reads: PANEL numbers for each plate that shines, BULB for each sphere."""
+    packed = [np.zeros(0)]
     for plate in panels:
         centre, a, b, normal, disk = plate_frame(plate)
         packed.append(np.array([*centre, *normal, *(a / (a @ a)), *(b / (b @ b)), disk, *plate.material.colour]))
@@ -75,21 +82,31 @@ def coat_parameters(sky, floor, floor_light, sun, panels, bulbs, last) -> np.nda
 @stage
 def coat(lanes, p, key):
     """Add what sharp coats and glass mirror; an albedo under a coat gets what the coat lets in.  p: coat_parameters."""
+    if coat_open(lanes, p) == 0:
+        return
+    coat_lights(lanes, p[LIGHTS:], int(p[3]))
+    coat_close(lanes, p)
+
+
+@stage
+def coat_open(lanes, p):
+    """The ray that a coat mirrors, A0 … A5, what it meets of sky, floor and sun, A6 A7 A8, and how far off, A9.
+
+    Returns how many lanes of the block mirror anything; 0: nothing is done.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
-    red, green, blue, tr, tg, tb, sr, sg, sb = (row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB],
-                                                row[SR], row[SG], row[SB])
     hx, hy, hz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     r, g, b, near = row[A6], row[A7], row[A8], row[A9]
-    last, tiled, sunny, panels = p[0] > real(0), p[1] > real(0), p[2] > real(0), int(p[3])
+    last, tiled, sunny = p[0] > real(0), p[1] > real(0), p[2] > real(0)
     many = np.int32(0)
     for i in range(B):
         many = np.int32(many + np.int32((gloss[i] >= real(SHARP)) & ((gloss[i] < real(METAL)) | last |
                                                                      (gloss[i] >= real(GLASS)))))
     if many == 0:
-        return
+        return many
     # the mirrored ray, and the sky where it goes
     k = 4
     zr, zg, zb, er, eg, eb = p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5]
@@ -134,9 +151,18 @@ def coat(lanes, p, key):
             r[i] = er if hit else r[i]
             g[i] = eg if hit else g[i]
             b[i] = eb if hit else b[i]
-    k = 46
-    end = k + PANEL * panels
-    for s in range(k, end, PANEL):
+    return many
+
+
+@stage
+def coat_lights(lanes, p, panels):
+    """Offer lights to the mirrored ray where they are nearer.  p: mirrored_parameters."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    hx, hy, hz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
+    r, g, b, near = row[A6], row[A7], row[A8], row[A9]
+    end = PANEL * panels
+    for s in range(0, end, PANEL):
         cx, cy, cz, ux, uy, uz = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5]
         ax, ay, az, bx, by, bz, disk = p[s + 6], p[s + 7], p[s + 8], p[s + 9], p[s + 10], p[s + 11], p[s + 12]
         er, eg, eb = p[s + 13], p[s + 14], p[s + 15]
@@ -163,7 +189,18 @@ def coat(lanes, p, key):
             r[i] = er if hit else r[i]
             g[i] = eg if hit else g[i]
             b[i] = eb if hit else b[i]
-    # as much of it as Fresnel's reflectance (Schlick 1994)
+
+
+@stage
+def coat_close(lanes, p):
+    """As much of what is mirrored as Fresnel's reflectance (Schlick 1994)."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    dx, dy, dz, gloss, nx, ny, nz = row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ]
+    red, green, blue, tr, tg, tb, sr, sg, sb = (row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB],
+                                                row[SR], row[SG], row[SB])
+    r, g, b = row[A6], row[A7], row[A8]
+    last = p[0] > real(0)
     for i in range(B):
         cosine = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
         edge = real(1) - (cosine if cosine > real(0) else real(0))

@@ -84,7 +84,7 @@ class Material:
     kind: "matte"; "coat", a clear coat over matte that mirrors the lamps, the sky and the floor, sharply at gloss 1,
     over facets whose slopes are 1 − gloss wide below it; "metal", a mirror tinted by `colour` (polished stone where
     that is dark); "glass" of index 1.5; "light", which emits the radiance `colour` but is too small to light its
-    surroundings; "lamp", which also lights them. Coats mirror no patterns, and no lights that move.
+    surroundings; "lamp", which also lights them. Coats mirror no patterns.
     """
 
     colour: Triple = (0.5, 0.5, 0.5)

@@ -39,12 +39,18 @@ from lensbench.scenery.coat import SHARP
 from lensbench.scenery.light import F0
 from lensbench.scenery.plates import plate_frame
 
+SKY = 12                # numbers of sky_parameters
 GLEAM = 7               # numbers per light: centre, area of its disk / π, radiance (3)
 
 
 def sheen_parameters(sky, lights) -> np.ndarray:
     """What `sheen` reads: sky_parameters, then every light as a disk that faces the surface."""
-    packed = [sky]
+    return np.concatenate([sky, gleam_parameters(lights)])
+
+
+def gleam_parameters(lights) -> np.ndarray:
+    """What `sheen_lights` reads."""
+    packed = [np.zeros(0)]
     for light in lights:
         if not hasattr(light, "right"):
             size = light.radius**2
@@ -63,18 +69,25 @@ def sheen(lanes, p, key):
     solid angle Ω is mirrored by slopes of the area Ω / (4 cos θ cos³ δ), with δ the tilt of the facet half way; that
     area widens α, so that a large light never gets brighter than itself. p: sheen_parameters.
     """
+    if sheen_open(lanes, p) == 0:
+        return
+    sheen_lights(lanes, p[SKY:])
+    sheen_close(lanes)
+
+
+@stage
+def sheen_open(lanes, p):
+    """The points that mirror, A0 A1 A2, and what they mirror of the sky, A3 A4 A5. Returns how many there are."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
-    red, green, blue, tr, tg, tb, sr, sg, sb = (row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB],
-                                                row[SR], row[SG], row[SB])
     hx, hy, hz, r, g, b = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     many = np.int32(0)
     for i in range(B):
         many = np.int32(many + np.int32((gloss[i] > real(0)) & (gloss[i] < real(SHARP))))
     if many == 0:
-        return
+        return many
     for i in range(B):
         t = depth[i]
         hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
@@ -88,7 +101,17 @@ def sheen(lanes, p, key):
         r[i] = f * (p[3] + up * (p[0] - p[3]) if above else p[6])
         g[i] = f * (p[4] + up * (p[1] - p[4]) if above else p[7])
         b[i] = f * (p[5] + up * (p[2] - p[5]) if above else p[8])
-    for s in range(12, p.size, GLEAM):
+    return many
+
+
+@stage
+def sheen_lights(lanes, p):
+    """Add lights to A3 A4 A5.  p: GLEAM numbers for each."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    dx, dy, dz, gloss, nx, ny, nz = row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ]
+    hx, hy, hz, r, g, b = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
+    for s in range(0, p.size, GLEAM):
         cx, cy, cz, size, er, eg, eb = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6]
         for i in range(B):
             alpha = real(1) - gloss[i]
@@ -114,6 +137,17 @@ def sheen(lanes, p, key):
             r[i] += share * er
             g[i] += share * eg
             b[i] += share * eb
+
+
+@stage
+def sheen_close(lanes):
+    """What is mirrored goes to the path; an albedo under a coat gets what the coat lets in."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    dx, dy, dz, gloss, nx, ny, nz = row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ]
+    red, green, blue, tr, tg, tb, sr, sg, sb = (row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB],
+                                                row[SR], row[SG], row[SB])
+    r, g, b = row[A3], row[A4], row[A5]
     for i in range(B):
         coated = (gloss[i] > real(0)) & (gloss[i] < real(SHARP))
         sr[i] += tr[i] * r[i] if coated else real(0)
