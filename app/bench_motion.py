@@ -1,6 +1,6 @@
 """What motion costs: a part of `lensbench bench`. The same blocks of two pictures, taken in turn."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -42,7 +42,7 @@ def _ratio(pair, shadows: bool) -> float:
     """The time of the first picture over that of the second."""
     middle = FILM.pixels_x * FILM.pixels_y // lanes.B // 2
     bench = lanes.bench()
-    works = {}
+    works: dict[str, Callable[[], object]] = {}
     for name, (camera, scene) in zip(("first", "second"), pair, strict=True):
         timed = camera.moves or scene.moves
         program = Program([*sampler(FILM.pixels_x, lit=shadows, timed=timed), *camera.steps(timed=timed),
