@@ -27,6 +27,7 @@ from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import check_lines, file_curvature, file_number, is_number, plain_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError
+from lensbench.lenses.stations import Solve
 from lensbench.prescription import Lens
 
 UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
@@ -116,6 +117,7 @@ class _Sequence:
         self.edges: dict[int, float] = {}
         self.biconic: set[int] = set()
         self.zoom = configurations.Configurations()
+        self.image_is_solved = False
 
     def run(self, statements: list[tuple[int, list[str]]]) -> Lens:
         """The lens of all commands."""
@@ -141,6 +143,9 @@ class _Sequence:
                                              design.rows[0].thickness)
         for told in self.zoom.told():
             design.found(told)
+        if design.stations and self.image_is_solved:
+            design.solves.append(Solve(len(design.rows) - 2, "image"))
+            design.found("PIM: the back focus of each position is that of its paraxial image")
         return design.lens()
 
     def command(self, line: int, words: list[str]) -> None:
@@ -266,6 +271,8 @@ class _Sequence:
             self.biconic.add(index)
         elif key == "CIR":
             self.rim(index, row, values)
+        elif key == "PIM":
+            self.image_is_solved = True
         elif key in REFUSED:
             self.refuse_unless_zero(index, key, values)
         elif key in SIDED:

@@ -17,7 +17,7 @@ from lensbench.glass import AIR, Glass
 from lensbench.lenses import toroids
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, check_sizes, stop_of
-from lensbench.lenses.stations import Station, with_stations
+from lensbench.lenses.stations import Solve, Station, solved, with_stations
 from lensbench.prescription import Lens, LensError, Surface
 
 FAR = 1e8               # file units: an object beyond it is at infinity
@@ -54,7 +54,8 @@ class Design:
 
     aperture: ("EPD" diameter | "FNO" number | "NA" of the object | "stop"
     radius, value); field_of_view: ("angle" degrees | "object" | "image" height, value).
-    stations: the configurations of a file that has several, gaps by the number of their row.
+    stations: the configurations of a file that has several, gaps by the number of their row;
+    solves: gaps that follow from others there, by rows, too.
     """
 
     path: str
@@ -67,6 +68,7 @@ class Design:
     aperture: tuple[str, float] | None = None
     field_of_view: tuple[str, float] | None = None
     stations: list[Station] = field(default_factory=list)
+    solves: list[Solve] = field(default_factory=list)
     findings: list[str] = field(default_factory=list)
     unknown: dict[str, int] = field(default_factory=dict)      # keywords that were not read, and their first lines
 
@@ -129,10 +131,18 @@ class Design:
             scaled_efl = None if self.stated_efl is None else self.stated_efl * self.unit
             lens = Lens(tuple(made), stop_index, name=self.name, notes=self.notes, stated_efl=scaled_efl,
                         stated_f_number=self.stated_f_number)
-            lens, arranged = with_stations(lens, [self._in_mm(station, covered) for station in self.stations])
+            stations = [self._in_mm(station, covered) for station in self.stations]
+            lens, arranged = with_stations(lens, solved(lens, stations, self._solves(len(made), covered)))
             return replace(lens, findings=(*self.findings, *arranged, *assumed))
         except (LensError, ArithmeticError) as error:
             raise self.refuse(None, str(error)) from None
+
+    def _solves(self, count: int, covered: bool) -> list[Solve]:
+        """The solves by the lens's surfaces, and in mm, those about other gaps than the lens's own left out."""
+        shift = covered - 1
+        moved = [replace(s, surface=s.surface + shift, start=s.start + shift, total=s.total * self.unit)
+                 for s in self.solves]
+        return [s for s in moved if 0 <= s.surface < count and (s.kind == "image" or 0 <= s.start < s.surface)]
 
     def _in_mm(self, station: Station, covered: bool) -> Station:
         """A configuration by the lens's surfaces, and in mm."""

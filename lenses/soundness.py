@@ -21,6 +21,13 @@ def focal_length(surfaces: Sequence[Surface]) -> float:
     return -1.0 / slope if slope else inf
 
 
+def image_distance(surfaces: Sequence[Surface], distance: float) -> float:
+    """Last vertex → paraxial d-line image (mm) of the axis point so far before the first vertex; inf is allowed."""
+    ray = (distance, 1.0) if abs(distance) < 1.0 else (1.0, 1.0 / distance)
+    heights, slope = _axial_ray(surfaces, *ray)
+    return -heights[-1] / slope if slope else inf
+
+
 def object_distance(surfaces: Sequence[Surface]) -> float:
     """How far (mm) before the first vertex the object lies whose paraxial d-line image is at the last gap's end."""
     on_film = []                        # of height 1 in front of the lens, and of slope 1

@@ -9,14 +9,15 @@ one another.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import inf, log, nextafter
+from math import inf, isfinite, log, nextafter
 
-from lensbench.lenses.soundness import focal_length, object_distance
+from lensbench.lenses.soundness import focal_length, image_distance, object_distance
 from lensbench.positions import Positions, PositionsError
 from lensbench.prescription import Lens, Surface
 
 FAR = 1e8               # mm: an object beyond it is at infinity
 MOST_STATIONS = 200     # that are read of a file
+SAME = 1e-6             # of a gap: a solve of the file's own program differs from ours by less
 
 
 @dataclass
@@ -34,6 +35,43 @@ class Station:
     def is_far(self) -> bool:
         """Whether its object is at infinity."""
         return abs(self.distance) >= FAR
+
+
+@dataclass(frozen=True)
+class Solve:
+    """A gap that follows from the others in every configuration, behind `surface`.
+
+    kind "image": it ends at the paraxial image. "sum": with the gaps from `start` on it
+    adds up to `total` (mm); "pair": with that behind `start` alone.
+    """
+
+    surface: int
+    kind: str
+    start: int = 0
+    total: float = 0.0
+
+
+def solved(lens: Lens, stations: list[Station], solves: Sequence[Solve]) -> list[Station]:
+    """The configurations with the gaps that their file leaves to solves; those of the first as the file has them.
+
+    A gap that a configuration states, or that no ray can find, stays.
+    """
+    found = []
+    for station in stations:
+        gaps = [station.gaps.get(i, surface.thickness) for i, surface in enumerate(lens.surfaces)]
+        given = dict(station.gaps)
+        for solve in sorted(solves, key=lambda solve: solve.surface):
+            i, first = solve.surface, solve.start
+            if solve.kind == "image":
+                gap = image_distance(standing(lens.surfaces, range(len(gaps)), gaps), station.distance)
+            else:
+                gap = solve.total - (sum(gaps[first:i]) if solve.kind == "sum" else gaps[first])
+            if i in station.gaps or not isfinite(gap):
+                continue
+            kept = lens.surfaces[i].thickness
+            gaps[i] = given[i] = kept if station is stations[0] and abs(gap - kept) <= SAME * abs(kept) else gap
+        found.append(replace(station, gaps=given))
+    return found
 
 
 def zoom_places(focal_lengths: Sequence[float]) -> tuple[float, ...]:

@@ -32,7 +32,7 @@ from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
-from lensbench.lenses.stations import Station, stations_of
+from lensbench.lenses.stations import Solve, Station, stations_of
 from lensbench.prescription import Lens, Surface
 
 UNITS = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
@@ -44,7 +44,7 @@ REFUSED = {"COORDBRK": "a coordinate break (tilt or decentre)", "DGRATING": "a d
 LEFTOVERS = {(0.0, 0.0), (1.0, 0.0), (1.5, 40.0), (1.55, 55.0)}     # beside a catalogue name they say nothing
 READ = ("SURF", "TYPE", "CURV", "DISZ", "CONI", "STOP", "DIAM", "CLAP", "SQAP", "ELAP", "OBSC", "UDAP", "OBDC", "GLAS")
 HARMLESS = frozenset("""
-    COMM HIDE MIRR POPS FIMP SLAB SSID MEMA OEMA FLAP COAT SCOL OPDX RSCE PPAR PZUP CPUP CNUP MAZH MAZA CHZA
+    COMM HIDE MIRR POPS FIMP SLAB SSID MEMA OEMA FLAP COAT SCOL OPDX RSCE PPAR PZUP CPUP CNUP MAZH MAZA CHZA TCOM TOLE
     VDSZ VPAR VCON VCUR VDIA VGLA
 """.split())
 FIRST = {"THIC": "DISZ", "CRVT": "CURV", "CONN": "CONI", "SDIA": "DIAM"}    # of the first configuration
@@ -103,9 +103,30 @@ def read(text: str, path: str) -> Lens:
             design.add(_row(design, i, keys, values, i == len(surfaces) - 1))
     stop = next((i for i, keys in enumerate(surfaces) if "STOP" in keys), None)
     design.stations = listed.stations(row_of.get, stop, design.rows[0].thickness)
+    if design.stations:
+        for i, keys in enumerate(surfaces[:-1]):
+            design.solves += _solves(design, i, keys, row_of, i == len(surfaces) - 2)
     for told in listed.told():
         design.found(told)
     return design.lens()
+
+
+def _solves(design: Design, index: int, keys: dict, row_of: dict[int, int], is_last: bool) -> list[Solve]:
+    """What the gap behind a surface follows from: TCOM i total (with the one behind i), TOLE i total (with all from i
+    on), or MAZH 0 of the last (the marginal ray's height on the image).
+    """
+    row = row_of.get(index)
+    if row is None:
+        return []
+    if is_last and "MAZH" in keys and _number(design.path, *_place(keys, "MAZH"), 0) == 0.0:
+        design.found("MAZH: the back focus of each position is that of its paraxial image")
+        return [Solve(row, "image")]
+    for key, kind in (("TCOM", "pair"), ("TOLE", "sum")):
+        if key in keys:
+            start = row_of.get(int(_number(design.path, *_place(keys, key), 0)))
+            if start is not None:
+                return [Solve(row, kind, start, _number(design.path, *_place(keys, key), 1))]
+    return []
 
 
 def _place(keys: dict[str, tuple[int, list[str]]], key: str) -> tuple[int, str, list[str]]:

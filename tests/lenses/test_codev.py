@@ -86,7 +86,7 @@ def test_a_zoom_has_its_positions_from_wide_to_tele(tmp_path):
     lengths = [lb.first_order(lens.at(zoom=place)).efl for place in positions.zoom_stations]
     assert lengths == sorted(lengths)
     gaps = [row[0][0] for row in positions.thicknesses]
-    assert positions.gaps == (1,) and sorted(gaps) == [5.5, 6.5, 7.5]
+    assert positions.gaps == (1, 5) and sorted(gaps) == [5.5, 6.5, 7.5]         # PIM: the image follows
     assert dict(zip(gaps, positions.names, strict=True)) == {5.5: "near", 6.5: "", 7.5: "far"}
     assert any("from wide to tele" in finding for finding in lens.findings) == (gaps != [5.5, 6.5, 7.5])
     assert lens.name == sample(tmp_path).name

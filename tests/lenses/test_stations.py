@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench import Glass, Lens, Positions, Surface, lenses
 from lensbench.lenses.reversal import reversed_lens
 from lensbench.lenses.stations import Station, focus_places, stations_of, with_stations, zoom_places
-from tests.lenses.samples import loaded
+from tests.lenses.samples import DATA, loaded
 
 GLASS = Glass(1.5, 60.0)
 NAMED = (".zmx", ".seq")
@@ -104,6 +104,52 @@ def test_what_a_format_cannot_hold_of_the_positions_is_said(tmp_path):
         assert any("written in its first position" in remark for remark in told)
         assert any("stations stand between 0 and 1 is left out" in remark for remark in told)
         assert any("names of its positions" in remark for remark in told) == (suffix in (".len", ".txt"))
+
+
+ZOOM = DATA / "zoom.zmx"
+
+
+def solved(text, solve):
+    """The file without the last gap of each configuration, and with a solve for it."""
+    kept = "\n".join(line for line in text.split("\n") if not line.startswith("THIC 4"))
+    return kept.replace("  DISZ 57.7778", f"  DISZ 57.7778\n  {solve}")
+
+
+def test_a_back_focus_that_a_zemax_file_leaves_to_a_solve_is_that_of_the_paraxial_image(tmp_path):
+    lens = loaded(tmp_path, "a.zmx", solved(ZOOM.read_text(), "MAZH 0 0"))
+    assert any("MAZH: the back focus of each position" in finding for finding in lens.findings)
+    for place, before in ((0.0, 787.0222), (1.0, 813.4667)):
+        far, near = lens.at(zoom=place), lens.at(zoom=place, close=1.0)
+        # at infinity; and the object of a near position lies where the file has it
+        assert far.surfaces[3].thickness == pytest.approx(lb.first_order(far).bfl, rel=1e-12)
+        distance = lb.focused_distance(near, near.surfaces[3].thickness)
+        assert distance - near.length - near.surfaces[3].thickness == pytest.approx(before, rel=1e-9)
+
+
+def test_the_first_position_keeps_the_digits_that_its_file_has(tmp_path):
+    solve = solved(ZOOM.read_text(), "MAZH 0 0")
+    found = loaded(tmp_path, "a.zmx", solve).surfaces[3].thickness
+    again = loaded(tmp_path, "b.zmx", solve.replace("DISZ 57.7778", f"DISZ {found:.9g}"))
+    assert again.surfaces[3].thickness == float(f"{found:.9g}") != found
+
+
+@pytest.mark.parametrize("solve", ["TCOM 2 107.7778", "TOLE 2 111.7778"])
+def test_gaps_that_a_zemax_file_makes_up_to_a_sum_follow_the_zoom(tmp_path, solve):
+    lens = loaded(tmp_path, "a.zmx", solved(ZOOM.read_text(), solve))
+    for row in lens.positions.thicknesses:
+        for gaps in row:                                        # those behind surfaces 2 and 4; between them stand 4 mm
+            assert sum(gaps) == pytest.approx(107.7778, rel=1e-12)
+    stated = ZOOM.read_text().replace("  DISZ 57.7778", f"  DISZ 57.7778\n  {solve}")
+    assert loaded(tmp_path, "b.zmx", stated).positions == lenses.load(ZOOM).positions      # what is stated counts
+
+
+def test_a_back_focus_that_a_codev_file_leaves_to_a_solve_is_that_of_the_paraxial_image(tmp_path):
+    text = (DATA / "zoom.seq").read_text().partition("ZOO THI S4")[0] + "GO\n"
+    lens = loaded(tmp_path, "a.seq", text.replace("SI 0.0", "  PIM\nSI 0.0"))
+    assert any("PIM: the back focus of each position" in finding for finding in lens.findings)
+    for place in lens.positions.zoom_stations:
+        far = lens.at(zoom=place)
+        assert far.surfaces[3].thickness == pytest.approx(lb.first_order(far).bfl, rel=1e-12)
 
 
 def stations(*rows):
