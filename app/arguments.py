@@ -31,6 +31,7 @@ from lensbench.app.settings import (
     EXPOSURES,
     FOV_AXES,
     LAYOUTS,
+    MEDIUMS,
     METERINGS,
     MODELS,
     PROJECTIONS,
@@ -41,13 +42,14 @@ from lensbench.app.settings import (
     SettingsError,
     design,
 )
-from lensbench.app.time_scales import read_time
+from lensbench.app.time_scales import read_light, read_time
 from lensbench.app.zoom import asked_zoom, read_close, read_zoom
 
 NAMED = (                       # options of their fields' names
     "focal_length", "fov_axis", "projection", "layout", "scene_width", "lens_radius", "hole_distance", "hole_diameter",
     "position", "yaw", "pitch", "end_position", "end_yaw", "end_pitch", "duration", "moment", "shutter", "shutter_ramp",
-    "readout", "readout_direction", "blades", "blade_rotation", "roundness", "exposing", "metering", "iso", "noise",
+    "readout", "readout_direction", "medium",
+    "visibility", "fog_light", "wet", "blades", "blade_rotation", "roundness", "exposing", "metering", "iso", "noise",
     "full_well", "quantum_efficiency", "read_noise", "dispersion", "samples", "seed", "view", "exposure", "tone")
 PICTURES = (".png", ".exr", ".ppm")      # that carry their settings
 
@@ -202,6 +204,10 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--hole-distance", type=option(read_length), metavar="LENGTH", help="of the pinhole: film distance, as 50mm")
     add("--hole-diameter", type=option(read_length), metavar="LENGTH",
         help="of the pinhole, such as 0.3mm; the sharpest by default")
+    add("--medium", choices=MEDIUMS, help="what lies before the camera")
+    add("--visibility", type=option(read_distance), metavar="DISTANCE", help="of fog or water, such as 10m")
+    add("--fog-light", type=option(read_light), metavar="L", help="radiance that fog or water scatters into the view")
+    add("--wet", action="store_true", default=None, help="the lens stands in the water itself, without a flat window")
     add("--blades", type=option(read_whole), metavar="N", help="of the stop's iris, 0 for a circle")
     add("--blade-rotation", type=option(read_angle), metavar="ANGLE", help="turn of these blades")
     add("--roundness", type=option(read_part), metavar="PART", help="of these blades: 0%% straight, 100%% a circle")

@@ -77,7 +77,8 @@ def _mistakes() -> tuple[type[Exception], ...]:
     from lensbench.app.settings import SettingsError
 
     return (UsageError, SettingsError, ExportError, SceneFileError, RaysError, lenses.LensFileError, lb.LensError,
-            lb.GlassError, lb.FilmError, lb.CameraError, lb.SceneError)
+            lb.GlassError, lb.MediumError, lb.ExposureError, lb.TransformError,
+            lb.FilmError, lb.CameraError, lb.SceneError)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -15,7 +15,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app import motion_popup, sensor_popup, stop_popup, theme
+from lensbench.app import air_popup, motion_popup, sensor_popup, stop_popup, theme
 from lensbench.app.dispersion_popup import can_disperse, dispersion_popup
 from lensbench.app.exposed import Exposing
 from lensbench.app.reach import with_film, with_layout, with_model, with_projection, within_reach
@@ -85,6 +85,9 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
     if can_disperse(settings):
         parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
                       settings.dispersion != "auto", dispersion_popup))
+    parts.append(("Air", "Fog, or water, before the camera", air_popup.in_use(settings), air_popup.air_popup))
+    style = imgui.get_style()
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(4.5 * theme.scale(), style.frame_padding.y))
     for name, tip, used, content in parts:
         imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
         imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if used else colour.dim)))
@@ -97,11 +100,12 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
                                   imgui.Cond_.always, ImVec2(0.0, 1.0))
         imgui.set_next_window_size(ImVec2(imgui.get_window_width(), 0.0))
         if imgui.begin_popup(name):
-            imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
+            imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(style.item_spacing.x, theme.scale()))
             settings = content(settings)
             imgui.pop_style_var()
             imgui.end_popup()
         imgui.same_line(0.0, 0.0)
+    imgui.pop_style_var()
     return settings
 
 

@@ -85,7 +85,7 @@ class Readings:
 def optical(settings: Settings) -> Settings:
     """What lens and film depend on: everything else is set to its default."""
     return settings.plain(*(name for name in LOOK if name != "limit"), *MOTION, *PLACE, "scene", "seed", "view",
-                          "dispersion")
+                          "visibility", "fog_light", "dispersion")
 
 
 def blur_limit(settings: Settings) -> float:

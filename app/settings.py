@@ -17,6 +17,7 @@ import numpy as np
 import lensbench as lb
 from lensbench import lenses
 from lensbench.iris import MOST_BLADES
+from lensbench.scenery.medium import WATER_INDEX
 
 VERSION = 2                     # of the settings in a picture's metadata
 MODELS = {                      # the cameras that the bench offers
@@ -46,6 +47,7 @@ FOV_AXES = {"shorter": "Shorter side", "longer": "Longer side", "horizontal": "W
             "diagonal": "Diagonal"}
 DISPERSIONS = {"auto": "Where the glasses are known", "on": "On", "off": "Off"}
 READOUTS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}          # in the upright picture
+MEDIUMS = {"air": "Air", "fog": "Fog", "water": "Water"}
 EXPOSURES = {"plain": "As it is", "triangle": "Exposed", "automatic": "Auto ISO"}
 METERINGS = {"mean": "Average", "highlights": "Highlights"}
 BITS = (8, 10, 12, 14, 16)
@@ -76,9 +78,9 @@ FINITE = ("film_width", "film_height", "crop", "fov", "fisheye_fov", "yaw", "pit
 POSITIVE = {"focal_length": ("focal length", " mm"), "scene_width": ("width of the scene", " mm"),
             "hole_distance": ("film distance", " mm"), "hole_diameter": ("hole", " mm"), "duration": ("duration", " s"),
             "shutter": ("shutter", " s"), "iso": ("ISO", ""), "full_well": ("full well", " electrons"),
-            "f_number": ("f-number", "")}
+            "f_number": ("f-number", ""), "visibility": ("visibility", " mm")}
 NOT_NEGATIVE = {"lens_radius": ("lens radius", " mm"), "readout": ("read-out", " s"),
-                "read_noise": ("read noise", " electrons")}
+                "read_noise": ("read noise", " electrons"), "fog_light": ("light of the fog", "")}
 
 
 class SettingsError(ValueError):
@@ -114,6 +116,10 @@ class Settings:
     blade_rotation: float = 0.0             # counter-clockwise, of the blades that are set here
     roundness: float = 0.0                  # of these blades: 0 straight, 1 a circle
     focus_distance: float = 1200.0          # from the film; math.inf is allowed
+    medium: str = "air"                     # before the camera: a key of MEDIUMS
+    visibility: float = 10_000.0            # of fog and water, mm: there black has a fiftieth of its contrast
+    fog_light: float = 0.5                  # the radiance that fog and water scatter into the view
+    wet: bool = False                       # whether the lens itself stands in the water, and no flat window before it
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)     # of the camera in the world
     yaw: float = 0.0                        # to the left is positive
     pitch: float = 0.0                      # up is positive
@@ -173,7 +179,7 @@ class Settings:
                               ("view", VIEWS), ("compare", COMPARISONS), ("dispersion", DISPERSIONS),
                               ("fov_axis", FOV_AXES), ("projection", PROJECTIONS), ("layout", LAYOUTS),
                               ("readout_direction", READOUTS),
-                              ("exposing", EXPOSURES), ("metering", METERINGS), ("bits", BITS)):
+                              ("medium", MEDIUMS), ("exposing", EXPOSURES), ("metering", METERINGS), ("bits", BITS)):
             if getattr(self, name) not in choices:
                 raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(map(str, choices))}")
         if not 0 <= self.seed < 1 << 32:
@@ -268,7 +274,8 @@ class Settings:
     @property
     def aim(self) -> "Settings":
         """What each place of the picture looks at: `picture` without focus and aperture, a little breathing aside."""
-        return self.picture.plain("focus_distance", "f_number", "seed", "view", "blades", "blade_rotation", "roundness")
+        return self.picture.plain("visibility", "fog_light", "focus_distance", "f_number", "seed", "view", "blades",
+                                  "blade_rotation", "roundness")
 
     @property
     def sample_view(self) -> str:
@@ -330,6 +337,8 @@ def design(settings: Settings) -> lb.Lens:
     if settings.blades is not None:
         lens = replace(lens, blades=settings.blades, blade_rotation=settings.blade_rotation,
                        roundness=settings.roundness)
+    if settings.medium == "water" and settings.wet:
+        lens = replace(lens, front_index=WATER_INDEX)
     if settings.focal_length is not None:
         lens = lens.scaled(settings.focal_length / lb.first_order(lens).efl)
     return lens.at(zoom=settings.zoom)
@@ -345,7 +354,7 @@ def camera(settings: Settings) -> lb.Camera:
     common: dict[str, Any] = {
         "world_from_camera": settings.placement, "shutter_open": settings.moment,
         "shutter_close": settings.moment + settings.shutter, "shutter_ramp": ramp,
-        "readout": settings.readout, "readout_direction": settings.readout_direction}
+        "readout": settings.readout, "readout_direction": settings.readout_direction, "medium": medium(settings)}
     stop: dict[str, Any] = {"blades": settings.blades or 0, "blade_rotation": settings.blade_rotation,
                             "roundness": settings.roundness}
     if settings.model == "perspective":
@@ -370,6 +379,14 @@ def camera(settings: Settings) -> lb.Camera:
     return lb.LensCamera(design(settings), film, focus_distance=settings.focus_distance, f_number=settings.f_number,
                          model=settings.model, dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
                          **common)
+
+
+def medium(settings: Settings) -> lb.Medium | None:
+    """What lies before the camera; None for clear air."""
+    if settings.medium == "air":
+        return None
+    kind = lb.Medium.water if settings.medium == "water" else lb.Medium.fog
+    return kind(settings.visibility, (settings.fog_light,) * 3)
 
 
 def perspective_focal_length(settings: Settings) -> float:

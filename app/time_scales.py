@@ -108,6 +108,31 @@ def part_scale(most: float = 0.5, reset: float = 0.0) -> Scale:
                  minor, reset=reset)
 
 
+def format_light(radiance: float) -> str:
+    """A radiance beside that of a white wall under an even sky: 0.50."""
+    return f"{radiance:.2f}"
+
+
+def read_light(text: str) -> float:
+    """“0.5”."""
+    return read_number("#", text, "a radiance such as 0.5")[0]
+
+
+@lru_cache(maxsize=1)
+def light_scale() -> Scale:
+    """Radiances from 0 to 2."""
+    return Scale(0.0, 2.0, float, float, format_light, read_light, tuple((i / 4.0, f"{i / 4.0:g}") for i in range(9)),
+                 tuple(i / 20.0 for i in range(41)), reset=0.5)
+
+
+@lru_cache(maxsize=4)
+def visibility_scale(high: float = 1e6) -> Scale:
+    """Visibilities (mm; people read metres) on a logarithmic ring."""
+    figures = tuple((w, f"{w / 1000.0:g}") for w in decades(500.0, high, (1.0, 3.0)))
+    minor = tuple(decades(500.0, high, tuple(float(i) for i in range(1, 10))))
+    return Scale(500.0, high, math.log, math.exp, format_distance, read_distance, figures, minor, reset=10_000.0)
+
+
 @lru_cache(maxsize=4)
 def width_scale(low: float = 10.0, high: float = 100_000.0, reset: float | None = None) -> Scale:
     """Widths of scene (mm; people read metres) on a logarithmic ring."""
