@@ -67,6 +67,31 @@ def test_a_uniform_scene_integrates_to_the_quadrature_value(name, weights):
     assert image.mean() == pytest.approx(expected, rel=1e-3)
 
 
+def test_cameras_without_an_opening_see_a_uniform_scene_as_it_is():
+    """1 wherever a camera looks: over the whole film, or the disk of a fisheye's image, whose edge cuts pixels."""
+    for camera, part in ((lb.PerspectiveCamera(FILM, fov=1e-3), 1.0),
+                         (lb.OrthographicCamera(FILM, 500.0), 1.0),
+                         (lb.OrthographicCamera(FILM, 500.0, 20.0, 900.0), 1.0),
+                         (lb.EnvironmentCamera(FILM), 1.0),
+                         (lb.EnvironmentCamera(FILM, layout="cube-map"), 0.5),
+                         *((lb.FisheyeCamera(FILM, 2.8, projection), math.pi * 12.0**2 / (36.0 * 24.0))
+                           for projection in ("equidistant", "equisolid", "stereographic", "orthographic"))):
+        assert lb.render(camera, SKY, samples=256).mean() == pytest.approx(part, rel=1e-3)
+
+
+def test_a_pinholes_picture_falls_by_cos4_over_the_whole_film():
+    camera = lb.PerspectiveCamera(FILM, fov=1.3)
+    expected = over_the_film(lambda r: (1.0 + (r / camera.film_distance) ** 2) ** -2)
+    assert lb.render(camera, SKY, samples=256).mean() == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_telecentric_cameras_light_is_that_of_its_cone_times_its_scale():
+    """π sin² of the cone in the scene, as dense on the film as the scale is large: (500 / 36)², times the time."""
+    camera = lb.OrthographicCamera(FILM, 500.0, 20.0, 900.0, weights="physical", shutter_close=SECONDS)
+    expected = math.pi * 20.0**2 / (20.0**2 + 900.0**2) * (500.0 / 36.0) ** 2 * SECONDS
+    assert lb.render(camera, SKY, samples=64).mean() == pytest.approx(expected, rel=1e-3)
+
+
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "lentil-nikon-retrofocus-1971", "pbrt-fisheye-10mm"])
 def test_on_the_axis_irradiance_is_pi_sin2_and_the_picture_holds_its_joules(name):
     """A film of 0.2 mm about the axis, within the noise, 0.3 %; E, H and the energy of a pixel follow each other."""
