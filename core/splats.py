@@ -65,7 +65,8 @@ SHARED_DENSITY = 2.0    # of a light whose rays stand for many
 MANY = 32               # rays that one ray stands for, at the most; no more than the light's own image has pixels
 STEADY = 0.1            # pixels: by how much, at the most, the image of a half-axis may change over the pupil
 LEAST = 0.05            # part of that, below which the lights that need the most are left to the camera
-BUDGET = 3.0            # samples of all lights for each pixel of the film, at the most, in one pass
+BUDGET = 2.0            # samples of all lights for each pixel of the film, at the most, in one pass
+FEW = 300e3             # rays of all lights that are never too many
 TASK = 8                # blocks that a thread takes at a time
 LIST = 128              # tasks whose samples are listed before they are added to the film
 
@@ -106,8 +107,7 @@ class Splats:
         self._sums = np.zeros((film.pixels_x * film.pixels_y if self._chosen else 0, 3), np.float32)
         self._passes = 0
         settled = [self._settled(j, chosen) for j, chosen in enumerate(self._chosen)]
-        budget = BUDGET * film.pixels_x * film.pixels_y / B
-        share = min(1.0, budget / max(sum(chosen.blocks for chosen in settled), 1))
+        share = min(1.0, _budget(camera) / B / max(sum(chosen.blocks for chosen in settled), 1))
         self._chosen = [chosen.with_blocks(max(1, round(chosen.blocks * share))) for chosen in settled]
         self._programs.clear()              # of the numbers before
 
@@ -240,7 +240,7 @@ def _choose(camera: Camera, scene: Scene, real) -> list[Chosen]:
     density = np.where(steady, SHARED_DENSITY + (DENSITY - SHARED_DENSITY) / (1.0 + own), DENSITY)
     needed = density * whole / front.passing
     order = [int(k) for k in np.argsort(met, kind="stable") if met[k] < MET and not beside[k]]
-    budget = BUDGET * film.pixels_x * film.pixels_y
+    budget = _budget(camera)
     order = order[:int(np.searchsorted(np.cumsum(np.maximum(needed[order] * LEAST, B)), budget, "right"))]
     share = min(1.0, budget / max(needed[order].sum(), 1.0))
     keep = np.sort(np.array(order, int))
@@ -254,6 +254,11 @@ def _choose(camera: Camera, scene: Scene, real) -> list[Chosen]:
                    np.ascontiguousarray(image[k], np.float32),
                    light_points(scene.objects[small[k].number], small[k]).astype(np.float32))
             for k, row, size in zip(keep, numbers, blocks, strict=True)]
+
+
+def _budget(camera: Camera) -> float:
+    """Rays of all lights in one pass, at the most."""
+    return max(BUDGET * camera.film.pixels_x * camera.film.pixels_y, FEW)
 
 
 def _hiding(scene: Scene, lights: list[SmallLight], turn: np.ndarray, away: np.ndarray,
