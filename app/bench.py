@@ -226,7 +226,7 @@ def splats() -> Iterator[tuple[str, float, str]]:
                 error = math.sqrt(((tone.develop(rendering.image(), 0.0, "filmic") - truth) ** 2).mean())
                 yield f"display error, {name}, {count} {'with splats' if splat else 'of the camera'}", error * 1e3, "‰"
     for name in ("still-life", "night-lights"):
-        both = {}
+        both: dict[str, Callable[[], object]] = {}
         for splat in (True, False):
             rendering = lb.Rendering(lb.LensCamera(lenses.load(LENS), FILM, 1200.0, 2.0), lb.builtin_scene(name),
                                      splat=splat)
