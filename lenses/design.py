@@ -16,7 +16,7 @@ from math import asin, inf, isfinite, isinf, radians, tan
 from lensbench.glass import AIR, Glass
 from lensbench.lenses import toroids
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.rows import RowError, check_sizes, stop_of
+from lensbench.lenses.rows import NEAR_OBJECT, RowError, check_sizes, stop_of
 from lensbench.lenses.stations import Solve, Station, solved, with_stations
 from lensbench.prescription import Lens, LensError, Surface
 
@@ -182,9 +182,9 @@ class Design:
         if self.field_of_view and self.field_of_view[0] == "object":
             size = max(size, abs(self.field_of_view[1]))
         cover = Row(source.line, thickness=source.thickness, glass=source.glass, semi_diameter=size or None)
-        self.found(f"the object lies in {what}, {source.thickness * self.unit:g} mm before the first surface of the "
-                   "file: a plane that touches the object is added as surface 0; the stored back focus is that of the "
-                   "object's image")
+        self.found(f"{NEAR_OBJECT} that lies in {what}, {source.thickness * self.unit:g} mm before the first surface "
+                   "of the file: a plane that touches the object is added as surface 0; the stored back focus is that "
+                   "of the object's image")
         source.glass, source.thickness = AIR, 0.0
         self.rows.insert(1, cover)
         return True
@@ -193,7 +193,7 @@ class Design:
         """Object and image: their distances, and the media in front of the lens and behind it."""
         distance = self.rows[0].thickness
         if abs(distance) < FAR and not covered:
-            self.found(f"designed for an object {distance * self.unit:g} mm before the first surface; the stored back "
+            self.found(f"{NEAR_OBJECT} {distance * self.unit:g} mm before the first surface; the stored back "
                        "focus is that of its image")
         for row in surfaces[:-1]:
             if isinf(row.thickness):

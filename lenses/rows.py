@@ -16,6 +16,7 @@ SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: of anything in a lens, so that pow
 HIGHEST_INDEX = 6.0         # germanium has 4
 HIGHEST_TERM = 1e200         # mm: an aspheric term at the rim
 NO_STOP = "no stop is marked"
+NEAR_OBJECT = "designed for an object"
 
 
 class RowError(ValueError):

@@ -136,6 +136,14 @@ def test_a_near_object_is_told(tmp_path):
     assert any("250 mm before" in finding for finding in lens.findings)
 
 
+def test_a_lens_for_a_near_object_is_not_held_to_a_focus_at_infinity(tmp_path):
+    # The sample's image of an object 250 mm away lies far behind its focus: only that of infinity is checked
+    near = sample(tmp_path, ("DISZ INFINITY", "DISZ 250"), ("DISZ 9.5E+1", "DISZ 1.6E+2"))
+    far = sample(tmp_path, ("DISZ 9.5E+1", "DISZ 1.6E+2"))
+    assert "back-focus" in {finding.kind for finding in lenses.check(far)}
+    assert {finding.kind for finding in lenses.check(near)} == {"reading"}
+
+
 def test_an_object_within_glass_gets_a_plane_in_front(tmp_path):
     lens = sample(tmp_path, ("DISZ INFINITY", "DISZ 250\n  GLAS N-BK7 0 0 1.5 40"))
     plain = sample(tmp_path)
