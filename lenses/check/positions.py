@@ -11,6 +11,7 @@ from lensbench.lenses.check.figures import figure_findings
 from lensbench.lenses.check.finding import Finding
 from lensbench.lenses.check.geometry import geometry_findings
 from lensbench.lenses.check.rays import ray_findings
+from lensbench.lenses.check.stop import stop_findings
 from lensbench.lenses.soundness import object_distance
 from lensbench.lenses.stations import FAR
 from lensbench.paraxial import first_order
@@ -38,7 +39,7 @@ def position_findings(lens: Lens) -> list[Finding]:
             there = far.at(close=close)
             told = [f for f in geometry_findings(there) if (f.kind, f.surface) not in known]
             if j == 0:
-                told += [*figure_findings(far), *ray_findings(far)]
+                told += [*figure_findings(far), *ray_findings(far), *stop_findings(replace(far, findings=()))]
             else:
                 told += _distance(there, off, positions.distances[i][j] if positions.distances else None)
             findings += [Finding("position", f.surface, f"at {positions.label(i, j)}: {f.message}") for f in told]

@@ -251,6 +251,15 @@ def test_a_station_of_another_focal_length_than_stated_is_found():
     assert len(told(stated)) == 1
 
 
+def test_a_front_group_that_is_too_small_for_the_long_end_is_found_there():
+    lens = lenses.load(NIKKOR)
+    small = tuple(replace(s, semi_diameter=0.6 * s.semi_diameter) if i < 5 else s for i, s in enumerate(lens.surfaces))
+    wrong = lenses.check(replace(lens, surfaces=small))
+    assert wrong and {finding.kind for finding in wrong} == {"position"}
+    assert all(finding.message.startswith("at 196 mm, infinity: ") for finding in wrong)
+    assert any("the stop does not limit the light" in finding.message for finding in wrong)
+
+
 def test_a_near_station_that_is_in_focus_elsewhere_than_stated_is_found():
     lens = lenses.load("lv-minolta-af-100mm-f28-macro")
     far_off = replace(lens, positions=replace(lens.positions, distances=((float("inf"), 700.0),)))
