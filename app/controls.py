@@ -18,7 +18,7 @@ from lensbench import lenses
 from lensbench.app import air_popup, motion_popup, sensor_popup, stop_popup, theme
 from lensbench.app.dispersion_popup import can_disperse, dispersion_popup
 from lensbench.app.exposed import Exposing
-from lensbench.app.reach import with_film, with_layout, with_model, with_projection, within_reach
+from lensbench.app.reach import with_equivalent_film, with_film, with_layout, with_model, with_projection, within_reach
 from lensbench.app.rings import ring_count, rings
 from lensbench.app.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, Settings
 from lensbench.app.viewpoint import at_home
@@ -47,6 +47,7 @@ class Chooser:
 
     search: str = ""
     film: tuple[float, float] = (36.0, 24.0)
+    equivalent: bool = False                                # another film keeps field and depth of field
     exposing: Exposing | None = None                        # what the exposure of the picture came to
     requests: set[str] = field(default_factory=set)         # open lens, open scene
 
@@ -275,10 +276,14 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
         nonlocal chosen
         if imgui.is_window_appearing():
             chooser.film = (settings.film_width, settings.film_height)
+        change = with_equivalent_film if chooser.equivalent else with_film
         for name, (width, height) in lb.FORMATS.items():
             if imgui.selectable(name, name == film_title(settings.film_width, settings.film_height))[0]:
-                chosen = with_film(settings, width, height)
+                chosen = change(settings, width, height)
         imgui.separator()
+        _, chooser.equivalent = imgui.checkbox("Keep the picture", chooser.equivalent)
+        imgui.set_item_tooltip("With another film, focal length and f-number change by as much as its diagonal: the\n"
+                               "field of view and the depth of field stay. Pin the picture as A first, to compare")
         imgui.align_text_to_frame_padding()
         imgui.text_disabled("Custom")
         imgui.same_line()
@@ -293,7 +298,7 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
         possible = all(FILM_SIDES[0] <= side <= FILM_SIDES[1] for side in (width, height))
         imgui.begin_disabled(not possible)
         if imgui.button("Set"):
-            chosen = with_film(settings, width, height)
+            chosen = change(settings, width, height)
             imgui.close_current_popup()
         imgui.end_disabled()
         if not possible:

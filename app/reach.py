@@ -7,10 +7,11 @@ import math
 from dataclasses import replace
 
 from lensbench.app.readings import colours, readings
-from lensbench.app.settings import SHAPES, Settings, design, perspective_focal_length
+from lensbench.app.settings import REAL, SHAPES, Settings, design, perspective_focal_length
 from lensbench.app.zoom import focal_length, zoom_of
 
 SMALLEST_CROP = 0.05
+OPENING = (*REAL, "thick", "thin", "pinhole", "perspective")       # cameras with an f-number of their own
 WIDEST_FISHEYE = math.radians(350.0)
 LONGEST_SHOWN = 8192            # pixels: what the smallest texture limit of OpenGL 3.3 cards in use allows
 MARGIN = 1.0 + 1e-4             # by which a clamped focus distance stays off the nearest, which is rounded
@@ -133,6 +134,24 @@ def with_film(settings: Settings, width: float, height: float) -> Settings:
     """Another film, with pixels that stay square and as many along the longer side."""
     longer = max(settings.pixels_x, settings.pixels_y)
     return with_longer_side(replace(settings, film_width=width, film_height=height), longer)
+
+
+def with_equivalent_film(settings: Settings, width: float, height: float) -> Settings:
+    """Another film, with the focal length and the f-number that keep the field of view and the depth of field.
+
+    As far as the lens can open: else as wide as it goes.
+    """
+    ratio = math.hypot(width, height) / math.hypot(settings.film_width, settings.film_height)
+    got = readings(replace(settings, zoom=0.0))
+    changed = with_film(settings, width, height)
+    f_number = settings.f_number if settings.f_number is not None else got.f_number
+    if f_number is not None and settings.model in OPENING:
+        changed = replace(changed, f_number=f_number * ratio)
+    if settings.model == "hole":
+        return replace(changed, hole_distance=settings.hole_distance * ratio)
+    if not settings.lensless and got.efl is not None:
+        changed = replace(changed, focal_length=got.efl * ratio)
+    return within_reach(changed)
 
 
 def showable(settings: Settings) -> Settings:

@@ -9,7 +9,7 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
-from lensbench.app.reach import with_layout, with_model, with_projection
+from lensbench.app.reach import with_equivalent_film, with_layout, with_model, with_projection
 from lensbench.app.readings import readings
 from lensbench.app.scale import Scale
 from lensbench.app.settings import LENSLESS, MODELS, Settings, SettingsError, camera
@@ -84,6 +84,20 @@ def test_what_a_camera_cannot_be_is_said_in_one_line(viewed, capsys, words, said
     assert main(["view", LENS, *shlex.split(words)]) == 2
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
+
+
+@pytest.mark.parametrize("model", ["trace", "perspective"])
+def test_an_equivalent_film_keeps_the_field_and_the_depth_of_field(model):
+    full = replace(Settings(), model=model, f_number=8.0, focus_distance=3000.0)
+    small = with_equivalent_film(full, 24.0, 16.0)
+    assert small.f_number == pytest.approx(8.0 * 24.0 / 36.0)
+    a, b = readings(full), readings(small)
+    if model == "trace":
+        assert b.fov_diagonal == pytest.approx(a.fov_diagonal, rel=1e-9)
+    # the limits are alike as far as the focal length is small beside the distance
+    assert (b.near_limit, b.far_limit) == (pytest.approx(a.near_limit, rel=0.01), pytest.approx(a.far_limit, rel=0.02))
+    # a lens that cannot open so far goes as far as it does
+    assert with_equivalent_film(replace(full, f_number=2.0), 24.0, 16.0).f_number is None or model == "perspective"
 
 
 def test_a_still_camera_renders_the_same_picture_whatever_its_shutter():
