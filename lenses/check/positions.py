@@ -18,7 +18,7 @@ from lensbench.paraxial import first_order
 from lensbench.positions import Positions
 from lensbench.prescription import Lens
 
-DISTANCE = 0.05         # of the stated one: engraved distances are rounded, 0.7 m is often 0.74
+DISTANCE = 0.15         # of the stated one: engraved distances are nominal, of published lenses 1 m is 1.11 m
 ROUNDING = 2e-5         # of the focal length: what sums of rounded gaps differ by
 WITNESSES = 3           # stations that agree, against one that does not
 
