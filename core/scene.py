@@ -80,7 +80,7 @@ class Scene:
 
         GLOW is 2 + its number where it shines, −2 − that where it does not; 1 is the sky, 0 the floor.
         """
-        return self._geometry(0.0, things=objects, marked=True)
+        return list(_marking_steps(self, objects))
 
     def depth_steps(self, opening: float = 0.0) -> list[Step]:
         """The stages that leave DEPTH alone: RED = DEPTH in mm, GREEN = 1 where it is below REACH, else 0."""
@@ -291,6 +291,11 @@ def _steps(scene: Scene, shadows: bool, opening: float, first: tuple[Sphere | Pl
                   *scene._coats(k == BOUNCES - 1, opening), Step(settle, np.zeros(1)), *light]
         steps += [step._replace(gated=True) for step in onward]
     return (*steps, Step(finish, np.zeros(1)))
+
+
+@lru_cache(maxsize=16)
+def _marking_steps(scene: Scene, objects: tuple[Sphere | Plate, ...]) -> tuple[Step, ...]:
+    return tuple(scene._geometry(0.0, things=objects, marked=True))
 
 
 @lru_cache(maxsize=16)

@@ -101,25 +101,28 @@ class Splats:
         self._camera, self._scene, self._seed, self._real = camera, scene, seed, real
         self._programs: dict[tuple[float, int, bool], Program] = {}
         self._chosen = _choose(camera, scene, real)
-        self.left, self._alone = divided(scene.objects, self.lights)
+        self.left, self._alone = divided(scene.objects, tuple(self.lights))
         film = camera.film
         self._across, self._down = film.pixels_x, film.pixels_y
         self._sums = np.zeros((film.pixels_x * film.pixels_y if self._chosen else 0, 3), np.float32)
         self._passes = 0
-        settled = [self._settled(j, chosen) for j, chosen in enumerate(self._chosen)]
+        settled = self._settled() if self._chosen else []
         share = min(1.0, _budget(camera) / B / max(sum(chosen.blocks for chosen in settled), 1))
         self._chosen = [chosen.with_blocks(max(1, round(chosen.blocks * share))) for chosen in settled]
         self._programs.clear()              # of the numbers before
 
-    def _settled(self, j: int, chosen: Chosen) -> Chosen:
-        """A light as it is, or with more rays that each stand for themselves where some are blocked on their way."""
+    def _settled(self) -> list[Chosen]:
+        """The lights as they are, or with more rays that each stand for themselves where some are blocked."""
         program, lanes, key = self._program(D_LINE, 0, True), bench(self._real), np.zeros(KEYS, np.uint32)
-        key[PIXEL] = j
-        perform(lanes, program.code, program.gated, program.data, program.ends, key)
-        table = lanes.reshape(-1, PITCH)[:, :B]
-        away = math.dist(chosen.numbers[:3], chosen.numbers[12:15])
-        hidden = (table[GLOW] != chosen.numbers[MARK]) & (table[DEPTH] < away - 2.0 * chosen.light.radius)
-        return chosen.with_blocks(math.ceil(chosen.blocks * chosen.alone))._replace(many=0) if hidden.any() else chosen
+        table, settled = lanes.reshape(-1, PITCH)[:, :B], []
+        for j, chosen in enumerate(self._chosen):
+            key[PIXEL] = j
+            perform(lanes, program.code, program.gated, program.data, program.ends, key)
+            away = math.dist(chosen.numbers[:3], chosen.numbers[12:15])
+            hidden = (table[GLOW] != chosen.numbers[MARK]) & (table[DEPTH] < away - 2.0 * chosen.light.radius)
+            settled.append(chosen.with_blocks(math.ceil(chosen.blocks * chosen.alone))._replace(many=0)
+                           if hidden.any() else chosen)
+        return settled
 
     @property
     def lights(self) -> list[SmallLight]:

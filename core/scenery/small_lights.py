@@ -6,7 +6,6 @@ is linear, so that it is the sum of one that holds the patches alone and one tha
 """
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -100,7 +99,8 @@ def _patches(image: Image) -> tuple[Patch, ...]:
     return tuple((b[0], b[1], b[2], b[3]) for b in boxes) if area < MOST_LIT * lit.size else ()
 
 
-def divided(objects: tuple[Thing, ...], taken: Iterable[SmallLight]) -> tuple[tuple[Thing, ...], tuple[Thing, ...]]:
+@lru_cache(maxsize=16)
+def divided(objects: tuple[Thing, ...], taken: tuple[SmallLight, ...]) -> tuple[tuple[Thing, ...], tuple[Thing, ...]]:
     """The objects without the light of those that are taken, and with that light alone."""
     parts: dict[int, list[Patch | None]] = {}
     for light in taken:
@@ -174,6 +174,7 @@ def light_points(thing: Thing, light: SmallLight) -> np.ndarray:
     return np.column_stack([places, tint * (shine.mean((0, 1)) / tint.mean(0))])
 
 
+@lru_cache(maxsize=16)
 def evened(objects: tuple[Thing, ...]) -> tuple[Thing, ...]:
     """The same, but every light all over of radiance 1."""
     return tuple(replace(o, material=replace(o.material, colour=(1.0, 1.0, 1.0), pattern=None))

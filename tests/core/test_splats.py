@@ -250,7 +250,7 @@ def test_the_windows_of_a_house_are_lights_of_their_own_and_the_wall_is_left_to_
         (1.0, 1.0, 1.0), "light", pattern=Pattern("image", image=Image.of(values))))
     lights = small_lights((wall,))
     assert len(lights) == 16
-    left, alone = divided((wall,), lights[3:])
+    left, alone = divided((wall,), tuple(lights[3:]))
     parts = [plate.material.pattern.image.values for plate in (*left, *alone)]
     np.testing.assert_array_equal(sum(parts), wall.material.pattern.image.values)
     assert parts[1].max() == 30.0 and (parts[0] > 1.0).any(2).sum() == 6       # three windows of two texels are left
