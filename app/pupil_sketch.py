@@ -43,7 +43,7 @@ def region(lens: lb.Lens, film_distance: float, film_radius: float) -> Region:
     outline = lb.open_region(lens, film_distance, (0.0, film_radius))
     if not len(outline):
         return Region(film_radius, outline, (0.0, 0.0, 0.0, 0.0), 0.0)
-    if lens.iris.is_round:
+    if lens.iris.is_round and lens.is_rotationally_symmetric:
         pupil = lb.exit_pupil(lens, film_distance, [film_radius])
         x0, y0, x1, y1 = (float(v) for v in pupil.bounds[0])
         return Region(film_radius, outline, (y0, x0, y1, x1), float(pupil.area[0]))

@@ -305,6 +305,9 @@ def _reach(camera: Camera) -> float:
     lens = camera.gaussian
     if lens.is_hole:
         raise LightFieldError("a pinhole sees from one place alone: record a light field through a lens")
+    if isinstance(camera, LensCamera) and not camera.lens.is_rotationally_symmetric:
+        raise LightFieldError("a light field is recorded through rotationally symmetric lenses: this one has a "
+                              "cylinder or toroid")
     if not (isinstance(camera, LensCamera) and camera.follows_rays):
         if not lens.iris.is_round:
             raise LightFieldError("the ideal models record a light field through a round stop alone: choose the full "

@@ -160,6 +160,17 @@ class Lens:
         """Whether no surface is a cylinder or a toroid; blades do not count."""
         return all(surface.curvature_x is None for surface in self.surfaces)
 
+    def section(self, axis: str) -> "Lens":
+        """The rotationally symmetric lens that has the section x–z ("x") or y–z ("y") of this one."""
+        if axis not in ("x", "y"):
+            raise LensError(f"section {axis!r}: it is 'x' for x–z or 'y' for y–z")
+        if self.is_rotationally_symmetric:
+            return self
+        return replace(self, surfaces=tuple(
+            surface if surface.curvature_x is None else
+            replace(surface, curvature=surface.curvature_x if axis == "x" else surface.curvature, curvature_x=None)
+            for surface in self.surfaces))
+
     @property
     def vertices(self) -> tuple[float, ...]:
         """The z of every vertex (mm, lens frame): 0, then the running sum of the gaps."""

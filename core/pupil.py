@@ -10,11 +10,13 @@ from lensbench.driver import Program
 from lensbench.glass import D_LINE
 from lensbench.lanes import U0, U1, WEIGHT, L, M, N, X, Y
 from lensbench.prescription import Lens, LensError
+from lensbench.pupil_outline import solve_outlines
 from lensbench.pupil_rim import solve
 from lensbench.pupil_table import PupilTable
 from lensbench.sampling import unit_square
 from lensbench.tracing import Fate, trace
 
+_OUTLINE = 1024          # points of the region of a lens with a cylinder or toroid
 _RINGS = 512             # in which the blades end the region of the axis
 
 
@@ -120,6 +122,8 @@ def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE
     On the axis a ray keeps its azimuth: along each, the blades end the region at the ring of
     it that meets the stop where they begin.
     """
+    if not lens.is_rotationally_symmetric:
+        return _cos4_area(open_region(lens, film_distance, (0.0, 0.0), wavelength), film_distance)
     pupil = exit_pupil(lens, film_distance, [0.0], wavelength)
     if lens.iris.is_round or not pupil.area[0] > 0.0:
         return float(pupil.cos4_area[0])
@@ -134,13 +138,36 @@ def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE
     return lens.iris.mean(lambda r: np.interp(r, at_stop, within))
 
 
+def _cos4_area(outline: np.ndarray, film_distance: float) -> float:
+    """∫ cos⁴θ dA in mm² over a region seen from the film's axis point: by Gauss's rule in triangles."""
+    if not len(outline):
+        return 0.0
+    node, weight = np.polynomial.legendre.leggauss(8)
+    after = np.roll(outline, -1, 0)
+    twice = outline[:, 0] * after[:, 1] - outline[:, 1] * after[:, 0]
+    total = 0.0
+    for s, ws in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):            # from the middle out
+        for t, wt in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):        # along the chord
+            x, y = (s * (outline + t * (after - outline))).T
+            cos2 = film_distance**2 / (film_distance**2 + x * x + y * y)
+            total += ws * wt * float((s * twice * cos2**2).sum())
+    return total
+
+
 def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D_LINE) -> np.ndarray:
     """(m, 2) mm: the outline, counter-clockwise, of what the film point film_xy (mm) sees through the stop's blades.
 
     On the plane of the last vertex, to 1e-6 of the region's size; empty where no light passes. With a round stop
-    it is the boundary of its exit-pupil region.
+    it is the boundary of its exit-pupil region. For lenses of any symmetry; LensError for one that has both blades
+    and a cylinder or toroid.
     """
     film_xy = np.asarray(film_xy, float)
+    if not lens.is_rotationally_symmetric:
+        if not lens.iris.is_round:
+            raise LensError("a lens with a cylinder or toroid has no blades here: leave its stop round")
+        centre, rim = solve_outlines(lens, film_distance, [film_xy], _OUTLINE, 1e-8 * lens.stop.semi_diameter,
+                                     wavelength)
+        return centre[0] + rim[0] if rim.any() else np.zeros((0, 2))
     r = math.hypot(*film_xy)
     pupil = exit_pupil(lens, film_distance, [r], wavelength)
     if not pupil.area[0] > 0.0:

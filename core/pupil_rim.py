@@ -28,14 +28,14 @@ ROUGH, ROUGH_POINTS = 0.004, 17         # how well the first rims are solved (×
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _margins(film_radius, px, py, distance, out, n, lanes, code, p, key):
-    """The square root of the margin of the rays from (film_radius, 0) to (px, py), inf where there is none."""
+def margins(film_x, film_y, px, py, distance, out, n, lanes, code, p, key):
+    """The square root of the margin of the rays from (film_x, film_y) to (px, py), inf where there is none."""
     for start in range(0, n, B):
         for i in range(B):
             j = min(start + i, n - 1)
-            dx, dy = px[j] - film_radius[j], py[j]
+            dx, dy = px[j] - film_x[j], py[j] - film_y[j]
             size = 1.0 / math.sqrt(dx * dx + dy * dy + distance * distance)
-            lanes[X * PITCH + i], lanes[Y * PITCH + i], lanes[Z * PITCH + i] = film_radius[j], 0.0, 0.0
+            lanes[X * PITCH + i], lanes[Y * PITCH + i], lanes[Z * PITCH + i] = film_x[j], film_y[j], 0.0
             lanes[L * PITCH + i], lanes[M * PITCH + i], lanes[N * PITCH + i] = dx * size, dy * size, -distance * size
         call_stage(code, lanes, p, key)
         for i in range(min(B, n - start)):
@@ -52,7 +52,7 @@ def _centres(radii, distance, low, high, centre, level, lanes, code, p, key):
     """
     n = radii.size
     level[:] = math.inf
-    film, px, py, out = np.empty(n * SCAN), np.empty(n * SCAN), np.zeros(n * SCAN), np.empty(n * SCAN)
+    film, px, out, zero = np.empty(n * SCAN), np.empty(n * SCAN), np.empty(n * SCAN), np.zeros(n * SCAN)
     for _ in range(ZOOMS):
         count = 0
         for k in range(n):
@@ -63,7 +63,7 @@ def _centres(radii, distance, low, high, centre, level, lanes, code, p, key):
                     count += 1
         if count == 0:
             return
-        _margins(film, px, py, distance, out, count, lanes, code, p, key)
+        margins(film, zero, px, zero, distance, out, count, lanes, code, p, key)
         at = 0
         for k in range(n):
             if not level[k] < 1.0:
@@ -77,15 +77,16 @@ def _centres(radii, distance, low, high, centre, level, lanes, code, p, key):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _rims(radii, centre, level, cosine, sine, guess, distance, reach, tolerance, rim, lanes, code, p, key):
-    """Distance from each centre to the rim of its region in each direction: rim (radii, directions).
+def rims(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distance, reach, tolerance, rim, lanes, code,
+         p, key):
+    """Distance from each centre to the rim of its region in each direction: rim (film points, directions).
 
     A bracketed secant (Illinois) on root margin − 1, which is nearly linear up
     to STEEP; beyond, and where a ray is no number, that value stands for it.
     """
     m = cosine.shape[1]
-    size = radii.size * m
-    film, px, py, out = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    size = film_x.size * m
+    from_x, from_y, px, py, out = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     which, waiting = np.empty(size, np.int64), np.empty(size, np.int64)
     inner, f_inner = np.zeros(size), np.empty(size)
     outer, f_outer = np.full(size, math.inf), np.full(size, math.inf)
@@ -103,9 +104,9 @@ def _rims(radii, centre, level, cosine, sine, guess, distance, reach, tolerance,
         for q in range(count):
             i = which[q]
             k, j = i // m, i % m
-            film[q] = radii[k]
-            px[q], py[q] = centre[k] + trial[i] * cosine[k, j], trial[i] * sine[k, j]
-        _margins(film, px, py, distance, out, count, lanes, code, p, key)
+            from_x[q], from_y[q] = film_x[k], film_y[k]
+            px[q], py[q] = centre_x[k] + trial[i] * cosine[k, j], centre_y[k] + trial[i] * sine[k, j]
+        margins(from_x, from_y, px, py, distance, out, count, lanes, code, p, key)
         left = 0
         for q in range(count):
             i = which[q]
@@ -154,7 +155,9 @@ def _solve(radii, distance, low, high, reach, size, tolerance, centre, rim, cosi
         for j in range(rough):
             angle = math.pi * j / (rough - 1)
             turn_x[k, j], turn_y[k, j] = math.cos(angle), math.sin(angle) if j < rough - 1 else 0.0
-    _rims(radii, centre, level, turn_x, turn_y, start, distance, reach, ROUGH * size, first, lanes, code, p, key)
+    zero = np.zeros(n)
+    rims(radii, zero, centre, zero, level, turn_x, turn_y, start, distance, reach, ROUGH * size, first, lanes, code, p,
+         key)
     # The centroid of the region, on the meridian by symmetry.
     x, y, along = np.empty(rough), np.empty(rough), np.empty(rough)
     for k in range(n):
@@ -166,8 +169,8 @@ def _solve(radii, distance, low, high, reach, size, tolerance, centre, rim, cosi
             area += cross
             moment += cross * (x0 + x1) / 3.0
         moved[k] = centre[k] + (moment / area if area > 0.0 else 0.0)
-    film, out = radii.copy(), np.empty(n)
-    _margins(film, moved, np.zeros(n), distance, out, n, lanes, code, p, key)
+    out = np.empty(n)
+    margins(radii, zero, moved, zero, distance, out, n, lanes, code, p, key)
     for k in range(n):
         if not level[k] < 1.0:
             continue
@@ -189,25 +192,25 @@ def _solve(radii, distance, low, high, reach, size, tolerance, centre, rim, cosi
             cosine[k, j], sine[k, j] = px / guess[k, j], py / guess[k, j]
         cosine[k, 0], sine[k, 0], cosine[k, m - 1], sine[k, m - 1] = 1.0, 0.0, -1.0, 0.0
         centre[k] = moved[k]
-    _rims(radii, centre, out, cosine, sine, guess, distance, reach, tolerance, rim, lanes, code, p, key)
+    rims(radii, zero, centre, zero, out, cosine, sine, guess, distance, reach, tolerance, rim, lanes, code, p, key)
     return level
 
 
-def _span(lens: Lens, film_distance: float, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """From where to where on the meridian each film radius can see the last surface through its vertex's plane.
+def span(lens: Lens, film_distance: float, heights: np.ndarray, upright: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """From where to where in x a film point of each height x can see the last surface through its vertex's plane.
 
-    (n,) and (n,) mm. Seen at a steep angle, a rim that lies before or behind that plane falls far beside its
-    own height. Widened by REACH, but no further than the solver looks.
+    (n,) and (n,) mm; upright: all in y. Seen at a steep angle, a rim that lies before or behind that plane falls far
+    beside its own height. Widened by REACH, but no further than the solver looks.
     """
     surface = lens.surfaces[-1]
     a = surface.semi_diameter
-    heights = np.linspace(-a, a, HEIGHTS)
-    sag = surface.sag(heights)
-    heights, sag = heights[np.isfinite(sag)], sag[np.isfinite(sag)]
+    rim = np.linspace(-a, a, HEIGHTS)
+    sag = surface.sag(0.0, rim) if upright else surface.sag(rim)
+    rim, sag = rim[np.isfinite(sag)], sag[np.isfinite(sag)]
     share = film_distance / np.maximum(film_distance - sag, 0.1 * film_distance)
-    seen = radii[:, None] * (1.0 - share) + heights * share
+    seen = heights[:, None] * (1.0 - share) + rim * share
     middle, half = 0.5 * (seen.max(1) + seen.min(1)), 0.5 * REACH * np.ptp(seen, axis=1)
-    furthest = np.maximum(3.0 * REACH * a, radii)
+    furthest = np.maximum(3.0 * REACH * a, heights)
     return np.maximum(middle - half, -furthest), np.minimum(middle + half, furthest)
 
 
@@ -217,28 +220,28 @@ def passes(lens: Lens, film_distance: float, film_radii: np.ndarray, heights: np
     size = heights.size
     step = tracer(lens, film_distance, wavelength)
     film, out = np.repeat(film_radii, heights.shape[1]), np.empty(size)
-    _margins(film, heights.ravel(), np.zeros(size), film_distance, out, size, bench(np.float64),
+    margins(film, np.zeros(size), heights.ravel(), np.zeros(size), film_distance, out, size, bench(np.float64),
              stage_address(step.kernel, np.float64), step.parameters, np.zeros(KEYS, np.uint32))
     return (out <= 1.0).reshape(heights.shape)
 
 
 def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: float, wavelength: float = D_LINE,
-          span: tuple[float, float] | None = None) -> tuple[np.ndarray, np.ndarray]:
+          within: tuple[float, float] | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n,) on the meridian, and (n, points, 2) of the upper half of each rim seen from them, in mm.
 
     From the furthest point in +x to that in −x, evenly spaced to about a
     twentieth. A radius whose region is empty has all its points at 0.
-    tolerance: of a rim, in mm. span: where on the meridian to look for the regions, if not wherever they can be.
+    tolerance: of a rim, in mm. within: where on the meridian to look for the regions, if not wherever they can be.
     LensError for a lens with a cylinder or toroid.
     """
     if not lens.is_rotationally_symmetric:
         raise LensError("a lens with a cylinder or toroid has no exit pupil by film radius: "
-                        "its pupil turns with the film point")
+                        "lb.open_region has it for film points")
     radii = np.ascontiguousarray(film_radii, float)
     shape = (radii.size, points)
     centre, rim, cosine, sine = np.zeros(radii.size), np.zeros(shape), np.zeros(shape), np.zeros(shape)
     reach = REACH * lens.surfaces[-1].semi_diameter
-    low, high = _span(lens, film_distance, radii) if span is None else (np.full(radii.size, x) for x in span)
+    low, high = span(lens, film_distance, radii) if within is None else (np.full(radii.size, x) for x in within)
     size = min(reach, REACH * lens.stop.semi_diameter)
     step = tracer(lens, film_distance, wavelength)
     level = _solve(radii, film_distance, low, high, reach, size, tolerance, centre, rim, cosine, sine, ROUGH_POINTS,

@@ -21,6 +21,7 @@ from lensbench.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
 from lensbench.polynomial import DEGREES, Polynomial
 from lensbench.prescription import Lens
 from lensbench.pupil import axis_irradiance
+from lensbench.pupil_grid import PupilGrid
 from lensbench.pupil_table import PupilTable
 from lensbench.spectrum import WAVELENGTHS
 
@@ -43,7 +44,9 @@ class LensCamera(Camera):
     beyond the object. dispersion: whether pictures are traced at many wavelengths, or all at the d line; None:
     where the indices of the glasses are known for all that a picture sees. CameraError where it is True and
     they are not. A lens whose front_index is not 1 stands in the medium itself, without a window; its
-    f-number is the one that is engraved, for air. Focus, aperture and the ideal models are those of the d line.
+    f-number is the one that is engraved, for air. Focus, aperture and the ideal models are those of the d line. A lens
+    with a cylinder or toroid is traced (CameraError for the other models, and for blades); its focus and aperture are
+    those of its section y–z.
     """
 
     lens: Lens
@@ -60,9 +63,11 @@ class LensCamera(Camera):
             raise CameraError(f"camera model {self.model!r}: choose one of {', '.join(MODELS)}")
         if self.model == "polynomial" and self.degree not in DEGREES:
             raise CameraError(f"polynomial degree {self.degree}: choose one of {', '.join(map(str, DEGREES))}")
-        if self.follows_rays and not self.lens.is_rotationally_symmetric:
-            raise CameraError(f"the {self.model} model needs a rotationally symmetric lens, and this one has a "
-                              "cylinder or toroid: lb.trace follows its rays")
+        if not self.lens.is_rotationally_symmetric and self.model != "trace":
+            raise CameraError(f"the {self.model} model knows rotationally symmetric lenses, and this one has a "
+                              "cylinder or toroid: choose the full trace")
+        if not self.lens.is_rotationally_symmetric and not self.lens.iris.is_round:
+            raise CameraError("a lens with a cylinder or toroid has no blades here: leave its stop round")
         lens = self.lens.at(close=0.0)
         if self.f_number is not None:
             lens = replace(stopped_down(replace(lens, front_index=1.0), self.f_number), front_index=lens.front_index)
@@ -104,11 +109,14 @@ class LensCamera(Camera):
         return film_distance(self.lens, self.focus_distance)
 
     @cached_property
-    def pupil(self) -> PupilTable:
-        """The exit-pupil regions that the camera samples, for every radius of the film."""
+    def pupil(self) -> PupilTable | PupilGrid:
+        """The exit-pupil regions that the camera samples, for every radius of the film, or all over it."""
         return self._pupil_at(D_LINE)
 
-    def _pupil_at(self, wavelength: float) -> PupilTable:
+    def _pupil_at(self, wavelength: float) -> PupilTable | PupilGrid:
+        if not self.lens.is_rotationally_symmetric:
+            return PupilGrid.of(self.lens, self.film_distance, self.film.width / 2.0, self.film.height / 2.0,
+                                wavelength)
         return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0, wavelength,
                              widened=self._is_traced)
 

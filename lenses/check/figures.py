@@ -1,6 +1,5 @@
 """Focal length, back focus and f-number: what the surfaces give against what the file states."""
 
-from dataclasses import replace
 from math import isinf
 
 from lensbench.lenses.check.finding import Finding
@@ -15,17 +14,11 @@ F_NUMBER = 0.25         # of the stated one: estimated rims, and stops that are 
 FASTEST = 0.5           # f-number: a cone of 180° in air
 
 
-def across(lens: Lens) -> Lens:
-    """The rotationally symmetric lens that has the section x–z of this one."""
-    return replace(lens, surfaces=tuple(
-        s if s.curvature_x is None else replace(s, curvature=s.curvature_x, curvature_x=None) for s in lens.surfaces))
-
-
 def figure_findings(lens: Lens) -> list[Finding]:
     """Where the first-order figures contradict the stated ones, or each other."""
     sections = [first_order(lens)]
     if not lens.is_rotationally_symmetric:
-        sections.append(first_order(across(lens)))
+        sections.append(first_order(lens.section("x")))
     if all(isinf(section.efl) for section in sections):
         return [Finding("focal-length", None, "the lens is afocal: it forms no image of its own")]
     findings = []

@@ -1,0 +1,118 @@
+"""Lenses with cylinders: their cameras sample regions that no turn about the axis maps onto each other."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.driver import Program
+from lensbench.lanes import U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.pupil_grid import PupilGrid
+
+FILM = lb.Film(24.0, 18.0, 480, 360)
+POINTS = [(0.0, 0.0), (5.0, 0.0), (0.0, 6.0), (-7.3, 5.1), (9.0, -3.0)]        # mm
+
+
+@pytest.fixture(scope="module")
+def camera():
+    return lb.LensCamera(lenses.load("lentil-schneider-anamorphic-31-2001"), FILM, 3000.0)
+
+
+def square():
+    k = np.arange(1 << 15)
+    return np.column_stack([(k + 0.5) / len(k), k * 0.6180339887498949 % 1.0])
+
+
+def quadrature(camera, x, y):
+    """∫ cos⁴θ dA (mm²) over what passes from a film point, by a grid of rays of the scalar reference."""
+    lens, z, a = camera.lens, camera.film_distance, 1.02 * camera.lens.surfaces[-1].semi_diameter
+    # A rear rim has sag: seen slantwise it lies beside its own height
+    steps = (np.arange(700) + 0.5) / 350.0 - 1.0
+    u, v = (grid.ravel() for grid in np.meshgrid(steps * a + 0.05 * x, steps * a + 0.05 * y))
+    way = np.column_stack([u - x, v - y, np.full(u.size, -z)])
+    passed = lb.trace(lens, [x, y, lens.length + z], way).fate == lb.Fate.PASSED
+    cos2 = z * z / (way**2).sum(1)
+    return float((passed * cos2**2).sum() * (a / 350.0) ** 2)
+
+
+def test_irradiance_is_that_of_quadrature(camera):
+    raster = [((0.5 - x / 24.0) * 480.0, (y / 18.0 + 0.5) * 360.0) for x, y in POINTS]
+    axis = quadrature(camera, 0.0, 0.0)
+    for place, (x, y) in zip(raster, POINTS, strict=True):
+        weights = camera.generate_rays(np.tile(place, (1 << 15, 1)), square()).weights
+        # 700 cells across resolve a rim to about a thousandth; the relative weight of the axis is 1
+        assert weights.mean() == pytest.approx(quadrature(camera, x, y) / axis, rel=2e-3)
+
+
+def test_nearly_every_sample_passes(camera):
+    random = np.random.default_rng(1)
+    n = 40000
+    weights = camera.generate_rays(random.random((n, 2)) * [480, 360], random.random((n, 2))).weights
+    assert (weights > 0.0).mean() > 0.9
+
+
+def test_the_picture_is_squeezed_as_the_two_sections_have_it(camera):
+    lens = lenses.load("lentil-schneider-anamorphic-31-2001")
+    far = lb.LensCamera(lens, FILM, math.inf)
+    rays = far.generate_rays([[240.0, 180.0], [241.0, 180.0], [240.0, 181.0]], np.tile([0.0, 0.0], (3, 1)))
+    slopes = rays.directions[:, :2] / rays.directions[:, 2:]
+    across, down = abs(slopes[1, 0] - slopes[0, 0]), abs(slopes[2, 1] - slopes[0, 1])
+    ratio = lb.first_order(lens.section("y")).efl / lb.first_order(lens.section("x")).efl
+    assert across / down == pytest.approx(ratio, rel=1e-3)          # but for distortion within a pixel
+    assert ratio == pytest.approx(1.0 / 0.52, rel=1e-3)             # the published squeeze
+    point = lb.trace(lens, [0.0, 0.0, -100.0], [1e-6, 0.0, 1.0])    # and the two sections are those of the tracer
+    other = lb.trace(lens, [0.0, 0.0, -100.0], [0.0, 1e-6, 1.0])
+    assert abs(point.directions[0, 0]) != pytest.approx(abs(other.directions[0, 1]), rel=0.1)
+
+
+def test_the_outline_parts_the_rays_that_pass_from_those_that_do_not(camera):
+    lens, z = camera.lens, camera.film_distance
+    for x, y in POINTS:
+        outline = lb.open_region(lens, z, (x, y))
+        middle = outline.mean(0)
+        for share, passes in ((1.0 - 1e-6, True), (1.0 + 1e-6, False)):
+            points = middle + share * (outline - middle)
+            way = np.column_stack([points - [x, y], np.full(len(points), -z)])
+            passed = lb.trace(lens, [x, y, lens.length + z], way).fate == lb.Fate.PASSED
+            assert (passed == passes).mean() > 0.99         # seen from elsewhere than its own centre it may lean
+
+
+def test_film_points_in_all_quadrants_see_mirrored_regions(camera):
+    uv = np.random.default_rng(2).random((500, 2))
+    corner = camera.generate_rays(np.tile([60.0, 70.0], (500, 1)), uv)
+    for sx, sy in ((-1, 1), (1, -1), (-1, -1)):
+        other = camera.generate_rays(np.tile([240.0 - sx * 180.0, 180.0 - sy * 110.0], (500, 1)), uv)
+        np.testing.assert_allclose(other.weights, corner.weights, rtol=1e-9)
+        good = corner.weights > 0.0
+        np.testing.assert_allclose(other.directions[good], corner.directions[good] * [sx, sy, 1.0], atol=1e-9)
+
+
+def test_for_a_lens_that_is_symmetric_the_grid_gives_what_the_table_gives():
+    lens = lenses.load("pbrt-dgauss-50mm")
+    distance = lb.film_distance(lens, 2000.0)
+    step = PupilGrid.of(lens, distance, 18.0, 12.0).step(1.0)
+    uv = square()
+    for x, y in ((0.0, 0.0), (6.0, 8.0), (15.0, -9.0)):
+        given = {X: np.full(len(uv), x), Y: np.full(len(uv), y), U0: uv[:, 0], U1: uv[:, 1]}
+        l, m, n, weight = Program([step], np.float64).run(given, [L, M, N, WEIGHT], len(uv))
+        passed = lb.trace(lens, [x, y, lens.length + distance], np.stack([l, m, n], 1)).fate == lb.Fate.PASSED
+        exact = lb.exit_pupil(lens, distance, [math.hypot(x, y)]).cos4_area[0]
+        assert (weight * passed).mean() == pytest.approx(exact, rel=1e-3)
+
+
+def test_what_assumes_symmetry_says_so(camera):
+    for model in ("polynomial", "thick", "thin", "pinhole"):
+        with pytest.raises(lb.CameraError, match="choose the full trace"):
+            replace(camera, model=model)
+    with pytest.raises(lb.CameraError, match="leave its stop round"):
+        replace(camera, lens=replace(camera.lens, blades=6))
+    with pytest.raises(lb.LensError, match="open_region"):
+        lb.exit_pupil(camera.lens, camera.film_distance, [0.0])
+    with pytest.raises(lb.LensError, match="rotationally symmetric"):
+        lb.chief_ray(camera.lens, 0.1)
+    with pytest.raises(lb.LightFieldError, match="rotationally symmetric"):
+        lb.capture_light_field(camera, lb.builtin_scene("room"), (2, 2), 1)
+    assert lb.choose_model(camera, lb.builtin_scene("room")).model == "trace"
