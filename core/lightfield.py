@@ -28,6 +28,7 @@ from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.focus import nearest_focus
 from lensbench.lanes import BLUE, GREEN, RED, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, bench, rows, stage
+from lensbench.pupil_table import PupilTable
 from lensbench.sampling import sampler
 from lensbench.scene import Scene
 from lensbench.shear import added, magnified
@@ -314,10 +315,12 @@ def _reach(camera: Camera) -> float:
                                   "trace, or no blades")
         return 1.0
     film = camera.film.diagonal / 2.0 * np.linspace(0.0, 1.0, SIDE)
-    film = film[film <= camera.pupil.radius]
-    ring, inner = camera.pupil.ring(film)
-    rim = camera.pupil.outline[ring + np.rint(inner).astype(int)]
-    slope = (rim[..., 0] + camera.pupil.centres[ring + np.rint(inner).astype(int)][:, None] - film[:, None])
+    table = camera.pupil
+    assert isinstance(table, PupilTable)                    # of a symmetric lens
+    film = film[film <= table.radius]
+    ring, inner = table.ring(film)
+    rim = table.outline[ring + np.rint(inner).astype(int)]
+    slope = (rim[..., 0] + table.centres[ring + np.rint(inner).astype(int)][:, None] - film[:, None])
     u = slope / camera.film_distance - lens.approach_film * film[:, None]
     v = rim[..., 1] / camera.film_distance
     return float(np.hypot(u, v).max() / abs(lens.approach_pupil))

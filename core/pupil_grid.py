@@ -81,13 +81,35 @@ class PupilGrid:
                                        wavelength)
         centres, rims = centres.reshape(fine, fine, 2), rims.reshape(fine, fine, POINTS, 2)
         at, outline = centres[::2, ::2].copy(), rims[::2, ::2].copy()
-        _lend(centres, rims, ~outline.any((2, 3)), at, outline)
+        _lend(centres, rims, np.asarray(~outline.any((2, 3))), at, outline)
         corners = _equal_areas(outline)
         wide = _needed(centres, rims, at, corners)
         _lend(centres, rims, wide.max(2) > FAR, at, outline)
         corners = _equal_areas(outline)
         wide = _needed(centres, rims, at, corners)
         return cls(film_distance, half_width, half_height, corners * (SPREAD * wide)[..., None], at)
+
+    def area_at(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
+        """Over what area (n,) in mm² the samples of film points (n, 2) are spread, as densely as at rear points (n, 2).
+
+        That of the triangle there times their number; 0 where the region is empty.
+        """
+        # The corners of each film point's triangles, and where it aims, both from the region's centre
+        cells = np.minimum(np.abs(film_xy) * (NODES - 1) / [self.half_width, self.half_height], NODES - 1.001)
+        i, f = cells.astype(int), cells % 1.0
+        corners, centre = np.zeros((len(i), SECTORS + 1, 2)), np.zeros((len(i), 2))
+        for x in (0, 1):
+            for y in (0, 1):
+                share = np.abs(1 - x - f[:, 0]) * np.abs(1 - y - f[:, 1])
+                corners += share[:, None, None] * self.outline[i[:, 1] + y, i[:, 0] + x]
+                centre += share[:, None] * self.centres[i[:, 1] + y, i[:, 0] + x]
+        at = rear_xy * np.where(film_xy < 0.0, -1.0, 1.0) - centre
+        # The last corner that it lies beyond, counter-clockwise
+        turn = np.unwrap(np.arctan2(corners[..., 1], corners[..., 0]))
+        angle = turn[:, 0] + (np.arctan2(at[:, 1], at[:, 0]) - turn[:, 0]) % (2.0 * math.pi)
+        k = np.clip((turn <= angle[:, None]).sum(1) - 1, 0, SECTORS - 1)
+        (ax, ay), (bx, by) = corners[np.arange(len(k)), k].T, corners[np.arange(len(k)), k + 1].T
+        return 0.5 * SECTORS * np.maximum(ax * by - bx * ay, 0.0)
 
     def step(self, normaliser: float) -> Step:
         """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
@@ -98,7 +120,7 @@ class PupilGrid:
 
 def _lend(centres: np.ndarray, rims: np.ndarray, which: np.ndarray, at: np.ndarray, outline: np.ndarray) -> None:
     """Give the nodes `which` the convex outline about all regions up to their neighbours; at, outline are changed."""
-    lit = rims.any((2, 3))
+    lit = np.asarray(rims.any((2, 3)))
     for i, j in zip(*np.nonzero(which), strict=True):
         around = (slice(max(2 * i - 2, 0), 2 * i + 3), slice(max(2 * j - 2, 0), 2 * j + 3))
         if lit[around].any():

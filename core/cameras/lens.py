@@ -176,9 +176,10 @@ class LensCamera(Camera):
         """
         if self.follows_rays:
             table, normaliser = self._sampled(wavelength)
-            rays = through(self.lens, self.film_distance, wavelength) if self._is_traced else [Polynomial.fit(
-                self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance).step]
-            return [table.step(normaliser), *rays]
+            if self._is_traced or isinstance(table, PupilGrid):
+                return [table.step(normaliser), *through(self.lens, self.film_distance, wavelength)]
+            fit = Polynomial.fit(self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance)
+            return [table.step(normaliser), fit.step]
         return self.gaussian.steps(self.gain)
 
     def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
@@ -209,7 +210,7 @@ class LensCamera(Camera):
         on_axis = self.axis_irradiance if wavelength == D_LINE else self._axis_irradiance_at(wavelength)
         return self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
 
-    def _sampled(self, wavelength: float) -> tuple[PupilTable, float]:
+    def _sampled(self, wavelength: float) -> tuple[PupilTable | PupilGrid, float]:
         """The regions that a film point aims into, and what cos⁴θ · area is divided by."""
         return self.pupil if wavelength == D_LINE else self._pupil_at(wavelength), self._ray_normaliser(wavelength)
 

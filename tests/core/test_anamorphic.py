@@ -103,6 +103,16 @@ def test_for_a_lens_that_is_symmetric_the_grid_gives_what_the_table_gives():
         assert (weight * passed).mean() == pytest.approx(exact, rel=1e-3)
 
 
+def test_the_density_of_samples_is_told(camera):
+    grid, n = camera.pupil, 20000
+    random = np.random.default_rng(4)
+    film = np.tile([7.3, -5.1], (n, 1))
+    given = {X: film[:, 0], Y: film[:, 1], U0: random.random(n), U1: random.random(n)}
+    l, m, along, weight = Program([grid.step(1.0)], np.float64).run(given, [L, M, N, WEIGHT], n)
+    rear = film - np.stack([l, m], 1) / along[:, None] * camera.film_distance
+    np.testing.assert_allclose(grid.area_at(film, rear), weight / along**4, rtol=1e-9)
+
+
 def test_what_assumes_symmetry_says_so(camera):
     for model in ("polynomial", "thick", "thin", "pinhole"):
         with pytest.raises(lb.CameraError, match="choose the full trace"):

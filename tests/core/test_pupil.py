@@ -39,13 +39,10 @@ def test_the_bounds_of_aspheric_lenses_agree_with_forty_digits(name):
         assert (bounds[0], bounds[2]) == pytest.approx((low, high), abs=1e-9)
 
 
-def test_a_lens_without_rotational_symmetry_has_no_pupil_by_radius_and_no_traced_picture():
+def test_a_lens_without_rotational_symmetry_has_no_pupil_by_radius():
     rod = lb.Lens((lb.Surface(0.02, 4.0, 5.0, lb.Glass(1.5), curvature_x=0.0), lb.Surface(0.0, 0.0, 5.0)), 0)
     with pytest.raises(lb.LensError, match="cylinder or toroid"):
         lb.exit_pupil(rod, 50.0, [0.0])
-    with pytest.raises(lb.CameraError, match="rotationally symmetric"):
-        lb.LensCamera(rod, lb.Film())
-    assert lb.LensCamera(rod, lb.Film(), model="thin").film_distance > 0.0
 
 
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])
@@ -160,7 +157,7 @@ def test_a_region_in_pieces_is_sampled_whole(part):
     assert (areas * passed).mean() == pytest.approx(area, rel=0.03)
 
 
-@pytest.mark.parametrize("name", lenses.names())
+@pytest.mark.parametrize("name", [name for name in lenses.names() if lenses.load(name).is_rotationally_symmetric])
 def test_a_camera_and_a_close_look_find_the_same_region_at_every_radius(name):
     """41 points at a loose tolerance against 257 at a tight one: the chords alone differ, below 1 % of the axis."""
     lens = lenses.load(name)
