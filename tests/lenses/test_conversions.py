@@ -45,7 +45,7 @@ def test_from_any_format_to_any_other_nothing_is_lost_in_silence(first):
             assert found.positions == given.positions or remarks or second in ONE_POSITION, (name, first, second)
             words_kept = all(getattr(found, word) == getattr(given, word) for word in WORDS)
             assert words_kept or remarks, (name, first, second)
-            if second in EXACT:
+            if second in EXACT and not any("cylinder" in remark for remark in said):
                 assert geometry(found) == geometry(given), (name, first, second, remarks)
 
 
