@@ -155,7 +155,7 @@ def _shape_plot(found: Falling, size: ImVec2) -> None:
     percent = np.where(np.isfinite(shape.percent), shape.percent, np.nan)
     most = max(0.5, 1.15 * float(np.nanmax(np.abs(percent))))
     if not _begin("Distortion plot", size, "Distortion (%)", (0.0, float(shape.radii[-1])), (-most, most),
-                  0.5 * round_above(most)):
+                  round_above(most / 3.0)):
         return
     colour, plot, draw = theme.colours(), PlotMap.current(log=False), implot.get_plot_draw_list()
     implot.push_plot_clip_rect()

@@ -14,7 +14,7 @@ from lensbench.app.plan import Plan, Thing, extent, plan, things
 from lensbench.app.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
 from lensbench.app.readings import readings
 from lensbench.app.scale import format_distance
-from lensbench.app.scene_file import find_scene
+from lensbench.app.scene_file import kept_scene
 from lensbench.app.settings import Settings
 
 FARTHEST = 1e6                  # mm: focused beyond it, the line has no place
@@ -39,7 +39,7 @@ def plan_panel(settings: Settings) -> Settings:
         return settings
     try:
         shown, around = plan(settings), things(settings.scene, settings.moment)
-        depth = find_scene(settings.scene).depth_range[1]
+        depth = kept_scene(settings.scene).depth_range[1]
         if shown.distance < FARTHEST:               # much beyond the focus is small, and one click of the wheel away
             depth = min(depth, max(3.0 * shown.distance, 2000.0))
     except (ValueError, OSError) as error:
@@ -130,6 +130,9 @@ def _within(plot: PlotMap, points: np.ndarray) -> list[ImVec2]:
         if not cut:
             return []
         kept = np.array(cut)
+    if len(points) == 2:                # the outline of a line runs there and back
+        along = kept @ (points[1] - points[0])
+        kept = kept[[int(np.argmin(along)), int(np.argmax(along))]]
     return [ImVec2(x, y) for x, y in plot.pixels(*kept.T).tolist()]
 
 

@@ -12,6 +12,7 @@ import re
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,17 @@ def find_scene(name_or_path: str) -> lb.Scene:
         raise SceneFileError(name_or_path, "no built-in scene has this name, and no file"
                              + (f"; did you mean {near[0]}?" if near else f": choose one of {', '.join(lb.SCENES)}"))
     return load_scene(name_or_path)
+
+
+def kept_scene(name_or_path: str) -> lb.Scene:
+    """As find_scene, for those who ask in every frame: a file is read again only where it has changed."""
+    path = Path(name_or_path)
+    return _kept_scene(name_or_path, path.stat().st_mtime_ns if path.is_file() else 0)
+
+
+@lru_cache(maxsize=4)
+def _kept_scene(name_or_path: str, stamp: int) -> lb.Scene:
+    return find_scene(name_or_path)
 
 
 def load_scene(path: str | Path) -> lb.Scene:

@@ -269,7 +269,8 @@ class Settings:
     @property
     def picture(self) -> "Settings":
         """What the rendered film depends on: everything else is set to its default."""
-        return self.plain(*LOOK) if self.moves else self.plain(*LOOK, *MOTION)
+        timed = self.moves or self.view == "time"
+        return self.plain(*LOOK) if timed else self.plain(*LOOK, *MOTION)
 
     @property
     def aim(self) -> "Settings":

@@ -13,10 +13,14 @@ from numpy.typing import NDArray
 
 import lensbench as lb
 from lensbench.app import theme
+from lensbench.app.scene_file import kept_scene
 from lensbench.app.settings import VIEWS, Settings, camera
+from lensbench.scenery.moving import displaced
+from lensbench.scenery.plates import plate_frame
 
 fa = icons_fontawesome_6
 NONE = "–"
+TOUCH = 0.5                     # mm off a surface that still counts as on it
 DIGITS = {"raster": 1, "ndc": 4, "screen": 3, "film": 3, "camera": 3, "world": 3}
 
 
@@ -34,7 +38,7 @@ def spaces_panel(settings: Settings, at: tuple[float, float], depth: NDArray[np.
         imgui.pop_text_wrap_pos()
         return False
     wanted = _intrinsics(of)
-    _table([*rows(of, at, depth), *_values(settings, at, image), *_pixels(of)])
+    _table([*rows(of, at, depth), *_object(settings, of, at, depth), *_values(settings, at, image), *_pixels(of)])
     return wanted
 
 
@@ -68,6 +72,43 @@ def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | No
     table.append(("Distance", (NONE if deep is None else number(deep / 1000.0, 3),), "m",
                   "From where the ray leaves the camera to what it meets"))
     return table
+
+
+def _object(settings: Settings, of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> list[Row]:
+    """The point in the frame of the thing that it lies on."""
+    scene, deep = kept_scene(settings.scene), along(of, at, depth)
+    ray = of.generate_rays([at], [of.pupil_centre])
+    if deep is not None and not settings.moves and of.medium is None:       # to the last digit, and not to a pixel
+        deep = float(scene.distance(ray.origins, ray.directions)[0])
+    found = None
+    if deep is not None and math.isfinite(deep):
+        found = thing_at(scene, ray.origins[0] + deep * ray.directions[0], settings.moment)
+    if found is None:
+        return [("Object", (NONE,), "m", "Frame of a thing in the scene: there is none here but sky or floor")]
+    name, point = found
+    return [("Object", tuple(number(value / 1000.0, 3) for value in point), "m",
+             f"Frame of the {name} that is seen here: its middle is the origin")]
+
+
+def thing_at(scene: lb.Scene, point: NDArray[np.float64], moment: float) -> tuple[str, NDArray[np.float64]] | None:
+    """What sphere, rectangle or disk a world point (mm) lies on at a time (s), and the point in its frame.
+
+    A sphere's axes are those of the world, a plate's its half-axes and normal; turns by a spin do not count.
+    """
+    for thing in (*scene.spheres, *scene.plates):
+        here = displaced(thing, moment) if thing.moves else thing
+        away = point - np.asarray(here.centre)
+        if isinstance(here, lb.Sphere):
+            if abs(np.linalg.norm(away) - here.radius) < TOUCH + 1e-3 * here.radius:
+                return f"sphere of {2.0 * here.radius:.3g} mm", away
+            continue
+        _, a, b, normal, disk = plate_frame(here)
+        u, v = away @ a / (a @ a), away @ b / (b @ b)
+        inside = u * u + v * v <= 1.0 if disk else max(abs(u), abs(v)) <= 1.0
+        if inside and abs(away @ normal) < TOUCH:
+            axes = np.array([a / np.linalg.norm(a), b / np.linalg.norm(b), normal])
+            return "disk" if disk else "rectangle", axes @ away
+    return None
 
 
 def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> float | None:

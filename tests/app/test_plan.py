@@ -14,7 +14,7 @@ from lensbench.app.falloff_panel import falling
 from lensbench.app.plan import extent, plan, things
 from lensbench.app.readings import readings, setup
 from lensbench.app.settings import Settings, camera
-from lensbench.app.spaces_panel import along, intrinsics, rows
+from lensbench.app.spaces_panel import along, intrinsics, rows, thing_at
 
 from .conftest import SMALL
 
@@ -87,6 +87,19 @@ def test_a_point_pointed_at_is_seen_at_that_point(model):
     raster, visible = of.raster_from_point(point)
     assert visible[0]
     np.testing.assert_allclose(raster[0], at, atol=1e-6)
+
+
+def test_a_point_of_a_thing_is_told_in_the_frame_of_the_thing():
+    ball = lb.Sphere((100.0, 0.0, -900.0), 50.0)
+    wall = lb.Rectangle((0.0, 0.0, -2000.0), (0.0, 300.0, 0.0), (-400.0, 0.0, 0.0))
+    scene = lb.Scene("two", spheres=(ball,), plates=(wall,))
+    name, point = thing_at(scene, np.array([100.0, 50.0, -900.0]), 0.0)
+    assert name.startswith("sphere") and point.tolist() == [0.0, 50.0, 0.0]
+    name, point = thing_at(scene, np.array([200.0, 120.0, -2000.0]), 0.0)
+    assert name == "rectangle" and np.allclose(point, [120.0, -200.0, 0.0])
+    assert thing_at(scene, np.array([0.0, 0.0, -1500.0]), 0.0) is None
+    moving = replace(scene, spheres=(replace(ball, velocity=(0.0, 10.0, 0.0)),))
+    assert thing_at(moving, np.array([100.0, 70.0, -900.0]), 2.0)[1].tolist() == [0.0, 50.0, 0.0]
 
 
 def test_intrinsics_are_the_focal_length_in_pixels():
