@@ -3,7 +3,7 @@
 Their colours do not follow the theme, for the pictures below do not either.
 """
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui
@@ -14,10 +14,11 @@ from lensbench.app.controls import film_title, lens_title, scene_title
 from lensbench.app.picture import Pinned
 from lensbench.app.picture_marks import draw_note
 from lensbench.app.scale import format_angle, format_distance, format_exposure, format_f_number, format_length
-from lensbench.app.settings import LAYOUTS, MODELS, TONES, VIEWS, Settings
+from lensbench.app.settings import LAYOUTS, MODELS, PLACE, TONES, VIEWS, Settings
 from lensbench.app.time_scales import format_duration, format_time
 
 PLATE = (0.07, 0.07, 0.07, 0.78)
+UNSAID = ("samples", "compare", "wipe", "overlay", "limit", "end_position", "end_yaw", "end_pitch")
 WORDS = (0.86, 0.86, 0.86, 1.0)
 
 
@@ -61,10 +62,21 @@ def told_apart(a: Settings, b: Settings) -> tuple[str, str]:
         (("seed",), lambda s: f"seed {s.seed}"),
     )
     chosen = [tell for names, tell in said if any(getattr(a, name) != getattr(b, name) for name in names)]
-    first, second = (", ".join(tell(settings) for tell in chosen) for settings in (a, b))
-    if not chosen and not np.array_equal(a.present_place, b.present_place):
+    told = {name for names, _ in said for name in names}
+    others = [f.name for f in fields(Settings) if f.name not in told and f.name not in (*UNSAID, *PLACE)
+              and getattr(a, f.name) != getattr(b, f.name)]
+    first, second = (", ".join([tell(settings) for tell in chosen] + [_plainly(name, settings) for name in others])
+                     for settings in (a, b))
+    if not chosen and not others and not np.array_equal(a.present_place, b.present_place):
         first, second = "another place", "here"
     return first or "the same settings", second or "the same settings"
+
+
+def _plainly(name: str, settings: Settings) -> str:
+    """A setting by the name of its field."""
+    value = getattr(settings, name)
+    words = "as designed" if value is None else f"{value:g}" if isinstance(value, float) else f"{value}"
+    return f"{name.replace('_', ' ')} {words}"
 
 
 def wiped(settings: Settings, upper: ImVec2, lower: ImVec2, corner: ImVec2, room: ImVec2) -> Settings:

@@ -20,6 +20,7 @@ from lensbench.scenery.plates import plate_frame
 
 fa = icons_fontawesome_6
 NONE = "–"
+NEAR, FAR = 100.0, 100_000.0    # mm: the planes between which the screen's z runs
 TOUCH = 0.5                     # mm off a surface that still counts as on it
 DIGITS = {"raster": 1, "ndc": 4, "screen": 3, "film": 3, "camera": 3, "world": 3}
 
@@ -69,6 +70,7 @@ def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | No
         numbers = tuple(number(value / 1000.0, DIGITS[name.lower()]) for value in values) \
             if np.isfinite(values).all() else (NONE,)
         table.append((name, numbers, "m", meaning))
+    table += _screen_z(of, float(points.camera[0, 2]) if deep is not None else math.nan)
     table.append(("Distance", (NONE if deep is None else number(deep / 1000.0, 3),), "m",
                   "From where the ray leaves the camera to what it meets"))
     return table
@@ -109,6 +111,23 @@ def thing_at(scene: lb.Scene, point: NDArray[np.float64], moment: float) -> tupl
             axes = np.array([a / np.linalg.norm(a), b / np.linalg.norm(b), normal])
             return "disk" if disk else "rectangle", axes @ away
     return None
+
+
+def _screen_z(of: lb.Camera, z: float) -> list[Row]:
+    """What a perspective matrix makes of the point's depth, and how finely a 32-bit buffer tells it there."""
+    try:
+        spaces = of.spaces(NEAR, FAR)
+    except lb.CameraError:
+        return []
+    meaning = (f"Depth as the perspective matrix has it: 0 at {NEAR / 1000.0:g} m from the eye, 1 at "
+               f"{FAR / 1000.0:g} m; and the smallest step that 32 bits of it tell here")
+    depth = spaces.eye - z
+    if not NEAR <= depth <= FAR:
+        return [("Screen z", (NONE,), "", meaning)]
+    if not spaces.perspective:
+        return [("Screen z", (number((depth - NEAR) / (FAR - NEAR), 5),), "", meaning)]
+    value, step = (1.0 - NEAR / depth) / (1.0 - NEAR / FAR), 1000.0 * lb.depth_resolution(depth, NEAR, FAR)
+    return [("Screen z", (number(value, 5), f"{step:.2g}"), "µm", meaning)]
 
 
 def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> float | None:

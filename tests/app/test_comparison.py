@@ -70,6 +70,7 @@ def test_plates_say_in_what_two_settings_differ():
     plain = Settings()
     assert told_apart(plain, replace(plain, f_number=8.0, focus_distance=2000.0)) == ("f/2.8, 1.20 m", "f/8, 2.00 m")
     assert told_apart(plain, plain)[0] == "the same settings"
+    assert told_apart(plain, replace(plain, medium="fog", iso=400.0)) == ("medium air, iso 100", "medium fog, iso 400")
     film = replace(plain, film_width=23.5, film_height=15.6)
     assert told_apart(plain, film)[1] == "APS-C 23.5 × 15.6"
 

@@ -68,9 +68,14 @@ def test_the_spaces_of_the_middle_of_a_picture():
     table = {name: numbers for name, numbers, *_ in rows(of, (30.0, 20.0), depth)}
     assert table == {"Raster": ("30.0", "20.0"), "NDC": ("0.5000", "0.5000"), "Screen": ("0.000", "0.000"),
                      "Film": ("0.000", "0.000"), "Camera": ("0.000", "0.000", "−1.500"),
-                     "World": ("0.000", "0.000", "−1.500"), "Distance": ("1.500",)}
+                     "World": ("0.000", "0.000", "−1.500"), "Screen z": table["Screen z"], "Distance": ("1.500",)}
+    # of the matrix's own z; the step is that of float32, whose unit between 1/2 and 1 is 2⁻²⁴
+    z, step = table["Screen z"]
+    matrix = of.spaces(100.0, 1e5).screen_from_camera
+    assert float(z) == pytest.approx((matrix @ [0, 0, -1500, 1])[2] / 1500.0, abs=1e-5)
+    assert float(step) == pytest.approx(1000.0 * 2.0**-24 * 1500.0**2 / 100.0, rel=0.05)
     sky = {name: numbers for name, numbers, *_ in rows(of, (3.0, 2.0), np.full((40, 60), np.inf, np.float32))}
-    assert sky["World"] == sky["Distance"] == ("–",) and sky["Screen"] == ("−1.350", "0.900")
+    assert sky["World"] == sky["Distance"] == sky["Screen z"] == ("–",) and sky["Screen"] == ("−1.350", "0.900")
 
 
 @pytest.mark.parametrize("model", ["trace", "thin", "perspective", "fisheye", "environment"])
