@@ -178,7 +178,7 @@ def sampling_scene() -> tuple[lb.Camera, Scene]:
     balls = tuple(Sphere((x, -520.0, z), 80.0, Material(colour)) for x, z, colour in (
         (-160.0, -700.0, (0.8, 0.2, 0.1)), (60.0, -900.0, (0.1, 0.5, 0.5)), (-40.0, -560.0, (0.7, 0.6, 0.2)),
         (220.0, -640.0, (0.3, 0.3, 0.7))))
-    return camera, Scene("sampling", sun=Sun((0.4, 0.8, 0.3)), floor=Floor(height=-600.0, tile=160.0, fade=1e-9),
+    return camera, Scene("sampling", sun=Sun((0.4, 0.8, 0.3)), floor=Floor(height=-600.0, tile=160.0),
                          spheres=balls)
 
 

@@ -46,6 +46,7 @@ from lensbench.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, 
 from lensbench.accuracy import Choice, choose_model  # noqa: E402
 from lensbench.cameras.bare import BareSensor  # noqa: E402
 from lensbench.cameras.camera import Camera, CameraError, Rays  # noqa: E402
+from lensbench.cameras.differentials import Differentials  # noqa: E402
 from lensbench.cameras.environment import EnvironmentCamera  # noqa: E402
 from lensbench.cameras.fisheye import FisheyeCamera  # noqa: E402
 from lensbench.cameras.importance import Importance  # noqa: E402
@@ -108,7 +109,8 @@ from lensbench.views import VIEWS, fate_colours  # noqa: E402
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "BareSensor", "Camera",
-    "CameraError", "ChiefRay", "Choice", "Disk", "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil",
+    "CameraError", "ChiefRay", "Choice", "Differentials", "Disk", "Distortion", "EnvironmentCamera", "Equivalent",
+    "ExitPupil",
     "Exposure", "ExposureError", "Falloff", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor",
     "FocusError", "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
     "LensError", "LightField", "LightFieldError", "Material", "Medium", "MediumError", "OrthographicCamera", "Pattern",

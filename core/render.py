@@ -8,6 +8,7 @@ from itertools import count
 import numpy as np
 
 from lensbench.cameras.camera import Camera
+from lensbench.cameras.differentials import spread_step
 from lensbench.driver import Program
 from lensbench.lanes import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, X, Y, Z, bench
 from lensbench.motion import AnimatedTransform
@@ -32,7 +33,9 @@ class Rendering:
     steps: what places the samples, the scrambled net by default. shadows=False
     leaves shadows and occlusion out of the scene. view: one of `views.VIEWS`, to see
     in place of the light what the samples are. splat: whether small bright lights are traced from their own side
-    (`splats`), where nothing moves; otherwise the camera's rays have to find them.
+    (`splats`), where nothing moves; otherwise the camera's rays have to find
+    them. filtered: whether patterns are averaged over the part of the pixel that a sample stands for, by the camera's
+    ray differentials, so that the first sample is free of aliasing.
 
     With a camera that disperses, the first sample is of the d line, a picture without
     colour fringes that is there at once; every later one is three, of a wavelength for each
@@ -41,14 +44,16 @@ class Rendering:
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
-                 view: str = "", splat: bool = True):
+                 view: str = "", splat: bool = True, filtered: bool = True):
         film = camera.film
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
         self.samples = 0
         self._timed = camera.moves or scene.moves
         timed = self._timed or view == "time"
-        self._before = sampler(film.pixels_x, lit=shadows, timed=timed) if steps is None else steps
+        self._before = sampler(film.pixels_x, lit=shadows, timed=timed) if steps is None else [*steps]
+        if filtered and scene.is_patterned and not view:
+            self._before.append(spread_step(camera, real))
         splats = Splats(camera, scene, self.seed, real) if splat and not view else None
         self._splats = splats if splats is not None and splats.lights else None
         left = None if self._splats is None else self._splats.left

@@ -63,13 +63,19 @@ class Scene:
         """Whether anything in it moves: its stages then read TIME."""
         return any(o.moves for o in self.objects)
 
+    @property
+    def is_patterned(self) -> bool:
+        """Whether anything in it has a pattern, which looks different from where a pixel is larger."""
+        return self.floor is not None or any(plate.material.pattern is not None for plate in self.plates)
+
     def steps(self, shadows: bool = True, opening: float = 0.0, first: tuple[Sphere | Plate, ...] | None = None,
               medium: Medium | None = None) -> list[Step]:
         """The stages from a world ray (X Y Z, L M N), with V0 V1 for the lights, to RED, GREEN, BLUE, its radiance.
 
         shadows=False leaves shadows and occlusion out. A scene without metal or glass has no step for them. Where
-        something moves, TIME is in seconds since `opening` (s). first: what the ray itself meets in place of
-        `objects`, the same but for light that it does not see. medium: what all is seen through; clear air has no
+        something moves, TIME is in seconds since `opening` (s). Where it is patterned, FOOT and SPREAD tell
+        the size of a pixel; zeros show the patterns as they are at a point. first: what the ray itself meets in place
+        of `objects`, the same but for light that it does not see. medium: what all is seen through; clear air has no
         step.
         """
         fog = None if medium is None or medium.is_clear else replace(medium, index=1.0)

@@ -34,6 +34,12 @@ class BareSensor(Camera):
         """Weight of every ray."""
         return math.pi / self._normaliser(math.pi, 1.0)
 
+    def film_slopes(self, film_xy, directions):
+        """The rays of film points are parallel."""
+        slopes = np.zeros((2, len(directions), 6))
+        slopes[0, :, 0] = slopes[1, :, 1] = 1.0
+        return slopes
+
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
         """Where the ray of this direction through the point begins: every film point sees every point before it."""
         given = {U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.gaussian import across_rays
 from lensbench.cameras.importance import FilmImportance, of_point
 from lensbench.film import Film
 from lensbench.glass import D_LINE
@@ -55,6 +56,15 @@ class EnvironmentCamera(Camera):
         u, v = _BACK[self.layout](points)
         film = np.stack([-u * self.film.width / 2.0, v * self.film.height / 2.0], 1)
         return film, np.isfinite(film).all(1)
+
+    def film_slopes(self, film_xy, directions):
+        """In closed form, within a face or an octant."""
+        size = np.array([2.0 / self.film.width, 2.0 / self.film.height])
+        u, v = (film_xy * size * [-1.0, 1.0]).T
+        slopes = np.zeros((2, len(directions), 6))
+        slopes[..., 3:] = _SLOPES[self.layout](u, v, directions)
+        slopes *= (size * [-1.0, 1.0])[:, None, None]
+        return slopes
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
         """By the solid angle that falls on a piece of film."""
@@ -171,5 +181,42 @@ def _cube_map_back(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return (k + 0.5 * (1.0 + a / size) - 1.0) / 2.0, (0.5 * (1.0 + b / size) - rise - 0.5) / 1.5
 
 
+def _equirectangular_slopes(u: np.ndarray, v: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """(2, n, 3): what 1 of u and of v adds to the directions d (n, 3)."""
+    phi, theta = math.pi * u, 0.5 * math.pi * (1.0 + v)
+    to_right = math.pi * np.stack([-d[:, 2], np.zeros(len(d)), d[:, 0]], 1)
+    down = np.stack([np.cos(theta) * np.sin(phi), -np.sin(theta), -np.cos(theta) * np.cos(phi)], 1)
+    return np.stack([to_right, 0.5 * math.pi * down])
+
+
+def _equal_area_slopes(u: np.ndarray, v: np.ndarray, d: np.ndarray) -> np.ndarray:
+    au, av = np.abs(u), np.abs(v)
+    front = 1.0 - au - av
+    r, side = 1.0 - np.abs(front), np.where(front >= 0.0, 1.0, -1.0)
+    turn = (av - au) / np.where(r > 0.0, r, 1.0)
+    angle, root = 0.25 * math.pi * (1.0 + turn), np.sqrt(2.0 - r * r)
+    out = np.stack([np.copysign(np.cos(angle), u), np.copysign(np.sin(angle), -v)], 1)
+    ring = np.stack([-np.copysign(np.sin(angle), u), np.copysign(np.cos(angle), -v)], 1)
+    slopes = []
+    for own, sign in ((-1.0, np.copysign(1.0, u)), (1.0, np.copysign(1.0, v))):
+        # of |u| or |v|: what it adds to r, and to r times the angle
+        dr, dangle = side, 0.25 * math.pi * (own - turn * side)
+        level = (dr * (2.0 - 2.0 * r * r) / root)[:, None] * out + (dangle * root)[:, None] * ring
+        slopes.append(np.concatenate([level, (2.0 * r * dr * side)[:, None]], 1) * sign[:, None])
+    return np.stack(slopes)
+
+
+def _cube_map_slopes(u: np.ndarray, v: np.ndarray, d: np.ndarray) -> np.ndarray:
+    column = np.clip(np.floor(2.0 * u + 2.0), 0.0, 3.0)
+    rise = 1.0 - np.clip(np.floor(1.5 * v + 1.5), 0.0, 2.0)
+    k = column - 1.0
+    cosine, sine = 1.0 - np.abs(k), np.where(k < 1.5, k, 0.0)
+    level, zero = rise == 0.0, np.zeros(len(u))
+    to_right = np.stack([np.where(level, cosine, 1.0), zero, np.where(level, sine, 0.0)], 1)
+    down = np.stack([zero, np.where(level, -1.0, 0.0), -rise], 1)
+    return np.stack([4.0 * across_rays(to_right, d, np.abs(d).max(1)), 3.0 * across_rays(down, d, np.abs(d).max(1))])
+
+
 _STAGES = {"equirectangular": equirectangular, "equal-area": equal_area, "cube-map": cube_map}
+_SLOPES = {"equirectangular": _equirectangular_slopes, "equal-area": _equal_area_slopes, "cube-map": _cube_map_slopes}
 _BACK = {"equirectangular": _equirectangular_back, "equal-area": _equal_area_back, "cube-map": _cube_map_back}

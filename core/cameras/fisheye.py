@@ -71,6 +71,26 @@ class FisheyeCamera(Camera):
             film = -points[:, :2] * np.where(across > 0.0, r / across, 0.0)[:, None]
         return np.where(seen[:, None], film, math.nan), seen
 
+    def film_slopes(self, film_xy, directions):
+        """By dθ/dr along the radius and sin θ / r across it."""
+        sine, cosine = np.hypot(directions[:, 0], directions[:, 1]), -directions[:, 2]
+        theta = np.arctan2(sine, cosine)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            along = {"equidistant": lambda: np.ones(len(theta)),
+                     "equisolid": lambda: 1.0 / np.cos(0.5 * theta),
+                     "stereographic": lambda: np.cos(0.5 * theta) ** 2,
+                     "orthographic": lambda: 1.0 / cosine}[self.projection]() / self.focal_length
+            r = np.hypot(film_xy[:, 0], film_xy[:, 1])
+            out = np.where((r > 0.0)[:, None], film_xy / r[:, None], [1.0, 0.0])
+            across = np.where(r > 0.0, sine / r, 1.0 / self.focal_length)
+        slopes = np.zeros((2, len(theta), 6))
+        for axis in range(2):
+            meridian = np.stack([-out[:, 0] * cosine, -out[:, 1] * cosine, sine], 1)
+            ring = np.stack([out[:, 1], -out[:, 0], np.zeros(len(out))], 1)
+            turn = -out[:, 1] if axis == 0 else out[:, 0]
+            slopes[axis, :, 3:] = (out[:, axis] * along)[:, None] * meridian + (turn * across)[:, None] * ring
+        return slopes
+
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
         """By the solid angle that falls on a piece of film: r dr / (sin θ dθ) of it to one of that."""
         sine = np.hypot(directions[:, 0], directions[:, 1])

@@ -58,6 +58,14 @@ class Gaussian(NamedTuple):
             return [Step(hole, np.array([self.z, self.origin_film, self.slope_film, self.approach_film, gain]))]
         return [*self.iris.steps, Step(gaussian, np.array([*self[:-1], gain]))]
 
+    def film_slopes(self, directions: np.ndarray) -> np.ndarray:
+        """(2, n, 6): what a mm of film in x and in y adds to origins (mm) and unit directions (n, 3), at a place a."""
+        slopes = np.zeros((2, len(directions), 6))
+        for axis in range(2):
+            slopes[axis, :, axis] = self.origin_film
+            slopes[axis, :, 3:] = across_rays(np.eye(3)[axis] * self.slope_film, directions, -directions[:, 2])
+        return slopes
+
     def film_points(self, points: np.ndarray, pupil_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Film points (n, 2) whose rays by these places of the unit square (n, 2) meet points (n, 3), all in mm.
 
@@ -71,6 +79,12 @@ class Gaussian(NamedTuple):
             film = np.stack([points[:, 0] - x + before * l / n_, points[:, 1] - y + before * m / n_], 1)
             film /= (self.origin_film + before * self.slope_film)[:, None]
         return film, (before > 0.0) & np.isfinite(film).all(1)
+
+
+def across_rays(change: np.ndarray, directions: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """What a change (…, 3) of vectors adds to their unit directions (n, 3); size (n,): 1 / their lengths."""
+    along = (change * directions).sum(-1)[..., None]
+    return (change - along * directions) * size[:, None]
 
 
 def thin(z: float, radius: float, behind: float, focus: float, iris: Iris = ROUND) -> Gaussian:

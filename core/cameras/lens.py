@@ -169,6 +169,15 @@ class LensCamera(Camera):
         first = self.lens.surfaces[0]
         return min(0.0, float(first.sag(first.semi_diameter))) - self.lens.length - self.film_distance
 
+    def film_slopes(self, film_xy, directions):
+        """In closed form for the ideal models."""
+        return None if self.follows_rays else self.gaussian.film_slopes(directions)
+
+    @property
+    def aim_distance(self) -> float | None:
+        """Rays that are followed aim at exit-pupil regions on the plane of the last vertex."""
+        return self.film_distance if self.follows_rays else None
+
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """Aim and trace, or the one step of the ideal lens.
 

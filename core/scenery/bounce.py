@@ -7,12 +7,14 @@ import numpy as np
 from lensbench.lanes import (
     ALIVE,
     DEPTH,
+    FOOT,
     GLASS,
     GLOSS,
     METAL,
     NX,
     NY,
     NZ,
+    SPREAD,
     TB,
     TG,
     TR,
@@ -37,12 +39,13 @@ def bounce(lanes, p, key):
 
     Metal mirrors. A glass ball is passed in one step, in closed form: refraction in, the chord 2 R cos θ′,
     refraction out at the same angle. A pane is passed straight. A path that ends has no direction: it meets nothing.
+    The footprint of a pixel grows on with the length of the path, as it does behind plane mirrors.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
-    tr, tg, tb = row[TR], row[TG], row[TB]
+    tr, tg, tb, foot, spread = row[TR], row[TG], row[TB], row[FOOT], row[SPREAD]
     many = np.int32(0)
     for i in range(B):
         on = (gloss[i] >= real(METAL)) & (tr[i] + tg[i] + tb[i] > real(0))
@@ -79,3 +82,4 @@ def bounce(lanes, p, key):
         size = real(1) / math.sqrt(qx * qx + qy * qy + qz * qz)
         x[i], y[i], z[i] = px if on else x[i], py if on else y[i], pz if on else z[i]
         dx[i], dy[i], dz[i] = qx * size if on else real(0), qy * size if on else real(0), qz * size if on else real(0)
+        foot[i] += t * spread[i] if on else real(0)

@@ -22,6 +22,7 @@ from lensbench.lanes import (
     A9,
     BLUE,
     DEPTH,
+    FOOT,
     GLASS,
     GLOSS,
     GREEN,
@@ -32,6 +33,7 @@ from lensbench.lanes import (
     RED,
     SB,
     SG,
+    SPREAD,
     SR,
     TB,
     TG,
@@ -46,6 +48,7 @@ from lensbench.lanes import (
     rows,
     stage,
 )
+from lensbench.scenery.footprint import contrast, stretch
 from lensbench.scenery.light import F0
 from lensbench.scenery.plates import plate_frame
 
@@ -126,7 +129,8 @@ def coat_open(lanes, p):
     if tiled:
         ux, uy, uz, height = p[k], p[k + 1], p[k + 2], p[k + 3]
         ax, ay, az, bx, by, bz = p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8], p[k + 9]
-        a0, b0, fade = p[k + 10], p[k + 11], p[k + 19]
+        a0, b0, per = p[k + 10], p[k + 11], p[k + 19]
+        tile, foot, spread = real(1) / per, row[FOOT], row[SPREAD]
         fr, fg, fb, qr, qg, qb = p[k + 12], p[k + 13], p[k + 14], p[k + 15], p[k + 16], p[k + 17]
         er, eg, eb = p[k + 20], p[k + 21], p[k + 22]
         for i in range(B):
@@ -134,10 +138,14 @@ def coat_open(lanes, p):
             t = (height - (ux * hx[i] + uy * hy[i] + uz * hz[i])) * steep
             hit = (t > real(0)) & (steep < real(0))
             px, py, pz = hx[i] + t * wx[i], hy[i] + t * wy[i], hz[i] + t * wz[i]
-            tile = np.floor(a0 + ax * px + ay * py + az * pz) + np.floor(b0 + bx * px + by * py + bz * pz)
-            sharp = real(1) + (t + depth[i]) * steep * fade
-            side = (real(4) * (tile * real(0.5) - np.floor(tile * real(0.5))) - real(1)) * (
-                sharp if sharp > real(0) else real(0))
+            at_a, at_b = a0 + ax * px + ay * py + az * pz, b0 + bx * px + by * py + bz * pz
+            odd = np.floor(at_a) + np.floor(at_b)
+            wide = abs(foot[i] + (t + depth[i]) * spread[i]) * per
+            wide_a = wide * stretch(real, (ax * wx[i] + ay * wy[i] + az * wz[i]) * tile, steep)
+            wide_b = wide * stretch(real, (bx * wx[i] + by * wy[i] + bz * wz[i]) * tile, steep)
+            side = (real(4) * (odd * real(0.5) - np.floor(odd * real(0.5))) - real(1)) * contrast(
+                real, abs(at_a - np.floor(at_a + real(0.5))), wide_a) * contrast(
+                real, abs(at_b - np.floor(at_b + real(0.5))), wide_b)
             near[i] = t if hit else near[i]
             r[i] = er * (fr + side * qr) if hit else r[i]
             g[i] = eg * (fg + side * qg) if hit else g[i]

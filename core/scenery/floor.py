@@ -7,6 +7,7 @@ import numpy as np
 from lensbench.lanes import (
     BLUE,
     DEPTH,
+    FOOT,
     GLOSS,
     GLOW,
     GREEN,
@@ -14,6 +15,7 @@ from lensbench.lanes import (
     NY,
     NZ,
     RED,
+    SPREAD,
     B,
     L,
     M,
@@ -24,6 +26,7 @@ from lensbench.lanes import (
     rows,
     stage,
 )
+from lensbench.scenery.footprint import contrast, stretch
 
 
 def floor_axes(floor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -42,7 +45,7 @@ def floor_parameters(floor) -> np.ndarray:
     normal, a, b = floor_axes(floor)
     light, dark = np.array(floor.light), np.array(floor.dark)
     return np.array([*normal, floor.height, *(a / floor.tile), *(b / floor.tile), *floor.offset,
-                     *(light + dark) / 2, *(light - dark) / 2, floor.gloss, floor.fade / floor.tile])
+                     *(light + dark) / 2, *(light - dark) / 2, floor.gloss, 1.0 / floor.tile])
 
 
 @stage
@@ -50,26 +53,31 @@ def floor(lanes, p, key):
     """Offer the floor where it is nearer; it is seen from above only.
 
     p: unit normal (3), distance from the origin along it (mm), two unit axes over the tile's edge (6, 1/mm), their
-    offsets (2, tiles), mean colour (3), half the difference of the colours (3), gloss, and the angle of a pixel
-    over the tile's edge (rad/mm): tiles seen as finely as that show their mean.
+    offsets (2, tiles), mean colour (3), half the difference of the colours (3), gloss, 1 / the tile's edge.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
-    red, green, blue = row[RED], row[GREEN], row[BLUE]
+    red, green, blue, foot, spread = row[RED], row[GREEN], row[BLUE], row[FOOT], row[SPREAD]
     ux, uy, uz, height = p[0], p[1], p[2], p[3]
     ax, ay, az, bx, by, bz, a0, b0 = p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11]
-    mr, mg, mb, hr, hg, hb, shine, fade = p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19]
+    mr, mg, mb, hr, hg, hb, shine, per = p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19]
+    tile = real(1) / per
     for i in range(B):
         steep = real(1) / (ux * dx[i] + uy * dy[i] + uz * dz[i])
         t, near = (height - (ux * x[i] + uy * y[i] + uz * z[i])) * steep, depth[i]
         hit = (t > real(0)) & (t < near) & (steep < real(0))
         hx, hy, hz = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
-        k = np.floor(a0 + ax * hx + ay * hy + az * hz) + np.floor(b0 + bx * hx + by * hy + bz * hz)
+        a, b = a0 + ax * hx + ay * hy + az * hz, b0 + bx * hx + by * hy + bz * hz
+        k = np.floor(a) + np.floor(b)
         odd = k * real(0.5) - np.floor(k * real(0.5))
-        sharp = real(1) + t * steep * fade
-        sharp = sharp if sharp > real(0) else real(0)
+        # as sharp as the footprint is narrow
+        wide = abs(foot[i] + t * spread[i]) * per
+        wide_a = wide * stretch(real, (ax * dx[i] + ay * dy[i] + az * dz[i]) * tile, steep)
+        wide_b = wide * stretch(real, (bx * dx[i] + by * dy[i] + bz * dz[i]) * tile, steep)
+        sharp = contrast(real, abs(a - np.floor(a + real(0.5))), wide_a) * contrast(
+            real, abs(b - np.floor(b + real(0.5))), wide_b)
         side = (real(4) * odd - real(1)) * sharp
         depth[i] = t if hit else near
         glow[i] = real(0) if hit else glow[i]

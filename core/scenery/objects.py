@@ -208,7 +208,6 @@ class Floor:
     normal: Triple = (0.0, 1.0, 0.0)
     turn: float = 0.0                   # of the tiles about the normal, radians
     offset: tuple[float, float] = (0.0, 0.0)    # of the tiles, in tiles
-    fade: float = 4e-4                  # radians: tiles seen smaller than this show their mean
 
     def __post_init__(self):
         check(self, ("tile",))

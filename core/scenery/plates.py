@@ -2,7 +2,8 @@
 
 A plate has a centre and two half-axes a and b at right angles; a point of its
 plane has u, v in [−1, 1] along them. A pattern mixes the plate's two colours,
-or is an image; which one is decided once for a block, never for a lane.
+or is an image; which one is decided once for a block, never for a lane. Of a pattern
+a lane sees the mean over the footprint of its pixel; of an image, in one of its reductions.
 """
 
 import math
@@ -17,8 +18,11 @@ from lensbench.lanes import (
     A4,
     A5,
     A6,
+    A7,
+    A8,
     BLUE,
     DEPTH,
+    FOOT,
     GLOSS,
     GLOW,
     GREEN,
@@ -26,6 +30,7 @@ from lensbench.lanes import (
     NY,
     NZ,
     RED,
+    SPREAD,
     B,
     L,
     M,
@@ -33,14 +38,17 @@ from lensbench.lanes import (
     X,
     Y,
     Z,
+    gather,
     rows,
     stage,
 )
 from lensbench.scenery.bounds import outside, wedge
+from lensbench.scenery.footprint import contrast, lined, stretch
 from lensbench.scenery.spheres import gloss_of
 
 PLATE = 28              # numbers before the texels of a plate's image
 PLAIN, CHECKER, GRID, STAR, RULER, IMAGE = range(6)
+ENOUGH = 1.3            # how many texels of a reduction a footprint covers at least
 KINDS = {"checker": CHECKER, "grid": GRID, "star": STAR, "ruler": RULER, "image": IMAGE}
 
 
@@ -68,12 +76,41 @@ def plate_parameters(plates, glows=None) -> np.ndarray:
             numbers = (pattern.columns, pattern.rows, pattern.line, 0.0)
             if pattern.image is not None:
                 numbers = (pattern.image.width, pattern.image.height, 0.0, 0.0)
-                texels = pattern.image.values.ravel()
+                texels = reductions(pattern.image.values)
         half = math.sqrt(a @ a), math.sqrt(b @ b)
         head = [PLATE + texels.size, *centre, *normal, *(a / (a @ a)), *(b / (b @ b)), disk, *material.colour,
                 glow, gloss_of(material), kind, *second, *numbers[:3], *half]
         packed.append(np.concatenate([head, texels]))
     return np.concatenate(packed)
+
+
+def _levels(size: int) -> int:
+    """In how many sizes an image of so many texels along a side is there: at least two, the last of 2 or 3 texels."""
+    return max(2, size.bit_length() - 1)
+
+
+def _binned(values: np.ndarray, bins: int) -> np.ndarray:
+    """Means over equal parts of the first axis."""
+    sums = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, 0, np.float64)])
+    edges = np.linspace(0.0, len(values), bins + 1)
+    k = np.minimum(edges.astype(int), len(values) - 1)
+    sums = sums[k] + (edges - k)[:, None, None] * values[k]
+    return np.diff(sums, axis=0) * (bins / len(values))
+
+
+def reductions(image: np.ndarray) -> np.ndarray:
+    """An image (height, width, 3) with all that it is reduced to: halved again and again in width and height, apart.
+
+    Levels across and down; texels across of each level, texels down of each; where each begins, in texels: first the
+    image, then those reduced in both, a level across after the other; then the texels. Half of it is the image.
+    """
+    height, width = image.shape[:2]
+    across = [max(2, width >> k) for k in range(_levels(width))]
+    down = [max(2, height >> k) for k in range(_levels(height))]
+    parts = [image, *(_binned(_binned(image.transpose(1, 0, 2), m).transpose(1, 0, 2), n)
+                      for m in across[1:] for n in down[1:])]
+    starts = np.cumsum([0] + [part.size // 3 for part in parts[:-1]])
+    return np.concatenate([[len(across), len(down)], across, down, starts, *(part.ravel() for part in parts)])
 
 
 @stage
@@ -90,7 +127,8 @@ def plates(lanes, p, key):
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
-    met, u, v, second = row[A0], row[A1], row[A2], row[A3]
+    met, u, v, second, wide_u, wide_v = row[A0], row[A1], row[A2], row[A3], row[A7], row[A8]
+    foot, spread = row[FOOT], row[SPREAD]
     seen = wedge(lanes)
     s = 0
     while s < p.size:
@@ -132,25 +170,33 @@ def plates(lanes, p, key):
             nz[i] = side * uz if hit else nz[i]
             glow[i] = shine if hit else glow[i]
             gloss[i] = coat if hit else gloss[i]
+        # the sides of the footprint in u and v
+        if kind != PLAIN:
+            for i in range(B):
+                steep = real(1) / (dx[i] * ux + dy[i] * uy + dz[i] * uz)
+                wide = abs(foot[i] + met[i] * spread[i])
+                wide_u[i] = wide / half_a * stretch(real, (dx[i] * ax + dy[i] * ay + dz[i] * az) * half_a, steep)
+                wide_v[i] = wide / half_b * stretch(real, (dx[i] * bx + dy[i] * by + dz[i] * bz) * half_b, steep)
         # which of the two colours
         if kind == PLAIN:
             for i in range(B):
                 second[i] = real(0)
         elif kind == CHECKER:
+            half_columns, half_lines = real(0.5) * columns, real(0.5) * lines
             for i in range(B):
-                k = np.floor((u[i] + real(1)) * real(0.5) * columns) + np.floor((v[i] + real(1)) * real(0.5) * lines)
-                second[i] = real(2) * (k * real(0.5) - np.floor(k * real(0.5)))
+                ka, kb = (u[i] + real(1)) * half_columns, (v[i] + real(1)) * half_lines
+                k = np.floor(ka) + np.floor(kb)
+                sharp = contrast(real, abs(ka - np.floor(ka + real(0.5))), wide_u[i] * half_columns) * contrast(
+                    real, abs(kb - np.floor(kb + real(0.5))), wide_v[i] * half_lines)
+                second[i] = real(0.5) + (real(2) * (k * real(0.5) - np.floor(k * real(0.5))) - real(0.5)) * sharp
         elif kind == GRID:
             # lines of the width `line` (mm) round `columns` × `lines` cells, the outermost ones whole and inside
             wide_a, wide_b = half_a - real(0.5) * line, half_b - real(0.5) * line
-            cell_a, cell_b = real(2) * wide_a / columns, real(2) * wide_b / lines
+            per_a, per_b = real(0.5) * columns / wide_a, real(0.5) * lines / wide_b
             for i in range(B):
-                ka = (u[i] * half_a + wide_a) / cell_a
-                kb = (v[i] * half_b + wide_b) / cell_b
-                off_a = abs(ka - np.floor(ka + real(0.5))) * cell_a
-                off_b = abs(kb - np.floor(kb + real(0.5))) * cell_b
-                off = off_a if off_a < off_b else off_b
-                second[i] = real(1) if off <= real(0.5) * line else real(0)
+                a = lined(real, (u[i] * half_a + wide_a) * per_a, line * per_a, wide_u[i] * half_a * per_a)
+                b2 = lined(real, (v[i] * half_b + wide_b) * per_b, line * per_b, wide_v[i] * half_b * per_b)
+                second[i] = a + b2 - a * b2
         elif kind == STAR:
             # `columns` pairs of sectors; the arc tangent by a polynomial, to 1e-5 rad
             for i in range(B):
@@ -163,19 +209,22 @@ def plates(lanes, p, key):
                 angle = real(0.5 * math.pi) - angle if b2 > a else angle
                 angle = real(math.pi) - angle if u[i] < real(0) else angle
                 angle = real(2 * math.pi) - angle if v[i] < real(0) else angle
-                k = np.floor(angle * columns * real(1 / math.pi))
-                second[i] = real(2) * (k * real(0.5) - np.floor(k * real(0.5)))
+                sector = angle * columns * real(1 / math.pi)
+                k = np.floor(sector)
+                du, dv = v[i] * wide_u[i], u[i] * wide_v[i]
+                wide = math.sqrt(du * du + dv * dv) / (a * a + b2 * b2 + real(1e-20)) * columns * real(1 / math.pi)
+                sharp = contrast(real, abs(sector - np.floor(sector + real(0.5))), wide)
+                second[i] = real(0.5) + (real(2) * (k * real(0.5) - np.floor(k * real(0.5))) - real(0.5)) * sharp
         elif kind == RULER:
             # ticks every millimetre, 5 and 10 along a, standing on the edge v = −1; `line` is their width in mm
             for i in range(B):
                 along, high = (u[i] + real(1)) * half_a, (v[i] + real(1)) * half_b
-                one = abs(along - np.floor(along + real(0.5)))
-                five = abs(along * real(0.2) - np.floor(along * real(0.2) + real(0.5))) * real(5)
-                ten = abs(along * real(0.1) - np.floor(along * real(0.1) + real(0.5))) * real(10)
-                long = columns * (real(1) if ten < line else real(0.75) if five < line else real(0.5))
-                second[i] = real(1) if (one < real(0.5) * line) & (high < long) else real(0)
+                per = (real(1) if high < real(0.5) * columns else real(0.2) if high < real(0.75) * columns
+                       else real(0.1))
+                ticks = lined(real, along * per, line * per, wide_u[i] * half_a * per)
+                second[i] = ticks if high < columns else real(0)
         if kind == IMAGE:
-            _image(lanes, texels, columns, lines)
+            _image(lanes, texels)
             er, eg, eb = row[A4], row[A5], row[A6]
             for i in range(B):
                 hit = met[i] > real(0)
@@ -191,29 +240,58 @@ def plates(lanes, p, key):
 
 
 @stage
-def _image(lanes, texels, columns, lines):
-    """A4, A5, A6: the image at u, v (A1, A2), between its texels linear; its first row lies at v = 1."""
+def _image(lanes, p):
+    """A4, A5, A6: the image at u, v (A1, A2), between its texels linear; its first row lies at v = 1.
+
+    Of the reduction whose texels are about as large as the footprint, A7 of u wide and A8 of v. p: reductions.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
     u, v, at, across, down = row[A1], row[A2], row[A3], row[A1], row[A2]
-    right, below = np.uint64(3), np.uint64(3) * np.uint64(columns)
+    level_u, level_v, columns, lines, start = row[A4], row[A5], row[A7], row[A8], row[A6]
+    most_u, most_v = int(p[0]), int(p[1])
+    sizes_u, sizes_v = p[2:], p[2 + most_u:]
+    starts = sizes_v[most_v:]
+    texels = starts[1 + (most_u - 1) * (most_v - 1):]
     for i in range(B):
-        a = (u[i] + real(1)) * real(0.5) * columns - real(0.5)
-        b = (real(1) - v[i]) * real(0.5) * lines - real(0.5)
+        level_u[i], level_v[i] = real(0), real(0)
+    least = real(2 * ENOUGH)
+    for level in range(1, max(most_u, most_v)):
+        size_u, size_v = least / sizes_u[0] * real(2), least / sizes_v[0] * real(2)
+        for i in range(B):
+            level_u[i] += real(1) if (columns[i] > size_u) & (level < most_u) else real(0)
+            level_v[i] += real(1) if (lines[i] > size_v) & (level < most_v) else real(0)
+        least *= real(2)
+    across_levels = real(most_v - 1)
+    for i in range(B):
+        either = level_u[i] + level_v[i] > real(0)
+        a, b = level_u[i], level_v[i]
+        a, b = a if a > real(1) else real(1), b if b > real(1) else real(1)
+        level_u[i], level_v[i] = a if either else real(0), b if either else real(0)
+        at[i] = real(1) + (a - real(1)) * across_levels + b - real(1) if either else real(0)
+    gather(columns, sizes_u, level_u)
+    gather(lines, sizes_v, level_v)
+    gather(start, starts, at)
+    for i in range(B):
+        wide, high = columns[i], lines[i]
+        a = (u[i] + real(1)) * real(0.5) * wide - real(0.5)
+        b = (real(1) - v[i]) * real(0.5) * high - real(0.5)
         a = a if a > real(0) else real(0)
-        a = a if a < columns - real(1) else columns - real(1)
+        a = a if a < wide - real(1) else wide - real(1)
         b = b if b > real(0) else real(0)
-        b = b if b < lines - real(1) else lines - real(1)
+        b = b if b < high - real(1) else high - real(1)
         ka, kb = np.floor(a), np.floor(b)
-        ka = ka if ka < columns - real(2) else columns - real(2)
-        kb = kb if kb < lines - real(2) else lines - real(2)
-        at[i], across[i], down[i] = kb * columns + ka, a - ka, b - kb
+        ka = ka if ka < wide - real(2) else wide - real(2)
+        kb = kb if kb < high - real(2) else high - real(2)
+        at[i], across[i], down[i] = start[i] + kb * wide + ka, a - ka, b - kb
+    right = np.uint64(3)
     for c in range(3):
         colour = row[A4 + c]
         first = np.uint64(c)
         for i in range(B):
-            k = np.uint64(np.uint32(at[i])) * np.uint64(3) + first
+            k = np.uint64(np.uint32(at[i])) * right + first
+            below = k + np.uint64(np.uint32(columns[i])) * right
             e, f = texels[k], texels[k + right]
-            g, h = texels[k + below], texels[k + below + right]
+            g, h = texels[below], texels[below + right]
             upper, lower = e + across[i] * (f - e), g + across[i] * (h - g)
             colour[i] = upper + down[i] * (lower - upper)

@@ -152,21 +152,13 @@ def test_a_spheres_picture_has_the_size_of_its_tangent_cone():
 
 def test_the_floor_is_checkered_every_tile():
     scene = lb.Scene("one", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3),
-                     floor=lb.Floor(-100.0, 50.0, (0.8,) * 3, (0.2,) * 3, fade=1e-9))
+                     floor=lb.Floor(-100.0, 50.0, (0.8,) * 3, (0.2,) * 3))
     i, k = np.meshgrid(np.arange(-6, 6), np.arange(1, 9), indexing="ij")
     points = np.column_stack([(i.ravel() + 0.5) * 50.0, np.full(i.size, -100.0), -(k.ravel() + 0.5) * 50.0])
     seen = shoot(scene.steps(shadows=False), np.zeros(3), points)[:, 0]
     odd = (i.ravel() + k.ravel()) % 2
     assert len(np.unique(seen[odd == 0].round(6))) == 1 and len(np.unique(seen[odd == 1].round(6))) == 1
     assert sorted({seen[odd == 0][0].round(6), seen[odd == 1][0].round(6)}) == pytest.approx([0.2, 0.8], abs=1e-6)
-
-
-def test_far_tiles_fade_to_their_mean_as_a_pixel_would_average_them():
-    fade = 1e-3
-    floor = lb.Floor(-100.0, 50.0, (0.8,) * 3, (0.2,) * 3, fade=fade)
-    scene = lb.Scene("one", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3), floor=floor)
-    seen = shoot(scene.steps(shadows=False), np.zeros(3), [(x, -100.0, -40000.0) for x in np.linspace(-99, 99, 40)])
-    assert seen == pytest.approx(0.5, abs=1e-6)     # a pixel there covers 16 m of floor
 
 
 def patterned(kind, **values):

@@ -223,7 +223,7 @@ def test_light_is_counted_once():
 # Mirrors and glass
 
 def test_a_mirror_shows_what_stands_where_its_image_is():
-    things = lb.Scene("things", sky=lb.Sky(), floor=lb.Floor(fade=1e-12), sun=lb.Sun((0.3, 0.8, 0.6)),
+    things = lb.Scene("things", sky=lb.Sky(), floor=lb.Floor(), sun=lb.Sun((0.3, 0.8, 0.6)),
                       spheres=(lb.Sphere((-200.0, -50.0, -300.0), 90.0, lb.Material((0.7, 0.2, 0.1))),))
     mirror = lb.Rectangle((0.0, 0.0, -900.0), (4000.0, 0.0, 0.0), (0.0, 240.0, 0.0), lb.Material((1.0,) * 3, "metal"))
     scene = lb.Scene("mirror", things.sky, things.sun, things.floor, things.spheres, (mirror,))

@@ -1,0 +1,208 @@
+"""How rays change from pixel to pixel: in closed form where a camera has one, otherwise by differences on the film.
+
+What stays the same is the place where a ray passes the pupil. Where a camera aims at regions that
+turn and shrink with the film point, that is the point on the plane of the lens's last
+vertex: one pencil of light through one point, as it fans out from a piece of film. Were
+the numbers U0, U1 kept instead, the point would turn about the axis with the film point, and near
+the axis no derivative would exist. (Igehy 1999, Tracing ray differentials, for what they are good for.)
+"""
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from lensbench.driver import Program
+from lensbench.glass import D_LINE
+from lensbench.lanes import (
+    A0,
+    FOOT,
+    SAMPLE,
+    SPREAD,
+    TIME,
+    U0,
+    U1,
+    WEIGHT,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    gather,
+    rows,
+    stage,
+)
+
+if TYPE_CHECKING:
+    from lensbench.cameras.camera import Camera
+
+CELLS = 32              # of the film, each way, for which a picture knows its pixels' spread
+
+
+class Differentials(NamedTuple):
+    """What one pixel to the right, or down, adds to rays at the same place in the pupil; derivatives, in the world."""
+
+    origins: np.ndarray         # (n, 3) mm a pixel
+    directions: np.ndarray      # (n, 3) radians a pixel, at right angles to the rays
+
+
+_RAY = [X, Y, Z, L, M, N, WEIGHT]
+
+
+def ray_slopes(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength: float,
+               timed: bool) -> np.ndarray:
+    """(2, n, 6) per pixel: what a pixel to the right and one down add to the origins and directions of rays.
+
+    given: raster X, Y, U0, U1 and TIME, (n,) each; timed: the TIME is that of a shutter.
+    """
+    # A line that is read later sees a camera that has moved on: only differences know that
+    lagging = camera.moves and camera.readout > 0.0
+    found = None if lagging else _closed_form(camera, given, dtype, wavelength)
+    return _by_differences(camera, given, dtype, wavelength, timed) if found is None else found
+
+
+def _closed_form(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength: float) -> np.ndarray | None:
+    """As ray_slopes, where the camera knows its slopes on the film and stands still while a ray is taken."""
+    n = len(given[X])
+    film = Program([camera.film_step], dtype).run(given, [X, Y], n).T.astype(float)
+    rays = Program([camera.film_step, *camera.camera_steps(wavelength)], dtype).run(given, _RAY, n).T.astype(float)
+    slopes = camera.film_slopes(film, rays[:, 3:6])
+    if slopes is None:
+        return None
+    across, _, down, _ = camera.film_step.parameters
+    slopes = slopes * np.array([-across, down])[:, None, None]
+    if camera.has_port:
+        assert camera.medium is not None
+        slopes = _through_port(slopes, rays, camera.front, 1.0 / camera.medium.index)
+    place = camera.placement(given[TIME], np.stack([given[X], given[Y]], 1))[..., :3, :3]
+    turn = place / np.cbrt(np.linalg.det(place))[..., None, None]
+    return np.concatenate([(place @ slopes[..., :3, None])[..., 0], (turn @ slopes[..., 3:, None])[..., 0]], -1)
+
+
+def _through_port(slopes: np.ndarray, rays: np.ndarray, window: float, ratio: float) -> np.ndarray:
+    """Slopes (2, n, 6) of rays (n, 6 or more), camera frame, behind a flat window at z; ratio: 1 / index behind it."""
+    do, dd, d = slopes[..., :3], slopes[..., 3:], rays[:, 3:6]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = ((window - rays[:, 2]) / d[:, 2])[..., None]
+        dt = -(do[..., 2:] + t * dd[..., 2:]) / d[:, 2:]
+        bent, dbent = ratio * d[:, :2], ratio * dd[..., :2]
+        along = -np.sqrt(1.0 - (bent**2).sum(-1))
+        dalong = -(bent * dbent).sum(-1) / along
+    return np.concatenate([do + t * dd + dt * d, dbent, dalong[..., None]], -1)
+
+
+def _by_differences(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength: float,
+                    timed: bool) -> np.ndarray:
+    """As ray_slopes, by the camera's own stages.
+
+    Central where the rays on both sides arrive, otherwise to the side whose rays do, to the same order; where neither
+    do, they are sought nearer by. NaN where a ray has no neighbours at all: on a point of light.
+    """
+    n = len(given[X])
+    steps = camera.steps(wavelength, timed)
+    film = next(k for k, step in enumerate(steps) if step.kernel is camera.film_step.kernel) + 1
+    whole, aim_distance = Program(steps, dtype), camera.aim_distance
+    if aim_distance is not None:
+        to_film, onward = Program(steps[:film], dtype), Program(steps[film + 1:], dtype)
+        x, y, l, m, n_ = Program(steps[:film + 1], dtype).run(given, [X, Y, L, M, N], n).astype(float)
+        rear = np.stack([x - l / n_ * aim_distance, y - m / n_ * aim_distance])
+
+    def rays(dx: float, dy: float) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 6) rays of raster points shifted by so many pixels, and which of them arrive."""
+        shifted = {**given, X: given[X] + dx, Y: given[Y] + dy}
+        if aim_distance is None:
+            out = whole.run(shifted, _RAY, n)
+        else:
+            x, y, time = to_film.run(shifted, [X, Y, TIME], n).astype(float)
+            way = np.stack([rear[0] - x, rear[1] - y, np.full(n, -aim_distance)])
+            way /= np.sqrt((way * way).sum(0))
+            out = onward.run({X: x, Y: y, L: way[0], M: way[1], N: way[2], TIME: time, WEIGHT: np.ones(n)}, _RAY, n)
+        return out[:6].T.astype(float), (out[6] > 0.0) & np.isfinite(out[:6]).all(0)
+
+    middle, _ = rays(0.0, 0.0)
+    found = np.full((2, n, 6), np.nan)
+    for axis in range(2):
+        todo = np.ones(n, bool)
+        for h in _widths(camera, dtype):
+            (up, up_ok), (down, down_ok), (up2, up2_ok), (down2, down2_ok) = (
+                rays(k * h * (1 - axis), k * h * axis) for k in (1, -1, 2, -2))
+            with np.errstate(invalid="ignore"):
+                slopes = ((up - down) / (2 * h), (4 * up - up2 - 3 * middle) / (2 * h),
+                          (3 * middle + down2 - 4 * down) / (2 * h))
+            for slope, ok in zip(slopes, (up_ok & down_ok, up_ok & up2_ok, down_ok & down2_ok), strict=True):
+                found[axis, todo & ok] = slope[todo & ok]
+                todo &= ~ok
+            if not todo.any():
+                break
+    return found
+
+
+def _widths(camera: "Camera", dtype) -> tuple[float, ...]:
+    """Of the differences, in pixels: the first, and those that are tried where rays are blocked.
+
+    A step of h of a film's width is off by h², and by the rounding of the numbers over h.
+    """
+    wide = (1e-4 if np.dtype(dtype) == np.float64 else 1e-2) * max(camera.film.pixels_x, camera.film.pixels_y)
+    return wide, wide / 16, wide / 256
+
+
+def spread_step(camera: "Camera", real) -> Step:
+    """The step, between the sampler and the camera, that tells every sample the size of its pixel in the scene.
+
+    By the rays through the middle of the pupil, for CELLS × CELLS parts of the film; across and along a pixel by the
+    root of the mean square. It is the camera's own precision that does: `real`, in which its stages are compiled.
+    """
+    film = camera.film
+    nodes = (np.arange(CELLS) + 0.5) / CELLS
+    x, y = (values.ravel() for values in np.meshgrid(nodes * film.pixels_x, nodes * film.pixels_y))
+    middle = [np.full(x.size, number) for number in (*camera.pupil_centre, 0.5)]
+    given = {X: x, Y: y, U0: middle[0], U1: middle[1], TIME: middle[2]}
+    rays = Program(camera.steps(), real).run(given, _RAY, x.size).astype(float)
+    slopes = ray_slopes(camera, given, real, D_LINE, camera.moves)
+    moved, turned = slopes[..., :3], slopes[..., 3:]
+    moved = moved - (moved * rays[3:6].T).sum(-1)[..., None] * rays[3:6].T          # across the ray
+    spread, foot = (np.sqrt((value**2).sum(-1).mean(0)) for value in (turned, moved))
+    foot = np.copysign(foot, (moved * turned).sum((0, 2)))
+    seen = (rays[6] > 0.0) & np.isfinite(spread) & np.isfinite(foot)
+    table = _spread_out(np.where(seen, spread, math.nan).reshape(CELLS, CELLS))
+    return Step(pixel_spread, np.concatenate([
+        [CELLS / film.pixels_x, CELLS / film.pixels_y, foot[seen].mean() if seen.any() else 0.0], table.ravel()]))
+
+
+def _spread_out(table: np.ndarray) -> np.ndarray:
+    """A table whose NaNs are filled from their neighbours, ring by ring; with zeros where all are NaN."""
+    while np.isnan(table).any() and not np.isnan(table).all():
+        wide = np.pad(table, 1, constant_values=math.nan)
+        near = np.stack([wide[1:-1, :-2], wide[1:-1, 2:], wide[:-2, 1:-1], wide[2:, 1:-1]])
+        known = ~np.isnan(near)
+        mean = np.where(known, near, 0.0).sum(0) / np.maximum(known.sum(0), 1)
+        table = np.where(np.isnan(table) & known.any(0), mean, table)
+    return np.nan_to_num(table)
+
+
+@stage
+def pixel_spread(lanes, p, key):
+    """FOOT and SPREAD of a pixel, less for every further SAMPLE. p: cells a pixel (2), FOOT, SPREAD of every cell.
+
+    The first sample stands for its pixel alone; of n that are spread over it each stands for the nth part, with sides
+    shorter by √n. They are shortened by n^¾, so that the first ones, which are kept, do not blur the last picture: what
+    they do to it falls as 1 / n, faster than its noise.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, foot, spread, cell = row[X], row[Y], row[FOOT], row[SPREAD], row[A0]
+    across, down, last = p[0], p[1], real(CELLS - 1)
+    root = math.sqrt(real(key[SAMPLE]) + real(1))
+    part = real(1) / (root * math.sqrt(root))
+    begin = p[2] * part
+    for i in range(B):
+        a, b = np.floor(x[i] * across), np.floor(y[i] * down)
+        a, b = a if a < last else last, b if b < last else last
+        cell[i] = b * real(CELLS) + a
+    gather(spread, p[3:], cell)
+    for i in range(B):
+        foot[i] = begin
+        spread[i] *= part
