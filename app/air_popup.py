@@ -23,7 +23,8 @@ def in_use(settings: Settings) -> bool:
 
 def air_popup(settings: Settings) -> Settings:
     """Draw the popup's content; the settings as they have been set."""
-    medium = toggles("Before", MEDIUMS, settings.medium, TIPS, 3.6)
+    names = {key: name for key, name in MEDIUMS.items() if key != "water" or settings.model != "environment"}
+    medium = toggles("Before", names, settings.medium, TIPS, 3.6)
     if medium != settings.medium:
         settings = replace(settings, medium=medium)
         if medium == "water":

@@ -110,8 +110,10 @@ def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) 
 
 
 def with_model(settings: Settings, model: str) -> Settings:
-    """Another camera. A panorama has pixels of its layout's shape, the others of the film's."""
+    """Another camera. A panorama has pixels of its layout's shape, the others of the film's; no window holds it dry."""
     turned = replace(settings, model=model)
+    if model == "environment" and settings.medium == "water":
+        turned = replace(turned, medium="air")
     if model == "fisheye" and settings.projection == "orthographic":
         turned = replace(turned, fisheye_fov=min(turned.fisheye_fov, math.pi))
     if "environment" not in (model, settings.model) or model == settings.model:

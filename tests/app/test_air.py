@@ -8,6 +8,7 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
+from lensbench.app.reach import with_model
 from lensbench.app.settings import Settings, SettingsError, camera, design, medium
 
 from .conftest import SMALL
@@ -25,6 +26,11 @@ def test_a_lens_in_the_water_has_no_window_and_one_behind_a_window_is_the_lens_i
     water = replace(SMALL, medium="water", visibility=8000.0)
     assert design(water) == design(SMALL) and camera(water).medium.index == pytest.approx(1.333)
     assert design(replace(water, wet=True)).front_index == pytest.approx(1.333)
+
+
+def test_a_panorama_leaves_the_water():
+    assert with_model(replace(SMALL, medium="water"), "environment").medium == "air"
+    assert with_model(replace(SMALL, medium="fog"), "environment").medium == "fog"
 
 
 def test_options_arrive_and_what_cannot_be_is_said(viewed, capsys):  # noqa: F811
