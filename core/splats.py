@@ -65,7 +65,7 @@ SHARED_DENSITY = 2.0    # of a light whose rays stand for many
 MANY = 32               # rays that one ray stands for, at the most; no more than the light's own image has pixels
 STEADY = 0.1            # pixels: by how much, at the most, the image of a half-axis may change over the pupil
 LEAST = 0.05            # part of that, below which the lights that need the most are left to the camera
-BUDGET = 2.0            # samples of all lights for each pixel of the film, at the most, in one pass
+BUDGET = 1.5            # samples of all lights for each pixel of the film, at the most, in one pass
 FEW = 300e3             # rays of all lights that are never too many
 TASK = 8                # blocks that a thread takes at a time
 LIST = 128              # tasks whose samples are listed before they are added to the film
@@ -119,9 +119,11 @@ class Splats:
             key[PIXEL] = j
             perform(lanes, program.code, program.gated, program.data, program.ends, key)
             away = math.dist(chosen.numbers[:3], chosen.numbers[12:15])
-            hidden = (table[GLOW] != chosen.numbers[MARK]) & (table[DEPTH] < away - 2.0 * chosen.light.radius)
-            settled.append(chosen.with_blocks(math.ceil(chosen.blocks * chosen.alone))._replace(many=0)
-                           if hidden.any() else chosen)
+            hidden = table[GLOW] != chosen.numbers[MARK]
+            if not any(chosen.light.right):             # a ray may also miss a sphere, and meet what is behind it
+                hidden &= table[DEPTH] < away - 2.0 * chosen.light.radius
+            blocks = math.ceil(chosen.blocks * chosen.alone) if not hidden.all() else 1     # for what may peep out
+            settled.append(chosen.with_blocks(blocks)._replace(many=0) if hidden.any() else chosen)
         return settled
 
     @property
