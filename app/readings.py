@@ -168,8 +168,8 @@ def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
     fo, designed, film, limit = stand.first_order, stand.at_infinity, stand.film, blur_limit(settings)
     pinhole = settings.model == "pinhole"
     plain = replace(
-        _angles(film, designed.efl), efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl),
-        limit=limit,
+        _angles(film, designed.efl, _across(lens)),
+        efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl), limit=limit,
         widest_f_number=_finite(lb.first_order(lens).f_number), film_distance=stand.film_distance,
         entrance_pupil=_finite(2.0 * fo.entrance_pupil.radius), exit_pupil=_finite(2.0 * fo.exit_pupil.radius),
         reason=stand.reason,
@@ -254,10 +254,20 @@ IDEAL = {"perspective": _of_perspective, "orthographic": _of_orthographic, "fish
          "environment": _of_environment, "hole": _of_hole, "bare": _of_bare}
 
 
-def _angles(film: lb.Film, efl: float) -> Readings:
-    """Fields of view at infinity, 2 atan(h / 2f), and the focal length that sees the same diagonal on full frame."""
+def _across(lens: lb.Lens) -> float | None:
+    """The focal length across (mm) of a lens that has another one there: with cylinders."""
+    return None if lens.is_rotationally_symmetric else lb.first_order(lens.section("x")).efl
+
+
+def _angles(film: lb.Film, efl: float, across_efl: float | None = None) -> Readings:
+    """Fields of view at infinity, 2 atan(h / 2f), and the focal length that sees the same diagonal on full frame.
+
+    across_efl: of a lens that squeezes the picture; the film then counts as wide as what it sees.
+    """
     if not (math.isfinite(efl) and efl > 0.0):
         return Readings()
+    if across_efl is not None and math.isfinite(across_efl) and across_efl > 0.0:
+        film = replace(film, width=film.width * efl / across_efl)
     across, down, diagonal = (lb.field_of_view(efl, film, axis) for axis in ("horizontal", "vertical", "diagonal"))
     return Readings(fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal,
                     equivalent=lb.equivalent(efl, film).focal_length)
