@@ -63,7 +63,7 @@ def blocks(bench, given, p, key, code, times):
 @njit(nogil=True)
 def _rays(table, origins, directions, points, after, fate, surface, times):
     for _ in range(times):
-        trace_rays(table, True, origins, directions, points, after, fate, surface, None)
+        trace_rays(table, True, origins, directions, points, after, fate, surface, None, 0)
 
 
 def block_against_scalar() -> Iterator[tuple[str, float, str]]:

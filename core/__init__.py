@@ -106,6 +106,7 @@ from lensbench.spaces import Intrinsics, Places, Spaces, depth_resolution  # noq
 from lensbench.tracing import Fate, Trace, trace  # noqa: E402
 from lensbench.transform import TransformError, look_at  # noqa: E402
 from lensbench.views import VIEWS, fate_colours  # noqa: E402
+from lensbench.vignetting import Vignetting, vignetting  # noqa: E402
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "BareSensor", "Camera",
@@ -116,11 +117,11 @@ __all__ = [
     "LensError", "LightField", "LightFieldError", "Material", "Medium", "MediumError", "OrthographicCamera", "Pattern",
     "PerspectiveCamera", "PinholeCamera", "Places", "Positions", "PositionsError", "Rays", "Rectangle", "Rendering",
     "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError",
-    "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "chief_ray", "choose_model",
-    "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "distortion", "distortion_grid",
-    "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance", "film_extent",
-    "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance", "light_field_bytes",
-    "look_at", "luminance", "metered_stops", "nearest_focus", "open_region", "pixel_energy", "radiant_exposure",
-    "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace",
-    "transmission", "working_f_number",
+    "Vignetting", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "chief_ray",
+    "choose_model", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "distortion",
+    "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance",
+    "film_extent", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance",
+    "light_field_bytes", "look_at", "luminance", "metered_stops", "nearest_focus", "open_region", "pixel_energy",
+    "radiant_exposure", "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number",
+    "thick_circle_of_confusion", "trace", "transmission", "vignetting", "working_f_number",
 ]

@@ -2,24 +2,27 @@
 
 Lengths in mm, angles in radians. Seidel sums are Welford's S_I to S_V (of the
 wavefront, in mm), colour his C_L and C_T; a conic and the r⁴ term count, an r²
-term is curvature, and odd terms below r⁵, which third-order theory has no place
-for, are left out. Sources: Welford, Aberrations of Optical Systems, ch. 8 and
+term is curvature, and an r³ term, whose aberration is of the second order and has no
+place among the sums, is refused; higher terms do not count. Sources: Welford, Aberrations of Optical Systems, ch. 8 and
 10; Coddington's equations, ch. 9.
 """
 
 from dataclasses import dataclass
-from math import cos, hypot, inf, isinf, pi, sin, sqrt, tan
+from math import atan2, copysign, cos, hypot, inf, isinf, isnan, nan, pi, sin, sqrt, tan
 
 import numpy as np
 
 from lensbench.glass import D_LINE
-from lensbench.paraxial import first_order
+from lensbench.paraxial import first_order, ray_matrix
 from lensbench.prescription import Lens, LensError, Surface
-from lensbench.tracing import PASSED, surface_table, trace, trace_ray
+from lensbench.roots import least, root
+from lensbench.tracing import BACKWARD, PASSED, Fate, surface_table, trace_ray, trace_rays
 
-_FIELD_STEP = 0.05              # from one chief ray to the next on the way to a steep one, rad
-_SECANTS = 40
-_STILL = 1e-14                  # × the lens's size: where the chief ray crosses the stop
+_FIELD_STEP = 0.02              # rad near the axis, between the rays from the stop that are looked at
+_LEAST_STEP = 1e-3              # and at the stop
+_HALVINGS = 50
+_ENDS = {Fate.MISSED: "miss", Fate.CLIPPED: "meet the rim of", Fate.TOTAL_REFLECTION: "be totally reflected at",
+         Fate.BACKWARD: "be turned back at"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +63,15 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
 
     pupil_radius: of the entrance pupil (mm), None: as the stop gives it. colour: two
     wavelengths, the shorter first, such as (lb.F_LINE, lb.C_LINE), for C_L and C_T. LensError where the
-    lens has a cylinder or toroid, the entrance pupil lies at infinity, or the angle reaches 90°.
+    lens has a cylinder, a toroid or an r³ term, the entrance pupil lies at infinity, or the angle reaches 90°.
     """
-    _check(lens, field_angle)
+    _check_symmetry(lens)
+    if not abs(field_angle) < 0.5 * pi:
+        raise LensError(f"field angle {np.degrees(field_angle):.4g}°: it must lie below 90°")
+    for i, surface in enumerate(lens.surfaces):
+        if dict(surface.aspheric).get(3):
+            raise LensError(f"surface {i} has an r³ term: its aberration is of the second order, which Seidel sums "
+                            "have no place for; trace real rays instead")
     pupil = first_order(lens, wavelength).entrance_pupil
     if isinf(pupil.z):
         raise LensError("the entrance pupil of this lens lies at infinity: it has no chief ray from a far object")
@@ -97,29 +106,28 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
     return Seidel(sums, axial if colour else None, lateral if colour else None, invariant)
 
 
-def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE) -> ChiefRay:
-    """The real ray from a far object, field_angle (rad, below 90°) from the axis, through the middle of the stop.
+def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: bool = False) -> ChiefRay:
+    """The real ray from a far object, field_angle (rad) from the axis, through the middle of the stop.
 
-    It lies in the plane y–z and rises with a positive angle. Steep rays are
-    reached from the axis in steps, for the pupil wanders. LensError where no ray
-    gets through.
+    It lies in the plane y–z and rises with a positive angle, 90° and more included where a lens
+    sees that far. clip: whether rims end it; by default they do not. It is found from the stop
+    outwards, to the rounding of its angle. LensError where no ray gets through: it names the surface
+    that ends the field, and at what angle.
     """
-    _check(lens, field_angle)
-    z = first_order(lens, wavelength).entrance_pupil.z
-    if isinf(z):
+    _check_symmetry(lens)
+    if not abs(field_angle) < pi:
+        raise LensError(f"field angle {np.degrees(field_angle):.4g}°: it must lie below 180°")
+    if isinf(first_order(lens, wavelength).entrance_pupil.z):
         raise LensError("the entrance pupil of this lens lies at infinity: it has no chief ray from a far object")
-    table = surface_table(lens, wavelength)[:lens.stop_index + 1]
-    steps = max(1, int(abs(field_angle) / _FIELD_STEP))
-    before = z
-    for step in range(1, steps + 1):
-        angle = field_angle * step / steps
-        found = _aim(table, angle, z + (z - before)) if angle else z
-        before, z = z, found
-    direction = np.array([0.0, sin(field_angle), cos(field_angle)])
-    t = trace(lens, [0.0, 0.0, z], direction, wavelength, clip=False, record=True)
-    if t.fate[0] != PASSED or t.paths is None:
-        raise LensError(f"no chief ray gets through at {np.degrees(field_angle):.4g}°")
-    return ChiefRay(field_angle, z, t.paths[0, 1:], t.directions[0])
+    ray = _chief_ray(lens, field_angle, wavelength, clip)
+    if isinstance(ray, ChiefRay):
+        return ray
+    end, dark, why = 0.0, field_angle, ray
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (end + dark)
+        ray = _chief_ray(lens, middle, wavelength, clip)
+        end, dark, why = (middle, dark, why) if isinstance(ray, ChiefRay) else (end, middle, ray)
+    raise LensError(f"no chief ray at {np.degrees(field_angle):.4g}°: beyond {np.degrees(end):.4g}° it would {why}")
 
 
 def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) -> tuple[float, float]:
@@ -150,29 +158,85 @@ def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) 
                  for vergence in (tangential, sagittal))
 
 
-def _aim(table: np.ndarray, angle: float, guess: float) -> float:
-    """Where on the axis (z, mm) a ray of this angle must cross to pass the middle of the stop; a damped secant."""
-    size = 1.0 + float(np.ptp(table[:, 1]))
-    dy, dz = sin(angle), cos(angle)
+def _chief_ray(lens: Lens, field_angle: float, wavelength: float, clip: bool) -> ChiefRay | str:
+    """The chief ray, or what would become of it: traced from the stop to both sides, so that it loses no digits."""
+    z, angle = first_order(lens, wavelength).entrance_pupil.z, 0.0
+    if field_angle:
+        found = _aim(lens, abs(field_angle), wavelength)
+        if isinstance(found, str):
+            return found
+        z, angle = found
+    table, stop = surface_table(lens, wavelength), lens.stop_index
+    way = np.array([[0.0, copysign(1.0, field_angle) * sin(angle), cos(angle)]])
+    points = np.full((2, 1, len(table) + 1, 3), nan)
+    after, at = np.zeros((1, 3)), np.array([[0.0, 0.0, lens.vertices[stop]]])
+    fate, surface = np.zeros(1, np.int32), np.zeros(1, np.int32)
+    for order, first, last in ((-1, 0, stop), (1, stop, len(table))):
+        if first == last:
+            continue
+        trace_rays(table[first:last], clip, at, order * way, np.empty((1, 3)), after, fate, surface,
+                   points[max(order, 0)], order)
+        if fate[0] != PASSED and not (order < 0 and fate[0] == BACKWARD and surface[0] == 0):
+            return _end(int(fate[0]), int(surface[0]), order, first, last)
+    path = np.concatenate([points[0, 0, 1:stop + 1][::-1], points[1, 0, 1:len(table) - stop + 1]])
+    return ChiefRay(field_angle, z, path, after[0])
 
-    def height(z: float) -> float:
-        _, y, _, _, _, _, fate, _ = trace_ray(table, False, 0.0, 0.0, z, 0.0, dy, dz, None, 0)
-        return y if fate == PASSED else inf
 
-    z, other = guess, guess + 1e-3 * size
-    at, at_other = height(z), height(other)
-    for _ in range(_SECANTS):
-        if isinf(at) or isinf(at_other) or at == at_other:
+def _end(fate: int, surface: int, order: int, first: int, last: int) -> str:
+    """What becomes of a ray that is lost among the surfaces from first to before last; surface counts from first."""
+    if fate == Fate.MISSED:
+        surface = surface + order if surface >= 0 else (0 if order > 0 else last - first - 1)
+    return f"{_ENDS[Fate(fate)]} surface {first + surface}"
+
+
+def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | str:
+    """Where on the axis (z, mm) the chief ray of this angle crosses in the scene, and its angle at the stop.
+
+    Or what would become of it.
+    Rays leave the middle of the stop for the scene, ever steeper, until one comes out beyond the wanted
+    angle; the root between the last two is taken. A field ends where these rays do, or where
+    what they see turns back.
+    """
+    stop = lens.stop_index
+    table, start, n = surface_table(lens, wavelength)[:stop], lens.vertices[stop], lens.indices(wavelength)
+    magnified = ray_matrix(lens, 0, stop, wavelength)[0] * n[stop] / n[0]       # object's angle over the stop's
+    turn = -1.0 if magnified > 0.0 else 1.0
+
+    def leave(angle: float) -> tuple[float, float, float, str]:
+        """Height, z and object's angle of a ray from the stop; NaN where it is lost, and why."""
+        if not stop:
+            return 0.0, start, angle, ""
+        _, y, z, _, dy, dz, fate, surface = trace_ray(table, False, 0.0, 0.0, start, 0.0, turn * sin(angle),
+                                                      -cos(angle), None, 0, -1)
+        if fate == PASSED or (fate == BACKWARD and surface == 0):       # beyond 90° it runs backwards when it has left
+            return y, z, atan2(-dy, -dz), ""
+        return nan, nan, nan, _end(fate, surface, -1, 0, stop)
+
+    def short(angle: float) -> float:
+        return leave(angle)[2] - wanted
+
+    step = max(_FIELD_STEP / max(1.0, abs(magnified)), _LEAST_STEP)
+    before, low, high, why = 0.0, 0.0, 0.0, f"not meet surface {stop} from the scene"
+    while short(high) < 0.0 and high < 0.5 * pi:
+        before, low, high = low, high, min(high + step, 0.5 * pi)
+        if isnan(short(high)) or short(high) <= short(low):
             break
-        step = -at * (z - other) / (at - at_other)
-        while isinf(ahead := height(z + step)) and abs(step) > _STILL * size:
-            step *= 0.5
-        other, at_other, z, at = z, at, z + step, ahead
-        if abs(step) <= _STILL * size or at == 0.0:
-            return z
-    if abs(at) <= 1e3 * _STILL * size:                  # rounding makes it wander there
-        return z
-    raise LensError(f"no chief ray was found at {np.degrees(angle):.4g}°")
+    if isnan(short(high)):
+        good = low
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (good + high)
+            good, high = (good, middle) if isnan(short(middle)) else (middle, high)
+        why, high = leave(high)[3], good
+    if not short(high) >= 0.0:
+        top = least(lambda angle: -short(angle), before, high)
+        if short(top) > short(high):
+            low, high, why = before, top, "see no more of the scene"
+        if not short(high) >= 0.0:
+            return why
+    angle = root(short, low, high)
+    angle = high if isnan(short(angle)) else angle                      # at the very end some rays are lost by rounding
+    y, z, seen, _ = leave(angle)
+    return z - y * cos(seen) / sin(seen), -turn * angle
 
 
 def _fourth_power(surface: Surface) -> float:
@@ -193,8 +257,6 @@ def _curvatures(surface: Surface, y: float) -> tuple[float, float, float]:
     return over_r * y, over_r / steep, second / steep**3
 
 
-def _check(lens: Lens, field_angle: float) -> None:
+def _check_symmetry(lens: Lens) -> None:
     if not lens.is_rotationally_symmetric:
         raise LensError("aberrations are known for rotationally symmetric lenses: this one has a cylinder or toroid")
-    if not abs(field_angle) < 0.5 * pi:
-        raise LensError(f"field angle {np.degrees(field_angle):.4g}°: it must lie below 90°")

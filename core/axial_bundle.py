@@ -39,7 +39,7 @@ def trace_axial(table, height, nearness, forward):
     way = scale if forward else -scale
     start, end = (table[0, 1], table[last, 1]) if forward else (table[last, 1], table[0, 1])
     _, y, z, _, dy, dz, fate, _ = trace_ray(
-        table, True, 0.0, height, start, 0.0, height * nearness * scale, way, None, 0)
+        table, True, 0.0, height, start, 0.0, height * nearness * scale, way, None, 0, 0)
     slope = dy / dz
     return y + (end - z) * slope, slope, fate
 

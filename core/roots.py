@@ -13,7 +13,7 @@ def root(function: Callable[[float], float], low: float, high: float, small: flo
     side, tolerance = 0, 1e-15 * high
     x = low
     for _ in range(60):
-        x = high - at_high * (high - low) / (at_high - at_low)
+        x = min(high, max(low, high - at_high * (high - low) / (at_high - at_low)))     # rounding may lead out
         value = function(x)
         if abs(value) <= max(tolerance, small) or high - low <= tolerance:
             break

@@ -98,19 +98,19 @@ def sag_and_slopes(table, i, x, y):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def intersect(table, i, x, y, z, p, q, r):
+def intersect(table, i, x, y, z, p, q, r, way):
     """Where a ray meets a surface that is no sphere → (x, y, z, F_x, F_y, F_z), NaN where it misses.
 
     (x, y, z) is the foot of the perpendicular from the vertex on the ray, (p, q, r)
-    its direction, of any length, with r ≠ 0. The hit is the one where the ray goes through the
-    surface the way it travels, on the vertex's side of the equator. Conics in closed form;
+    its direction, of any length, way 1 for light from −z and −1 for light from +z, as the sign of r says but
+    for rays that reach a lens from beyond 90°. The hit is the one where the ray goes through the
+    surface that way, on the vertex's side of the equator. Conics in closed form;
     otherwise Newton from the conic (a toroid: the sphere of mean curvature), each step halved until the
     residual falls; what does not converge to TOLERANCE is a miss.
     """
     real = table.dtype.type
     zero, one, half = real(0), real(1), real(0.5)
     kind, c, k = table[i, KIND], table[i, CURVATURE], table[i, K]
-    way = one if r > zero else -one
     nan = real(np.nan)
     if kind == TOROID:
         c, k = half * (c + table[i, ACROSS]), zero

@@ -56,13 +56,16 @@ class Trace:
 
 
 def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: float = D_LINE,
-          dtype: DTypeLike = np.float64, clip: bool = True, record: bool = False) -> Trace:
+          dtype: DTypeLike = np.float64, clip: bool = True, record: bool = False,
+          forward: bool | None = None) -> Trace:
     """Trace rays through the whole lens, in the order that the sign of direction.z asks for.
 
     origins, directions: (n, 3) or (3,), broadcast; mm, lens frame; directions of any
     length. A ray that runs across the axis (direction.z = 0) is MISSED before the
     lens. clip=False ignores the rims, the stop's and its blades' included; record=True keeps
-    the paths. dtype: float32 or float64, the precision of all arithmetic.
+    the paths. dtype: float32 or float64, the precision of all arithmetic. forward: True for light
+    from the scene and False for light from the film whatever direction.z is, as for a fisheye
+    that sees beyond 90°: there light reaches the first surface against the lens's z.
     ValueError: a shape that does not fit, a number that is not finite, a zero
     direction.
     """
@@ -75,10 +78,12 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
     fate, surface = np.empty(count, np.int32), np.empty(count, np.int32)
     bladed = clip and not lens.iris.is_round
     paths = np.full((count, surfaces + 1, 3), np.nan, real) if record or bladed else None
+    order = 0 if forward is None else 1 if forward else -1
     trace_rays(surface_table(lens, wavelength, real), clip, starts.astype(real), ways.astype(real),
-               points, after, fate, surface, paths)
+               points, after, fate, surface, paths, order)
     if bladed and paths is not None:
-        _meet_blades(lens, ways[:, 2] > 0.0, points, after, fate, surface, paths)
+        _meet_blades(lens, (ways[:, 2] if order == 0 else np.full(count, order)) > 0, points, after, fate, surface,
+                     paths)
     return Trace(points, after, fate, surface, paths if record else None)
 
 
@@ -110,21 +115,22 @@ def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray):
+def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
     """One ray (origin, unit direction) → (x, y, z, dx, dy, dz, fate, surface).
 
+    order: 1 from the first surface to the last, −1 back, 0 as the sign of dz asks for.
     Welford's quotient for the intersection, from the foot of the perpendicular that
     the vertex drops on the ray: neither a flat surface nor a far origin cancels.
     The points go to paths[ray] unless paths is None.
     """
     count = table.shape[0]
     zero, one = table.dtype.type(0), table.dtype.type(1)
-    forward = dz > zero
+    forward = dz > zero if order == 0 else order > 0
     sign = one if forward else -one
     reached = BEFORE_THE_LENS
     if paths is not None:
         paths[ray, 0, 0], paths[ray, 0, 1], paths[ray, 0, 2] = x, y, z
-    if dz == zero:
+    if dz == zero and order == 0:
         return x, y, z, dx, dy, dz, MISSED, reached
 
     first = 0 if forward else count - 1
@@ -136,7 +142,7 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray):
         index, index_after = (table[i, 3], table[i, 4]) if forward else (table[i, 4], table[i, 3])
 
         # A ray that was bent against its travel ends where that happened
-        if r * sign <= zero:
+        if step > 0 and r * sign <= zero:
             return x, y, z, p / index, q / index, r / index, BACKWARD, reached
 
         # Intersection
@@ -160,7 +166,8 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray):
             x, y, z = x_foot + t * p, y_foot + t * q, z_hit + vertex
             normal_x, normal_y, normal_z, steepness = -c * x, -c * y, one - c * z_hit, one
         else:
-            x_hit, y_hit, z_hit, normal_x, normal_y, normal_z = intersect(table, i, x_foot, y_foot, z_foot, p, q, r)
+            x_hit, y_hit, z_hit, normal_x, normal_y, normal_z = intersect(
+                table, i, x_foot, y_foot, z_foot, p, q, r, sign)
             if not z_hit == z_hit:
                 return x, y, z, p / index, q / index, r / index, MISSED, reached
             x, y, z = x_hit, y_hit, z_hit + vertex
@@ -187,12 +194,12 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trace_rays(table, clip, origins, directions, points, after, fate, surface, paths):
+def trace_rays(table, clip, origins, directions, points, after, fate, surface, paths, order):
     """trace_ray over n rows into points, after (n, 3), fate, surface (n,), paths (n, surfaces + 1, 3) or None."""
     for i in range(origins.shape[0]):
         x, y, z, dx, dy, dz, fate[i], surface[i] = trace_ray(
             table, clip, origins[i, 0], origins[i, 1], origins[i, 2],
-            directions[i, 0], directions[i, 1], directions[i, 2], paths, i)
+            directions[i, 0], directions[i, 1], directions[i, 2], paths, i, order)
         points[i, 0], points[i, 1], points[i, 2] = x, y, z
         after[i, 0], after[i, 1], after[i, 2] = dx, dy, dz
 

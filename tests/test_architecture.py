@@ -21,7 +21,7 @@ LAYERS = (
     {"prescription", "scene", "scenery"},
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
     {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "pupil_outline", "pupil_grid", "focus", "confusion",
-     "polynomial", "aberrations", "falloff"},
+     "polynomial", "aberrations", "falloff", "vignetting"},
     {"cameras"},
     {"accuracy", "views", "emission", "fronts", "splats"},
     {"render"},

@@ -10,6 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import lensbench as lb
+from lensbench import lenses
 from tests.core.oracles import DATA, LAW, REFERENCE, TRACED, biconvex, lens
 
 THIRD_ORDER = json.loads((DATA / "third_order.json").read_text(encoding="utf-8"))
@@ -121,6 +122,61 @@ def test_coddingtons_foci_are_where_close_rays_meet_the_chief_ray(angle, radius)
         opened = np.linalg.norm(ends[0].points[0] - ends[1].points[0])
         assert closed < 2e-5 * opened * max(1.0, abs(focus) / 10.0)         # of the second order in the offset
     assert ray.pupil_z == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["lib-miyamoto-fisheye-1964", "lenshh-laikin-fisheye160-f2",
+                                  "lentil-minolta-fisheye-1978"])
+def test_a_fisheyes_chief_rays_run_back_from_the_stop_into_their_angle_beyond_a_right_one_too(name):
+    """Traced from the middle of the stop towards the scene through the front of the lens alone."""
+    fisheye = lenses.load(name)
+    z_stop = fisheye.vertices[fisheye.stop_index]
+    front = lb.Lens(fisheye.surfaces[:fisheye.stop_index], 0)
+    image = []
+    for degrees in (1.0, 30.0, 70.0, 89.0, 89.9999, 90.0, 90.0001, 91.0, 100.0, 104.0):
+        ray = lb.chief_ray(fisheye, radians(degrees))
+        np.testing.assert_array_equal(ray.points[fisheye.stop_index], [0.0, 0.0, z_stop])
+        # and so does light that comes in at that angle; 1e-16 of it on arms of 100 mm, magnified by the surfaces
+        light = lb.trace(fisheye, [0.0, 0.0, ray.pupil_z], [0.0, np.sin(ray.field_angle), np.cos(ray.field_angle)],
+                         clip=False, record=True, forward=True)
+        np.testing.assert_allclose(light.paths[0, 1:], ray.points, rtol=0.0, atol=1e-9)
+        way = ray.points[fisheye.stop_index - 1] - [0.0, 0.0, z_stop]
+        back = lb.trace(front, [0.0, 0.0, z_stop], way, clip=False)
+        assert back.surface[0] == 0 and (back.fate[0] == lb.Fate.PASSED or back.fate[0] == lb.Fate.BACKWARD)
+        assert degrees == 90.0 or (back.fate[0] == lb.Fate.PASSED) == (degrees < 90.0)
+        _, y, z = -back.directions[0]
+        assert np.arctan2(y, z) == pytest.approx(radians(degrees), abs=1e-12)
+        np.testing.assert_allclose(back.points[0], ray.points[0], rtol=0.0, atol=1e-11)
+        image.append(ray.points[-1, 1])
+    assert (np.diff(image) >= 0.0).all()
+    mirrored = lb.chief_ray(fisheye, radians(-100.0))
+    np.testing.assert_allclose(mirrored.points * [1.0, -1.0, 1.0], lb.chief_ray(fisheye, radians(100.0)).points,
+                               rtol=0.0, atol=1e-12)
+
+
+def test_the_foci_of_a_fisheye_go_on_smoothly_beyond_a_right_angle():
+    fisheye = lenses.load("lib-miyamoto-fisheye-1964")
+    before, at, after = (np.array(lb.astigmatic_foci(fisheye, 0.5 * pi + e)) for e in (-1e-5, 0.0, 1e-5))
+    np.testing.assert_allclose(before + after, 2.0 * at, rtol=0.0, atol=1e-2 * np.abs(after - before).min())
+
+
+def test_a_dark_field_names_the_surface_that_ends_it_and_the_angle():
+    fisheye = lenses.load("lib-miyamoto-fisheye-1964")
+    with pytest.raises(lb.LensError, match=r"no chief ray at 95°: beyond 92\.19° it would meet the rim of surface 0"):
+        lb.chief_ray(fisheye, radians(95.0), clip=True)
+    assert lb.chief_ray(fisheye, radians(92.18), clip=True).points.shape == (len(fisheye.surfaces), 3)
+    with pytest.raises(lb.LensError, match=r"no chief ray at -120°: beyond -105\.9° it would miss surface 1"):
+        lb.chief_ray(fisheye, radians(-120.0))
+    with pytest.raises(lb.LensError, match="below 180°"):
+        lb.chief_ray(fisheye, pi)
+    with pytest.raises(lb.LensError, match=r"no chief ray at 90°: beyond 90° it would not meet surface 0"):
+        lb.chief_ray(biconvex(), 0.5 * pi + 1e-6)
+
+
+def test_a_term_of_the_third_power_has_no_seidel_sums():
+    figured = lb.Lens((lb.Surface(0.02, 0.0, 5.0, lb.Glass(1.5), aspheric=((3, 1e-5), (4, 1e-6))),), 0)
+    with pytest.raises(lb.LensError, match="surface 0 has an r³ term"):
+        lb.seidel(figured, 0.1)
+    assert lb.seidel(replace(figured, surfaces=(replace(figured.stop, aspheric=((4, 1e-6), (5, 1e-4))),)), 0.1)
 
 
 def test_what_has_no_chief_ray_or_no_symmetry_is_refused():

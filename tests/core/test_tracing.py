@@ -130,6 +130,45 @@ def test_a_hit_lies_on_the_ray_on_the_sphere_and_on_the_vertex_side_of_its_equat
 
 
 @LAW
+@given(st.floats(8.0, 60.0), st.floats(-0.9, 0.9), st.floats(-1.0, 1.0), st.floats(1.3, 1.9), st.floats(0.0, 0.6),
+       st.sampled_from([0.0, -1e-12]))
+def test_a_sphere_knows_no_front_and_light_may_reach_it_from_beyond_a_right_angle(radius, height, x, n, angle, conic):
+    """Turned about its centre, a ray stays the same; k = −1e-12 takes the way of conics, with a shape as good as equal.
+
+    So what hits the dome from its front and what comes from up to 35° behind its equator are refracted alike.
+    """
+    dome = lb.Lens((lb.Surface(1.0 / radius, 0.0, 1e3, lb.Glass(n), conic),), 0)
+    turn = 0.5 * pi + angle
+    across = height * radius
+    straight = lb.trace(dome, [x, across, -3.0], [0.0, 0.0, 1.0])
+    cosine, sine = cos(turn), sin(turn)
+    about = np.array([[1.0, 0.0, 0.0], [0.0, cosine, sine], [0.0, -sine, cosine]])
+    centre = np.array([0.0, 0.0, radius])
+    turned = lb.trace(dome, about @ ([x, across, -3.0] - centre) + centre, about @ [0.0, 0.0, 1.0], forward=True)
+    assume(straight.fate[0] == lb.Fate.PASSED)
+    point = about @ (straight.points[0] - centre) + centre
+    assume(abs(point[2] - radius) > 1e-6)
+    if point[2] > radius:                               # beyond the equator
+        assert turned.fate[0] == lb.Fate.MISSED
+        return
+    np.testing.assert_allclose(turned.points[0], point, rtol=0.0, atol=1e-9 if conic else 1e-11)
+    after = about @ straight.directions[0]
+    np.testing.assert_allclose(turned.directions[0], after, rtol=0.0, atol=1e-9 if conic else 1e-12)
+    assert turned.fate[0] == (lb.Fate.PASSED if after[2] > 0.0 else lb.Fate.BACKWARD)
+
+
+def test_rays_that_run_across_the_axis_are_traced_where_their_order_is_given():
+    dome, way = one_surface(0.1, 1.5), [0.0, 1.0, 0.0]
+    assert lb.trace(dome, [0.0, -20.0, 5.0], way).fate[0] == lb.Fate.MISSED
+    t = lb.trace(dome, [0.0, -20.0, 5.0], way, forward=True)
+    assert t.fate[0] == lb.Fate.PASSED
+    np.testing.assert_allclose(t.points[0], [0.0, -np.sqrt(75.0), 5.0], rtol=0.0, atol=1e-13)
+    assert lb.trace(dome, [0.0, -20.0, 5.0], way, forward=False).points[0, 1] == pytest.approx(np.sqrt(75.0))
+    plane = lb.trace(one_surface(0.0, 1.5), [0.0, 0.0, -1.0], [[0.0, 1.0, 0.0], [0.0, 1.0, -0.1]], forward=True)
+    assert set(plane.fate) == {lb.Fate.MISSED}
+
+
+@LAW
 @given(st.floats(12.0, 60.0), st.floats(0.1, 0.9), st.floats(0.0, 2.0 * pi), st.sampled_from([1.0, -1.0]))
 def test_a_ray_that_meets_only_the_far_half_of_a_sphere_misses(radius, height, turn, sign):
     """It crosses the ball between its equator and its far pole, hardly rising: both hits are beyond the equator."""
