@@ -122,18 +122,22 @@ def _by_differences(camera: "Camera", given: dict[int, np.ndarray], dtype, wavel
             out = onward.run({X: x, Y: y, L: way[0], M: way[1], N: way[2], TIME: time, WEIGHT: np.ones(n)}, _RAY, n)
         return out[:6].T.astype(float), (out[6] > 0.0) & np.isfinite(out[:6]).all(0)
 
-    middle, _ = rays(0.0, 0.0)
-    found = np.full((2, n, 6), np.nan)
+    found, middle = np.full((2, n, 6), np.nan), None
     for axis in range(2):
         todo = np.ones(n, bool)
         for h in _widths(camera, dtype):
-            (up, up_ok), (down, down_ok), (up2, up2_ok), (down2, down2_ok) = (
-                rays(k * h * (1 - axis), k * h * axis) for k in (1, -1, 2, -2))
-            with np.errstate(invalid="ignore"):
-                slopes = ((up - down) / (2 * h), (4 * up - up2 - 3 * middle) / (2 * h),
-                          (3 * middle + down2 - 4 * down) / (2 * h))
-            for slope, ok in zip(slopes, (up_ok & down_ok, up_ok & up2_ok, down_ok & down2_ok), strict=True):
-                found[axis, todo & ok] = slope[todo & ok]
+            (up, up_ok), (down, down_ok) = (rays(k * h * (1 - axis), k * h * axis) for k in (1, -1))
+            ok = todo & up_ok & down_ok
+            found[axis, ok] = (up[ok] - down[ok]) / (2 * h)
+            todo &= ~ok
+            if not todo.any():
+                break
+            # to one side
+            middle = rays(0.0, 0.0)[0] if middle is None else middle
+            for near, near_ok, k in ((up, up_ok, 1), (down, down_ok, -1)):
+                far, far_ok = rays(2 * k * h * (1 - axis), 2 * k * h * axis)
+                ok = todo & near_ok & far_ok
+                found[axis, ok] = (4 * near[ok] - far[ok] - 3 * middle[ok]) / (2 * k * h)
                 todo &= ~ok
             if not todo.any():
                 break
