@@ -242,7 +242,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         from lensbench.app.export import read_settings
         settings = read_settings(lens)
     else:
-        opened = replace(Settings(), model=arguments.model or "trace", focal_length=arguments.focal_length)
+        opened = with_model(replace(Settings(), focal_length=arguments.focal_length), arguments.model or "trace")
         settings = within_reach(replace(opened, lens=_name_or_file(lens or opened.lens)).checked())
     asked = {name: getattr(arguments, option) for name, option in (
         ("model", "model"), ("focus_distance", "focus"), ("bits", "sensor_bits"), *((name, name) for name in NAMED))

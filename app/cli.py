@@ -103,7 +103,8 @@ def _parser() -> argparse.ArgumentParser:
                       help="write a picture of the whole window and end; needs no display")
 
     render = command("render", _render, "Render a picture through a lens.")
-    render.add_argument("lens", nargs="?", metavar="LENS", help=f"{lens_help}; not needed with --settings")
+    render.add_argument("lens", nargs="?", metavar="LENS",
+                        help=f"{lens_help}; not needed with --settings, or for a --model without a lens")
     add_picture_options(render)
     render.add_argument("-o", "--output", required=True, metavar="FILE",
                         help="developed picture (.png, .ppm) or linear light (.exr, .pfm)")
@@ -172,9 +173,10 @@ def _render(arguments: argparse.Namespace) -> int:
     from lensbench.app.ahead import compile_ahead
     from lensbench.app.arguments import settings_from
     from lensbench.app.export import export_render
+    from lensbench.app.settings import LENSLESS
     from lensbench.app.settings_file import save_settings
 
-    if arguments.lens is None and arguments.settings is None:
+    if arguments.lens is None and arguments.settings is None and arguments.model not in LENSLESS:
         raise UsageError("which LENS? Name one, an exported picture, or --settings (see lensbench render --help)")
     settings = settings_from(arguments)
     if arguments.save_settings is not None:

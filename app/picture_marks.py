@@ -27,7 +27,7 @@ class Mark:
 
     def holds(self, settings: Settings) -> bool:
         """Whether what was focused on still stands there, in focus."""
-        return self.distance == settings.focus_distance and self.aim == settings.aim
+        return settings.focuses and self.distance == settings.focus_distance and self.aim == settings.aim
 
 
 def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:

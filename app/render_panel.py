@@ -230,7 +230,7 @@ def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
     view.pending = None
     rows, columns = picture.depth.shape
     depth = float(picture.depth[min(int(y * rows), rows - 1), min(int(x * columns), columns - 1)])
-    if math.isnan(depth) or depth <= 0.0:
+    if math.isnan(depth) or depth <= 0.0 or not settings.focuses:
         return settings
     nearest = readings(settings).nearest_focus or 0.0
     distance = max(depth, nearest * (1.0 + 1e-6))

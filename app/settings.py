@@ -233,6 +233,11 @@ class Settings:
         return self.model in LENSLESS
 
     @property
+    def focuses(self) -> bool:
+        """Whether its picture has a plane in focus."""
+        return self.model not in ("pinhole", "fisheye", "environment", "hole", "bare")
+
+    @property
     def keyframed(self) -> bool:
         """Whether the camera goes from one keyframe to another."""
         return self.end_position is not None
