@@ -192,7 +192,7 @@ def sampling() -> Iterator[tuple[str, float, str]]:
         def errors(steps, camera=camera, scene=scene, truth=truth) -> dict[int, float]:
             found: dict[int, list[float]] = {}
             for seed in range(3):
-                rendering = lb.Rendering(camera, scene, seed=seed, steps=steps)
+                rendering = lb.Rendering(camera, scene, seed=seed, steps=steps, filtered=False)
                 for count in (1, 4, 16, 64, 256):
                     rendering.add(count - rendering.samples)
                     error = np.minimum(rendering.image(), 4.0) - truth
