@@ -297,3 +297,32 @@ def test_the_irradiance_falls_off_over_the_film_as_pbrts_mean_weight_does(name):
         passed = lb.trace(lens, [r, 0.0, lens.length + z], d).fate == lb.Fate.PASSED
         cos4 = (z * z / (d**2).sum(1)) ** 2
         assert (cos4 * areas * passed).mean() / z**2 == pytest.approx(mean, abs=2e-3 * mean + 5e-4 * expected[0])
+
+
+@pytest.mark.parametrize(("focus", "f_number", "limit"), [
+    (2000.0, 2.8, 0.03), (900.0, 8.0, 0.02), (30000.0, 4.0, 0.03)])
+def test_the_depth_of_field_ends_where_the_traced_blur_crosses_the_limit(focus, f_number, limit):
+    lens = lb.Lens((lb.Surface(0.02, 1e-6, 20.0, lb.Glass(1.5)), lb.Surface(-0.02, 0.0, 20.0)), 0)      # 50 mm, thin
+    camera = lb.LensCamera(lens, FILM, focus, f_number, model="thin")
+    fo = camera.first_order
+    from_lens = focus - camera.film_distance - lens.length      # the formulas measure from the lens
+
+    def blur(distance):
+        """Diameter on the film (mm) of a point on the axis: by the film points whose rays meet it through the rim."""
+        rims = np.array([[0.5, 0.0], [0.5, 1.0], [0.0, 0.5], [1.0, 0.5]])
+        z = -(distance + focus - from_lens)
+        raster, _ = camera.raster_from_point(np.tile([0.0, 0.0, z], (4, 1)), rims)
+        rays = camera.generate_rays(raster, rims)
+        np.testing.assert_allclose(meet(rays, z), 0.0, atol=1e-6)
+        film = film_point(raster)[:, :2]
+        return np.hypot(*(film[:2] - film[2:]).T).mean() * math.sqrt(2.0)
+
+    near, far = lb.depth_of_field(fo.efl, fo.f_number, from_lens, limit)
+    for end, inner, outer in ((near, from_lens, 0.3 * from_lens), (far, from_lens, 50.0 * from_lens)):
+        if math.isinf(end):
+            assert blur(1e7) < limit
+            continue
+        for _ in range(60):
+            middle = 0.5 * (inner + outer)
+            inner, outer = (middle, outer) if blur(middle) < limit else (inner, middle)
+        assert end == pytest.approx(inner, rel=0.005)
