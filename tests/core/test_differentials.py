@@ -7,6 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.cameras.differentials import spread_step
+from lensbench.driver import Program
+from lensbench.lanes import SPREAD, X, Y
 
 FILM = lb.Film(36.0, 24.0, 90, 60)
 TURN = lb.look_at((30.0, 20.0, 10.0), (-100.0, 50.0, -400.0))
@@ -127,3 +130,18 @@ def test_a_rolling_shutter_that_turns_adds_what_it_turns_in_a_line():
     sideways = np.cross([0.0, 1.0, 0.0], rays.directions[0])
     extra = (down.directions[0] - alone.directions[0] @ moving.at(rays.times[0])[:3, :3].T) @ sideways
     assert extra == pytest.approx(rate * readout / FILM.pixels_y, rel=2e-2)     # from the first line to the last
+
+
+@pytest.mark.parametrize("camera", [IDEAL["perspective"], IDEAL["equirectangular"], lb.LensCamera(
+    lenses.load("pbrt-dgauss-50mm"), FILM, 1200.0)], ids=["perspective", "equirectangular", "lens"])
+def test_a_sample_knows_the_spread_of_its_pixel(camera):
+    raster, _ = places(camera, 9, 500)
+    middle = np.tile(camera.pupil_centre, (len(raster), 1))
+    rays, dx, dy = camera.generate_ray_differentials(raster, middle)
+    wanted = np.sqrt(((dx.directions**2).sum(1) + (dy.directions**2).sum(1)) / 2.0)
+    lit = rays.weights > 0.0
+    step = spread_step(camera, np.float32)
+    found = Program([step]).run({X: raster[:, 0], Y: raster[:, 1]}, [SPREAD], len(raster))[0]
+    # a cell is a 32nd of the film, and knows its middle: 1 / 64 of the way of a spread that halves, or doubles, over it
+    assert lit.sum() > 400
+    assert found[lit] == pytest.approx(wanted[lit], rel=0.04)
