@@ -62,7 +62,7 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
 
     origins, directions: (n, 3) or (3,), broadcast; mm, lens frame; directions of any
     length. A ray that runs across the axis (direction.z = 0) is MISSED before the
-    lens. clip=False ignores the rims, the stop's and its blades' included; record=True keeps
+    lens where forward is not given. clip=False ignores the rims, the stop's and its blades' included; record=True keeps
     the paths. dtype: float32 or float64, the precision of all arithmetic. forward: True for light
     from the scene and False for light from the film whatever direction.z is, as for a fisheye
     that sees beyond 90°: there light reaches the first surface against the lens's z.

@@ -74,8 +74,12 @@ def vignetting(lens: Lens, field_angle: float, distance: float = inf, wavelength
         ends = np.where(outside.any(1), outside.argmax(1), ends)
         return np.where(lost, inf, share.max(1)), ends
 
-    def edge(inside: np.ndarray, outside: np.ndarray) -> tuple[np.ndarray, int]:
-        """The last place (x, height) that passes on the way from one that does to one that does not, and its end."""
+    def edge(inside: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, int]:
+        """From a place (x, height) that passes, the last one in the direction of step that does, and what ends it."""
+        outside = inside + step
+        while margins(outside[:1], outside[1:])[1][0] < 0:
+            inside, step = outside, 2.0 * step
+            outside = inside + step
         for _ in range(_SPLITS):
             places = inside + np.linspace(0.0, 1.0, _PARTS + 1)[:, None] * (outside - inside)
             ends = margins(places[:, 0], places[:, 1])[1]
@@ -100,10 +104,11 @@ def vignetting(lens: Lens, field_angle: float, distance: float = inf, wavelength
     piece = max(np.split(passing, np.flatnonzero(np.diff(passing) > 1) + 1), key=len)
 
     # Its edges
-    (_, low), low_surface = edge(np.array([0.0, heights[piece[0]]]), np.array([0.0, heights[piece[0] - 1]]))
-    (_, high), high_surface = edge(np.array([0.0, heights[piece[-1]]]), np.array([0.0, heights[piece[-1] + 1]]))
-    middle = 0.5 * (low + high)
-    (half, _), half_surface = edge(np.array([0.0, middle]), np.array([2.0 * lens.surfaces[0].semi_diameter, middle]))
+    spacing = float(heights[1] - heights[0])
+    (_, low), low_surface = edge(np.array([0.0, heights[piece[0]]]), np.array([0.0, -spacing]))
+    (_, high), high_surface = edge(np.array([0.0, heights[piece[-1]]]), np.array([0.0, spacing]))
+    middle = np.array([0.0, 0.5 * (low + high)])
+    (half, _), half_surface = edge(middle, np.array([lens.surfaces[0].semi_diameter, 0.0]))
     return Vignetting(field_angle, distance, float(low), float(high), low_surface, high_surface, float(half),
                       half_surface)
 

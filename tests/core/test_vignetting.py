@@ -50,6 +50,21 @@ def test_rays_traced_one_by_one_pass_between_the_edges_and_nowhere_else(name, de
     assert list(passes(stack, angle, distance, across, middle)) == [False, True, True, True, False]
 
 
+@pytest.mark.parametrize("name", lenses.names())
+def test_of_every_lens_a_scan_finds_the_same_beam(name):
+    stack = lenses.load(name)
+    height = np.linspace(-1.6, 1.6, 1501) * stack.surfaces[0].semi_diameter
+    for degrees, distance in ((0.0, 20.0 * stack.length), (7.0, 1e12), (28.0, 1e12)):
+        passed = passes(stack, radians(degrees), distance, 0.0, height)
+        try:
+            beam = lb.vignetting(stack, radians(degrees), inf if distance > 1e11 else distance)
+        except lb.LensError:
+            assert not passed.any()
+            continue
+        clear = np.minimum(np.abs(height - beam.low), np.abs(height - beam.high)) > 1e-9
+        np.testing.assert_array_equal(passed[clear], ((height > beam.low) & (height < beam.high))[clear])
+
+
 @pytest.mark.parametrize("distance", [inf, 800.0])
 def test_on_the_axis_the_beam_is_round(distance):
     for name in TRACED:
