@@ -276,12 +276,13 @@ def main(argv: list[str] | None = None) -> int:
     from lensbench.app.bench_differentials import differentials
     from lensbench.app.bench_exposure import exposure
     from lensbench.app.bench_files import files
+    from lensbench.app.bench_light_field import choices, light_fields
     from lensbench.app.bench_models import polynomials
     from lensbench.app.bench_motion import motion
     from lensbench.app.bench_window import window
 
-    parts = {**PARTS, "models": polynomials, "motion": motion, "exposure": exposure,
-             "differentials": differentials, "files": files, "window": window}
+    parts = {**PARTS, "models": polynomials, "choice": choices, "light-field": light_fields, "motion": motion,
+             "exposure": exposure, "differentials": differentials, "files": files, "window": window}
     parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
     parser.add_argument("part", nargs="*", help=f"of {', '.join(parts)} (all by default)")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
