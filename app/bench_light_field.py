@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -27,7 +28,7 @@ def light_fields() -> Iterator[tuple[str, float, str]]:
         begin = perf_counter()
         field = lb.capture_light_field(camera(1200.0), scene, VIEWS, SAMPLES)
         yield f"light field recorded, {model}", perf_counter() - begin, "s"
-        seconds = least({"refocus": lambda field=field: field.refocus(1500.0)})["refocus"]
+        seconds = least({"refocus": partial(field.refocus, 1500.0)})["refocus"]
         yield f"light field focused again, {model}", 1e3 * seconds, "ms"
         for distance in DISTANCES:
             direct = lb.render(camera(distance), scene, 1024)
@@ -41,7 +42,7 @@ def choices() -> Iterator[tuple[str, float, str]]:
     for name, f_number in ((LENS, 2.8), (LENS, 16.0), ("pbrt-fisheye-10mm", None)):
         camera = lb.LensCamera(lenses.load(name), film, 1200.0, f_number)
         choice = lb.choose_model(camera, scene)
-        seconds = least({"choose": lambda camera=camera: lb.choose_model(camera, scene)})["choose"]
+        seconds = least({"choose": partial(lb.choose_model, camera, scene)})["choose"]
         yield f"model chosen, {name}, {choice.table[-1].name}", 1e3 * seconds, "ms"
 
 
