@@ -77,12 +77,12 @@ def _mistakes() -> tuple[type[Exception], ...]:
     from lensbench.app.settings import SettingsError
 
     return (UsageError, SettingsError, ExportError, SceneFileError, RaysError, lenses.LensFileError, lb.LensError,
-            lb.GlassError, lb.MediumError, lb.ExposureError, lb.TransformError,
+            lb.LightFieldError, lb.GlassError, lb.MediumError, lb.ExposureError, lb.TransformError,
             lb.FilmError, lb.CameraError, lb.SceneError)
 
 
 def _parser() -> argparse.ArgumentParser:
-    from lensbench.app import check_command, lens_commands
+    from lensbench.app import check_command, lens_commands, light_field_command
     from lensbench.app.arguments import add_close_option, add_lens_options, add_picture_options, option, read_count
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
@@ -129,6 +129,8 @@ def _parser() -> argparse.ArgumentParser:
                                               "Write a lens file in the format of another program."))
     lens_commands.add_trace_options(command("trace", lens_commands.trace, "Trace a table of rays through a lens."))
 
+    light_field_command.add_light_field_options(command(
+        "lightfield", None, "Record a light field through a lens; focus it afterwards."))
     commands.add_parser("bench", help="Measure the program's speed on this machine.", add_help=False)
     return parser
 

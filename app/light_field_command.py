@@ -1,0 +1,102 @@
+"""The command `lensbench lightfield capture | refocus`: record the light in every part of the pupil, focus it later."""
+
+import argparse
+import re
+import sys
+from dataclasses import replace
+from time import perf_counter
+
+MOST_VIEWS = 999
+
+
+def add_light_field_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench lightfield`."""
+    from lensbench.app.arguments import add_picture_options, option, read_aperture, read_distance
+
+    kinds = parser.add_subparsers(metavar="capture | refocus", required=True)
+    capture = kinds.add_parser("capture", help="Record a light field through a lens.")
+    capture.set_defaults(command=_capture)
+    capture.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file")
+    add_picture_options(capture)
+    capture.add_argument("-o", "--output", required=True, metavar="FILE.npz")
+    capture.add_argument("--views", type=option(read_views), default=(9, 9), metavar="NxM",
+                         help="views across and down the pupil (9x9); --samples counts for each pixel of each of them")
+    refocus = kinds.add_parser("refocus", help="A picture from a light field, focused where you like.")
+    refocus.set_defaults(command=_refocus)
+    refocus.add_argument("field", metavar="FILE.npz", help="what `capture` recorded")
+    refocus.add_argument("-o", "--output", required=True, metavar="FILE", help=".png, .ppm, .exr or .pfm")
+    refocus.add_argument("--focus", type=option(read_distance), metavar="DISTANCE",
+                         help="from the film to what is to be sharp; as it was recorded where this is left out")
+    refocus.add_argument("--f-number", type=option(read_aperture), metavar="N",
+                         help="a part of the recorded aperture; all of it where this is left out")
+    refocus.add_argument("--view", type=option(read_place), default=(0.0, 0.0), metavar="U,V",
+                         help="the middle of that part, in radii of the pupil, such as 0.5,0 or --view=-0.5,0")
+
+
+def read_views(text: str) -> tuple[int, int]:
+    """“9x9”: views across and down."""
+    match = re.fullmatch(r"\s*(\d{1,3})\s*[x×]\s*(\d{1,3})\s*", text.lower())
+    if match is None or not (int(match[1]) and int(match[2])):
+        raise ValueError(f"“{text}”: type views across and down, 1 to {MOST_VIEWS}, such as 9x9")
+    return int(match[1]), int(match[2])
+
+
+def read_place(text: str) -> tuple[float, float]:
+    """“0.5,0”: a place in the pupil."""
+    parts = text.split(",")
+    try:
+        u, v = (float(part) for part in parts)
+    except ValueError:
+        raise ValueError(f"“{text}”: type two numbers with a comma, in radii of the pupil, such as 0.5,0") from None
+    return u, v
+
+
+def _capture(arguments: argparse.Namespace) -> int:
+    import lensbench as lb
+    from lensbench.app.arguments import settings_from
+    from lensbench.app.export import replacing
+    from lensbench.app.light_field_file import checked_suffix, save_light_field
+    from lensbench.app.scene_file import find_scene
+    from lensbench.app.settings import camera
+
+    settings = settings_from(arguments)
+    if arguments.samples is None and arguments.settings is None:
+        settings = replace(settings, samples=16)
+    path = checked_suffix(arguments.output)
+    with replacing(path, keep=False) as part:           # the place is tried before the work begins
+        part.touch()
+    size = lb.light_field_bytes(settings.film, arguments.views)
+    print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
+          f"{size / 1e6:.4g} MB of memory")
+    begin = perf_counter()
+
+    def told(share: float) -> bool:
+        if sys.stderr.isatty():
+            print(f"\r{100.0 * share:3.0f} %", end="" if share < 1.0 else "\n", file=sys.stderr, flush=True)
+        return True
+
+    field = lb.capture_light_field(camera(settings), find_scene(settings.scene), arguments.views, settings.samples,
+                                   settings.seed, told=told)
+    save_light_field(path, field, settings)
+    near, far = field.clear_range
+    print(f"{path}: {perf_counter() - begin:.1f} s; can be focused without gaps from {near / 1000.0:.3g} m to "
+          f"{far / 1000.0:.3g} m")
+    return 0
+
+
+def _refocus(arguments: argparse.Namespace) -> int:
+    from lensbench.app.export import save_picture
+    from lensbench.app.light_field_file import load_light_field
+
+    field, settings = load_light_field(arguments.field)
+    wanted = settings.focus_distance if arguments.focus is None else arguments.focus
+    distance = max(wanted, field.nearest)
+    picture = field.refocus(distance, arguments.f_number, arguments.view)
+    save_picture(arguments.output, picture, replace(settings, focus_distance=distance,
+                                                    f_number=arguments.f_number or settings.f_number))
+    said = "" if distance == wanted else f", the nearest distance in place of {wanted / 1000.0:.4g} m"
+    near, far = field.clear_range
+    if not near <= distance <= far:
+        said += f"; beyond {near / 1000.0:.3g} to {far / 1000.0:.3g} m its views part: record more of them"
+    print(f"{arguments.output}: focused at {distance / 1000.0:.4g} m{said}")
+    return 0
