@@ -3,7 +3,8 @@
 Lengths in mm, lens frame. A point on the axis is named by its nearness, 1/mm: one
 over its distance before the first vertex (or behind the last, for light that runs
 back), 0 at infinity. A bundle is known by the heights of its rays on the plane of
-the vertex that it meets first.
+the vertex that it meets first. Rotational symmetry is assumed: of a lens with a cylinder or
+toroid these are the rays of the section y–z.
 """
 
 from functools import lru_cache

@@ -2,7 +2,8 @@
 
 A circle of confusion is a diameter on the film, in mm. The closed forms of the
 thin lens measure distances from the lens; those of a real lens measure from the
-film, as focusing does. Every distance may be math.inf, every one may be an array.
+film, as focusing does. Every distance may be math.inf, every one may be an array. Of a lens with a cylinder or toroid
+the section y–z alone is meant.
 """
 
 from math import isfinite

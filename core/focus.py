@@ -37,6 +37,7 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
     bundle of the object, over the full pupil, has its least rms blur. Of a lens with
     focus groups: behind `focused(lens, focus_distance, method)`. FocusError where
     the object is nearer than the lens can focus, or where the lens forms no real image.
+    Of a lens with a cylinder or toroid, the section y–z is focused; x–z may want another film.
     """
     if method not in ("paraxial", "real"):
         raise ValueError(f"focus method {method!r}: it must be 'paraxial' or 'real'")
