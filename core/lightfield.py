@@ -247,9 +247,10 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     h, w = camera.film.pixels_y, camera.film.pixels_x
     light = np.zeros((down, across, 3, h, w), dtype)
     coverage = np.zeros((down, across, h, w), dtype)
-    before = sampler(w, lit=shadows, timed=camera.moves)
-    clock = [camera.clock] if camera.moves else []
-    after = scene.steps(shadows)
+    timed = camera.moves or scene.moves
+    before = sampler(w, lit=shadows, timed=timed)
+    clock = [camera.clock] if timed else []
+    after = scene.steps(shadows, camera.shutter_open, medium=camera.medium)
     blocks = -(-w * h // B)
     cell = 2.0 * reach / np.array([across, down])
     done = [0]
@@ -261,7 +262,7 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
         corner = (-reach + i * cell[0], -reach + j * cell[1])
         right, bottom = offsets[j, i] * [across_mm, down_mm]
         onto = Step(camera.film_step.kernel, [across_mm, middle - right, down_mm, low - bottom])
-        aim = [*before, *clock, onto, *_cell_steps(camera, corner, cell)]
+        aim = [*before, *clock, onto, *_cell_steps(camera, corner, cell), *camera.port]
         lanes, seeds = bench(), np.uint32(seed)
         for program, out in ((Program([*aim, *camera.carried, *after]), light[j, i]),
                              (Program([*aim, Step(white, [0.0])]), coverage[j, i][None])):

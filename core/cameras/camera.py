@@ -166,12 +166,16 @@ class Camera:
 
     def aimed(self, wavelength: float = D_LINE) -> list[Step]:
         """camera_steps, and the window to a medium: to the ray in the scene, in the camera frame."""
+        return [*self.camera_steps(wavelength), *self.port]
+
+    @property
+    def port(self) -> list[Step]:
+        """The step through the window to a medium of another index; none where there is no window."""
         if not self.has_port:
-            return self.camera_steps(wavelength)
+            return []
         assert self.medium is not None
         index = self.medium.index
-        gain = 1.0 / index**2 if self.weights == "physical" else 1.0
-        return [*self.camera_steps(wavelength), port_step(self.front, index, gain)]
+        return [port_step(self.front, index, 1.0 / index**2 if self.weights == "physical" else 1.0)]
 
     @property
     def has_port(self) -> bool:
