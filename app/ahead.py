@@ -31,8 +31,9 @@ def compile_ahead(scene: str) -> subprocess.Popen | None:
 
 
 if __name__ == "__main__":
+    from lensbench.app.optics import camera
     from lensbench.app.scene_file import find_scene
-    from lensbench.app.settings import Settings, camera
+    from lensbench.app.settings import Settings
     from lensbench.driver import stage_address
     from lensbench.render import Rendering
     from lensbench.scenery.small_lights import small_lights

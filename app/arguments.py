@@ -13,6 +13,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from lensbench.app.optics import design
 from lensbench.app.reach import (
     ends_of_view,
     full_view,
@@ -40,7 +41,6 @@ from lensbench.app.settings import (
     VIEWS,
     Settings,
     SettingsError,
-    design,
 )
 from lensbench.app.time_scales import read_light, read_time
 from lensbench.app.zoom import asked_zoom, read_close, read_zoom

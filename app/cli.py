@@ -226,7 +226,8 @@ class _Progress:
 
 def _info(arguments: argparse.Namespace) -> int:
     import lensbench as lb
-    from lensbench.app.settings import Settings, design
+    from lensbench.app.optics import design
+    from lensbench.app.settings import Settings
     from lensbench.app.zoom import positioned, station_lines, stations
 
     lens = design(replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked())

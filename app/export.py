@@ -29,8 +29,9 @@ import lensbench as lb
 from lensbench.app import netpbm, tone
 from lensbench.app.debug_view import codes
 from lensbench.app.exposed import exposed
+from lensbench.app.optics import camera
 from lensbench.app.scene_file import find_scene
-from lensbench.app.settings import Settings, camera
+from lensbench.app.settings import Settings
 
 SUFFIXES = {".png": "developed picture, 8 or 16 bits", ".ppm": "the same, without compression",
             ".exr": "linear light, float", ".pfm": "the same, without settings"}

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 from lensbench import lenses
 from lensbench.app.dialogs import Question
+from lensbench.app.optics import design
 from lensbench.app.reach import with_model, within_reach
-from lensbench.app.settings import LOOK, MOTION, Settings, design
+from lensbench.app.settings import LOOK, MOTION, Settings
 from lensbench.app.viewpoint import at_home
 from lensbench.lenses import READERS, WRITERS
 
@@ -143,7 +144,7 @@ class Files:
     def save_intrinsics(self, path: Path) -> None:
         """Save the camera's intrinsics and pose as JSON."""
         from lensbench.app.export import ExportError, replacing
-        from lensbench.app.settings import camera
+        from lensbench.app.optics import camera
         from lensbench.app.spaces_panel import intrinsics
 
         try:

@@ -56,8 +56,8 @@ def _capture(arguments: argparse.Namespace) -> int:
     from lensbench.app.arguments import settings_from
     from lensbench.app.export import replacing
     from lensbench.app.light_field_file import checked_suffix, save_light_field
+    from lensbench.app.optics import camera
     from lensbench.app.scene_file import find_scene
-    from lensbench.app.settings import camera
 
     settings = settings_from(arguments)
     if arguments.samples is None and arguments.settings is None:

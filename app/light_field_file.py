@@ -13,7 +13,8 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.export import ExportError, replacing
-from lensbench.app.settings import Settings, camera
+from lensbench.app.optics import camera
+from lensbench.app.settings import Settings
 
 SUFFIX = ".npz"
 ARRAYS = ("light", "coverage", "reach", "settings")

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 import lensbench as lb
 from lensbench.app import theme
+from lensbench.app.optics import design
 from lensbench.app.scale import format_distance
-from lensbench.app.settings import Settings, design
+from lensbench.app.settings import Settings
 
 
 @dataclass(frozen=True)

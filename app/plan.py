@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
+from lensbench.app.optics import camera
 from lensbench.app.readings import readings
 from lensbench.app.scene_file import find_scene
-from lensbench.app.settings import Settings, camera
+from lensbench.app.settings import Settings
 from lensbench.scenery.moving import displaced
 
 AWAY = 1e7                      # mm along a ray: what stands for infinitely far

@@ -6,8 +6,9 @@ Lengths in mm, angles in radians.
 import math
 from dataclasses import replace
 
+from lensbench.app.optics import design, perspective_focal_length
 from lensbench.app.readings import colours, readings
-from lensbench.app.settings import REAL, SHAPES, Settings, design, perspective_focal_length
+from lensbench.app.settings import REAL, SHAPES, Settings
 from lensbench.app.zoom import focal_length, zoom_of
 
 SMALLEST_CROP = 0.05

@@ -14,16 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.settings import (
-    LOOK,
-    MOTION,
-    PLACE,
-    REAL,
-    Settings,
-    camera,
-    design,
-    perspective_focal_length,
-)
+from lensbench.app.optics import camera, design, perspective_focal_length
+from lensbench.app.settings import LOOK, MOTION, PLACE, REAL, Settings
 from lensbench.cameras.lens import missing_colour
 
 

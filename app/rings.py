@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 from lensbench.app import scale, sensor_scales, time_scales
+from lensbench.app.optics import design
 from lensbench.app.reach import (
     WIDEST_FISHEYE,
     ends_of_view,
@@ -15,7 +16,7 @@ from lensbench.app.reach import (
 )
 from lensbench.app.readings import Readings, readings
 from lensbench.app.ring import ring
-from lensbench.app.settings import Settings, design
+from lensbench.app.settings import Settings
 from lensbench.app.zoom import focal_length, zoom_of
 
 DEFAULT = Settings()

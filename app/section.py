@@ -15,13 +15,14 @@ from lensbench.app import section_drawing as drawing
 from lensbench.app import section_marks as marks
 from lensbench.app import theme
 from lensbench.app.glass_outline import elements
+from lensbench.app.optics import design
 from lensbench.app.pupil_sketch import region
 from lensbench.app.readings import readings
 from lensbench.app.scale import format_distance, format_f_number
 from lensbench.app.section_drawing import Canvas
 from lensbench.app.section_sketch import Sketch, sketch
 from lensbench.app.section_view import View, fitted
-from lensbench.app.settings import Settings, design
+from lensbench.app.settings import Settings
 
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
 FINE = 0.1

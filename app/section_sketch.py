@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import lensbench as lb
+from lensbench.app.optics import design
 from lensbench.app.readings import Setup, optical, readings, setup
 from lensbench.app.section_fans import FIELDS, Fan, fans, ideal_fan
-from lensbench.app.settings import REAL, Settings, design
+from lensbench.app.settings import REAL, Settings
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,11 @@ from lensbench.app.easel import Easel, save_window
 from lensbench.app.files import Files
 from lensbench.app.history import History
 from lensbench.app.menus import shortcuts
+from lensbench.app.optics import design
 from lensbench.app.panels import Panels, layout
 from lensbench.app.picture import View
 from lensbench.app.reach import showable
-from lensbench.app.settings import Settings, design
+from lensbench.app.settings import Settings
 from lensbench.app.worker import Worker
 
 COMPILING_FPS = 8.0             # of the window while it waits for its first picture

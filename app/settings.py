@@ -1,4 +1,4 @@
-"""Everything that a person can set, as one frozen value, and the camera and scene that follow from it.
+"""Everything that a person can set, as one frozen value.
 
 The window, the command line and an exported picture's metadata all hold the
 same Settings; a picture is a pure function of them. Lengths in mm, angles in
@@ -8,16 +8,13 @@ radians, exposure in stops.
 import math
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
-from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin
 
 import numpy as np
 
 import lensbench as lb
-from lensbench import lenses
 from lensbench.iris import MOST_BLADES
-from lensbench.scenery.medium import WATER_INDEX
 
 VERSION = 2                     # of the settings in a picture's metadata
 MODELS = {                      # the cameras that the bench offers
@@ -326,80 +323,3 @@ def _of_kind(name: str, kind: Any, value: Any) -> Any:
         what = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}[kind]
         raise SettingsError(f"{name} is {value!r}: it must be {what}")
     return value
-
-
-@lru_cache(maxsize=64)
-def _load(lens: str, stamp: float) -> lb.Lens:
-    return lenses.load(lens).at(zoom=0.0, close=0.0)
-
-
-def design(settings: Settings) -> lb.Lens:
-    """The lens wide open, scaled to the focal length that is set (of a zoom its shortest), then zoomed.
-
-    LensError where it is to zoom and cannot.
-    """
-    path = Path(settings.lens)
-    lens = _load(settings.lens, path.stat().st_mtime if path.is_file() else 0.0)
-    if settings.blades is not None:
-        lens = replace(lens, blades=settings.blades, blade_rotation=settings.blade_rotation,
-                       roundness=settings.roundness)
-    if settings.medium == "water" and settings.wet:
-        lens = replace(lens, front_index=WATER_INDEX)
-    if settings.focal_length is not None:
-        lens = lens.scaled(settings.focal_length / lb.first_order(lens).efl)
-    return lens.at(zoom=settings.zoom)
-
-
-def camera(settings: Settings) -> lb.Camera:
-    """The camera of these settings: a LensCamera, or where no prescription is used, one of the ideal cameras.
-
-    SettingsError where a perspective camera is focused nearer than magnification 1, as FocusError for a lens.
-    """
-    film = settings.film
-    ramp = settings.shutter_ramp * settings.shutter
-    common: dict[str, Any] = {
-        "world_from_camera": settings.placement, "shutter_open": settings.moment,
-        "shutter_close": settings.moment + settings.shutter, "shutter_ramp": ramp,
-        "readout": settings.readout, "readout_direction": settings.readout_direction, "medium": medium(settings)}
-    stop: dict[str, Any] = {"blades": settings.blades or 0, "blade_rotation": settings.blade_rotation,
-                            "roundness": settings.roundness}
-    if settings.model == "perspective":
-        focal_length = perspective_focal_length(settings)
-        radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
-        if radius > 0.0 and settings.focus_distance < 2.0 * focal_length:
-            raise SettingsError(f"focus at {settings.focus_distance / 1000.0:.6g} m: the nearest distance of this "
-                                f"camera is {math.ceil(2.0 * focal_length) / 1000.0:g} m, twice its focal length")
-        return lb.PerspectiveCamera(film, fov=settings.fov, fov_axis=settings.fov_axis, lens_radius=radius,
-                                    focus_distance=settings.focus_distance, **stop, **common)
-    if settings.model == "orthographic":
-        return lb.OrthographicCamera(film, settings.scene_width * settings.crop, settings.lens_radius,
-                                     settings.focus_distance, **stop, **common)
-    if settings.model == "hole":
-        return lb.PinholeCamera(film, settings.hole_distance, hole_diameter(settings) / 2.0, **common)
-    if settings.model == "bare":
-        return lb.BareSensor(film, **common)
-    if settings.model == "fisheye":
-        return lb.FisheyeCamera(film, settings.fisheye_fov, settings.projection, settings.fov_axis, **common)
-    if settings.model == "environment":
-        return lb.EnvironmentCamera(film, settings.layout, **common)
-    return lb.LensCamera(design(settings), film, focus_distance=settings.focus_distance, f_number=settings.f_number,
-                         model=settings.model, dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
-                         **common)
-
-
-def medium(settings: Settings) -> lb.Medium | None:
-    """What lies before the camera; None for clear air."""
-    if settings.medium == "air":
-        return None
-    kind = lb.Medium.water if settings.medium == "water" else lb.Medium.fog
-    return kind(settings.visibility, (settings.fog_light,) * 3)
-
-
-def perspective_focal_length(settings: Settings) -> float:
-    """Of the perspective camera, mm: what its field of view makes of its film."""
-    return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis).film_distance
-
-
-def hole_diameter(settings: Settings) -> float:
-    """Of the pinhole of finite size, mm: as it is set, or the sharpest for what is far away."""
-    return settings.hole_diameter or lb.best_pinhole(settings.hole_distance)

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 import lensbench as lb
 from lensbench.app import theme
+from lensbench.app.optics import camera
 from lensbench.app.scene_file import kept_scene
-from lensbench.app.settings import VIEWS, Settings, camera
+from lensbench.app.settings import VIEWS, Settings
 from lensbench.scenery.moving import displaced
 from lensbench.scenery.plates import plate_frame
 

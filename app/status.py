@@ -6,9 +6,10 @@ from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from lensbench.app import theme
 from lensbench.app.controls import lens_title
+from lensbench.app.optics import design
 from lensbench.app.picture import View
 from lensbench.app.scale import format_distance
-from lensbench.app.settings import MODELS, Settings, design
+from lensbench.app.settings import MODELS, Settings
 from lensbench.app.worker import News
 
 

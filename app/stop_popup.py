@@ -6,8 +6,9 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app import sensor_scales, theme, time_scales
+from lensbench.app.optics import design
 from lensbench.app.ring import ring
-from lensbench.app.settings import Settings, design
+from lensbench.app.settings import Settings
 from lensbench.app.toggles import toggles
 from lensbench.iris import Iris
 

@@ -66,8 +66,8 @@ class _Job:
 
 def prepare(settings: Settings) -> tuple[Any, Any]:
     """The camera and the scene of the settings."""
+    from lensbench.app.optics import camera
     from lensbench.app.scene_file import find_scene
-    from lensbench.app.settings import camera
 
     return camera(settings), find_scene(settings.scene)
 

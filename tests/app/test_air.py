@@ -8,8 +8,9 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
+from lensbench.app.optics import camera, design, medium
 from lensbench.app.reach import with_model
-from lensbench.app.settings import Settings, SettingsError, camera, design, medium
+from lensbench.app.settings import Settings, SettingsError
 
 from .conftest import SMALL
 from .test_cli import LENS, settings_of, viewed  # noqa: F401 - the fixture

@@ -9,10 +9,11 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
+from lensbench.app.optics import camera
 from lensbench.app.reach import with_equivalent_film, with_layout, with_model, with_projection
 from lensbench.app.readings import readings
 from lensbench.app.scale import Scale
-from lensbench.app.settings import LENSLESS, MODELS, Settings, SettingsError, camera
+from lensbench.app.settings import LENSLESS, MODELS, Settings, SettingsError
 from lensbench.app.time_scales import SHUTTERS, format_duration, format_time, read_time, shutter_scale
 from lensbench.app.viewpoint import dollied, orbited
 

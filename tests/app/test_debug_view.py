@@ -11,7 +11,8 @@ from PIL import Image
 import lensbench as lb
 from lensbench.app.cli import main
 from lensbench.app.debug_view import NOTES, codes, note
-from lensbench.app.settings import VIEWS, Settings, camera
+from lensbench.app.optics import camera
+from lensbench.app.settings import VIEWS, Settings
 
 from .conftest import SMALL
 

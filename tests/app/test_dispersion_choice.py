@@ -8,10 +8,11 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.cli import main
+from lensbench.app.optics import camera
 from lensbench.app.reach import within_reach
 from lensbench.app.readings import colours, readings
 from lensbench.app.readouts import NONE, Status, rows
-from lensbench.app.settings import Settings, SettingsError, camera
+from lensbench.app.settings import Settings, SettingsError
 
 from .conftest import SMALL
 from .test_cli import settings_of, viewed  # noqa: F401 - the fixture

@@ -9,7 +9,8 @@ import lensbench as lb
 from lensbench.app.cli import main
 from lensbench.app.export import ExportError, read_settings
 from lensbench.app.light_field_file import load_light_field, save_light_field
-from lensbench.app.settings import Settings, camera
+from lensbench.app.optics import camera
+from lensbench.app.settings import Settings
 
 SMALL = ["--size", "36x24", "--views", "3x2", "--samples", "2"]
 

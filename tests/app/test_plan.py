@@ -11,9 +11,10 @@ from imgui_bundle import ImVec2, imgui
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.falloff_panel import falling
+from lensbench.app.optics import camera
 from lensbench.app.plan import extent, plan, things
 from lensbench.app.readings import readings, setup
-from lensbench.app.settings import Settings, camera
+from lensbench.app.settings import Settings
 from lensbench.app.spaces_panel import along, intrinsics, rows, thing_at
 
 from .conftest import SMALL

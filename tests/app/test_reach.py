@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app import reach
+from lensbench.app.optics import camera, design
 from lensbench.app.readings import readings
-from lensbench.app.settings import Settings, SettingsError, camera, design
+from lensbench.app.settings import Settings, SettingsError
 
 START = Settings()
 

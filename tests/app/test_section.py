@@ -11,12 +11,13 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app import section
 from lensbench.app.glass_outline import elements, sag
+from lensbench.app.optics import design
 from lensbench.app.readings import setup
 from lensbench.app.section_fans import Ray
 from lensbench.app.section_marks import pushed_apart
 from lensbench.app.section_sketch import sketch
 from lensbench.app.section_view import fitted, round_length
-from lensbench.app.settings import Settings, design
+from lensbench.app.settings import Settings
 from tests.app.stand import centre, drive
 
 START = Settings(lens="pbrt-dgauss-50mm")

@@ -14,7 +14,8 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app import panels, window
 from lensbench.app.files import QUESTIONS
-from lensbench.app.settings import Settings, design
+from lensbench.app.optics import design
+from lensbench.app.settings import Settings
 
 from .conftest import SMALL
 

@@ -9,7 +9,8 @@ import pytest
 
 import lensbench as lb
 from lensbench.app import worker as module
-from lensbench.app.settings import Settings, camera
+from lensbench.app.optics import camera
+from lensbench.app.settings import Settings
 from lensbench.app.worker import PAUSED_SAMPLES, Worker
 
 SMALL = replace(Settings(), pixels_x=96, pixels_y=64, samples=8)

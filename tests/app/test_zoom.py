@@ -14,8 +14,9 @@ from lensbench import lenses
 from lensbench.app import reach, scale
 from lensbench.app.cli import main
 from lensbench.app.controls import Chooser, _plain_title, controls_panel
+from lensbench.app.optics import camera, design
 from lensbench.app.readings import readings, setup
-from lensbench.app.settings import Settings, SettingsError, camera, design
+from lensbench.app.settings import Settings, SettingsError
 from lensbench.app.zoom import focal_length, read_close, read_zoom, zoom_of
 from tests.app.stand import drive
 
