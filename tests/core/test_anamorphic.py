@@ -10,7 +10,9 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.driver import Program
 from lensbench.lanes import U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.pupil_aim import Aim
 from lensbench.pupil_grid import PupilGrid
+from lensbench.pupil_outline import solve_outlines
 
 FILM = lb.Film(24.0, 18.0, 480, 360)
 POINTS = [(0.0, 0.0), (5.0, 0.0), (0.0, 6.0), (-7.3, 5.1), (9.0, -3.0)]        # mm
@@ -36,6 +38,42 @@ def quadrature(camera, x, y):
     passed = lb.trace(lens, [x, y, lens.length + z], way).fate == lb.Fate.PASSED
     cos2 = z * z / (way**2).sum(1)
     return float((passed * cos2**2).sum() * (a / 350.0) ** 2)
+
+
+def rays_through_the_stop(lens, film_distance, n, random):
+    """Film and rear points (m, 2) mm of n random rays from places of the stop, as far as they pass the whole lens."""
+    behind = replace(lens, surfaces=lens.surfaces[lens.stop_index:], stop_index=0)
+    height, angle = lens.stop.semi_diameter * np.sqrt(random.random(n)), 2.0 * math.pi * random.random(n)
+    ways = np.column_stack([random.uniform(-0.5, 0.5, (n, 2)), np.ones(n)])
+    starts = np.column_stack([height * np.cos(angle), height * np.sin(angle), np.zeros(n)]) - ways
+    t = lb.trace(behind, starts, ways)
+    slopes = t.directions[:, :2] / t.directions[:, 2:]
+    rear = t.points[:, :2] + (behind.length - t.points[:, 2:]) * slopes
+    film = rear + film_distance * slopes
+    film, rear = (points[(t.fate == lb.Fate.PASSED) & (abs(film) <= [20.0, 15.0]).all(1)] for points in (film, rear))
+    passed = lb.trace(lens, np.column_stack([film, np.full(len(film), lens.length + film_distance)]),
+                      np.column_stack([rear - film, np.full(len(film), -film_distance)])).fate == lb.Fate.PASSED
+    return film[passed], rear[passed]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_film_point_that_some_ray_reaches_is_lit_however_small_the_stop(seed):
+    random = np.random.default_rng(seed)
+    lens = lenses.load("lentil-schneider-anamorphic-31-2001").with_stop_radius(0.02 * 500.0 ** random.random())
+    if seed % 2:        # other cylinders, and rims that cut the field elsewhere
+        lens = replace(lens, surfaces=tuple(
+            surface if k == lens.stop_index else
+            replace(surface, semi_diameter=surface.semi_diameter * random.uniform(0.6, 1.0),
+                    curvature_x=surface.curvature_x and surface.curvature_x * random.uniform(0.5, 1.2))
+            for k, surface in enumerate(lens.surfaces)))
+    film_distance = random.uniform(42.0, 55.0)
+    film, rear = rays_through_the_stop(lens, film_distance, 3000, random)
+    assert len(film) > 300
+    aim = Aim(lens, film_distance)
+    assert (aim.levels(film, rear) <= 1.0 + 1e-9).all()             # the stop itself was met to rounding
+    assert (aim.lit(film)[1] < 1.0).all()
+    few = film[:60]
+    assert solve_outlines(lens, film_distance, few, 24, 1e-3 * lens.stop.semi_diameter)[1].any((1, 2)).all()
 
 
 def test_irradiance_is_that_of_quadrature(camera):
