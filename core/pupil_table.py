@@ -178,13 +178,14 @@ def _equal_areas(rims: np.ndarray) -> np.ndarray:
     x, y = rims[..., 0], rims[..., 1]
     cross = x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]
     area = np.concatenate([np.zeros((len(rims), 1)), np.cumsum(cross, 1)], 1)
-    corners = np.zeros((len(rims), SECTORS + 1, 2))
-    for ring in range(len(rims)):
-        if area[ring, -1] > 0.0:
-            wanted = np.linspace(0.0, area[ring, -1], SECTORS + 1)
-            corners[ring, :, 0] = np.interp(wanted, area[ring], x[ring])
-            corners[ring, :, 1] = np.interp(wanted, area[ring], y[ring])
-    return corners
+    wanted = area[:, -1:] * np.linspace(0.0, 1.0, SECTORS + 1)
+    chord = np.clip((area[:, None] <= wanted[..., None]).sum(2) - 1, 0, rims.shape[1] - 2)
+    before, after = (np.take_along_axis(area, chord + k, 1) for k in (0, 1))
+    part = np.clip((wanted - before) / np.where(after > before, after - before, 1.0), 0.0, 1.0)
+    share = np.where(after > before, part, 0.0)[..., None]
+    corners = np.take_along_axis(rims, chord[..., None], 1) * (1.0 - share) + (
+        np.take_along_axis(rims, chord[..., None] + 1, 1) * share)
+    return np.where(area[:, -1, None, None] > 0.0, corners, 0.0)
 
 
 _NODES = SECTORS + 1

@@ -7,6 +7,7 @@ from itertools import count
 
 import numpy as np
 
+from lensbench.accuracy import resolved
 from lensbench.cameras.camera import Camera
 from lensbench.cameras.differentials import spread_step
 from lensbench.driver import Program
@@ -35,7 +36,8 @@ class Rendering:
     in place of the light what the samples are. splat: whether small bright lights are traced from their own side
     (`splats`), where nothing moves; otherwise the camera's rays have to find
     them. filtered: whether patterns are averaged over the part of the pixel that a sample stands for, by the camera's
-    ray differentials, so that the first sample is free of aliasing.
+    ray differentials, so that the first sample is free of aliasing. A LensCamera of the model "auto" takes the
+    model that the scene needs; a view shows its rays traced in full.
 
     With a camera that disperses, the first sample is of the d line, a picture without
     colour fringes that is there at once; every later one is three, of a wavelength for each
@@ -45,6 +47,7 @@ class Rendering:
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
                  view: str = "", splat: bool = True, filtered: bool = True):
+        camera = camera if view else resolved(camera, scene)
         film = camera.film
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
@@ -150,7 +153,7 @@ def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
     Along the ray through the middle of the pupil, at `time` in [0, 1) of the shutter where
     something moves; inf where there is only sky, NaN where the camera is dark.
     """
-    film = camera.film
+    camera, film = resolved(camera, scene), camera.film
     h, w = film.pixels_y, film.pixels_x
     y, x = np.mgrid[0:h, 0:w] + 0.5
     n = w * h

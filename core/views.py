@@ -58,7 +58,7 @@ def view_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
     """The stages from raster X, Y and U0, U1, TIME to the colours of a view; ValueError for one that is none."""
     if view not in VIEWS:
         raise ValueError(f"view {view!r}: choose one of {', '.join(VIEWS)}")
-    if view == "fate" and isinstance(camera, LensCamera) and camera.model == "trace":
+    if view == "fate" and isinstance(camera, LensCamera) and camera.is_traced:
         return [camera.film_step, *_fates(camera)]
     if view == "origin":
         return [camera.film_step, *camera.camera_steps(), _shown((X, Y, Z))]

@@ -23,7 +23,7 @@ LAYERS = (
     {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "pupil_aim", "pupil_outline", "pupil_grid", "focus",
      "confusion", "polynomial", "aberrations", "falloff", "vignetting"},
     {"cameras"},
-    {"accuracy", "views", "emission", "fronts", "splats"},
+    {"judge", "accuracy", "views", "emission", "fronts", "splats"},
     {"render"},
     {"analysis", "lightfield", "shear", "distortion"},
 )

@@ -25,7 +25,7 @@ from lensbench.pupil_grid import PupilGrid
 from lensbench.pupil_table import PupilTable
 from lensbench.spectrum import WAVELENGTHS
 
-MODELS = ("trace", "polynomial", "thick", "thin", "pinhole")
+MODELS = ("auto", "trace", "polynomial", "thick", "thin", "pinhole")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +41,10 @@ class LensCamera(Camera):
     film point by the lens's principal planes and pupils, which may lie anywhere but on the film (CameraError);
     "thin" puts a thin lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole, which
     passes as much light as that lens. CameraError for these two where the entrance pupil lies at infinity or
-    beyond the object. dispersion: whether pictures are traced at many wavelengths, or all at the d line; None:
-    where the indices of the glasses are known for all that a picture sees. CameraError where it is True and
+    beyond the object. "auto" leaves the choice to what knows the scene, `render` and the bench (see
+    `choose_model`); its own rays, and those of a light field, which is focused afterwards, are traced in full.
+    dispersion: whether pictures are traced at many wavelengths, or all at the d line; None: where the indices of
+    the glasses are known for all that a picture sees. CameraError where it is True and
     they are not. A lens whose front_index is not 1 stands in the medium itself, without a window; its
     f-number is the one that is engraved, for air. Focus, aperture and the ideal models are those of the d line. A lens
     with a cylinder or toroid is traced (CameraError for the other models, and for blades); its focus and aperture are
@@ -63,7 +65,7 @@ class LensCamera(Camera):
             raise CameraError(f"camera model {self.model!r}: choose one of {', '.join(MODELS)}")
         if self.model == "polynomial" and self.degree not in DEGREES:
             raise CameraError(f"polynomial degree {self.degree}: choose one of {', '.join(map(str, DEGREES))}")
-        if not self.lens.is_rotationally_symmetric and self.model != "trace":
+        if not self.lens.is_rotationally_symmetric and self.model not in ("auto", "trace"):
             raise CameraError(f"the {self.model} model knows rotationally symmetric lenses, and this one has a "
                               "cylinder or toroid: choose the full trace")
         if not self.lens.is_rotationally_symmetric and not self.lens.iris.is_round:
@@ -78,19 +80,15 @@ class LensCamera(Camera):
         if not self.film_distance > 0.0:            # what cannot be focused at all is refused on the way
             raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
                              "where no film can stand")
-        if self.model == "thick" and abs(self.first_order.exit_pupil.z - self.lens.length - self.film_distance) <= (
-                1e-9 * self.film_distance):
-            raise CameraError("the exit pupil of this lens lies on the film: the thick model cannot aim at it")
-        if self.model in ("thin", "pinhole") and not -self.focus_distance < self._pupil_z < math.inf:
-            raise CameraError(f"the entrance pupil of this lens lies at infinity or beyond the object: "
-                              f"the {self.model} model cannot stand there")
+        if not self.follows_rays:
+            _ = self.gaussian                       # an ideal lens that cannot stand is refused on the way
         if self.dispersion and not self.disperses and missing_colour(self.lens):
             raise CameraError(f"no picture in colours: {missing_colour(self.lens)}")
 
     @property
     def follows_rays(self) -> bool:
         """Whether its rays are those of the real lens, traced or fitted, through the exit-pupil regions."""
-        return self.model in ("trace", "polynomial")
+        return self.model in ("auto", "trace", "polynomial")
 
     @cached_property
     def disperses(self) -> bool:
@@ -118,7 +116,7 @@ class LensCamera(Camera):
             return PupilGrid.of(self.lens, self.film_distance, self.film.width / 2.0, self.film.height / 2.0,
                                 wavelength)
         return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0, wavelength,
-                             widened=self._is_traced)
+                             widened=self.is_traced)
 
     @cached_property
     def axis_irradiance(self) -> float:
@@ -129,9 +127,9 @@ class LensCamera(Camera):
         return axis_irradiance(self.lens, self.film_distance, wavelength)
 
     @property
-    def _is_traced(self) -> bool:
+    def is_traced(self) -> bool:
         """Whether rays are followed through every surface: no polynomial tells where they meet the blades of a stop."""
-        return self.model == "trace" or not self.lens.iris.is_round
+        return self.model in ("auto", "trace") or self.model == "polynomial" and not self.lens.iris.is_round
 
     @property
     def _pupil_z(self) -> float:
@@ -141,8 +139,17 @@ class LensCamera(Camera):
     @cached_property
     def gaussian(self) -> Gaussian:
         """The rays of the ideal models, and of a trace those of the lens's first order."""
-        if self.follows_rays or self.model == "thick":
+        return thick(self.lens, self.film_distance) if self.follows_rays else self.ideal(self.model)
+
+    def ideal(self, model: str) -> Gaussian:
+        """The rays of this lens by the model "thick", "thin" or "pinhole"; CameraError where that cannot stand."""
+        if model == "thick":
+            if abs(self.first_order.exit_pupil.z - self.lens.length - self.film_distance) <= 1e-9 * self.film_distance:
+                raise CameraError("the exit pupil of this lens lies on the film: the thick model cannot aim at it")
             return thick(self.lens, self.film_distance)
+        if not -self.focus_distance < self._pupil_z < math.inf:
+            raise CameraError(f"the entrance pupil of this lens lies at infinity or beyond the object: "
+                              f"the {model} model cannot stand there")
         fo = self.first_order
         s_e = self.focus_distance + self._pupil_z
         s_p = s_e - fo.entrance_pupil.z + fo.front_principal
@@ -151,7 +158,7 @@ class LensCamera(Camera):
         upside_down = ray_matrix(self.lens, 0, self.lens.stop_index)[0] < 0.0       # the stop as it is seen from before
         iris = replace(self.lens.iris, rotation=self.lens.blade_rotation + math.pi * upside_down)
         lens = thin(self._pupil_z, fo.entrance_pupil.radius, behind, s_e, iris)
-        return lens._replace(origin_pupil=0.0, slope_pupil=0.0) if self.model == "pinhole" else lens
+        return lens._replace(origin_pupil=0.0, slope_pupil=0.0) if model == "pinhole" else lens
 
     @property
     def pupil_centre(self) -> tuple[float, float]:
@@ -185,7 +192,7 @@ class LensCamera(Camera):
         """
         if self.follows_rays:
             table, normaliser = self._sampled(wavelength)
-            if self._is_traced or isinstance(table, PupilGrid):
+            if self.is_traced or isinstance(table, PupilGrid):
                 return [table.step(normaliser), *through(self.lens, self.film_distance, wavelength)]
             fit = Polynomial.fit(self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance)
             return [table.step(normaliser), fit.step]

@@ -8,7 +8,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.accuracy import LADDER, Judge
+from lensbench.accuracy import LADDER
+from lensbench.judge import Judge
 
 FILM = lb.Film(36.0, 24.0, 960, 640)
 NAMES = ("pbrt-dgauss-50mm", "pbrt-wide-22mm", "pbrt-telephoto-250mm", "lv-czj-tessar-50-f28", "lib-richter-topogon",
@@ -124,7 +125,47 @@ def test_every_judgement_is_a_number_or_says_why_not():
     for model, degree in LADDER[:-1]:
         rung = judge.rung(model, degree)
         assert rung.error_px >= 0.0 and rung.error_stops >= 0.0 and rung.worst
-    bladed = replace(camera, lens=replace(camera.lens, blades=6))
-    assert math.isinf(Judge(bladed, (400.0, 8000.0)).rung("thin").error_px)
+    bladed = Judge(replace(camera, lens=replace(camera.lens, blades=6)), (400.0, 8000.0))
+    assert math.isinf(bladed.rung("polynomial", 9).error_px) and "blades" in bladed.rung("polynomial", 9).worst
     with pytest.raises(lb.CameraError, match="tolerances must be positive"):
         lb.choose_model(camera, lb.builtin_scene("room"), 0.0)
+
+
+def test_a_lens_that_passes_no_light_is_traced():
+    # A field stop that is wider than nothing by no ray
+    lens = lenses.load("pbrt-dgauss-50mm")
+    shut = replace(lens, surfaces=(replace(lens.surfaces[0], semi_diameter=1e-9), *lens.surfaces[1:]))
+    choice = lb.choose_model(lb.LensCamera(shut, FILM, 1200.0), lb.builtin_scene("room"))
+    assert choice.model == "trace"
+
+
+def test_an_automatic_camera_takes_the_picture_of_the_model_that_is_chosen():
+    camera, scene = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), lb.Film(36.0, 24.0, 60, 40), 1200.0, 8.0,
+                                  model="auto"), lb.builtin_scene("still-life")
+    choice = lb.choose_model(camera, scene)
+    assert choice.model != "trace"
+    chosen, traced = choice.applied(camera), replace(camera, model="trace")
+    np.testing.assert_array_equal(lb.render(camera, scene, 2), lb.render(chosen, scene, 2))
+    np.testing.assert_array_equal(lb.depth_map(camera, scene), lb.depth_map(chosen, scene))
+    # Rays of its own know no scene: they are those of the lens, and so are the views of them
+    for mine, true in zip(camera.generate_rays([[3.0, 4.0]], [[0.2, 0.7]]),
+                          traced.generate_rays([[3.0, 4.0]], [[0.2, 0.7]]), strict=True):
+        np.testing.assert_array_equal(mine, true)
+    for view in ("fate", "origin"):
+        first, second = (lb.Rendering(each, scene, view=view) for each in (camera, traced))
+        assert first.add() and second.add()
+        np.testing.assert_array_equal(first.image(), second.image())
+    assert 0.0 < choice.ns_per_ray < choice.trace_ns_per_ray
+
+
+def test_colour_of_a_lens_counts_where_pictures_show_it():
+    # A singlet of flint: its blue image is larger or nearer than its red one, by far more than a pixel
+    flint = lb.Glass(1.72, 29.5)
+    lens = lb.Lens((lb.Surface(1.0 / 80.0, 4.0, 5.0, flint), lb.Surface(-1.0 / 80.0, 6.0, 5.0),
+                    lb.Surface(0.0, 0.0, 2.0)), 2)
+    film = lb.Film(8.0, 6.0, 1600, 1200)
+    plain, coloured = (lb.LensCamera(lens, film, 4000.0, dispersion=colour) for colour in (False, True))
+    depths = (4000.0, 8000.0)
+    without, with_colour = (Judge(each, depths).rung("thick") for each in (plain, coloured))
+    assert with_colour.error_px > 2.0 * without.error_px and "colour" in with_colour.worst
+    assert Judge(coloured, depths).rung("polynomial", 9).error_px < 0.1

@@ -1,0 +1,275 @@
+"""How far a camera model is from the traced lens, in the picture.
+
+A point of the scene is imaged as a blur: where its middle lies, how wide it is along the radius and across it, and
+how bright it is are what a model can get wrong. For some film radii and distances of the scene, rays of the model
+and of the lens through the solved exit-pupil regions (with Gauss's nodes along the radius of a region and even steps
+around it) say where both see the scene; the difference, by the lens's own derivative with respect to the film point,
+is in pixels of the film. Where pictures are traced in colours, ideal models are held against red and blue light too.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from lensbench.blocktracer import round_through
+from lensbench.cameras.camera import CameraError
+from lensbench.cameras.gaussian import Gaussian
+from lensbench.cameras.lens import LensCamera
+from lensbench.driver import Program
+from lensbench.glass import D_LINE
+from lensbench.lanes import BLUE, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.polynomial import Polynomial
+from lensbench.prescription import LensError
+from lensbench.pupil_table import PupilTable
+from lensbench.spectrum import WAVELENGTHS
+
+FIELDS = np.array([0.0, 0.4, 0.7, 0.9, 1.0])        # film radii, of half the diagonal
+TURNS, REACHES = 12, 4                      # rays of one region: around it, and from its centre to its rim
+STEP = 1e-4                                 # of half the diagonal: for the derivative along the film
+STEEPEST = 0.2                              # cosine: beyond it a depth along the axis counts as a distance
+LIT = 0.98                                  # of the radius where the light ends: so far out a model is judged
+HUES = (D_LINE, WAVELENGTHS[RED][4], WAVELENGTHS[BLUE][4])
+
+NAMES = {"pinhole": "pinhole", "thin": "thin lens", "thick": "thick lens", "trace": "full trace"}
+
+
+class Rung(NamedTuple):
+    """One model of the ladder: its errors in pixels and stops, and which of them is the worst and where."""
+
+    model: str
+    degree: int                             # of the polynomial, otherwise 0
+    error_px: float
+    error_stops: float
+    worst: str
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        return f"polynomial of degree {self.degree}" if self.degree else NAMES[self.model]
+
+
+class Moments(NamedTuple):
+    """Of blurs (…, depths, fields), in mm of the film: middles along the radius, and 2 σ along it and across."""
+
+    middle: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """The traced lens's blurs, against which models are held.
+
+    camera: a LensCamera of any model; depths: nearest and farthest of the scene, mm from the film along the axis.
+    """
+
+    camera: LensCamera
+    depths: tuple[float, float]
+
+    def rung(self, model: str, degree: int = 0) -> Rung:
+        """The errors of a model."""
+        if model == "trace":
+            return Rung(model, 0, 0.0, 0.0, "")
+        if why := self._refusal(model):
+            return Rung(model, degree, math.inf, math.inf, why)
+        try:
+            if model == "polynomial":
+                fit = Polynomial.fit(self.camera.lens, self.camera.film_distance, self.table, degree,
+                                     distance=self.camera.focus_distance)
+                lines = Program([fit.step], np.float64).run(self._given, [X, Y, Z, L, M, N], self._aims.shape[1])
+                return self._compared(model, degree, lines, self._weights)
+            ideal = self.camera.ideal(model)
+            return self._compared(model, 0, *self._rays_of(ideal), self._offset(model, ideal))
+        except (CameraError, LensError) as error:
+            return Rung(model, degree, math.inf, math.inf, str(error))
+
+    def _refusal(self, model: str) -> str:
+        """Why the model cannot be had at all; "" where it can."""
+        if not self.camera.lens.is_rotationally_symmetric:
+            return "the lens has a cylinder or toroid"
+        if model == "polynomial" and not self.camera.lens.iris.is_round:
+            return "no polynomial knows where rays meet the blades of the stop"
+        if not self._weights[0].sum() > 0.0:
+            return "no light comes through this lens"
+        if model != "polynomial" and self.table.dark_beyond < self.camera.film.diagonal / 2.0:
+            return "the film's corners are dark, and this model lights them"
+        return ""
+
+    @cached_property
+    def table(self) -> PupilTable:
+        """The exit-pupil regions, of their own size."""
+        return PupilTable.of(self.camera.lens, self.camera.film_distance, self.camera.film.diagonal / 2.0, D_LINE,
+                             widened=False)
+
+    @cached_property
+    def _radii(self) -> np.ndarray:
+        """Of the film points that are judged, mm; as far out as the lens lights the film."""
+        half = self.camera.film.diagonal / 2.0
+        return FIELDS * min(half, LIT * min(self.table.radius, self.table.dark_beyond))
+
+    @cached_property
+    def _film(self) -> np.ndarray:
+        """(fields, 3) x of the film points: each, a little outwards and a little inwards, for the derivative."""
+        return self._radii[:, None] + self._step * np.array([0.0, 1.0, -1.0])
+
+    @property
+    def _step(self) -> float:
+        return STEP * self.camera.film.diagonal / 2.0
+
+    @cached_property
+    def _aims(self) -> np.ndarray:
+        """(5, rays) film x, direction and weight of every ray of the lens: those of the regions, then the middles."""
+        turn, area, _ = NODES
+        film = np.concatenate([np.repeat(self._radii, len(turn)), self._film.ravel()])
+        u = np.concatenate([np.tile(turn * 0.5, len(FIELDS)), np.zeros(self._film.size)])
+        v = np.concatenate([np.tile(area, len(FIELDS)), np.zeros(self._film.size)])
+        given = {X: np.abs(film), U0: u, U1: v}
+        out = Program([self.table.step(1.0)], np.float64).run(given, [L, M, N, WEIGHT], len(film))
+        out[0] *= np.where(film < 0.0, -1.0, 1.0)
+        return np.stack([film, *out])
+
+    @cached_property
+    def _given(self) -> dict[int, np.ndarray]:
+        film, l, m, n, weight = self._aims
+        return {X: film, L: l, M: m, N: n, WEIGHT: weight}
+
+    def _lines(self, wavelength: float) -> np.ndarray:
+        """(6, rays) the rays of the lens in front of it, camera frame."""
+        steps = round_through(self.camera.lens, self.camera.film_distance, wavelength)
+        return Program(steps, np.float64).run(self._given, [X, Y, Z, L, M, N], self._aims.shape[1])
+
+    @cached_property
+    def _weights(self) -> np.ndarray:
+        """(fields, rays) of the lens's light."""
+        share = NODES[2]
+        return self._aims[4, :len(FIELDS) * len(share)].reshape(len(FIELDS), -1) * share
+
+    def _rays_of(self, lens: Gaussian) -> tuple[np.ndarray, np.ndarray]:
+        """Rays of an ideal lens by like nodes of its disk, and its middles, and their weights."""
+        turn, area, share = NODES
+        a, b = np.sqrt(area) * np.cos(math.pi * turn), np.sqrt(area) * np.sin(math.pi * turn)
+        film = np.concatenate([np.repeat(self._radii, len(turn)), self._film.ravel()])
+        a, b = (np.concatenate([np.tile(q, len(FIELDS)), np.zeros(self._film.size)]) for q in (a, b))
+        dx, dy = film * lens.slope_film + a * lens.slope_pupil, b * lens.slope_pupil
+        size = 1.0 / np.sqrt(dx * dx + dy * dy + 1.0)
+        lines = np.stack([film * lens.origin_film + a * lens.origin_pupil, b * lens.origin_pupil,
+                          np.full(len(film), lens.z), dx * size, dy * size, -size])
+        ex, ey = film * lens.approach_film + a * lens.approach_pupil, b * lens.approach_pupil
+        cos4 = 1.0 / (ex * ex + ey * ey + 1.0) ** 2
+        return lines, cos4[:len(FIELDS) * len(turn)].reshape(len(FIELDS), -1) * share
+
+    def _offset(self, model: str, lens: Gaussian) -> float:
+        """Stops by which an ideal lens is brighter on the axis: nothing where weights are relative."""
+        camera = self.camera
+        if camera.weights == "relative":
+            return 0.0
+        light = lens.cone if model == "pinhole" else lens.axis_irradiance
+        there = 1.0 if model == "thick" else camera.lens.front_index**2
+        return math.log2(light * there * camera.film_distance**2 / camera.axis_irradiance)
+
+    @cached_property
+    def _eye(self) -> float:
+        """Z of the entrance pupil in the camera frame, or of the first vertex where that lies far away."""
+        camera, z = self.camera, self.camera.first_order.entrance_pupil.z
+        return (z if abs(z) < 20.0 * camera.lens.length else 0.0) - camera.lens.length - camera.film_distance
+
+    @cached_property
+    def _depths(self) -> np.ndarray:
+        """Nearest and farthest of the scene, and the plane in focus where it lies between."""
+        near, far = max(self.depths[0], 1.01 * -self._eye), max(self.depths[1], 1.01 * -self._eye)
+        focus = self.camera.focus_distance
+        return np.array([near, focus, far] if near < focus < far else [near, far])
+
+    @cached_property
+    def _nearness(self) -> np.ndarray:
+        """(depths, fields) 1 / the distance along each field's middle ray to the plane of a depth."""
+        middles = self._true_lines[5, -self._film.size:].reshape(-1, 3)[:, 0]
+        return np.maximum(-middles, STEEPEST) / (self._depths + self._eye)[:, None]
+
+    @cached_property
+    def _true_lines(self) -> np.ndarray:
+        return self._lines(D_LINE)
+
+    @cached_property
+    def _scales(self) -> tuple[np.ndarray, np.ndarray]:
+        """What a mm of film is there: (2, depths, fields) along the radius over its square, (depths, fields) across.
+
+        By the derivative along the radius, and by the turn about the axis.
+        """
+        x, _, z = self._seen(self._true_lines[:, -self._film.size:], 3)
+        along = np.stack([x[..., 1] - x[..., 2], z[..., 1] - z[..., 2]]) / (2.0 * self._step)
+        square = (along**2).sum(0)
+        radii = self._radii
+        across = np.where(radii > 0.0, np.abs(x[..., 0]) / np.maximum(radii, 1e-30), np.sqrt(square))
+        return along / square, across
+
+    def _seen(self, lines: np.ndarray, rays: int) -> np.ndarray:
+        """(3, depths, fields, rays) where lines lead at the depths, as directions from the entrance pupil."""
+        away = lines[:3] - np.array([0.0, 0.0, self._eye])[:, None]
+        foot = away - (away * lines[3:]).sum(0) * lines[3:]
+        foot, direction = (part.reshape(3, 1, -1, rays) for part in (foot, lines[3:]))
+        return direction + foot * self._nearness[:, :, None]
+
+    def _moments(self, lines: np.ndarray, weights: np.ndarray) -> Moments:
+        """Of the blurs that these rays of the regions make."""
+        rays = weights.shape[1]
+        x, y, z = self._seen(lines[:, :weights.size], rays)
+        per_mm, across = self._scales
+        share = weights / weights.sum(1)[:, None]
+        place = x * per_mm[0][..., None] + z * per_mm[1][..., None]
+        middle = (place * share).sum(-1)
+        along = ((place - middle[..., None]) ** 2 * share).sum(-1)
+        return Moments(middle, 2.0 * np.sqrt(along), 2.0 * np.sqrt((y * y * share).sum(-1)) / across)
+
+    @cached_property
+    def _true(self) -> Moments:
+        return self._moments(self._true_lines, self._weights)
+
+    @cached_property
+    def _hues(self) -> list[Moments]:
+        """Of red and blue light, where the camera's pictures are traced in colours."""
+        camera = self.camera if self.camera.follows_rays else replace(self.camera, model="trace")
+        if not camera.disperses:
+            return []
+        return [self._moments(self._lines(wavelength), self._weights) for wavelength in HUES[1:]]
+
+    def _compared(self, model: str, degree: int, lines: np.ndarray, weights: np.ndarray, offset: float = 0.0) -> Rung:
+        blur = self._moments(lines, weights)
+        worst_px, said = 0.0, ""
+        for k, true in enumerate([self._true, *([] if degree else self._hues)]):
+            shift = np.abs(blur.middle - true.middle)
+            spread = np.hypot(blur.along - true.along, blur.across - true.across)
+            names = ("lateral colour", "colour blur") if k else ("distortion", "blur off by")
+            for what, error in zip(names, (shift, spread), strict=True):
+                depth, field = divmod(int(np.argmax(error)), error.shape[1])
+                pixels = float(error[depth, field]) / self.camera.film.pitch
+                if not pixels <= (2.0 * worst_px if k else worst_px):
+                    said = f"{what} {pixels:.2g} px {self._place(field)}"
+                if not pixels <= worst_px:
+                    worst_px = pixels
+        light, true_light = weights.sum(1), self._weights.sum(1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            stops = np.abs(np.log2(light / light[0] * true_light[0] / true_light) + offset)
+        worst_stops = float(stops.max())
+        if math.isnan(worst_px) or math.isnan(worst_stops):
+            return Rung(model, degree, math.inf, math.inf, "some rays are lost")
+        if worst_px <= 10.0 * worst_stops:
+            said = f"brightness off by {worst_stops:.2g} stops {self._place(int(np.argmax(stops)))}"
+        return Rung(model, degree, worst_px, worst_stops, said)
+
+    def _place(self, field: int) -> str:
+        part = FIELDS[field] * self._radii[-1] / (self.camera.film.diagonal / 2.0)
+        return "on the axis" if part == 0.0 else "at the corner" if part > 0.99 else f"at {part:.1f} of the field"
+
+
+def _nodes() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of one region: turn 0 … 1 around the upper half, the share of the area within, and weights of the rays."""
+    node, weight = np.polynomial.legendre.leggauss(REACHES)
+    turn, area = np.meshgrid((np.arange(TURNS) + 0.5) / TURNS, 0.5 * (node + 1.0), indexing="ij")
+    return turn.ravel(), area.ravel(), np.tile(0.5 * weight / TURNS, TURNS)
+
+
+NODES = _nodes()
