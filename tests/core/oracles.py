@@ -45,6 +45,20 @@ def biconvex(curvature: float = 0.01, thickness: float = 4.0, index: float = 1.5
                     lb.Surface(-curvature, 0.0, 2.0 * semi_diameter)), 0)
 
 
+def rms_on_film(wide: lb.Lens, film: float, focus_distance: float, rays: int = 400) -> float:
+    """Rms radius on the film of rays at even steps of pupil area, the pupil found by stepping outwards."""
+    before = focus_distance - film - wide.length
+    heights = np.linspace(0.0, wide.surfaces[0].semi_diameter, 20001)[1:]
+    origins = np.column_stack([0.0 * heights, heights, 0.0 * heights])
+    way = np.column_stack([0.0 * heights, heights / before, np.ones_like(heights)])
+    edge = heights[lb.trace(wide, origins, way).fate == lb.Fate.PASSED].max()
+    heights = edge * np.sqrt((np.arange(rays) + 0.5) / rays)
+    t = lb.trace(wide, np.column_stack([0.0 * heights, heights, 0.0 * heights]),
+                 np.column_stack([0.0 * heights, heights / before, np.ones_like(heights)]))
+    on_film = t.points[:, 1] + (wide.length + film - t.points[:, 2]) * t.directions[:, 1] / t.directions[:, 2]
+    return float(np.sqrt(np.mean(on_film**2)))
+
+
 @st.composite
 def lenses(draw, most: int = 8) -> lb.Lens:
     """Random stacks of surfaces, rims well within every sphere; the last medium is air."""

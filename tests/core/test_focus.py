@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench.paraxial import ray_matrix
-from tests.core.oracles import LAW, NAMES, PBRT_FOCUS, REFERENCE, biconvex, lens
+from tests.core.oracles import LAW, NAMES, PBRT_FOCUS, REFERENCE, biconvex, lens, rms_on_film
 
 FAR_ENOUGH = st.floats(0.25, 1e7)       # metres
 
@@ -131,20 +131,6 @@ def test_an_unknown_method_is_refused():
 
 
 # --- The real lens
-
-def rms_on_film(wide: lb.Lens, film: float, focus_distance: float, rays: int = 400) -> float:
-    """Rms radius on the film of rays at even steps of pupil area, the pupil found by stepping outwards."""
-    before = focus_distance - film - wide.length
-    heights = np.linspace(0.0, wide.surfaces[0].semi_diameter, 20001)[1:]
-    origins = np.column_stack([0.0 * heights, heights, 0.0 * heights])
-    way = np.column_stack([0.0 * heights, heights / before, np.ones_like(heights)])
-    edge = heights[lb.trace(wide, origins, way).fate == lb.Fate.PASSED].max()
-    heights = edge * np.sqrt((np.arange(rays) + 0.5) / rays)
-    t = lb.trace(wide, np.column_stack([0.0 * heights, heights, 0.0 * heights]),
-                 np.column_stack([0.0 * heights, heights / before, np.ones_like(heights)]))
-    on_film = t.points[:, 1] + (wide.length + film - t.points[:, 2]) * t.directions[:, 1] / t.directions[:, 2]
-    return float(np.sqrt(np.mean(on_film**2)))
-
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("metres", [0.5, 3.0, inf])
