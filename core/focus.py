@@ -23,6 +23,7 @@ from lensbench.prescription import Lens, LensError
 from lensbench.roots import least, root
 from lensbench.tracing import surface_table
 
+METHODS = ("paraxial", "real")
 ROUNDING = 4e-15                # of the lens's length: what the place of an image can be known to
 
 
@@ -39,7 +40,7 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
     the object is nearer than the lens can focus, or where the lens forms no real image.
     Of a lens with a cylinder or toroid, the section y–z is focused; x–z may want another film.
     """
-    if method not in ("paraxial", "real"):
+    if method not in METHODS:
         raise ValueError(f"focus method {method!r}: it must be 'paraxial' or 'real'")
     if lens.has_focus_groups:
         moved = focused(lens, focus_distance, method)

@@ -17,7 +17,7 @@ from lensbench.sampling import sampler
 from lensbench.scene import Scene
 from lensbench.spectrum import WAVELENGTHS, channel, part
 from lensbench.splats import Splats
-from lensbench.views import view_steps
+from lensbench.views import AVERAGED, arrivals, view_steps
 
 BAND = 16               # blocks that a thread takes at a time
 
@@ -65,8 +65,11 @@ class Rendering:
         self._disperses = camera.disperses and not view
         seen = view_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]
         self._program = Program([*self._before, *seen], real)
+        # Of a view that is a mean over the samples that arrive: what counts them
+        self._counting = Program([*self._before, *arrivals(camera, timed)], real) if view in AVERAGED else None
         self._colours: dict[int, list[Program]] = {}            # of each part of the spectrum, one for each channel
         self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
+        self._arrived = np.zeros_like(self._sums) if self._counting else None
 
     @property
     def splatted(self) -> frozenset[int]:
@@ -115,6 +118,8 @@ class Rendering:
                     self._sums[first:last] = 0.0
                 for program, sample, number in passes:
                     program.expose(self._sums, lanes, first, last, sample, number, self.seed)
+                    if self._counting and self._arrived is not None:
+                        self._counting.expose(self._arrived, lanes, first, last, sample, number, self.seed)
             return True
 
         threads = threads or os.cpu_count() or 1
@@ -128,11 +133,16 @@ class Rendering:
 
     def image(self) -> np.ndarray:
         """The mean of the samples so far: float32 (h, w, 3), linear, a fresh array."""
-        h, w = self.shape
-        rows = self._sums.reshape(-1, 3, B).transpose(0, 2, 1).reshape(-1, 3)[:w * h]
+        if self._arrived is not None:
+            return self._picture(self._sums) / np.maximum(self._picture(self._arrived), np.float32(1))
         counted = self.samples - 1 if self._disperses and self.samples > 1 else self.samples
-        mean = rows.reshape(h, w, 3) * (1.0 / max(counted, 1))
+        mean = self._picture(self._sums) * (1.0 / max(counted, 1))
         return np.ascontiguousarray(mean if self._splats is None else mean + self._splats.image(), dtype=np.float32)
+
+    def _picture(self, sums: np.ndarray) -> np.ndarray:
+        """Sums by blocks as a picture: (h, w, 3)."""
+        h, w = self.shape
+        return sums.reshape(-1, 3, B).transpose(0, 2, 1).reshape(-1, 3)[:w * h].reshape(h, w, 3)
 
 
 def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threads: int | None = None) -> np.ndarray:

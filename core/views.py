@@ -1,7 +1,7 @@
 """Views of what the samples of a picture are, in place of the light that they find.
 
 A view is a picture as any other, of the same samples through the same stages; what it
-shows of each is averaged over the samples of a pixel:
+shows of each is averaged over samples of a pixel:
 
 direction   (d + 1) / 2 of the ray's unit direction d in the world
 origin      the point (mm, camera frame) where the ray leaves the lens
@@ -11,8 +11,9 @@ weight      its weight: what the camera lets through, in the units of the camera
 fate        1 (white) where a ray to anywhere in the lens's rear opening arrives in the scene, and where
             it does not, the colour of the surface that ended it: see `fate_colours`
 
-A sample that the camera blocks counts as black in all of them. A camera without
-surfaces ends no ray: its fate is 1 where it has any weight.
+Direction, origin, time and depth are means over the samples that arrive: what the camera blocks
+meets nothing, and would draw them towards black at the edge of the pupil. In weight and fate it counts as
+black. A camera without surfaces ends no ray: its fate is 1 where it has any weight.
 """
 
 import colorsys
@@ -52,6 +53,7 @@ from lensbench.prescription import Lens
 from lensbench.scene import REACH, Scene
 
 VIEWS = ("direction", "origin", "time", "depth", "weight", "fate")
+AVERAGED = ("direction", "origin", "time", "depth")     # over the samples that arrive
 
 
 def view_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
@@ -75,6 +77,11 @@ def view_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
         return [*steps[:here], Step(kept, [size]), *steps[here:], *scene.depth_steps(camera.shutter_open),
                 Step(nearness, [])]
     return [*steps, Step(passed, [1.0 if view == "fate" else 0.0])]
+
+
+def arrivals(camera: Camera, timed: bool) -> list[Step]:
+    """The stages to 1 in all colours for each sample that arrives; timed: the samples have a TIME."""
+    return [*camera.steps(timed=timed), Step(passed, [1.0])]
 
 
 def fate_colours(lens: Lens) -> np.ndarray:

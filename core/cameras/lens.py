@@ -14,7 +14,7 @@ from lensbench.cameras.landing import WayBack, ideal_way_back, landing
 from lensbench.cameras.way_back import film_from_point
 from lensbench.driver import Program
 from lensbench.film import Film
-from lensbench.focus import FocusError, film_distance, focused
+from lensbench.focus import METHODS, FocusError, film_distance, focused
 from lensbench.glass import D_LINE, GlassError
 from lensbench.lanes import WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
@@ -46,9 +46,11 @@ class LensCamera(Camera):
     dispersion: whether pictures are traced at many wavelengths, or all at the d line; None: where the indices of
     the glasses are known for all that a picture sees. CameraError where it is True and
     they are not. A lens whose front_index is not 1 stands in the medium itself, without a window; its
-    f-number is the one that is engraved, for air. Focus, aperture and the ideal models are those of the d line. A lens
-    with a cylinder or toroid is traced (CameraError for the other models, and for blades); its focus and aperture are
-    those of its section y–z.
+    f-number is the one that is engraved, for air. focus_method: how a lens whose rays are followed is focused:
+    "paraxial", or "real", where the blur on the axis is least at this aperture (see `film_distance`); an ideal model
+    has the paraxial focus alone. Focus, aperture and the ideal models are those of the d line. A lens with a cylinder
+    or toroid is traced (CameraError for the other models, and for blades); its focus and aperture are those of its
+    section y–z.
     """
 
     lens: Lens
@@ -58,11 +60,14 @@ class LensCamera(Camera):
     model: str = "trace"
     degree: int = 9
     dispersion: bool | None = None
+    focus_method: str = "paraxial"
 
     def __post_init__(self):
         super().__post_init__()
         if self.model not in MODELS:
             raise CameraError(f"camera model {self.model!r}: choose one of {', '.join(MODELS)}")
+        if self.focus_method not in METHODS:
+            raise CameraError(f"focus method {self.focus_method!r}: choose {' or '.join(METHODS)}")
         if self.model == "polynomial" and self.degree not in DEGREES:
             raise CameraError(f"polynomial degree {self.degree}: choose one of {', '.join(map(str, DEGREES))}")
         if not self.lens.is_rotationally_symmetric and self.model not in ("auto", "trace"):
@@ -76,7 +81,7 @@ class LensCamera(Camera):
         if lens.front_index != 1.0 and self.medium is not None and self.medium.index not in (1.0, lens.front_index):
             raise CameraError(f"this lens stands in a medium of index {lens.front_index:g}, and the camera in one of "
                               f"{self.medium.index:g}: give both the same")
-        object.__setattr__(self, "lens", focused(lens, self.focus_distance))
+        object.__setattr__(self, "lens", focused(lens, self.focus_distance, self._focus_method))
         if not self.film_distance > 0.0:            # what cannot be focused at all is refused on the way
             raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
                              "where no film can stand")
@@ -104,7 +109,11 @@ class LensCamera(Camera):
     @cached_property
     def film_distance(self) -> float:
         """From the last vertex to the film (mm)."""
-        return film_distance(self.lens, self.focus_distance)
+        return film_distance(self.lens, self.focus_distance, self._focus_method)
+
+    @property
+    def _focus_method(self) -> str:
+        return self.focus_method if self.follows_rays else "paraxial"
 
     @cached_property
     def pupil(self) -> PupilTable | PupilGrid:

@@ -1,0 +1,34 @@
+"""Every failure that is known of other systems has a test of its own here, or a reason why it does not apply."""
+
+import ast
+import json
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parents[1]
+FAILURES = tomllib.loads((TESTS.parent / "app/atlas/known_failures.toml").read_text(encoding="utf-8"))["failure"]
+THREADS = json.loads((TESTS / "data/known_threads.json").read_text(encoding="utf-8"))["threads"]
+
+
+@cache
+def functions(file: str) -> set[str]:
+    tree = ast.parse((TESTS / file).read_text(encoding="utf-8"))
+    return {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+@pytest.mark.parametrize("failure", FAILURES, ids=[failure["id"] for failure in FAILURES])
+def test_a_failure_has_a_test_or_a_reason(failure):
+    assert {"id", "fails"} < set(failure) and ("beside" in failure) != ("test" in failure) == ("here" in failure)
+    if "test" in failure:
+        file, name = failure["test"].split("::")
+        assert name in functions(file)
+
+
+def test_every_thread_that_was_collected_is_listed_and_no_test_stands_for_two_failures():
+    ids = [failure["id"] for failure in FAILURES]
+    assert len(set(ids)) == len(ids) and set(THREADS) <= set(ids)
+    tests = [failure["test"] for failure in FAILURES if "test" in failure]
+    assert len(set(tests)) == len(tests)
