@@ -1,15 +1,13 @@
 """Light fields: what recording and focusing them costs, and how close they come: a part of `lensbench bench`."""
 
-import math
 from collections.abc import Iterator
 from functools import partial
 from time import perf_counter
 
-import numpy as np
-
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.bench import LENS, least
+from lensbench.app.comparison import decibels
 
 FILM = lb.Film(36.0, 24.0, 640, 427)
 VIEWS, SAMPLES = (9, 9), 16
@@ -32,8 +30,9 @@ def light_fields() -> Iterator[tuple[str, float, str]]:
         yield f"light field focused again, {model}", 1e3 * seconds, "ms"
         for distance in DISTANCES:
             direct = lb.render(camera(distance), scene, 1024)
-            yield f"focused at {distance / 1000.0:g} m against a camera that is, {model}", _decibels(
-                field.refocus(distance), direct), "dB"
+            inner = slice(EDGE, -EDGE), slice(EDGE, -EDGE)
+            yield f"focused at {distance / 1000.0:g} m against a camera that is, {model}", decibels(
+                field.refocus(distance)[inner], direct[inner]), "dB"
 
 
 def choices() -> Iterator[tuple[str, float, str]]:
@@ -44,9 +43,3 @@ def choices() -> Iterator[tuple[str, float, str]]:
         choice = lb.choose_model(camera, scene)
         seconds = least({"choose": partial(lb.choose_model, camera, scene)})["choose"]
         yield f"model chosen, {name}, {choice.table[-1].name}", 1e3 * seconds, "ms"
-
-
-def _decibels(a: np.ndarray, b: np.ndarray) -> float:
-    """Linear, clipped to [0, 1], peak 1."""
-    a, b = (np.clip(picture[EDGE:-EDGE, EDGE:-EDGE], 0.0, 1.0) for picture in (a, b))
-    return -10.0 * math.log10(float(np.mean((a - b) ** 2)))

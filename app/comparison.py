@@ -29,6 +29,12 @@ class Difference:
                    round_above(most or largest or 1.0))
 
 
+def decibels(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
+    """Peak signal to noise of two linear pictures of one size, clipped to [0, 1], peak 1; infinite where alike."""
+    error = float(np.mean(np.square(np.clip(a, 0.0, 1.0) - np.clip(b, 0.0, 1.0), dtype=np.float64)))
+    return -10.0 * math.log10(error) if error else math.inf
+
+
 def round_above(value: float) -> float:
     """The least of 1, 2, 5 · 10ⁿ that is not below a positive value."""
     decade = 10.0 ** math.floor(math.log10(value))

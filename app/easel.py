@@ -15,6 +15,8 @@ from lensbench.app.comparison import Difference
 from lensbench.app.debug_view import codes
 from lensbench.app.exposed import Exposing, exposed, exposing, look
 from lensbench.app.histogram import histogram
+from lensbench.app.light_field_look import note, picture_settings
+from lensbench.app.light_field_worker import Sight
 from lensbench.app.picture import Picture, Pinned, View
 from lensbench.app.picture_marks import Mark
 from lensbench.app.screen import Development, Screen, softening
@@ -29,6 +31,7 @@ class Easel:
 
     def __init__(self, worker: Worker):
         self.news: News | None = None
+        self.sight: Sight | None = None                 # of a light field, shown in place of the camera's picture
         self.pinned: News | None = None                 # the picture A
         self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # what is on the screen, before its tone
         self._light_of: Any = None
@@ -74,17 +77,32 @@ class Easel:
 
     def pin(self, present: Settings) -> bool:
         """Keep the picture that is shown as A, as `present` exposes and develops it; False where there is none yet."""
-        if self.news is None or self._screen is None:
+        if self.shown is None or self._screen is None:
             return False
-        settings = replace(self.news.settings, **{name: getattr(present, name) for name in LOOK})
-        self.pinned = self.news._replace(settings=settings, image=_light(self.news, present))
-        self._pinned_screen = self._pinned_screen or Screen(moderngl.get_context())
-        self._pinned_screen.load(self.pinned.image)
+        settings = replace(self.shown.settings, **{name: getattr(present, name) for name in LOOK})
+        self._keep(self.shown._replace(settings=settings, image=_light(self.shown, present)))
         return True
+
+    def keep(self, image: NDArray[np.float32], settings: Settings) -> None:
+        """Keep a picture of these settings as A."""
+        self._keep(News(0, exposed(settings, image), settings.samples, 0.0, settings, 0.0))
+
+    def _keep(self, news: News) -> None:
+        self.pinned = news
+        self._pinned_screen = self._pinned_screen or Screen(moderngl.get_context())
+        self._pinned_screen.load(news.image)
+
+    @property
+    def shown(self) -> News | None:
+        """What stands in the picture: the newest of the camera, or what a light field shows."""
+        if self.sight is None:
+            return self.news
+        recording, look, image, seconds = self.sight
+        return News(0, image, recording.settings.samples, seconds, picture_settings(recording, look), 0.0)
 
     def picture(self, settings: Settings, view: View) -> Picture:
         """What the render panel shows in this frame."""
-        news, screen, waiting = self.news, self._screen, self._worker.waiting
+        news, screen, waiting = self.shown, self._screen, self._worker.waiting
         if news is None or screen is None:
             return Picture(waiting=waiting, first=True)
         of = (id(news.image), news.settings.view, look(settings))
@@ -106,6 +124,9 @@ class Easel:
             if self._shares[0] != key:
                 self._shares = (key, histogram(self.light, settings.exposure, curve))
             shares = self._shares[1]
+        if self.sight is not None:
+            return Picture(texture, screen.size, news.samples, news.seconds, histogram=shares, pinned=pinned,
+                           difference=difference, recorded=news.settings, note=note(*self.sight[:2]))
         return Picture(texture, screen.size, news.samples, news.seconds, self._worker.paused, waiting, False,
                        self.depth(settings), shares, pinned, difference)
 
@@ -134,6 +155,9 @@ class Easel:
         """What the shaders need: the look as it is set, the blur of the settings that the picture was made with."""
         if news.settings.sample_view:
             return Development(0.0, "raw")
+        if self.sight is not None:
+            overlay = settings.overlay if settings.overlay == "clipping" else "none"
+            return Development(settings.exposure, settings.tone, overlay, stripe=_stripe(view))
         blur, share = Blur.of(news.settings), softening(news.samples)
         depth = self._deep.depth if self._deep is not None else None
         if depth is not None and (share > 0.0 or settings.overlay in ("coc", "peaking")):
@@ -143,8 +167,13 @@ class Easel:
                 self._loaded = key
         amber, nearer, farther = ((c[0], c[1], c[2]) for c in (theme.DARK.amber, theme.NEARER, theme.FARTHER))
         return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus,
-                           max(blur.sharp, 1.0), max(6.0 / max(view.scale, 0.05), 2.0),
+                           max(blur.sharp, 1.0), _stripe(view),
                            amber, nearer, farther, share if self._loaded else 0.0)
+
+
+def _stripe(view: View) -> float:
+    """The width of the clipping zebra's stripes, in pixels of the picture."""
+    return max(6.0 / max(view.scale, 0.05), 2.0)
 
 
 def _light(news: News, settings: Settings) -> NDArray[np.float32]:

@@ -33,6 +33,11 @@ QUESTIONS = {
     "intrinsics": Question("intrinsics", "Save the intrinsics", "JSON", (".json",), True, "camera.json"),
     "screenshot": Question("screenshot", "Save the picture", "Pictures", SAVED, True, "lensbench.png"),
     "window": Question("window", "Save a picture of the window", "PNG", (".png",), True, "lensbench-window.png"),
+    "light field": Question("light field", "Open a light field", "Light fields", (".npz",)),
+    "save light field": Question("save light field", "Save the light field", "Light fields", (".npz",), True,
+                                 "field.npz"),
+    "refocused": Question("refocused", "Save the picture of the light field", "Pictures", SAVED, True,
+                          "refocused.png"),
     "export": Question("export", "Export to", "Pictures", SAVED, True, "lensbench.png"),
 }
 
@@ -58,6 +63,10 @@ class Files:
             self.save_picture(path)
         elif purpose == "window":
             self._bench.photograph(path)
+        elif purpose == "save light field":
+            self._bench.light_field.worker.save(path)
+        elif purpose == "refocused":
+            self._bench.light_field.save_picture(path)
         elif purpose == "export":
             self._bench.export.take_path(path)
         elif purpose == "save lens":
@@ -75,8 +84,12 @@ class Files:
             self.open(Path(path))
 
     def open(self, path: Path, kind: str | None = None) -> None:
-        """Take a lens, a scene, settings or those of a picture; without a kind, by what the file turns out to be."""
+        """Take a lens, a scene, a light field, settings or those of a picture; without a kind, by what it is."""
         bench, path = self._bench, path.expanduser().resolve()
+        if (kind or path.suffix.lower()) in ("light field", ".npz"):
+            bench.light_field.worker.open(path)
+            self._remember(path)
+            return
         try:
             settings = self._opened(path, kind or self._kind(path), bench.history.present)
         except (ValueError, OSError) as error:
@@ -89,8 +102,11 @@ class Files:
         bench.edited = settings
         bench.history.edit(settings, False, 0.0)
         bench.apply()
+        self._remember(path)
+
+    def _remember(self, path: Path) -> None:
         self.recent = [path, *(other for other in self.recent if other != path)][:RECENT]
-        bench.keep_recent()
+        self._bench.keep_recent()
 
     @staticmethod
     def _kind(path: Path) -> str:

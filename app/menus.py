@@ -37,7 +37,8 @@ def menus(bench: "Bench") -> None:
     history = bench.history
     if imgui.begin_menu("File"):
         for name, kind, key in (("Open lens…", "lens", "Ctrl+O"), ("Open scene…", "scene", ""),
-                                ("Open picture…", "picture", ""), ("Open settings…", "settings", "")):
+                                ("Open picture…", "picture", ""), ("Open settings…", "settings", ""),
+                                ("Open light field…", "light field", "")):
             if _item(name, key):
                 bench.files.ask(kind)
         if imgui.begin_menu("Recent", bool(bench.files.recent)):

@@ -13,6 +13,7 @@ from lensbench.app.coc_panel import coc_panel
 from lensbench.app.controls import controls_panel
 from lensbench.app.falloff_panel import falloff_panel
 from lensbench.app.image_circle import lit
+from lensbench.app.light_field_panel import light_field_panel
 from lensbench.app.menus import about
 from lensbench.app.plan_panel import plan_panel
 from lensbench.app.pupil_panel import pupil_panel
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from lensbench.app.session import Bench
 
 PANELS = ("Controls", "Read-outs", "Spaces", "Render", "Section", "Circle of confusion", "Plan", "Exit pupil",
-          "Falloff")
+          "Falloff", "Light field")
 
 
 def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSplit]:
@@ -65,6 +66,7 @@ class Panels:
             self._docked("Plan", "Right", self.guarded("Plan", self._plan)),
             self._docked("Exit pupil", "RightBottom", self.guarded("Exit pupil", self._pupil), first=True),
             self._docked("Falloff", "RightBottom", self.guarded("Falloff", self._falloff)),
+            self._docked("Light field", "RightBottom", self.guarded("Light field", self._light_field)),
             self._docked("Render", "MainDockSpace", self._render_window, False),
         ]
 
@@ -178,6 +180,11 @@ class Panels:
 
     def _falloff(self) -> None:
         falloff_panel(self._bench.edited)
+
+    def _light_field(self) -> None:
+        bench = self._bench
+        desk = bench.light_field
+        desk.look = light_field_panel(bench.edited, desk.look, desk.form, desk.worker)
 
     def dialogs(self) -> None:
         """What stands over the panels."""

@@ -35,6 +35,8 @@ class Picture:
     histogram: NDArray[np.float64] | None = None    # (4, bins) red, green, blue, luminance
     pinned: Pinned | None = None                    # the picture A, where it is compared with
     difference: Difference | None = None            # from A, where `texture` shows it
+    recorded: Settings | None = None                # of a light field's picture: the camera's that would be focused so
+    note: str = ""                                  # what such a picture is
 
 
 @dataclass
@@ -48,6 +50,7 @@ class View:
     mark: Mark | None = None
     pending: tuple[float, float] | None = None      # a click that waits for the depth map, parts of the picture
     hover: tuple[float, float] | None = None        # the raster point under the mouse
+    picked: tuple[int, int] | None = None           # a pixel of a light field that was clicked on, across and down
     pointed: tuple[float, float] | None = None      # the raster point that the mouse was on last
     scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last
     pinned: Settings | None = None                  # those of the picture A

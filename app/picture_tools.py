@@ -71,10 +71,13 @@ def picture_tools(settings: Settings, picture: Picture, view: View) -> Settings:
 
     # What is shown, from the right as far as there is room; a click opens the menu that sets it
     theme.small()
-    samples = f"{picture.samples} of " if picture.texture else ""
-    text = f"{settings.pixels_x} × {settings.pixels_y}     {samples}{settings.samples} samples"
-    longest = f"{text}     {_seconds(picture.seconds)}" if picture.texture else text
-    texts = [longest, text, f"{settings.pixels_x} × {settings.pixels_y}"]
+    of = picture.recorded or settings
+    texts = [f"{of.pixels_x} × {of.pixels_y}"]
+    if picture.recorded is None:
+        samples = f"{picture.samples} of " if picture.texture else ""
+        texts.insert(0, f"{texts[-1]}     {samples}{settings.samples} samples")
+        if picture.texture:
+            texts.insert(0, f"{texts[0]}     {_seconds(picture.seconds)}")
     room = corner.x + width - left - 2.0 * imgui.get_style().frame_padding.x
     text = next((text for text in texts if imgui.calc_text_size(text).x <= room), fa.ICON_FA_ELLIPSIS)
     extent = imgui.calc_text_size(text).x + 2.0 * imgui.get_style().frame_padding.x

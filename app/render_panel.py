@@ -98,19 +98,21 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     mouse = imgui.get_mouse_pos()
     at = ((mouse.x - x0) / max(extent.x, 1.0), (mouse.y - y0) / max(extent.y, 1.0))
     inside = 0.0 <= at[0] < 1.0 and 0.0 <= at[1] < 1.0
-    if imgui.is_item_hovered() and inside:
+    if imgui.is_item_hovered() and inside and picture.recorded is None:
         view.hover = view.pointed = (at[0] * width, at[1] * height)
     settings = _handled(settings, picture, view, at, inside, extent)
     settings = _focused(settings, picture, view)
 
     # What is laid over it
-    if view.mark is not None and view.mark.holds(settings):
+    if view.mark is not None and view.mark.holds(settings) and not picture.recorded:
         draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
     if view.histogram and picture.histogram is not None:
         draw_histogram(draw, picture.histogram, ImVec2(min(lower.x, end.x), min(lower.y, end.y)))
     below = ImVec2(max(upper.x, corner.x), min(lower.y, end.y))
     if picture.difference is not None:
         draw_scale(draw, picture.difference, below)
+    elif picture.recorded is not None:
+        _say_below(draw, below, picture.note)
     elif settings.sample_view:
         if settings.view == "fate":
             draw_fates(draw, settings, ImVec2(below.x, below.y - theme.em(1.3)))
@@ -143,6 +145,7 @@ def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, l
               panel: tuple[ImVec2, ImVec2]) -> Settings:
     """A over the left part of the present picture, where they are wiped; and what each of them is."""
     pinned, (corner, room), pixel = picture.pinned, panel, theme.scale()
+    own = picture.recorded or settings
     assert pinned is not None
     draw, way = imgui.get_window_draw_list(), settings.compare
     end = ImVec2(corner.x + room.x, corner.y + room.y)
@@ -159,10 +162,10 @@ def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, l
     a = ImVec2(max(upper.x, corner.x) + 14.0 * pixel, top)
     b = ImVec2(min(lower.x, end.x) - 14.0 * pixel, top)
     if way == "side":
-        draw_plate(draw, "B", settings, pinned.settings, picture.samples, a)
+        draw_plate(draw, "B", own, pinned.settings, picture.samples, a)
     else:
-        draw_plate(draw, "A", pinned.settings, settings, pinned.samples, a)
-        draw_plate(draw, "B", settings, pinned.settings, picture.samples, b, right=True)
+        draw_plate(draw, "A", pinned.settings, own, pinned.samples, a)
+        draw_plate(draw, "B", own, pinned.settings, picture.samples, b, right=True)
     return settings
 
 
@@ -224,6 +227,9 @@ def _length_per_pixel(settings: Settings, extent: ImVec2) -> float:
 
 def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
     """The settings focused at the depth under a click, as soon as the depth is known."""
+    if view.pending is not None and picture.recorded is not None:
+        width, height = picture.size
+        view.picked, view.pending = (int(view.pending[0] * width), int(view.pending[1] * height)), None
     if view.pending is None or picture.depth is None:
         return settings
     x, y = view.pending

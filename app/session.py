@@ -28,6 +28,7 @@ from lensbench.app.dialogs import ExportDialog, FilePrompt
 from lensbench.app.easel import Easel, save_window
 from lensbench.app.files import Files
 from lensbench.app.history import History
+from lensbench.app.light_field_desk import LightFieldDesk
 from lensbench.app.menus import shortcuts
 from lensbench.app.optics import design
 from lensbench.app.panels import Panels, layout
@@ -56,8 +57,9 @@ class Bench:
         self.about = False                              # Help is asked for
         self.shots_taken = 0                            # pictures of the window that have been saved
         self.shot_problem = ""                          # why the latest of them was not
-        self.worker = Worker(settings, self._woken, threads)
+        self.worker = Worker(settings, self.woken, threads)
         self.easel = Easel(self.worker)
+        self.light_field = LightFieldDesk(self)
         self._prepared = threading.Event()              # the panels' kernels are compiled
         self._shot: Path | None = None                  # a picture of the window is wanted
         self._finish: Callable[[], None] | None = None
@@ -89,6 +91,7 @@ class Bench:
     def closed(self) -> None:
         """The window is about to go."""
         self.export.cancel()
+        self.light_field.worker.stop()
         self.worker.stop()
 
     def _prepare(self) -> None:
@@ -101,7 +104,7 @@ class Bench:
             prepare(self.history.present)
         finally:
             self._prepared.set()
-            self._woken()
+            self.woken()
 
     @property
     def prepared(self) -> bool:
@@ -165,6 +168,7 @@ class Bench:
         self._leave_room_to_compile()
         self._lay_out_once()
         self.easel.take(self.view)
+        self.light_field.begin()
         self._take_failure()
         shortcuts(self)
         self.files.answer()
@@ -190,6 +194,7 @@ class Bench:
                 self.view.say(str(error))
                 self.edited = self.history.present
         self.history.edit(self.edited, held, monotonic())
+        self.light_field.end()
         self.apply()
 
     def apply(self) -> None:
@@ -233,7 +238,7 @@ class Bench:
         if self.edited.picture != failure.settings.picture:
             self.apply()
 
-    def _woken(self) -> None:
+    def woken(self) -> None:
         """From the worker's thread: there is something to show."""
         hello_imgui.request_refresh()
         with suppress(glfw.GLFWError):

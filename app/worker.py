@@ -97,7 +97,7 @@ class Worker:
         self._settings = settings
         self._generation = 1
         self._target = settings.samples
-        self._paused = self._stopped = self._depth_wanted = False
+        self._paused = self._held = self._stopped = self._depth_wanted = False
         self._news: News | None = None
         self._shown: News | None = None
         self._failure: Failure | None = None
@@ -170,7 +170,7 @@ class Worker:
     def busy(self) -> bool:
         """Whether more samples are to come."""
         news = self._news
-        if self._paused or self.error is not None:
+        if self._paused or self._held or self.error is not None:
             return False
         return news is None or news.generation != self._generation or news.samples < self._target
 
@@ -188,6 +188,12 @@ class Worker:
         """Go on after a pause."""
         with self._change:
             self._paused = False
+            self._change.notify_all()
+
+    def hold(self, held: bool) -> None:
+        """Leave the processor to others: new settings get as many samples as while the render is paused."""
+        with self._change:
+            self._held = held
             self._change.notify_all()
 
     def want_depth(self, wanted: bool) -> None:
@@ -253,7 +259,7 @@ class Worker:
 
     @property
     def _present_target(self) -> int:
-        return min(self._target, PAUSED_SAMPLES) if self._paused else self._target
+        return min(self._target, PAUSED_SAMPLES) if self._paused or self._held else self._target
 
     def _depth_due(self, job: _Job) -> bool:
         return job.depth is None and job.rendering.samples >= (

@@ -1,0 +1,112 @@
+"""The bench's light field: what the panel asks for goes to its worker, what comes of it to the easel.
+
+What the panel chooses is no part of the settings: undo takes back what was set, and loses nothing here.
+"""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import lensbench as lb
+from lensbench.app.light_field_look import Look, Recording, picture_settings
+from lensbench.app.light_field_worker import Compared, FieldWorker, Sight
+from lensbench.app.reach import with_longer_side
+from lensbench.app.settings import Settings
+
+if TYPE_CHECKING:
+    from lensbench.app.session import Bench
+
+
+@dataclass
+class Form:
+    """What is to be recorded; and what the panel asks of the window."""
+
+    views: int = 9                                      # across, and down
+    samples: int = 16                                   # for each pixel of each view
+    longer: int = 640                                   # pixels
+    open: bool = False                                  # shown though there is a recording
+    requests: set[str] = field(default_factory=set)     # record, cancel, open, save, picture, compare
+
+    def settings(self, present: Settings) -> Settings:
+        """What the camera sees now, with the form's pixels and samples."""
+        return replace(with_longer_side(present, self.longer), samples=self.samples, view="picture")
+
+    def bytes(self, present: Settings) -> int:
+        """Of memory that the recording will take."""
+        return lb.light_field_bytes(self.settings(present).film, (self.views, self.views))
+
+
+class LightFieldDesk:
+    """Lives as long as the bench."""
+
+    def __init__(self, bench: "Bench"):
+        self.form, self.look = Form(), Look()
+        self.worker = FieldWorker(bench.woken)
+        self._bench = bench
+        self._recording: Recording | None = None        # that the look is of
+        self._settings = bench.history.present.picture  # that the camera showed last
+        self._compared: Compared | None = None
+
+    @property
+    def sight(self) -> Sight | None:
+        """What the picture shows in place of the camera's."""
+        return self.worker.sight if self.look.show != "camera" else None
+
+    def begin(self) -> None:
+        """At the beginning of a frame: news from the worker; a camera that has been set anew is shown."""
+        bench, worker = self._bench, self.worker
+        said, worker.said = worker.said, []
+        for message, done in said:
+            bench.view.say(message, done)
+        present = bench.history.present.picture
+        if present != self._settings:
+            self._settings, self.look = present, replace(self.look, show="camera")
+        if worker.recording is not self._recording:
+            self._recording = worker.recording
+            if self._recording is not None:
+                self.look, self.form.open = Look.of(self._recording), False
+        picked, bench.view.picked = bench.view.picked, None
+        if picked is not None:
+            self.look = replace(self.look, pixel=picked)
+        if self.look.show != "camera":
+            worker.want(self.look)
+        bench.easel.sight = self.sight
+        compared = worker.compared
+        if compared is not None and compared is not self._compared:
+            self._compared = compared
+            bench.easel.keep(compared.image, compared.settings)
+            bench.view.pinned = compared.settings
+            bench.edited = replace(bench.edited, compare="difference")
+
+    def end(self) -> None:
+        """After the panels: what they have asked for."""
+        bench, worker = self._bench, self.worker
+        wanted, self.form.requests = self.form.requests, set()
+        present = bench.history.present
+        if "record" in wanted:
+            worker.record(self.form.settings(present), (self.form.views, self.form.views))
+        if "cancel" in wanted:
+            worker.cancel()
+        if "compare" in wanted and self.sight is not None:
+            worker.compare(self.sight)
+        for request, kind in (("open", "light field"), ("save", "save light field"), ("picture", "refocused")):
+            if request in wanted:
+                bench.files.ask(kind)
+        bench.worker.hold(self.look.show != "camera" or worker.task is not None)
+
+    def save_picture(self, path: Path) -> None:
+        """Save what the light field shows."""
+        from lensbench.app.export import save_picture
+
+        sight, present = self.worker.sight, self._bench.history.present
+        if sight is None:
+            self._bench.view.say("There is no picture of a light field yet")
+            return
+        settings = picture_settings(sight.recording, sight.look)
+        settings = replace(settings, exposure=present.exposure, tone=present.tone)
+        try:
+            save_picture(path, sight.image, settings)
+        except (ValueError, OSError) as error:
+            self._bench.view.say(str(error))
+        else:
+            self._bench.view.say(f"The picture was saved as {path.name}", done=True)

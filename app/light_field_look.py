@@ -1,0 +1,118 @@
+"""How a recorded light field is looked at: where it is focused, through what part of the pupil, and what is shown.
+
+A look is a frozen value as Settings are; what it shows is a pure function of it and of the recording.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+import lensbench as lb
+from lensbench.app.scale import format_distance, format_f_number
+from lensbench.app.settings import Settings
+
+SHOWN = {"camera": "Camera", "focus": "Focus", "view": "View"}
+EDGE = 0.999                    # of the pupil: as far as the middle of an aperture goes
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A light field with the settings that it was recorded with: its samples count for each pixel of each view."""
+
+    field: lb.LightField
+    settings: Settings
+
+    @property
+    def size(self) -> int:
+        """Bytes of memory."""
+        return self.field.light.nbytes + self.field.coverage.nbytes
+
+    @property
+    def pupil_radius(self) -> float:
+        """On the plane of the paraxial exit pupil, mm for 1 of u; negative where the stop is seen upside down."""
+        lens = self.field.camera.gaussian
+        return -lens.approach_pupil / lens.approach_film if lens.approach_film else math.inf
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a person chose. Lengths in mm; places in the pupil in its radii; f_number None: the whole aperture."""
+
+    show: str = "camera"                        # a key of SHOWN
+    distance: float = 1200.0
+    f_number: float | None = None
+    view: tuple[float, float] = (0.0, 0.0)
+    cell: tuple[int, int] = (0, 0)              # the single view: across and down
+    pixel: tuple[int, int] = (0, 0)             # of the views, across and down: what the pupil's cells are seen from
+
+    @classmethod
+    def of(cls, recording: Recording) -> "Look":
+        """As it was recorded."""
+        across, down = recording.field.views
+        film = recording.settings.film
+        return cls("focus", recording.settings.focus_distance, cell=(across // 2, down // 2),
+                   pixel=(film.pixels_x // 2, film.pixels_y // 2))
+
+    @property
+    def asked(self) -> "Look":
+        """What the picture depends on: the rest is left out."""
+        if self.show == "view":
+            return Look("view", cell=self.cell)
+        return Look("focus", self.distance, self.f_number, self.view)
+
+
+def radius(look: Look, field: lb.LightField) -> float:
+    """Of the aperture, in radii of the pupil."""
+    return 1.0 if look.f_number is None else field.f_number / look.f_number
+
+
+def opened(look: Look, f_number: float, field: lb.LightField) -> Look:
+    """With another aperture, no wider than what was recorded; its middle goes only as far as it stays in the pupil."""
+    part = min(field.f_number / f_number, 1.0)
+    off, far = math.hypot(*look.view), 1.0 - part
+    view = look.view if off <= far else (look.view[0] * far / off, look.view[1] * far / off)
+    whole = part == 1.0
+    return replace(look, f_number=None if whole else f_number, view=(0.0, 0.0) if whole else view)
+
+
+def moved(look: Look, view: tuple[float, float], field: lb.LightField) -> Look:
+    """With its aperture about another place, as far as that lies in the pupil; a wide aperture gives way."""
+    off = math.hypot(*view)
+    if off > EDGE:
+        view = (view[0] * EDGE / off, view[1] * EDGE / off)
+    room = 1.0 - min(off, EDGE)
+    if radius(look, field) <= room:
+        return replace(look, view=view)
+    return replace(look, view=view, f_number=field.f_number / room)
+
+
+def shown(recording: Recording, look: Look) -> NDArray[np.float32]:
+    """The picture of a look that shows one: float32 (h, w, 3), linear."""
+    if look.show == "view":
+        return recording.field.view(*look.cell)
+    return recording.field.refocus(look.distance, look.f_number, look.view)
+
+
+def picture_settings(recording: Recording, look: Look) -> Settings:
+    """Those of a camera that is focused and stopped as the look is."""
+    if look.show == "view":
+        return recording.settings
+    return replace(recording.settings, focus_distance=look.distance,
+                   f_number=recording.settings.f_number if look.f_number is None else look.f_number)
+
+
+def place(view: tuple[float, float]) -> str:
+    """A place in the pupil, in its radii: +0.20, −0.50."""
+    return f"{view[0]:+.2f}, {view[1]:+.2f}".replace("-", "−")
+
+
+def note(recording: Recording, look: Look) -> str:
+    """What the picture is, in a few words."""
+    if look.show == "view":
+        u, v = recording.field.places[look.cell[1], look.cell[0]]
+        return f"Light field: the view from {place((u, v))} of the pupil"
+    f_number = look.f_number or recording.field.f_number
+    off = "" if look.view == (0.0, 0.0) else f", from {place(look.view)}"
+    return f"Light field: focused at {format_distance(look.distance)}, {format_f_number(f_number)}{off}"

@@ -1,0 +1,112 @@
+"""The pupil of a light field as a pad: an aperture to be dragged about in it, or one cell of it to be chosen.
+
+Seen as the camera looks: u runs to the right and v up, in radii of the paraxial exit pupil. The greys are the coverage
+of the cells, as the chosen pixel has it.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui
+from numpy.typing import NDArray
+
+import lensbench as lb
+from lensbench.app import theme
+from lensbench.app.light_field_look import Look, Recording, moved, radius
+
+SIDE = 8.6                      # em
+REST = 0.06                     # of the pupil's radius: so near the middle an aperture goes to it
+
+
+class Pad(NamedTuple):
+    """Where the pupil stands on the screen."""
+
+    centre: ImVec2
+    unit: float                 # pixels for a radius of the pupil
+    reach: float
+
+    def at(self, u: float, v: float) -> ImVec2:
+        """A place of the pupil on the screen."""
+        return ImVec2(self.centre.x + u * self.unit, self.centre.y - v * self.unit)
+
+    def under(self, mouse: ImVec2) -> tuple[float, float]:
+        """The place of the pupil under the mouse."""
+        return (mouse.x - self.centre.x) / self.unit, (self.centre.y - mouse.y) / self.unit
+
+
+def pupil_pad(look: Look, recording: Recording) -> Look:
+    """The aperture as a circle in the pupil; the look with its middle where a hand has dragged it."""
+    field, draw = recording.field, imgui.get_window_draw_list()
+    pad = _pad("Pupil pad", field)
+    tip = ("Drag: the viewpoint, which is the middle of the aperture; a wide aperture gives way.\n"
+           "Double click: back to the middle. Greys: what the cells let through to the pixel clicked on")
+    if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
+        look = replace(look, view=(0.0, 0.0))
+    elif imgui.is_item_active() and imgui.is_mouse_down(imgui.MouseButton_.left):
+        u, v = pad.under(imgui.get_mouse_pos())
+        held = imgui.get_mouse_drag_delta(imgui.MouseButton_.left, 0.0)
+        if abs(held.x) + abs(held.y) > 0.0:
+            look = moved(look, (0.0, 0.0) if u * u + v * v < REST * REST else (u, v), field)
+    elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(tip)
+    _cells(draw, pad, seen_from(recording, look.pixel))
+    pixel = theme.scale()
+    around = max(radius(look, field), 0.02) * pad.unit
+    middle = pad.at(*look.view)
+    draw.add_circle_filled(middle, around, theme.packed(theme.colours().strong, 0.16), 64)
+    draw.add_circle(middle, around, theme.packed(theme.colours().strong), 64, 1.5 * pixel)
+    draw.add_circle_filled(middle, 2.0 * pixel, theme.packed(theme.colours().strong))
+    imgui.same_line()
+    return look
+
+
+def pupil_grid(look: Look, recording: Recording) -> Look:
+    """The cells of the pupil; the look with the one that was clicked on."""
+    field, draw = recording.field, imgui.get_window_draw_list()
+    pad = _pad("Pupil grid", field)
+    across, down = field.views
+    if imgui.is_item_active():
+        u, v = pad.under(imgui.get_mouse_pos())
+        i, j = (min(max(int((x / pad.reach + 1.0) / 2.0 * n), 0), n - 1) for x, n in ((u, across), (v, down)))
+        look = replace(look, cell=(i, j))
+    elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip("Click or drag: which view is shown")
+    _cells(draw, pad, seen_from(recording, look.pixel))
+    u, v = field.places[look.cell[1], look.cell[0]]
+    half = (pad.reach / across * pad.unit, pad.reach / down * pad.unit)
+    middle = pad.at(u, v)
+    draw.add_rect(ImVec2(middle.x - half[0], middle.y - half[1]), ImVec2(middle.x + half[0], middle.y + half[1]),
+                  theme.packed(theme.colours().strong), 0.0, 1.5 * theme.scale())
+    imgui.same_line()
+    return look
+
+
+def seen_from(recording: Recording, pixel: tuple[int, int]) -> NDArray[np.float32]:
+    """(down, across) what each cell lets through to a pixel of the views; the first row is the lowest."""
+    x, y = pixel
+    return recording.field.coverage[:, :, y, x].astype(np.float32)
+
+
+def _pad(label: str, field: lb.LightField) -> Pad:
+    """The square with the pupil's circle, as one item; the reach of its cells just fits."""
+    side = min(round(theme.em(SIDE)), max(imgui.get_content_region_avail().x, 20.0))
+    corner = imgui.get_cursor_screen_pos()
+    imgui.invisible_button(label, ImVec2(side, side))
+    unit = 0.49 * side / max(field.reach, 1.0)
+    return Pad(ImVec2(corner.x + 0.5 * side, corner.y + 0.5 * side), unit, field.reach)
+
+
+def _cells(draw: imgui.ImDrawList, pad: Pad, shares: NDArray[np.float32]) -> None:
+    """The cells, the brighter the more they let through, and the paraxial pupil's circle."""
+    colour, pixel = theme.colours(), theme.scale()
+    down, across = shares.shape
+    most = max(float(shares.max()), 1e-9)
+    edge = [[round(pad.at(x, 0.0).x) for x in np.linspace(-pad.reach, pad.reach, across + 1).tolist()],
+            [round(pad.at(0.0, y).y) for y in np.linspace(-pad.reach, pad.reach, down + 1).tolist()]]
+    for j in range(down):
+        for i in range(across):
+            grey = 0.06 + 0.34 * float(shares[j, i]) / most
+            draw.add_rect_filled(ImVec2(edge[0][i], edge[1][j + 1]), ImVec2(edge[0][i + 1] - pixel, edge[1][j] - pixel),
+                                 theme.packed(colour.text, grey))
+    draw.add_circle(pad.centre, pad.unit, theme.packed(colour.dim), 64, pixel)

@@ -1,0 +1,217 @@
+"""The panel *Light field*: record what the camera sees through every part of its pupil, and choose afterwards."""
+
+import math
+from dataclasses import replace
+
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+
+from lensbench.app import scale, theme
+from lensbench.app.light_field_desk import Form
+from lensbench.app.light_field_look import SHOWN, Look, Recording, opened, place
+from lensbench.app.light_field_pad import pupil_grid, pupil_pad
+from lensbench.app.light_field_worker import FieldWorker, Task
+from lensbench.app.ring import ring
+from lensbench.app.settings import Settings
+from lensbench.app.toggles import toggles
+
+fa = icons_fontawesome_6
+VIEWS, SAMPLES, SIDES = (5, 9, 13, 17), (1, 4, 16, 64), (320, 480, 640, 960)
+SHOWN_TIPS = {
+    "camera": "The picture is the camera's",
+    "focus": "The picture is the light field's, focused and stopped as it is set here",
+    "view": "The picture is one view: what a single cell of the pupil sees",
+}
+
+
+def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldWorker) -> Look:
+    """Draw the panel; the look as a hand has left it."""
+    recording = worker.recording
+    if recording is None or form.open:
+        _form(settings, form, worker.task, recording is not None)
+        return look
+    _head(recording, form)
+    if worker.task is not None:
+        _progress(worker.task, form)
+    before = look
+    look = replace(look, show=toggles("Show", SHOWN, look.show, SHOWN_TIPS))
+    if look.show == "view":
+        return _view(look, recording)
+    look = _focus(look, recording, worker, form)
+    if look != before and look.show == before.show == "camera":
+        look = replace(look, show="focus")
+    return look
+
+
+def _words(text: str, strong: bool = False) -> None:
+    imgui.push_text_wrap_pos(0.0)
+    (imgui.text_unformatted if strong else imgui.text_disabled)(text)
+    imgui.pop_text_wrap_pos()
+
+
+# Recording
+
+
+def _form(settings: Settings, form: Form, task: Task | None, can_go_back: bool) -> None:
+    """What to record, what memory it takes, and the buttons."""
+    _words("Record the light through every part of the pupil; choose focus, aperture and viewpoint afterwards.")
+    form.views = toggles("Views", {n: f"{n} × {n}" for n in VIEWS}, form.views, dict.fromkeys(
+        VIEWS, "Cells of the pupil across and down: more of them can be focused farther from the recorded distance"),
+        4.4)
+    form.samples = toggles("Samples", {n: f"{n}" for n in SAMPLES}, form.samples, dict.fromkeys(
+        SAMPLES, "For each pixel of each view: a picture focused afterwards adds those of its views"), 4.4)
+    form.longer = toggles("Pixels", {n: f"{n}" for n in SIDES}, form.longer, dict.fromkeys(
+        SIDES, "Along the longer side of each view"), 4.4)
+    film = form.settings(settings).film
+    _words(f"{form.views * form.views} views of {film.pixels_x} × {film.pixels_y} pixels: "
+           f"{form.bytes(settings) / 1e6:.0f} MB of memory", True)
+    if task is not None:
+        _progress(task, form)
+    else:
+        if imgui.button(fa.ICON_FA_CIRCLE_DOT + "  Record###Record"):
+            form.requests.add("record")
+        imgui.set_item_tooltip("Record what the camera sees now")
+        imgui.same_line()
+        if imgui.button(fa.ICON_FA_FOLDER_OPEN + "  Open…###Open light field"):
+            form.requests.add("open")
+        imgui.set_item_tooltip("Open a recorded light field (.npz)")
+    if can_go_back:
+        if task is None:
+            imgui.same_line()
+        if imgui.button("Back"):
+            form.open = False
+        imgui.set_item_tooltip("Back to the light field that is recorded")
+
+
+def _progress(task: Task, form: Form) -> None:
+    colour = theme.colours()
+    width = imgui.get_content_region_avail().x
+    imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*colour.frame_active))
+    imgui.progress_bar(task.share, ImVec2(width - theme.em(2.2), 0.0),
+                       f"{task.name}  {100.0 * task.share:.0f} %" if task.share else task.name)
+    imgui.pop_style_color()
+    imgui.same_line()
+    if imgui.button(fa.ICON_FA_XMARK + "###Cancel task"):
+        form.requests.add("cancel")
+    imgui.set_item_tooltip("Cancel")
+
+
+def _head(recording: Recording, form: Form) -> None:
+    """What is recorded, and what can be done with it."""
+    (across, down), film = recording.field.views, recording.settings.film
+    right = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x
+    imgui.align_text_to_frame_padding()
+    imgui.text_unformatted(f"{across} × {down} views")
+    imgui.set_item_tooltip(f"{film.pixels_x} × {film.pixels_y} pixels each, {recording.settings.samples} samples a "
+                           f"pixel: {recording.size / 1e6:.0f} MB")
+    imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
+    width = theme.em(1.75)
+    imgui.same_line(right - 4.0 * width)
+    for icon, request, tip in (
+            (fa.ICON_FA_CIRCLE_DOT, "new", "Record another"), (fa.ICON_FA_FOLDER_OPEN, "open", "Open a light field"),
+            (fa.ICON_FA_FLOPPY_DISK, "save", "Save the light field (.npz)"),
+            (fa.ICON_FA_IMAGE, "picture", "Save the picture that it shows (.png, .exr …)")):
+        if imgui.button(f"{icon}###Light field {request}", ImVec2(width, 0.0)):
+            form.requests.add(request)
+        imgui.set_item_tooltip(tip)
+        imgui.same_line(0.0, 0.0)
+    imgui.pop_style_color()
+    imgui.new_line()
+    form.open = "new" in form.requests
+
+
+# Looking at it
+
+
+def _focus(look: Look, recording: Recording, worker: FieldWorker, form: Form) -> Look:
+    """Focus, aperture and viewpoint; what came of them, and how near it is to the camera's own picture."""
+    field = recording.field
+    nearest = max(field.nearest, 10.0)
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
+    distance = ring("Refocus", look.distance, scale.focus_scale(nearest * 1.0001, recording.settings.focus_distance),
+                    "Distance to what is to be in focus, measured as the camera measures; the amber zone is where "
+                    "neighbouring views\nlie at most a pixel apart: beyond it blur falls into dots", field.clear_range)
+    look = replace(look, distance=distance)
+    shown = look.f_number or field.f_number
+    f_number = ring("Synthetic aperture", shown, scale.aperture_scale(field.f_number, field.f_number),
+                    "A part of the recorded aperture, put together from its views; it cannot be wider")
+    if f_number != shown:
+        look = opened(look, f_number, field)
+    imgui.pop_style_var()
+    look = pupil_pad(look, recording)
+    _figures(look, recording, worker)
+    _comparison(look, recording, worker, form)
+    return look
+
+
+def _figures(look: Look, recording: Recording, worker: FieldWorker) -> None:
+    """At the right of the pad: the viewpoint, how many views, how far they are apart."""
+    field = recording.field
+    apart, (near, far) = field.apart(look.distance), field.clear_range
+    theme.small()
+    imgui.begin_group()
+    sight = worker.sight
+    taken = float(field.shares(look.f_number, look.view).sum())
+    for name, value, tip in (
+            ("From", place(look.view), "The middle of the aperture in the pupil, in radii of it: right and up"),
+            ("Views", f"{taken:.3g} of {field.places[..., 0].size}", "How many views the aperture takes"),
+            ("Apart", f"{apart:.2f} px", "How far neighbouring views are shifted against each other"),
+            ("Time", f"{1000.0 * sight.seconds:.0f} ms" if sight is not None else "–", "To put the picture together")):
+        imgui.text_disabled(name)
+        imgui.set_item_tooltip(tip)
+        imgui.same_line(theme.em(3.4))
+        imgui.text_unformatted(value)
+    imgui.end_group()
+    imgui.pop_font()
+    if not near <= look.distance <= far:
+        theme.small()
+        _words(f"Beyond {scale.format_distance(near)} to {scale.format_distance(far)} the views part: "
+               "blur falls into dots. Record more of them", True)
+        imgui.pop_font()
+
+
+def _comparison(look: Look, recording: Recording, worker: FieldWorker, form: Form) -> None:
+    sight = worker.sight
+    central = look.view == (0.0, 0.0)
+    ready = worker.task is None and sight is not None and sight.look == look.asked and look.show == "focus"
+    imgui.begin_disabled(not (central and ready))
+    if imgui.button("Compare with the camera"):
+        form.requests.add("compare")
+    imgui.end_disabled()
+    if imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled | imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip("Render with the camera what is shown here, focused and stopped the same, keep it as A, and "
+                          "show the difference" if central else "The camera has no aperture off the axis: put the "
+                          "viewpoint back to the middle by a double click")
+    psnr = worker.psnr(look.asked)
+    if psnr is not None:
+        imgui.same_line()
+        imgui.text_unformatted("alike" if math.isinf(psnr) else f"{psnr:.1f} dB")
+        imgui.set_item_tooltip("Peak signal to noise: linear light, clipped to 0 … 1. The camera's own picture is A")
+
+
+def _view(look: Look, recording: Recording) -> Look:
+    """One cell of the pupil."""
+    field = recording.field
+    _words("What each cell passes, seen from the pixel clicked on")
+    look = pupil_grid(look, recording)
+    i, j = look.cell
+    u, v = field.places[j, i]
+    x, y = look.pixel
+    covered = field.coverage[j, i]
+    theme.small()
+    imgui.begin_group()
+    for name, value, tip in (
+            ("View", f"{i + 1}, {j + 1}", "Across from the left, up from below"),
+            ("At", place((u, v)), "The cell's middle in the pupil, in radii of it"),
+            ("", f"{u * recording.pupil_radius:+.2f}, {v * recording.pupil_radius:+.2f} mm".replace("-", "−"),
+             "The same in mm, on the plane of the exit pupil"),
+            ("Here", f"{100.0 * float(covered[y, x]):.1f} %", "Coverage: what of the light of a full cell reaches this "
+                                                              "pixel, times cos⁴θ"),
+            ("Most", f"{100.0 * float(covered.max()):.1f} %", "The greatest coverage of any pixel")):
+        imgui.text_disabled(name)
+        imgui.set_item_tooltip(tip)
+        imgui.same_line(theme.em(3.4))
+        imgui.text_unformatted(value)
+    imgui.end_group()
+    imgui.pop_font()
+    return look
+

@@ -1,0 +1,194 @@
+"""Light fields in the background: recorded, opened, saved and compared one after the other, looked at meanwhile.
+
+Two threads at most: one for what takes its time, with its progress and Cancel, and one that focuses, for which
+the newest look counts alone. The window asks, and finds the answers in `recording`, `sight` and `said`.
+"""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import lensbench as lb
+from lensbench.app.light_field_look import Look, Recording, picture_settings, shown
+from lensbench.app.settings import Settings
+
+COMPARED = 256                  # samples a pixel of the camera's own picture
+
+
+class Sight(NamedTuple):
+    """What a look at a recording has shown."""
+
+    recording: Recording
+    look: Look                              # as far as the picture depends on it
+    image: NDArray[np.float32]              # (h, w, 3) linear
+    seconds: float
+
+
+class Compared(NamedTuple):
+    """The camera's own picture, and how near the light field's comes to it."""
+
+    sight: Sight
+    image: NDArray[np.float32]
+    settings: Settings
+    psnr: float                             # dB
+
+
+@dataclass
+class Task:
+    """Work under way."""
+
+    name: str
+    share: float = 0.0
+    cancelled: bool = False
+
+
+class FieldWorker:
+    """Has one recording at a time; see the module."""
+
+    def __init__(self, woken: Callable[[], None] = lambda: None):
+        """`woken` is called from other threads at every piece of news."""
+        self._woken = woken
+        self._change = threading.Condition()
+        self.recording: Recording | None = None
+        self.sight: Sight | None = None             # the newest
+        self.compared: Compared | None = None
+        self.said: list[tuple[str, bool]] = []      # what is to be told, and whether it tells of something done
+        self.task: Task | None = None
+        self._wanted: tuple[Recording, Look] | None = None
+        self._stopped = False
+        self._viewer: threading.Thread | None = None
+
+    # The window's side
+
+    def record(self, settings: Settings, views: tuple[int, int]) -> None:
+        """Record what the settings see, with their pixels and samples; the recording there is stays until then."""
+        self._begin("Recording", lambda task: self._record(task, settings, views))
+
+    def open(self, path: Path) -> None:
+        """Open a recording."""
+        self._begin(f"Opening {path.name}", lambda task: self._open(task, path))
+
+    def save(self, path: Path) -> None:
+        """Save the recording."""
+        self._begin(f"Saving {path.name}", lambda task: self._save(path))
+
+    def compare(self, sight: Sight) -> None:
+        """Render with the camera what a look has shown."""
+        self._begin("Rendering with the camera", lambda task: self._compare(task, sight))
+
+    def want(self, look: Look) -> None:
+        """Show the recording so, from now on."""
+        if self.recording is None:
+            return
+        with self._change:
+            self._wanted = (self.recording, look.asked)
+            if self._viewer is None:
+                self._viewer = threading.Thread(target=self._show, name="lensbench light field", daemon=True)
+                self._viewer.start()
+            self._change.notify_all()
+
+    def psnr(self, look: Look) -> float | None:
+        """The dB by which the camera's own picture agrees with this look's, where it has been rendered."""
+        compared = self.compared
+        if compared is None or compared.sight.recording is not self.recording or compared.sight.look != look:
+            return None
+        return compared.psnr
+
+    def cancel(self) -> None:
+        """Give up what is under way."""
+        if self.task is not None:
+            self.task.cancelled = True
+
+    def stop(self) -> None:
+        """End."""
+        self.cancel()
+        with self._change:
+            self._stopped = True
+            self._change.notify_all()
+        if self._viewer is not None:
+            self._viewer.join()
+
+    # What takes its time
+
+    def _begin(self, name: str, work: Callable[[Task], None]) -> None:
+        if self.task is not None:
+            self.said.append((f"{self.task.name} is under way: cancel it first, or wait", False))
+            return
+        self.task = task = Task(name)
+
+        def run() -> None:
+            try:
+                work(task)
+            except (ValueError, OSError, MemoryError) as error:
+                if not task.cancelled:
+                    self.said.append((str(error) or "there is not enough memory for this light field", False))
+            finally:
+                self.task = None
+                self._woken()
+
+        threading.Thread(target=run, name=f"lensbench {name}", daemon=True).start()
+
+    def _told(self, task: Task, share: float) -> bool:
+        task.share = share
+        self._woken()
+        return not (task.cancelled or self._stopped)
+
+    def _record(self, task: Task, settings: Settings, views: tuple[int, int]) -> None:
+        from lensbench.app.optics import camera
+        from lensbench.app.scene_file import find_scene
+
+        settings = replace(settings, view="picture").checked()
+        field = lb.capture_light_field(camera(settings), find_scene(settings.scene), views, settings.samples,
+                                       settings.seed, told=lambda share: self._told(task, share))
+        self.recording = Recording(field, settings)
+
+    def _open(self, task: Task, path: Path) -> None:
+        from lensbench.app.light_field_file import load_light_field
+
+        recording = Recording(*load_light_field(path))
+        if not task.cancelled:
+            self.recording = recording
+
+    def _save(self, path: Path) -> None:
+        from lensbench.app.light_field_file import save_light_field
+
+        if self.recording is not None:
+            save_light_field(path, self.recording.field, self.recording.settings)
+            self.said.append((f"The light field was saved as {path.name}", True))
+
+    def _compare(self, task: Task, sight: Sight) -> None:
+        from lensbench.app.comparison import decibels
+        from lensbench.app.export import render
+
+        settings = replace(picture_settings(sight.recording, sight.look), samples=COMPARED)
+        image = render(settings, lambda share: self._told(task, share), lambda: task.cancelled or self._stopped)
+        if image is not None:
+            self.compared = Compared(sight, image, settings, decibels(sight.image, image))
+
+    # What is looked at
+
+    def _show(self) -> None:
+        done: tuple[Recording, Look] | None = None
+        while True:
+            with self._change:
+                while not self._stopped and self._wanted == done:
+                    self._change.wait()
+                if self._stopped:
+                    return
+                wanted = self._wanted
+            assert wanted is not None
+            done, (recording, look) = wanted, wanted
+            begin = perf_counter()
+            try:
+                image = shown(recording, look)
+            except (ValueError, MemoryError) as error:
+                self.said.append((str(error), False))
+            else:
+                self.sight = Sight(recording, look, image, perf_counter() - begin)
+            self._woken()
