@@ -1,6 +1,6 @@
 """Light fields on disk: numpy's .npz, an archive of plain arrays that every scientific program reads.
 
-In it: `light` (views down, views across, 3, h, w) and `coverage` (down, across, h, w) as recorded, `reach`, and
+In it: `light` (views down, views across, 3, h, w) and `coverage` (down, across, h, w) as recorded, `reach`, `fill`, and
 `settings`, the JSON text that exported pictures carry too; from these the camera is made again. Not compressed:
 noise does not shrink, and a light field is opened as fast as the disk gives it.
 """
@@ -24,7 +24,7 @@ def save_light_field(path: str | Path, field: lb.LightField, settings: Settings)
     """Write a light field and the settings that it was captured with; ExportError where that cannot be."""
     path = checked_suffix(path)
     with replacing(path) as part, part.open("wb") as file:
-        np.savez(file, light=field.light, coverage=field.coverage, reach=field.reach,
+        np.savez(file, light=field.light, coverage=field.coverage, reach=field.reach, fill=field.fill,
                  settings=np.array(json.dumps(settings.to_dict(), allow_nan=False)))
 
 
@@ -48,6 +48,7 @@ def load_light_field(path: str | Path) -> tuple[lb.LightField, Settings]:
             if not isinstance(archive, np.lib.npyio.NpzFile) or set(ARRAYS) - set(archive.files):
                 raise ExportError(f"{path}: this is no light field of lensbench")
             light, coverage, reach, text = (archive[name] for name in ARRAYS)
+            fill = float(archive["fill"]) if "fill" in archive.files else 1.0           # as older files have it
     except ExportError:
         raise
     except OSError as error:
@@ -61,6 +62,7 @@ def load_light_field(path: str | Path) -> tuple[lb.LightField, Settings]:
     film = settings.film
     if (light.dtype not in (np.float16, np.float32) or coverage.dtype != light.dtype or light.ndim != 5
             or light.shape[2:] != (3, film.pixels_y, film.pixels_x)
-            or coverage.shape != (*light.shape[:2], *light.shape[3:]) or not float(reach) > 0.0):
+            or coverage.shape != (*light.shape[:2], *light.shape[3:]) or not float(reach) > 0.0
+            or not 0.0 <= fill <= 1.0):
         raise ExportError(f"{path}: the views of this light field are not those of its settings")
-    return lb.LightField(camera(settings), float(reach), light, coverage), settings
+    return lb.LightField(camera(settings), float(reach), light, coverage, fill), settings

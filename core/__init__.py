@@ -54,6 +54,7 @@ from lensbench.cameras.lens import LensCamera  # noqa: E402
 from lensbench.cameras.orthographic import OrthographicCamera  # noqa: E402
 from lensbench.cameras.perspective import PerspectiveCamera  # noqa: E402
 from lensbench.cameras.pinhole import PinholeCamera, best_pinhole  # noqa: E402
+from lensbench.capture import capture_light_field  # noqa: E402
 from lensbench.confusion import (  # noqa: E402
     circle_of_confusion,
     depth_of_field,
@@ -78,7 +79,7 @@ from lensbench.focus import FocusError, film_distance, focused, focused_distance
 from lensbench.formats import Equivalent, equivalent, field_of_view, film_extent, focal_length  # noqa: E402
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
 from lensbench.iris import Iris, IrisError  # noqa: E402
-from lensbench.lightfield import LightField, LightFieldError, capture_light_field, light_field_bytes  # noqa: E402
+from lensbench.lightfield import LightField, LightFieldError, light_field_bytes  # noqa: E402
 from lensbench.motion import AnimatedTransform  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402

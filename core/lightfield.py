@@ -12,34 +12,22 @@ the old one at k x + σ a (from the two cameras' Gaussian maps), so every view i
 """
 
 import math
-import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from lensbench.blocktracer import through
 from lensbench.cameras.camera import Camera
 from lensbench.cameras.gaussian import Gaussian
 from lensbench.cameras.lens import LensCamera
-from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.focus import nearest_focus
-from lensbench.lanes import BLUE, GREEN, RED, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, bench, rows, stage
-from lensbench.pupil_table import PupilTable
-from lensbench.sampling import sampler
-from lensbench.scene import Scene
-from lensbench.shear import added, magnified
+from lensbench.shear import added, magnified, spectral_gain
 
-BAND = 16               # blocks between two questions whether the light field is still wanted
-TOP = 60000.0           # the greatest radiance that a half float is given
 SHARE = 16              # cells are cut into SHARE² to find how much of one a round aperture takes
 CLEAR = 1.0             # pixels that neighbouring views may lie apart before the blur between them falls into dots
 SPREAD = np.array([0.7548776662466927, 0.5698402909980532])        # 1/ρ and 1/ρ² of ρ³ = ρ + 1: multiples fill a square
 NEAR = 24               # part of the picture's sides that counts as its centre
-SIDE = 33               # film radii at which a lens is asked how far its pupil reaches
 
 
 class LightFieldError(ValueError):
@@ -57,13 +45,17 @@ class LightField:
 
     light: (views down, views across, 3, h, w), linear radiance times coverage; coverage: (down, across, h, w); both
     float16 or float32. A view's place (u, v): x to the right and y up in the pupil. reach: the grid's
-    half side, in radii of the paraxial exit pupil.
+    half side, in radii of the paraxial exit pupil. fill: the part of a pixel's side over which each
+    view's samples lie, about its middle. aside: (down, across, 2) by what part of a pixel each view's grid lies aside,
+    to the right and down; None: as `spread_offsets` has it.
     """
 
     camera: Camera
     reach: float
     light: np.ndarray
     coverage: np.ndarray
+    fill: float = 1.0
+    aside: np.ndarray | None = None
 
     @property
     def views(self) -> tuple[int, int]:
@@ -77,6 +69,11 @@ class LightField:
         u = ((np.arange(across) + 0.5) / across * 2.0 - 1.0) * self.reach
         v = ((np.arange(down) + 0.5) / down * 2.0 - 1.0) * self.reach
         return np.stack(np.meshgrid(u, v), -1)
+
+    @cached_property
+    def offsets(self) -> np.ndarray:
+        """(down, across, 2) `aside`, told."""
+        return spread_offsets(*self.views) if self.aside is None else self.aside
 
     def view(self, across: int, down: int) -> np.ndarray:
         """One view: float32 (h, w, 3), the radiance where light came; 0 where the cell passes none."""
@@ -94,7 +91,7 @@ class LightField:
         """
         used, weights, shifts, step, scale = self._sheared(distance, f_number, view)
         begins = shifts + (1.0 - scale) * (self._middle - 0.5)
-        picture = added(self._bits, used, begins, scale, weights, step) / self._white(used, weights)
+        picture = added(self._bits, used, begins, scale, weights, step, self.fill) / self._white(used, weights)
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
     def slice(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
@@ -103,14 +100,16 @@ class LightField:
         Each frequency of the picture is the sum of the views' spectra with the phases of their shifts, which is the
         spectrum over (u, v, s, t) where fu = σ fs and fv = σ ft. Beyond a view's edge its other edge follows.
         """
-        used, weights, shifts, _, scale = self._sheared(distance, f_number, view)
+        used, weights, shifts, step, scale = self._sheared(distance, f_number, view)
         h, w = self.light.shape[3:]
         across, down = np.fft.rfftfreq(w), np.fft.fftfreq(h)
         total = np.zeros((3, h, len(across)), complex)
         for (j, i), weight, (x, y) in zip(used, weights, shifts, strict=True):
             phase = np.exp(2j * math.pi * x * across) * np.exp(2j * math.pi * y * down)[:, None]
             total += weight * phase * np.fft.rfft2(self.light[j, i].astype(np.float32))
-        picture = (np.fft.irfft2(total, (h, w)) / self._white(used, weights)).astype(np.float32)
+        total *= (spectral_gain(across, step[0], self.fill) * spectral_gain(down, step[1], self.fill)[:, None]
+                  / self._white(used, weights))
+        picture = np.fft.irfft2(total, (h, w)).astype(np.float32)
         picture = picture if scale == 1.0 else magnified(picture, scale, self._middle)
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
@@ -122,7 +121,7 @@ class LightField:
         across, _, down, _ = self.camera.film_step.parameters
         pixels = np.array([-1.0 / across, 1.0 / down])          # for each mm of the film: its x runs to the left
         chosen = used[:, 0], used[:, 1]
-        shifts = shear * self.places[chosen] * pixels - _offsets(*self.views)[chosen]
+        shifts = shear * self.places[chosen] * pixels - self.offsets[chosen]
         return used, shares[shares > 0.0], shifts, 2.0 * self.reach * shear * pixels / self.views, scale
 
     @cached_property
@@ -221,164 +220,10 @@ class LightField:
         return near.astype(float).mean((2, 3))
 
 
-def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), samples: int = 16,
-                        seed: int = 0, dtype=np.float16, shadows: bool = True, threads: int | None = None,
-                        told: Callable[[float], bool] = lambda share: True) -> LightField:
-    """Record the light field of a camera that focuses: a projective one with a lens, traced or ideal.
-
-    views: across and down; samples: for each pixel of each view. dtype: float16, or float32 for twice the memory.
-    told: called with the share that is done; the capture is given up where it answers False. Of a lens that disperses,
-    the d line is recorded. LightFieldError for numbers that cannot be, for a camera without an aperture, for more
-    memory than there is, and for a capture that was given up.
-    """
-    across, down = (int(number) for number in views)
-    if across < 1 or down < 1 or (across, down) != tuple(views):
-        raise LightFieldError(f"{views[0]} × {views[1]} views: both must be whole numbers of at least 1")
-    if samples < 1:
-        raise LightFieldError(f"{samples} samples a pixel: at least 1 is needed")
-    if np.dtype(dtype) not in (np.float16, np.float32):
-        raise LightFieldError("a light field is recorded in float16 or float32")
-    size = light_field_bytes(camera.film, (across, down), dtype)
-    if size > 0.9 * _memory():
-        raise LightFieldError(f"{across} × {down} views of {camera.film.pixels_x} × {camera.film.pixels_y} pixels take "
-                              f"{size / 1e9:.3g} GB, more than the {_memory() / 1e9:.3g} GB that are free: record "
-                              "fewer views or pixels")
-    reach = _reach(camera)
-    h, w = camera.film.pixels_y, camera.film.pixels_x
-    light = np.zeros((down, across, 3, h, w), dtype)
-    coverage = np.zeros((down, across, h, w), dtype)
-    timed = camera.moves or scene.moves
-    before = sampler(w, lit=shadows, timed=timed)
-    clock = [camera.clock] if timed else []
-    after = scene.steps(shadows, camera.shutter_open, medium=camera.medium)
-    blocks = -(-w * h // B)
-    cell = 2.0 * reach / np.array([across, down])
-    done = [0]
-    offsets = _offsets(across, down)
-    across_mm, middle, down_mm, low = camera.film_step.parameters
-
-    def record(place: tuple[int, int]) -> bool:
-        j, i = place
-        corner = (-reach + i * cell[0], -reach + j * cell[1])
-        right, bottom = offsets[j, i] * [across_mm, down_mm]
-        onto = Step(camera.film_step.kernel, [across_mm, middle - right, down_mm, low - bottom])
-        aim = [*before, *clock, onto, *_cell_steps(camera, corner, cell), *camera.port]
-        lanes, seeds = bench(), np.uint32(seed)
-        for program, out in ((Program([*aim, *camera.carried, *after]), light[j, i]),
-                             (Program([*aim, Step(white, [0.0])]), coverage[j, i][None])):
-            sums = np.zeros((blocks, 3 * B), np.float32)
-            for first in range(0, blocks, BAND):
-                if done[0] < 0:
-                    return False
-                last = min(first + BAND, blocks)
-                program.expose(sums, lanes, first, last, (j * across + i) * samples, samples, seeds)
-            planes = sums.reshape(blocks, 3, B).transpose(1, 0, 2).reshape(3, -1)[:len(out), :w * h]
-            out[...] = np.minimum(planes * np.float32(1.0 / samples), TOP).reshape(out.shape)
-        if done[0] < 0:
-            return False
-        done[0] += 1
-        if not told(done[0] / (across * down)):
-            done[0] = -across * down - 1
-        return done[0] >= 0
-
-    places = [(j, i) for j in range(down) for i in range(across)]
-    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-        if not all(list(pool.map(record, places))):
-            raise LightFieldError("the capture was given up")
-    return LightField(camera, reach, light, coverage)
-
-
-def _offsets(across: int, down: int) -> np.ndarray:
+def spread_offsets(across: int, down: int) -> np.ndarray:
     """(down, across, 2) by what part of a pixel each view's grid lies aside, evenly spread over [−½, ½)²."""
     k = np.arange(across * down)[:, None]
     return ((k * SPREAD + 0.5) % 1.0 - 0.5).reshape(down, across, 2)
-
-
-def _memory() -> float:
-    """Bytes that are free on this machine; infinite where it does not say."""
-    try:
-        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (AttributeError, ValueError, OSError):
-        return math.inf
-
-
-def _reach(camera: Camera) -> float:
-    """How far in radii of the paraxial exit pupil light comes from, for any point of the film."""
-    lens = camera.gaussian
-    if lens.is_hole:
-        raise LightFieldError("a pinhole sees from one place alone: record a light field through a lens")
-    if isinstance(camera, LensCamera) and not camera.lens.is_rotationally_symmetric:
-        raise LightFieldError("a light field is recorded through rotationally symmetric lenses: this one has a "
-                              "cylinder or toroid")
-    if not (isinstance(camera, LensCamera) and camera.follows_rays):
-        if not lens.iris.is_round:
-            raise LightFieldError("the ideal models record a light field through a round stop alone: choose the full "
-                                  "trace, or no blades")
-        return 1.0
-    film = camera.film.diagonal / 2.0 * np.linspace(0.0, 1.0, SIDE)
-    table = camera.pupil
-    assert isinstance(table, PupilTable)                    # of a symmetric lens
-    film = film[film <= table.radius]
-    ring, inner = table.ring(film)
-    rim = table.outline[ring + np.rint(inner).astype(int)]
-    slope = (rim[..., 0] + table.centres[ring + np.rint(inner).astype(int)][:, None] - film[:, None])
-    u = slope / camera.film_distance - lens.approach_film * film[:, None]
-    v = rim[..., 1] / camera.film_distance
-    return float(np.hypot(u, v).max() / abs(lens.approach_pupil))
-
-
-def _cell_steps(camera: Camera, corner, cell) -> list[Step]:
-    """From the film point X, Y and U0, U1 of a cell of the pupil to the ray; WEIGHT: cos⁴θ where light comes."""
-    lens = camera.gaussian
-    if isinstance(camera, LensCamera) and camera.follows_rays:
-        aims = Step(aimed, [*corner, *cell, lens.approach_film, lens.approach_pupil])
-        return [aims, *through(camera.lens, camera.film_distance)]
-    return [Step(through_cell, [*corner, *cell, *lens[:-1]])]
-
-
-@stage
-def aimed(lanes, p, key):
-    """From the film point X, Y (Z = 0) to U0, U1 of a cell of the exit pupil. p: corner, sides, slopes by both."""
-    real = lanes.dtype.type
-    row = rows(lanes)
-    x, y, z, l, m, n, weight, u, v = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[U0], row[U1]
-    left, low, width, height, film, pupil = p[0], p[1], p[2], p[3], p[4], p[5]
-    for i in range(B):
-        dx, dy = x[i] * film + (left + u[i] * width) * pupil, y[i] * film + (low + v[i] * height) * pupil
-        c2 = real(1) / (dx * dx + dy * dy + real(1))
-        size = math.sqrt(c2)
-        l[i], m[i], n[i] = dx * size, dy * size, -size
-        z[i] = real(0)
-        weight[i] = c2 * c2
-
-
-@stage
-def through_cell(lanes, p, key):
-    """As the stage of `Gaussian`, by U0, U1 of a cell of its pupil's disk. p: corner, sides, its numbers."""
-    real = lanes.dtype.type
-    row = rows(lanes)
-    x, y, z, l, m, n, weight, u, v = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[U0], row[U1]
-    left, low, width, height = p[0], p[1], p[2], p[3]
-    place, origin, origin_p, slope, slope_p, aim, aim_p = p[4], p[5], p[6], p[7], p[8], p[9], p[10]
-    for i in range(B):
-        a, b = left + u[i] * width, low + v[i] * height
-        dx, dy = x[i] * slope + a * slope_p, y[i] * slope + b * slope_p
-        size = real(1) / math.sqrt(dx * dx + dy * dy + real(1))
-        l[i], m[i], n[i] = dx * size, dy * size, -size
-        ex, ey = x[i] * aim + a * aim_p, y[i] * aim + b * aim_p
-        c2 = real(1) / (ex * ex + ey * ey + real(1))
-        weight[i] = c2 * c2 if a * a + b * b <= real(1) else real(0)
-        x[i], y[i], z[i] = x[i] * origin + a * origin_p, y[i] * origin + b * origin_p, place
-
-
-@stage
-def white(lanes, p, key):
-    """What every lane that has WEIGHT sees is 1."""
-    real = lanes.dtype.type
-    row = rows(lanes)
-    red, green, blue = row[RED], row[GREEN], row[BLUE]
-    for i in range(B):
-        red[i] = green[i] = blue[i] = real(1)
 
 
 def _shear(before: Gaussian, after: Gaussian) -> tuple[float, float]:

@@ -28,7 +28,7 @@ def test_a_light_field_comes_back_bit_for_bit(recorded, tmp_path):
     save_light_field(tmp_path / "again.npz", field, settings)
     again, same = load_light_field(tmp_path / "again.npz")
     assert np.array_equal(again.light, field.light) and np.array_equal(again.coverage, field.coverage)
-    assert same == settings and again.reach == field.reach
+    assert same == settings and (again.reach, again.fill) == (field.reach, field.fill)
     assert np.array_equal(again.refocus(900.0), field.refocus(900.0))
 
 
