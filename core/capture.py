@@ -50,7 +50,8 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     coverage = np.zeros((down, across, h, w), dtype)
     offsets = spread_offsets(across, down)
     recorder = _Recorder(camera, scene, shadows, np.uint32(seed & 0xFFFFFFFF))
-    done, given_up = count(1), []
+    done = count(1)
+    given_up: list[tuple[int, int]] = []
 
     def record(place: tuple[int, int]) -> None:
         j, i = place
