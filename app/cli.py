@@ -7,7 +7,6 @@ is imported by the command that needs it.
 
 import argparse
 import ctypes
-import json
 import math
 import os
 import signal
@@ -18,6 +17,8 @@ from importlib.metadata import version
 from pathlib import Path
 from time import perf_counter
 from typing import Any, NoReturn
+
+from lensbench.app.printing import print_json, progress
 
 SCREENSHOT = "lensbench-window.png"     # where there is no display
 LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libXext.so.6")
@@ -84,6 +85,7 @@ def _mistakes() -> tuple[type[Exception], ...]:
 def _parser() -> argparse.ArgumentParser:
     from lensbench.app import check_command, lens_commands, light_field_command
     from lensbench.app.arguments import add_close_option, add_lens_options, add_picture_options, option, read_count
+    from lensbench.app.atlas.command import add_stability_options, stability
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
                      "section. Without a command it opens the bench.")
@@ -131,6 +133,8 @@ def _parser() -> argparse.ArgumentParser:
 
     light_field_command.add_light_field_options(command(
         "lightfield", None, "Record a light field through a lens; focus it afterwards."))
+    add_stability_options(command("stability", stability,
+                                  "Show where each method of the program breaks, and what it returns there."))
     commands.add_parser("bench", help="Measure the program's speed on this machine.", add_help=False)
     return parser
 
@@ -187,41 +191,20 @@ def _render(arguments: argparse.Namespace) -> int:
     # Let a termination unwind, so that a half-written file is removed
     former = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     started = perf_counter()
-    show = _Progress(started) if sys.stderr.isatty() else lambda fraction: None
     try:
-        export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads,
-                      text=arguments.text)
+        with progress() as show:
+            export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads,
+                          text=arguments.text)
     finally:
         signal.signal(signal.SIGTERM, former)
-        if isinstance(show, _Progress):
-            show.clear()
     seconds = perf_counter() - started
     across, down = settings.pixels_x, settings.pixels_y
     if arguments.json:
-        _print_json({"path": arguments.output, "pixels": [across, down], "samples": settings.samples,
+        print_json({"path": arguments.output, "pixels": [across, down], "samples": settings.samples,
                      "seconds": seconds, "samples_per_second": across * down * settings.samples / seconds})
     else:
         print(f"{arguments.output}: {across} × {down} pixels, {settings.samples} samples each, {seconds:.1f} s")
     return 0
-
-
-class _Progress:
-    """A bar on the last line of the terminal."""
-
-    WIDTH = 30
-
-    def __init__(self, started: float):
-        self.started = started
-
-    def __call__(self, fraction: float) -> None:
-        done = round(self.WIDTH * fraction)
-        passed = perf_counter() - self.started
-        left = f"{passed / fraction - passed:5.0f} s left" if fraction > 0.02 else ""
-        print(f"\r[{'#' * done}{'.' * (self.WIDTH - done)}] {100 * fraction:3.0f} %  {left:12}",
-              end="", file=sys.stderr, flush=True)
-
-    def clear(self) -> None:
-        print("\r" + " " * (self.WIDTH + 24) + "\r", end="", file=sys.stderr, flush=True)
 
 
 def _info(arguments: argparse.Namespace) -> int:
@@ -236,7 +219,7 @@ def _info(arguments: argparse.Namespace) -> int:
         lens = lb.stopped_down(lens, arguments.f_number)
     data = {**_lens_data(lens), "positions": stations(lens)}
     if arguments.json:
-        _print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
+        print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
         return 0
     rows = [(label, form.format(data[key]) if data[key] is not None else "not known") for key, label, form in (
         ("efl", "Effective focal length", "{:.3f} mm"), ("stated_efl", "  as published", "{:g} mm"),
@@ -290,7 +273,7 @@ def _lenses(arguments: argparse.Namespace) -> int:
 
     cards = lenses.describe()
     if arguments.json:
-        _print_json([{"name": card.name, "title": card.title, "kind": card.kind, "year": card.year,
+        print_json([{"name": card.name, "title": card.title, "kind": card.kind, "year": card.year,
                       "efl": card.efl, "tele_efl": card.tele_efl, "f_number": card.f_number} for card in cards])
         return 0
     table = [("Name", "EFL", "f/", "Year", "Kind", "Title")]
@@ -306,21 +289,6 @@ def _lenses(arguments: argparse.Namespace) -> int:
 def _focal_lengths(card) -> str:
     ends = [length for length in (card.efl, card.tele_efl) if length]
     return "–".join(f"{length:.1f}" for length in ends)
-
-
-def _print_json(data: Any) -> None:
-    print(json.dumps(_plain(data), indent=2, ensure_ascii=False, allow_nan=False))
-
-
-def _plain(data: Any) -> Any:
-    """With the infinite as "inf" or "-inf", as in a picture's settings, and what is not a number as null."""
-    if isinstance(data, dict):
-        return {key: _plain(value) for key, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [_plain(value) for value in data]
-    if isinstance(data, float) and not math.isfinite(data):
-        return None if math.isnan(data) else str(data)
-    return data
 
 
 if __name__ == "__main__":

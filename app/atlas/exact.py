@@ -1,0 +1,39 @@
+"""Sixty digits: what the errors of the atlas are measured against.
+
+Arrays of `decimal` numbers, on which numpy's arithmetic works; within `exactly()`.
+"""
+
+from contextlib import AbstractContextManager
+from decimal import Context, Decimal, localcontext
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+DIGITS = 60
+
+
+def exactly() -> AbstractContextManager:
+    """The precision of this thread, for as long as the context lasts."""
+    return localcontext(Context(prec=DIGITS))
+
+
+def exact(values: ArrayLike) -> np.ndarray:
+    """The very numbers that the floats are."""
+    return np.vectorize(lambda value: Decimal(float(value)), otypes=[object])(np.asarray(values))
+
+
+def root(values: np.ndarray) -> np.ndarray:
+    """Square roots; NaN of what is negative."""
+    return np.frompyfunc(lambda value: value.sqrt() if value >= 0 else Decimal("NaN"), 1, 1)(values)
+
+
+def floats(values: np.ndarray) -> np.ndarray:
+    """The nearest doubles."""
+    return np.asarray(values, dtype=np.float64)
+
+
+def distance(points: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(n,) from points (n, 3), floats, to exact ones: NaN where either is no number."""
+    known = np.isfinite(points).all(-1)
+    away = exact(np.where(known[..., None], points, 0.0)) - truth
+    return np.where(known, floats(root((away * away).sum(-1))), np.nan)
