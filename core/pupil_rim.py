@@ -17,12 +17,14 @@ from lensbench.blocktracer import tracer
 from lensbench.driver import call_stage, stage_address
 from lensbench.glass import D_LINE
 from lensbench.lanes import KEYS, MARGIN, PITCH, B, L, M, N, X, Y, Z, bench
+from lensbench.paraxial import first_order
 from lensbench.prescription import Lens, LensError
 
 REACH = 1.2             # × the rear semi-diameter: how far the region is looked for (rims have sag)
 HEIGHTS = 17            # on the last surface, whose shadows on the plane say where the region can be
 SCAN = 32               # points along the meridian in one look for the region
 ZOOMS = 6               # looks, each SCAN / 2 times as fine
+FINE = 256              # points of a look where those have found nothing
 STEEP = 0.5             # root margin − 1 beyond which it is not taken at its word
 ROUGH, ROUGH_POINTS = 0.004, 17         # how well the first rims are solved (× the stop), and at how many points
 
@@ -44,11 +46,12 @@ def margins(film_x, film_y, px, py, distance, out, n, lanes, code, p, key):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _centres(radii, distance, low, high, centre, level, lanes, code, p, key):
+def _centres(radii, distance, low, high, guess, centre, level, lanes, code, p, key):
     """For each film radius a point (centre, 0) well inside its region; level is its root margin, ≥ 1: none found.
 
     The meridian is scanned from low to high (radii,), then ever more finely about the point of
-    least margin until that passes; low and high are overwritten.
+    least margin until that passes, or about the guess (radii,) where no ray comes through at all; low and high
+    are overwritten.
     """
     n = radii.size
     level[:] = math.inf
@@ -70,10 +73,31 @@ def _centres(radii, distance, low, high, centre, level, lanes, code, p, key):
                 least = 0
                 for j in range(1, SCAN):
                     least = j if out[at + j] < out[at + least] else least
-                centre[k], level[k] = px[at + least], out[at + least]
+                centre[k], level[k] = px[at + least] if out[at + least] < math.inf else guess[k], out[at + least]
                 width = (high[k] - low[k]) / SCAN
                 low[k], high[k] = centre[k] - width, centre[k] + width
                 at += SCAN
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _found_elsewhere(radius, distance, low, high, lanes, code, p, key):
+    """As _centres for one film radius, about every least margin of a finer scan: (centre, level), level ≥ 1: none.
+
+    Where the stop's image folds over, a coarse scan may follow the wrong one.
+    """
+    film, zero = np.full(FINE, radius), np.zeros(FINE)
+    px, out = low + (high - low) * (np.arange(FINE) + 0.5) / FINE, np.empty(FINE)
+    margins(film, zero, px, zero, distance, out, FINE, lanes, code, p, key)
+    one = np.full(1, radius)
+    centre, level, begin, end, best = np.empty(1), np.empty(1), np.empty(1), np.empty(1), np.empty(1)
+    width = (high - low) / FINE
+    for j in range(1, FINE - 1):
+        if out[j] < math.inf and out[j] <= out[j - 1] and out[j] <= out[j + 1]:
+            begin[0], end[0], best[0] = px[j] - width, px[j] + width, px[j]
+            _centres(one, distance, begin, end, best, centre, level, lanes, code, p, key)
+            if level[0] < 1.0:
+                return centre[0], level[0]
+    return 0.0, math.inf
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -138,7 +162,7 @@ def rims(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distanc
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _solve(radii, distance, low, high, reach, size, tolerance, centre, rim, cosine, sine, rough, lanes, code, p):
+def _solve(radii, distance, low, high, aimed, reach, size, tolerance, centre, rim, cosine, sine, rough, lanes, code, p):
     """Centres, the directions of m points of each rim, and their distances; returns the first centres' root margins.
 
     A rough rim from a first centre gives the centroid, and m directions from
@@ -149,7 +173,15 @@ def _solve(radii, distance, low, high, reach, size, tolerance, centre, rim, cosi
     level, guess, moved = np.empty(n), np.empty((n, m)), np.empty(n)
     first, turn_x, turn_y = np.empty((n, rough)), np.empty((n, rough)), np.empty((n, rough))
     start = np.empty((n, rough))
-    _centres(radii, distance, low, high, centre, level, lanes, code, p, key)
+    first_low, first_high = low.copy(), high.copy()
+    _centres(radii, distance, low, high, aimed, centre, level, lanes, code, p, key)
+    # What is dark nearer to the axis than others that are lit, or where none is
+    outermost = -1.0
+    for k in range(n):
+        outermost = max(outermost, radii[k]) if level[k] < 1.0 else outermost
+    for k in range(n):
+        if not level[k] < 1.0 and (radii[k] < outermost or outermost < 0.0):
+            centre[k], level[k] = _found_elsewhere(radii[k], distance, first_low[k], first_high[k], lanes, code, p, key)
     for k in range(n):
         start[k, :] = 0.6 * reach * (1.0 - level[k])
         for j in range(rough):
@@ -242,9 +274,11 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     centre, rim, cosine, sine = np.zeros(radii.size), np.zeros(shape), np.zeros(shape), np.zeros(shape)
     reach = REACH * lens.surfaces[-1].semi_diameter
     low, high = span(lens, film_distance, radii) if within is None else (np.full(radii.size, x) for x in within)
+    ahead = lens.length + film_distance - first_order(lens, wavelength).exit_pupil.z
+    aimed = radii * (1.0 - film_distance / ahead) if ahead else radii               # at the paraxial exit pupil
     size = min(reach, REACH * lens.stop.semi_diameter)
     step = tracer(lens, film_distance, wavelength)
-    level = _solve(radii, film_distance, low, high, reach, size, tolerance, centre, rim, cosine, sine, ROUGH_POINTS,
-                   bench(np.float64), stage_address(step.kernel, np.float64), step.parameters)
+    level = _solve(radii, film_distance, low, high, aimed, reach, size, tolerance, centre, rim, cosine, sine,
+                   ROUGH_POINTS, bench(np.float64), stage_address(step.kernel, np.float64), step.parameters)
     centre[~(level < 1.0)] = 0.0
     return centre, np.stack([rim * cosine, rim * sine], 2)

@@ -91,6 +91,27 @@ def test_a_closing_stop_leaves_a_region_that_shrinks_with_its_square(stop):
     assert pupil.area[1] > 0.5 * pupil.area[0]
 
 
+@pytest.mark.parametrize(("name", "closed", "focus"), [
+    ("lv-nikon-z-58f095-noct", 22, 2000.0), ("lentil-meyer-primoplan-1936", 100, math.inf),
+    ("lib-us10281683", 100, math.inf), ("pbrt-fisheye-10mm", 1000, math.inf)])
+def test_where_the_reference_tracer_finds_light_through_a_small_stop_the_region_is_found(name, closed, focus):
+    """The film close behind a wide rear surface, or the stop's image folded over: a coarse look meets nothing of it."""
+    lens = lenses.load(name)
+    lens = lb.focused(lens.with_stop_radius(lens.stop.semi_diameter / closed), focus)
+    distance, a = lb.film_distance(lens, focus), lens.surfaces[-1].semi_diameter
+    field = np.linspace(0.0, 1.3 * lb.first_order(lens).efl, 21)
+    radii = np.append(field, [2.6756, 19.264, 19.33, 19.4])            # where narrow rings were dark
+    area = lb.exit_pupil(lens, distance, radii, points=17).area
+    for r, found in zip(radii, area, strict=True):
+        # from where the ray of the stop's centre would leave, to both sides ever more coarsely
+        steps = np.sort(np.concatenate([sign * np.geomspace(1e-4, 2.5, 4000) * a for sign in (-1, 1)]))
+        at = np.concatenate([steps, np.linspace(-a, a, 20001)])
+        way = np.column_stack([at - r, 0.0 * at, np.full(at.size, -distance)])
+        lit = (lb.trace(lens, [r, 0.0, lens.length + distance], way).fate == lb.Fate.PASSED).any()
+        assert found > 0.0 or not lit
+    assert area[0] > 0.0
+
+
 def test_a_film_point_that_no_light_reaches_has_an_empty_region():
     lens = lenses.load("pbrt-fisheye-10mm")
     pupil = lb.exit_pupil(lens, lb.first_order(lens).bfl, [0.0, 20.0, 60.0])
