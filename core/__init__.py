@@ -62,6 +62,7 @@ from lensbench.confusion import (  # noqa: E402
     real_circle_of_confusion,
     thick_circle_of_confusion,
 )
+from lensbench.depth import Depth, find_depth  # noqa: E402
 from lensbench.distortion import Distortion, distortion, distortion_grid  # noqa: E402
 from lensbench.exposure import (  # noqa: E402
     Exposure,
@@ -111,8 +112,8 @@ from lensbench.vignetting import Vignetting, vignetting  # noqa: E402
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "BareSensor", "Camera",
-    "CameraError", "ChiefRay", "Choice", "Differentials", "Disk", "Distortion", "EnvironmentCamera", "Equivalent",
-    "ExitPupil",
+    "CameraError", "ChiefRay", "Choice", "Depth", "Differentials", "Disk", "Distortion", "EnvironmentCamera",
+    "Equivalent", "ExitPupil",
     "Exposure", "ExposureError", "Falloff", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor",
     "FocusError", "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
     "LensError", "LightField", "LightFieldError", "Material", "Medium", "MediumError", "OrthographicCamera", "Pattern",
@@ -121,8 +122,8 @@ __all__ = [
     "Vignetting", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "chief_ray",
     "choose_model", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "distortion",
     "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance",
-    "film_extent", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal", "irradiance",
-    "light_field_bytes", "look_at", "luminance", "metered_stops", "nearest_focus", "open_region", "pixel_energy",
-    "radiant_exposure", "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number",
+    "film_extent", "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal",
+    "irradiance", "light_field_bytes", "look_at", "luminance", "metered_stops", "nearest_focus", "open_region",
+    "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number",
     "thick_circle_of_confusion", "trace", "transmission", "vignetting", "working_f_number",
 ]

@@ -118,11 +118,27 @@ class LightField:
         shares = self.shares(f_number, view)
         scale, shear = self.shear(max(distance, self.nearest))
         used = np.argwhere(shares > 0.0)
+        return used, shares[shares > 0.0], self.shifts(shear)[used[:, 0], used[:, 1]], self._step(shear), scale
+
+    def shifts(self, shear: float) -> np.ndarray:
+        """(down, across, 2) by how many pixels each view is read aside for this σ, to the right and down."""
+        return shear * self.places * self._pixels - self.offsets
+
+    def _step(self, shear: float) -> np.ndarray:
+        """Pixels across and down that lie between neighbouring views."""
+        return 2.0 * self.reach * shear * self._pixels / self.views
+
+    def stacked(self, shear: float) -> np.ndarray:
+        """(3, h, w) float32 the sum of all views read aside for this σ, in the picture's recorded scale."""
+        used = np.argwhere(np.ones(self.light.shape[:2], bool))
+        return added(self._bits, used, self.shifts(shear).reshape(-1, 2), 1.0, np.ones(len(used)), self._step(shear),
+                     self.fill)
+
+    @cached_property
+    def _pixels(self) -> np.ndarray:
+        """Pixels to the right and down for each mm of the film, whose x runs to the left."""
         across, _, down, _ = self.camera.film_step.parameters
-        pixels = np.array([-1.0 / across, 1.0 / down])          # for each mm of the film: its x runs to the left
-        chosen = used[:, 0], used[:, 1]
-        shifts = shear * self.places[chosen] * pixels - self.offsets[chosen]
-        return used, shares[shares > 0.0], shifts, 2.0 * self.reach * shear * pixels / self.views, scale
+        return np.array([-1.0 / across, 1.0 / down])
 
     @cached_property
     def _middle(self) -> np.ndarray:
