@@ -164,8 +164,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--focus", type=option(read_distance), metavar="DISTANCE",
         help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given")
     add("--scene", metavar="SCENE", help="a built-in scene, or a scene file (.toml)")
-    add("--model", choices=MODELS, help="how the lens forms the picture: " + ", ".join(
-        f"{key} ({name[0].lower() + name[1:]})" for key, name in MODELS.items()))
+    add("--model", choices=MODELS, help="how the lens forms the picture: auto (the simplest that will do, by default), "
+        + ", ".join(f"{key} ({name[0].lower() + name[1:]})" for key, name in MODELS.items() if key != "auto"))
     add("--dispersion", choices=DISPERSIONS, help="colour errors of the lens: traced where its glasses are known "
         "(auto), on (an error where they are not), or off")
     add("--film", type=option(read_film), metavar="FILM",
@@ -242,7 +242,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         from lensbench.app.export import read_settings
         settings = read_settings(lens)
     else:
-        opened = with_model(replace(Settings(), focal_length=arguments.focal_length), arguments.model or "trace")
+        opened = with_model(replace(Settings(), focal_length=arguments.focal_length), arguments.model or "auto")
         settings = within_reach(replace(opened, lens=_name_or_file(lens or opened.lens)).checked())
     asked = {name: getattr(arguments, option) for name, option in (
         ("model", "model"), ("focus_distance", "focus"), ("bits", "sensor_bits"), *((name, name) for name in NAMED))

@@ -178,6 +178,7 @@ def _loads(library: str) -> bool:
 def _render(arguments: argparse.Namespace) -> int:
     from lensbench.app.ahead import compile_ahead
     from lensbench.app.arguments import settings_from
+    from lensbench.app.automatic import headline, record
     from lensbench.app.export import export_render
     from lensbench.app.settings import LENSLESS
     from lensbench.app.settings_file import save_settings
@@ -191,19 +192,23 @@ def _render(arguments: argparse.Namespace) -> int:
     # Let a termination unwind, so that a half-written file is removed
     former = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     started = perf_counter()
+    chosen: list[Any] = []                              # the automatic model, where one was
     try:
         with progress() as show:
             export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads,
-                          text=arguments.text)
+                          text=arguments.text, told=chosen.append)
     finally:
         signal.signal(signal.SIGTERM, former)
     seconds = perf_counter() - started
     across, down = settings.pixels_x, settings.pixels_y
     if arguments.json:
         print_json({"path": arguments.output, "pixels": [across, down], "samples": settings.samples,
-                     "seconds": seconds, "samples_per_second": across * down * settings.samples / seconds})
+                    "seconds": seconds, "samples_per_second": across * down * settings.samples / seconds,
+                    "chosen": record(chosen[0]) if chosen else None})
     else:
         print(f"{arguments.output}: {across} × {down} pixels, {settings.samples} samples each, {seconds:.1f} s")
+        if chosen:
+            print(", ".join(headline(chosen[0], None)))
     return 0
 
 

@@ -47,9 +47,9 @@ def _front(settings: Settings) -> tuple[float, float]:
     """Where rays leave the camera along its z (mm), and the radius (mm) of the opening there."""
     from lensbench.app.readings import setup
 
-    if settings.model not in ("trace", "thin"):
+    if settings.model not in ("auto", "trace", "thin"):
         return 0.0, 1.0
     stand = setup(settings)
-    if settings.model == "trace":
+    if settings.model != "thin":
         return -stand.film_z, stand.lens.surfaces[0].semi_diameter
     return stand.first_order.entrance_pupil.z - stand.film_z, stand.first_order.entrance_pupil.radius

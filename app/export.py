@@ -27,11 +27,12 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app import netpbm, tone
+from lensbench.app.automatic import is_automatic, record
 from lensbench.app.debug_view import codes
 from lensbench.app.exposed import exposed
 from lensbench.app.optics import camera
 from lensbench.app.scene_file import find_scene
-from lensbench.app.settings import Settings
+from lensbench.app.settings import CHOSEN, Settings
 
 SUFFIXES = {".png": "developed picture, 8 or 16 bits", ".ppm": "the same, without compression",
             ".exr": "linear light, float", ".pfm": "the same, without settings"}
@@ -59,11 +60,13 @@ def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
     return tone.develop(np.nan_to_num(image, nan=0.0, posinf=1e9, neginf=0.0), settings.exposure, settings.tone)
 
 
-def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: int = 8, text: bool = False) -> None:
+def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: int = 8, text: bool = False,
+                 choice: lb.Choice | None = None) -> None:
     """Write a linear picture (h, w, 3): developed to .png or .ppm of 8 or 16 bits, or as floats to .exr or .pfm.
 
-    text: a PPM whose numbers are written out (P3). ExportError for another suffix or depth, for text in another
-    kind of file, and where the disk does not take it; the file that was there before is then untouched.
+    text: a PPM whose numbers are written out (P3). choice: of the automatic model, recorded beside the settings.
+    ExportError for another suffix or depth, for text in another kind of file, and where the disk does not take it; the
+    file that was there before is then untouched.
     """
     path = Path(path)
     suffix = checked_place(path, text)
@@ -71,13 +74,14 @@ def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: 
         raise ExportError(f"{bits} bits: choose 8 or 16")
     if suffix in (".png", ".ppm") and not settings.sample_view:
         image = exposed(settings, image)
+    note = _note(settings, choice)
     with replacing(path) as part:
         if suffix == ".png":
-            _write_png(part, image, settings, bits)
+            _write_png(part, image, settings, bits, note)
         elif suffix == ".ppm":
-            _write_ppm(part, image, settings, bits, text)
+            _write_ppm(part, image, settings, bits, text, note)
         elif suffix == ".exr":
-            _write_exr(part, image, settings)
+            _write_exr(part, image, note)
         else:
             with part.open("wb") as file:
                 netpbm.write_pfm(file, image)
@@ -115,8 +119,10 @@ def read_settings(path: str | Path) -> Settings:
 def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | None = None, samples: int | None = None,
                   bits: int = 8, progress: Callable[[float], object] = lambda fraction: None,
                   cancelled: Callable[[], bool] = lambda: False, threads: int | None = None,
-                  text: bool = False) -> bool:
+                  text: bool = False, told: Callable[[lb.Choice], object] = lambda choice: None) -> bool:
     """Render the settings at a size (pixels across, down) and a number of samples, and save the picture.
+
+    The automatic model is chosen for that size, whatever was chosen before; `told` hears what.
 
     `progress` is told the finished part, 0 to 1; `cancelled` is asked many times a second
     from the rendering threads. False where it was cancelled: nothing is written then.
@@ -128,18 +134,23 @@ def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | 
         part.touch()
     across, down = size or (settings.pixels_x, settings.pixels_y)
     settings = replace(settings, pixels_x=across, pixels_y=down, samples=samples or settings.samples).checked()
-    image = render(settings, progress, cancelled, threads)
+    view, scene, choice = camera(settings), find_scene(settings.scene), None
+    if is_automatic(settings):
+        assert isinstance(view, lb.LensCamera)
+        choice = lb.choose_model(view, scene)
+        view = choice.applied(view)
+        told(choice)
+    image = _rendered(settings, view, scene, progress, cancelled, threads)
     if image is None:
         return False
-    save_picture(path, image, settings, bits, text)
+    save_picture(path, image, settings, bits, text, choice)
     return True
 
 
-def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
-           cancelled: Callable[[], bool] = lambda: False, threads: int | None = None) -> np.ndarray | None:
+def _rendered(settings: Settings, view: lb.Camera, scene: lb.Scene, progress: Callable[[float], object],
+              cancelled: Callable[[], bool], threads: int | None) -> np.ndarray | None:
     """Render all samples of the settings: (h, w, 3) float32 linear, or None where it was cancelled."""
-    rendering = lb.Rendering(camera(settings), find_scene(settings.scene), seed=settings.seed,
-                             view=settings.sample_view)
+    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view)
     threads = threads or os.cpu_count() or 1
     stopped = Event()
     batch = 1
@@ -201,8 +212,10 @@ def _sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-def _settings_text(settings: Settings) -> str:
-    return json.dumps(settings.to_dict(), ensure_ascii=True, allow_nan=False)
+def _note(settings: Settings, choice: lb.Choice | None) -> str:
+    """The settings as JSON, with what the automatic model came to."""
+    chosen = {} if choice is None else {CHOSEN: record(choice)}
+    return json.dumps({**settings.to_dict(), **chosen}, ensure_ascii=True, allow_nan=False)
 
 
 def _codes(image: np.ndarray, settings: Settings, deepest: int) -> Iterator[np.ndarray]:
@@ -212,14 +225,14 @@ def _codes(image: np.ndarray, settings: Settings, deepest: int) -> Iterator[np.n
         yield np.rint(develop(image[first:first + BAND], settings) * deepest).astype(kind)
 
 
-def _write_ppm(path: Path, image: np.ndarray, settings: Settings, bits: int, text: bool) -> None:
+def _write_ppm(path: Path, image: np.ndarray, settings: Settings, bits: int, text: bool, note: str) -> None:
     deepest = 2**bits - 1
     with path.open("wb") as file:
         netpbm.write_ppm(file, _codes(image, settings, deepest), (image.shape[1], image.shape[0]), deepest,
-                         f"{KEY} {_settings_text(settings)}", text)
+                         f"{KEY} {note}", text)
 
 
-def _write_png(path: Path, image: np.ndarray, settings: Settings, bits: int) -> None:
+def _write_png(path: Path, image: np.ndarray, settings: Settings, bits: int, note: str) -> None:
     """PNG (ISO/IEC 15948): RGB, sRGB, every row filtered as its difference from the row above."""
     height, width = image.shape[:2]
     packer = zlib.compressobj(6)
@@ -229,7 +242,7 @@ def _write_png(path: Path, image: np.ndarray, settings: Settings, bits: int) -> 
         _write_chunk(file, b"IHDR", struct.pack(">IIBBBBB", width, height, bits, 2, 0, 0, 0))
         _write_chunk(file, b"sRGB", b"\0")
         _write_chunk(file, b"tEXt", b"Software\0lensbench " + version("lensbench").encode("latin-1"))
-        _write_chunk(file, b"iTXt", KEY.encode() + b"\0\0\0\0\0" + _settings_text(settings).encode())
+        _write_chunk(file, b"iTXt", KEY.encode() + b"\0\0\0\0\0" + note.encode())
         for codes in _codes(image, settings, 2**bits - 1):
             rows = codes.astype(f">u{bits // 8}").view(np.uint8).reshape(len(codes), -1)
             lines = np.empty((len(rows), rows.shape[1] + 1), np.uint8)
@@ -265,11 +278,11 @@ def _png_text(file: BinaryIO, path: Path) -> str | None:
         file.seek(end)
 
 
-def _write_exr(path: Path, image: np.ndarray, settings: Settings) -> None:
+def _write_exr(path: Path, image: np.ndarray, note: str) -> None:
     """OpenEXR: scan lines of linear RGB in float32."""
     import OpenEXR
 
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, KEY: _settings_text(settings)}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, KEY: note}
     pixels = np.ascontiguousarray(image, np.float32)        # the library takes strides for granted
     try:
         OpenEXR.File(header, {"RGB": pixels}).write(str(path))

@@ -133,7 +133,7 @@ class Files:
 
             load_scene(path)
             return at_home(replace(present, scene=str(path)))
-        model = "trace" if present.lensless else present.model
+        model = "auto" if present.lensless else present.model
         return within_reach(with_model(replace(present, lens=str(path), focal_length=None, zoom=0.0), model))
 
     def save_lens(self, path: Path) -> None:
@@ -184,6 +184,6 @@ class Files:
         settings = replace(news.settings, **{name: getattr(present, name) for name in (*LOOK, *MOTION)})
         settings = replace(settings, samples=news.samples)
         try:
-            save_picture(path, news.image, settings)
+            save_picture(path, news.image, settings, choice=news.choice)
         except (ValueError, OSError) as error:
             self._bench.view.say(str(error))

@@ -120,7 +120,7 @@ def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
 
 def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2) -> None:
     """A swatch for each surface that can end a ray, from front to rear, above the picture's lower left corner."""
-    if settings.model != "trace":
+    if settings.model not in ("auto", "trace"):
         return
     lens, pixel = design(settings), theme.scale()
     theme.small()

@@ -140,7 +140,9 @@ def colours(settings: Settings) -> Colours:
     if settings.dispersion == "off":
         return Colours(True, False, "At the d line alone: dispersion is turned off")
     return Colours(True, True, "Traced at 24 wavelengths, eight for each of red, green and blue: lateral and "
-                               "longitudinal colour show. A sample takes three times as long")
+                               "longitudinal colour show. A sample takes three times as long"
+                               + (". The automatic model does so where they amount to half a pixel"
+                                  if settings.model == "auto" else ""))
 
 
 def readings(settings: Settings) -> Readings:

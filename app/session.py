@@ -277,7 +277,7 @@ class Bench:
     def settled(self, samples: int) -> bool:
         """Whether the present settings are on the screen with so many samples."""
         news = self.easel.news
-        if news is None or news.generation != self.worker.generation or news.depth is None:
+        if news is None or news.generation != self.worker.generation or news.depth is None or news.is_provisional:
             return False
         return self._prepared.is_set() and news.samples >= min(samples, news.settings.samples)
 

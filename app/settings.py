@@ -17,7 +17,9 @@ import lensbench as lb
 from lensbench.iris import MOST_BLADES
 
 VERSION = 2                     # of the settings in a picture's metadata
+CHOSEN = "chosen"               # there, what the automatic model came to: a record, and no setting
 MODELS = {                      # the cameras that the bench offers
+    "auto": "Automatic",
     "trace": "Full lens trace",
     "polynomial": "Fitted polynomial",
     "thick": "Thick lens",
@@ -30,7 +32,7 @@ MODELS = {                      # the cameras that the bench offers
     "hole": "Pinhole of finite size",
     "bare": "Bare sensor, no lens",
 }
-REAL = ("trace", "polynomial")  # those of them that follow the real lens
+REAL = ("auto", "trace", "polynomial")  # those of them that follow the real lens
 LENSLESS = ("perspective", "orthographic", "fisheye", "environment", "hole", "bare")    # without a prescription
 PROJECTIONS = {                 # of the ideal fisheye: what the angle from the axis becomes on the film
     "equidistant": "Equidistant, r = f θ",
@@ -92,7 +94,7 @@ class Settings:
     focal_length: float | None = None       # scale the whole prescription to this EFL; None: as it was designed
     zoom: float = 0.0                       # of a zoom lens, 0 (wide) to 1 (tele); focus moves its groups
     scene: str = "still-life"               # a built-in name, or a path to a scene file
-    model: str = "trace"                    # a key of MODELS
+    model: str = "auto"                     # a key of MODELS
     dispersion: str = "auto"                # of the models that follow the real lens: a key of DISPERSIONS
     film_width: float = 36.0
     film_height: float = 24.0
@@ -164,7 +166,7 @@ class Settings:
             raise SettingsError(f"these settings are of version {version}, "
                                 f"newer than this lensbench reads ({VERSION}): update lensbench")
         known = {f.name for f in fields(cls)}
-        unknown = sorted(set(plain) - known - {"version"})
+        unknown = sorted(set(plain) - known - {"version", CHOSEN})
         if unknown:
             raise SettingsError(f"these settings have names that lensbench does not know: {', '.join(unknown)}")
         return replace(cls(), **{f.name: _of_kind(f.name, f.type, plain[f.name])

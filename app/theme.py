@@ -124,6 +124,15 @@ def packed(colour: Colour, alpha: float = 1.0) -> int:
     return imgui.color_convert_float4_to_u32(ImVec4(red, green, blue, opacity * alpha))
 
 
+def shortened(text: str, room: float) -> str:
+    """The text with as much of its end left out as does not fit."""
+    if imgui.calc_text_size(text).x <= room:
+        return text
+    while text and imgui.calc_text_size(text + "…").x > room:
+        text = text[:-1]
+    return text.rstrip() + "…"
+
+
 def small() -> None:
     """Begin small text; end it with imgui.pop_font(). Around a plot, not inside."""
     imgui.push_font(None, imgui.get_style().font_size_base * SMALL)

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lensbench.app.automatic import Chosen, is_automatic, judged, provisional, weighed
 from lensbench.app.settings import Settings
 
 NICE = 10                   # of the rendering threads, so that the window keeps its pace
@@ -39,6 +40,9 @@ class News(NamedTuple):
     settings: Settings
     rate: float                                 # samples a second, over the whole picture
     depth: NDArray[np.float32] | None = None    # (h, w) mm from the film along the axis, inf for the sky
+    choice: Any = None                          # of the automatic model: the Choice
+    speeds: tuple[float, float] | None = None   # ns that a ray takes by that model, and traced in full
+    is_provisional: bool = False                # that choice is of settings just before: this picture may be taken anew
 
 
 class Failure(NamedTuple):
@@ -55,9 +59,11 @@ class _Job:
 
     generation: int
     settings: Settings
-    camera: Any
+    camera: Any                                 # as it is rendered
     scene: Any
     rendering: Any
+    automatic: Any = None                       # the camera whose model is to be chosen, until it is
+    splat: bool = True
     seconds: float = 0.0
     rate: float = 0.0
     pass_samples: int = 1
@@ -103,6 +109,9 @@ class Worker:
         self._failure: Failure | None = None
         self._started = perf_counter()
         self._first_seconds = math.inf          # from the restart to the first picture, the last time
+        self._chosen: Chosen | None = None      # the automatic model, as it was chosen last
+        self._choosing: Future | None = None    # that is being chosen, perhaps for settings that have gone by
+        self._speeds: dict[tuple, tuple[float, float]] = {}     # by lens and choice
         self._thread = threading.Thread(target=self._work, name="lensbench render", daemon=True)
         self._thread.start()
 
@@ -172,7 +181,8 @@ class Worker:
         news = self._news
         if self._paused or self._held or self.error is not None:
             return False
-        return news is None or news.generation != self._generation or news.samples < self._target
+        return (news is None or news.generation != self._generation or news.samples < self._target
+                or news.is_provisional)
 
     @property
     def paused(self) -> bool:
@@ -253,7 +263,7 @@ class Worker:
             return False
         if job is None or job.generation != self._generation:
             return True
-        if self._depth_due(job):
+        if self._depth_due(job) or job.automatic is not None or self._timing_due(job):
             return True
         return job.rendering.samples < self._present_target
 
@@ -265,13 +275,68 @@ class Worker:
         return job.depth is None and job.rendering.samples >= (
             1 if self._depth_wanted else min(DEPTH_SAMPLES, self._target))
 
+    def _begun(self, generation: int, settings: Settings, splat: bool) -> _Job:
+        camera, scene = prepare(settings.checked())
+        job = _Job(generation, settings, camera, scene, None, splat=splat)
+        if self._choosing is not None and self._choosing.done() and self._choosing.exception() is None:
+            self._chosen, self._choosing = self._choosing.result(), None
+        if is_automatic(settings):
+            if self._chosen is not None and self._chosen.of == weighed(settings):
+                job.camera = self._chosen.choice.applied(camera)
+            else:
+                job.automatic, job.camera = camera, provisional(settings, camera, self._chosen)
+        self._set_up(job)
+        return job
+
     @staticmethod
-    def _begun(generation: int, settings: Settings, splat: bool) -> _Job:
+    def _set_up(job: _Job) -> None:
+        """Begin the picture of the job's camera."""
         import lensbench as lb
 
-        camera, scene = prepare(settings.checked())
-        return _Job(generation, settings, camera, scene,
-                    lb.Rendering(camera, scene, seed=settings.seed, view=settings.sample_view, splat=splat))
+        job.pass_samples = 1
+        job.rendering = lb.Rendering(job.camera, job.scene, seed=job.settings.seed, view=job.settings.sample_view,
+                                     splat=job.splat)
+
+    def _choose(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
+        """Have the automatic model chosen; where it is another than that of the first pass, begin anew with it."""
+        self._choosing = passes.submit(judged, job.settings, job.automatic, job.scene, self._chosen)
+        if not self._finished(self._choosing, wanted):
+            return
+        self._chosen, self._choosing = self._choosing.result(), None
+        camera, job.automatic = self._chosen.choice.applied(job.automatic), None
+        if (camera.model, camera.degree) != (job.camera.model, job.camera.degree):
+            job.camera = camera
+            self._set_up(job)
+        elif self._news is not None and self._news.generation == job.generation:
+            self._news = self._news._replace(**self._said(job))
+            self._woken()
+
+    def _said(self, job: _Job) -> dict[str, Any]:
+        """What news say of the automatic model."""
+        if not is_automatic(job.settings):
+            return {}
+        known = self._chosen is not None and self._chosen.of.lens == job.settings.lens
+        return {"choice": self._chosen.choice if known and self._chosen is not None else None,
+                "speeds": self._speeds.get(self._timed(job)), "is_provisional": job.automatic is not None}
+
+    def _timed(self, job: _Job) -> tuple:
+        """What the speed of the job's camera depends on."""
+        return job.settings.lens, job.settings.zoom, job.camera.model, job.camera.degree
+
+    def _timing_due(self, job: _Job) -> bool:
+        return (is_automatic(job.settings) and job.automatic is None and job.depth is not None
+                and self._timed(job) not in self._speeds)
+
+    def _time(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
+        """Measure what the chosen model saves."""
+        assert self._chosen is not None
+        choice = self._chosen.choice
+        timing = passes.submit(lambda: (choice.ns_per_ray, choice.trace_ns_per_ray))
+        if self._finished(timing, wanted):
+            self._speeds[self._timed(job)] = timing.result()
+            if self._news is not None and self._news.generation == job.generation:
+                self._news = self._news._replace(**self._said(job))
+                self._woken()
 
     def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
         """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""
@@ -281,6 +346,12 @@ class Worker:
         def wanted() -> bool:
             return not self._stopped and (job.generation == self._generation or perf_counter() < patience)
 
+        if job.automatic is not None and job.rendering.samples:
+            self._choose(job, passes, wanted)
+            return
+        if self._timing_due(job):
+            self._time(job, passes, wanted)
+            return
         if self._depth_due(job):
             import lensbench as lb
 
@@ -305,9 +376,10 @@ class Worker:
         job.rate = rate if job.rate == 0.0 else 0.7 * job.rate + 0.3 * rate
         job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
         if wanted() or job.rendering.samples == count:
-            news = News(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate, job.depth)
+            news = News(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate, job.depth,
+                        **self._said(job))
             with self._change:
-                if job.rendering.samples == count and job.generation == self._generation:
+                if self.waiting and job.generation == self._generation:
                     self._first_seconds = perf_counter() - self._started
                 self._news = news
                 self._change.notify_all()

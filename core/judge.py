@@ -107,8 +107,7 @@ class Judge:
     @cached_property
     def _radii(self) -> np.ndarray:
         """Of the film points that are judged, mm; as far out as the lens lights the film."""
-        half = self.camera.film.diagonal / 2.0
-        return FIELDS * min(half, LIT * min(self.table.radius, self.table.dark_beyond))
+        return FIELDS * min(self.camera.film.diagonal / 2.0, LIT * self.table.dark_beyond)
 
     @cached_property
     def _film(self) -> np.ndarray:

@@ -35,7 +35,7 @@ def test_a_panorama_has_the_shape_of_its_layout_and_gives_the_films_back():
     assert (panorama.pixels_x, panorama.pixels_y) == (120, 60)
     assert with_layout(panorama, "equal-area").pixels_y == 120
     assert with_layout(panorama, "cube-map").pixels_y == 90
-    assert with_model(panorama, "trace") == SMALL
+    assert with_model(panorama, SMALL.model) == SMALL
 
 
 def test_an_orthographic_fisheye_sees_half_of_the_sphere_at_most():

@@ -50,7 +50,7 @@ def test_a_lens_beside_the_settings_is_found_from_anywhere(tmp_path):
     ("version = 1\nfilm_width = -36", ":2: film_width:"), ("version = 1\nf_number = 'wide'", ":2: f_number:"),
     ("version = 1\nposition = [1, 2]", ":2: position:"), ("version = 1\nlense = 'x'", ":2: lense:"),
     ("version = 1\nsamples = true", "whole number"), ("version = 1\npixels_x = 1e3", "whole number"),
-    ("version = 1\nmodel = 'zoom'", "choose one of trace"), (f"version = {VERSION + 1}", "update lensbench"),
+    ("version = 1\nmodel = 'zoom'", "choose one of auto, trace"), (f"version = {VERSION + 1}", "update lensbench"),
     ("version = 1\nfov = ", "no TOML: "), ("[version]\na = 1", ":1: version:|no version"),
     ("version = 1\npixels_x = 20000\npixels_y = 20000", "million are possible"),
 ])
