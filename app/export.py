@@ -134,22 +134,29 @@ def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | 
         part.touch()
     across, down = size or (settings.pixels_x, settings.pixels_y)
     settings = replace(settings, pixels_x=across, pixels_y=down, samples=samples or settings.samples).checked()
-    view, scene, choice = camera(settings), find_scene(settings.scene), None
+    chosen: list[lb.Choice] = []
+    image = render(settings, progress, cancelled, threads, chosen.append)
+    if image is None:
+        return False
+    for choice in chosen:
+        told(choice)
+    save_picture(path, image, settings, bits, text, chosen[0] if chosen else None)
+    return True
+
+
+def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
+           cancelled: Callable[[], bool] = lambda: False, threads: int | None = None,
+           told: Callable[[lb.Choice], object] = lambda choice: None) -> np.ndarray | None:
+    """Render all samples of the settings: (h, w, 3) float32 linear, or None where it was cancelled.
+
+    `told` hears what the automatic model came to.
+    """
+    view, scene = camera(settings), find_scene(settings.scene)
     if is_automatic(settings):
         assert isinstance(view, lb.LensCamera)
         choice = lb.choose_model(view, scene)
         view = choice.applied(view)
         told(choice)
-    image = _rendered(settings, view, scene, progress, cancelled, threads)
-    if image is None:
-        return False
-    save_picture(path, image, settings, bits, text, choice)
-    return True
-
-
-def _rendered(settings: Settings, view: lb.Camera, scene: lb.Scene, progress: Callable[[float], object],
-              cancelled: Callable[[], bool], threads: int | None) -> np.ndarray | None:
-    """Render all samples of the settings: (h, w, 3) float32 linear, or None where it was cancelled."""
     rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view)
     threads = threads or os.cpu_count() or 1
     stopped = Event()
