@@ -22,9 +22,9 @@ ROUNDS = 30             # of Newton's method, with the steps that it takes back
 STEP = 1e-5             # × the rear semi-diameter, for the slopes of the map
 CENTRED = 0.01          # × the stop's radius: near enough to its centre
 LEGS = 8                # from the axis to a film point whose chief ray is far from the paraxial one
-SCAN = 16               # points each way in one look for light
+SCAN = 12               # points each way in one look for light
 NEARBY = 2              # cells about the best of one look that the next one takes up
-LOOKS = 6
+LOOKS = 7
 WINDOW = 1.25           # × what is looked at: a map of the stop that bends reaches further than its slopes say
 
 
@@ -54,7 +54,7 @@ class Aim:
 
     def lit(self, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """For each film point a rear point of small root margin, and that margin (n,): ≥ 1 where no light was found."""
-        rear = self._paraxial_centres(film)
+        rear = self.paraxial_centres(film)
         level = self.levels(film, rear)
 
         def improve(which: np.ndarray, found: np.ndarray, there: np.ndarray) -> np.ndarray:
@@ -115,7 +115,7 @@ class Aim:
             left = left[~(level[left] < enough)]
         return at, level
 
-    def _paraxial_centres(self, film: np.ndarray) -> np.ndarray:
+    def paraxial_centres(self, film: np.ndarray) -> np.ndarray:
         """Where the lines to the middle of the paraxial exit pupil cross the rear plane; each section has its own."""
         centres = np.empty_like(film)
         for k, section in enumerate("xy"):

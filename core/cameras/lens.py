@@ -21,6 +21,7 @@ from lensbench.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
 from lensbench.polynomial import DEGREES, Polynomial
 from lensbench.prescription import Lens
 from lensbench.pupil import axis_irradiance
+from lensbench.pupil_colours import PupilColours
 from lensbench.pupil_grid import PupilGrid
 from lensbench.pupil_table import PupilTable
 from lensbench.spectrum import WAVELENGTHS
@@ -122,10 +123,13 @@ class LensCamera(Camera):
 
     def _pupil_at(self, wavelength: float) -> PupilTable | PupilGrid:
         if not self.lens.is_rotationally_symmetric:
-            return PupilGrid.of(self.lens, self.film_distance, self.film.width / 2.0, self.film.height / 2.0,
-                                wavelength)
+            return self._grids.at(wavelength)
         return PupilTable.of(self.lens, self.film_distance, self.film.diagonal / 2.0, wavelength,
                              widened=self.is_traced)
+
+    @cached_property
+    def _grids(self) -> PupilColours:
+        return PupilColours(self.lens, self.film_distance, self.film.width / 2.0, self.film.height / 2.0)
 
     @cached_property
     def axis_irradiance(self) -> float:
