@@ -81,6 +81,7 @@ from lensbench.formats import Equivalent, equivalent, field_of_view, film_extent
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
 from lensbench.iris import Iris, IrisError  # noqa: E402
 from lensbench.lightfield import LightField, LightFieldError, light_field_bytes  # noqa: E402
+from lensbench.lumigraph import Lumigraph, NovelView, array_camera, capture_lumigraph  # noqa: E402
 from lensbench.motion import AnimatedTransform  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402
@@ -116,10 +117,12 @@ __all__ = [
     "Equivalent", "ExitPupil",
     "Exposure", "ExposureError", "Falloff", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor",
     "FocusError", "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
-    "LensError", "LightField", "LightFieldError", "Material", "Medium", "MediumError", "OrthographicCamera", "Pattern",
+    "LensError", "LightField", "LightFieldError", "Lumigraph",
+    "Material", "Medium", "MediumError", "NovelView", "OrthographicCamera", "Pattern",
     "PerspectiveCamera", "PinholeCamera", "Places", "Positions", "PositionsError", "Rays", "Rectangle", "Rendering",
     "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError",
-    "Vignetting", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "chief_ray",
+    "Vignetting", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field",
+    "capture_lumigraph", "chief_ray",
     "choose_model", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "distortion",
     "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance",
     "film_extent", "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal",

@@ -18,6 +18,7 @@ from lensbench.blocktracer import through
 from lensbench.cameras.camera import Camera
 from lensbench.cameras.lens import LensCamera
 from lensbench.driver import Program
+from lensbench.film import Film
 from lensbench.glass import D_LINE
 from lensbench.lanes import PIXEL, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, bench, rows, stage
 from lensbench.lightfield import LightField, LightFieldError, light_field_bytes, spread_offsets
@@ -43,7 +44,7 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     LightFieldError for numbers that cannot be, for a camera without an aperture, for more
     memory than there is, and for a capture that was given up.
     """
-    across, down = _checked(camera, views, samples, dtype)
+    across, down = checked_views(camera.film, views, samples, dtype)
     reach = _reach(camera)
     h, w = camera.film.pixels_y, camera.film.pixels_x
     light = np.zeros((down, across, 3, h, w), dtype)
@@ -82,7 +83,7 @@ def free_memory() -> float:
         return math.inf
 
 
-def _checked(camera: Camera, views: tuple[int, int], samples: int, dtype) -> tuple[int, int]:
+def checked_views(film: Film, views: tuple[int, int], samples: int, dtype) -> tuple[int, int]:
     """Views across and down; LightFieldError for what cannot be recorded."""
     across, down = (int(number) for number in views)
     if across < 1 or down < 1 or (across, down) != tuple(views):
@@ -91,9 +92,9 @@ def _checked(camera: Camera, views: tuple[int, int], samples: int, dtype) -> tup
         raise LightFieldError(f"{samples} samples a pixel: at least 1 is needed")
     if np.dtype(dtype) not in (np.float16, np.float32):
         raise LightFieldError("a light field is recorded in float16 or float32")
-    size, free = light_field_bytes(camera.film, (across, down), dtype), free_memory()
+    size, free = light_field_bytes(film, (across, down), dtype), free_memory()
     if size > 0.9 * free:
-        raise LightFieldError(f"{across} × {down} views of {camera.film.pixels_x} × {camera.film.pixels_y} pixels take "
+        raise LightFieldError(f"{across} × {down} views of {film.pixels_x} × {film.pixels_y} pixels take "
                               f"{size / 1e9:.3g} GB, more than the {free / 1e9:.3g} GB that are free: record "
                               "fewer views or pixels")
     return across, down

@@ -84,6 +84,12 @@ def _number(typing, bits):
     return types.float32(types.uint32), build
 
 
+@njit(inline="always")
+def half_float(bits):
+    """The float32 that the 16 bits of a half float spell which is not negative, and finite."""
+    return _number(np.uint32(bits) << np.uint32(13)) * np.float32(2.0**112)         # the exponents' different zero
+
+
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
 def _add_halves(light, used, begins, scale, steep, weights, out, first, last):
     """Lines first … last − 1 of `added` from half floats, which are given as their bits and never negative."""
