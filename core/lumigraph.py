@@ -114,7 +114,7 @@ class Lumigraph:
 
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(see, range(threads)))
-        whole = covered.reshape(h, many, w, many).all((1, 3))
+        whole = np.asarray(covered.reshape(h, many, w, many).all((1, 3)))
         mean = picture.reshape(h, many, w, many, 3).mean((1, 3))
         return NovelView(np.where(whole[..., None], mean, np.float32(0)), whole)
 
