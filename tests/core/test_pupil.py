@@ -39,6 +39,21 @@ def test_the_bounds_of_aspheric_lenses_agree_with_forty_digits(name):
         assert (bounds[0], bounds[2]) == pytest.approx((low, high), abs=1e-9)
 
 
+@pytest.mark.parametrize("distance", [1200.0, 3000.0])
+def test_a_film_close_behind_its_cover_glass_sees_a_region_far_smaller_than_the_glass(distance):
+    # The Noct's film stands 1 mm behind a glass of 45 mm: of that the axis sees one millimetre
+    camera = lb.LensCamera(lenses.load("lv-nikon-z-58f095-noct"), lb.Film(36.0, 24.0), distance)
+    lens, away, cell = camera.lens, camera.film_distance, 0.01
+    side = np.arange(-0.8, 0.8, cell) + 0.5 * cell
+    x, y = (grid.ravel() for grid in np.meshgrid(side, side))
+    for film_x in (0.0, 1e-3, 0.1):
+        rays = lb.trace(lens, [film_x, 0.0, lens.length + away],
+                        np.column_stack([x, y, np.full(x.size, -away)]))
+        counted = float((rays.fate == lb.Fate.PASSED).sum()) * cell**2
+        # Cells that the rim cuts: about 2π·0.55 mm / 0.01 mm of them, each off by a third at random
+        assert lb.exit_pupil(lens, away, [film_x]).area[0] == pytest.approx(counted, rel=0.005)
+
+
 def test_a_lens_without_rotational_symmetry_has_no_pupil_by_radius():
     rod = lb.Lens((lb.Surface(0.02, 4.0, 5.0, lb.Glass(1.5), curvature_x=0.0), lb.Surface(0.0, 0.0, 5.0)), 0)
     with pytest.raises(lb.LensError, match="cylinder or toroid"):
