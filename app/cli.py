@@ -83,7 +83,7 @@ def _mistakes() -> tuple[type[Exception], ...]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    from lensbench.app import check_command, lens_commands, light_field_command
+    from lensbench.app import chart_command, check_command, lens_commands, light_field_command
     from lensbench.app.arguments import add_close_option, add_lens_options, add_picture_options, option, read_count
     from lensbench.app.atlas.command import add_stability_options, stability
 
@@ -133,6 +133,8 @@ def _parser() -> argparse.ArgumentParser:
 
     light_field_command.add_light_field_options(command(
         "lightfield", None, "Record a light field through a lens; focus it afterwards."))
+    chart_command.add_chart_options(command("chart", chart_command.chart,
+                                            "Chart the speed of methods against their accuracy."))
     add_stability_options(command("stability", stability,
                                   "Show where each method of the program breaks, and what it returns there."))
     commands.add_parser("bench", help="Measure the program's speed on this machine.", add_help=False)

@@ -86,6 +86,15 @@ def plot(axes: "Axes", x: str, y: str, title: str = "", log: bool | tuple[bool, 
     return axes
 
 
+def tick_finely(axes: "Axes") -> None:
+    """Ticks at 1, 2 and 5 of each decade along x, where an axis is so short that decades alone say little."""
+    from matplotlib.ticker import LogLocator
+
+    low, high = axes.get_xlim()
+    if high < 300.0 * low:
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+
+
 def _plainly(value: float, _: Any = None) -> str:
     """A tick in plain digits where these are few: 0.01, 1, 1000, 10⁻⁶."""
     if 1e-4 < value < 1e5:

@@ -1,0 +1,71 @@
+"""The command `lensbench chart`: the speed of methods against their accuracy, measured now on this machine."""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from time import perf_counter
+
+
+def add_chart_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench chart`."""
+    from lensbench.app.arguments import add_lens_options, option, read_distance, read_film, read_size
+
+    add = parser.add_argument
+    add("lens", nargs="*", metavar="LENS", help="lenses of the library, or lens files; all of the library by default")
+    add("-o", "--output", metavar="FILE", help=".svg or .png: the chart; .json: its figures")
+    add("--of", choices=("models",), default="models", help="what is charted (models: camera models)")
+    add("--summary", action="store_true", help="of several lenses the summary alone, without each of them small")
+    add_lens_options(parser)
+    add("--focus", type=option(read_distance), metavar="DISTANCE",
+        help="from the film to what is in focus; 50 focal lengths by default")
+    add("--film", type=option(read_film), metavar="FILM",
+        help="width x height in mm, or a format's name; by default what of 36x24 the lens lights")
+    add("--size", type=option(read_size), metavar="WxH", help="pixels across and down (6000x4000)")
+    add("--json", action="store_true", help="print JSON instead of tables")
+
+
+def chart(arguments: argparse.Namespace) -> int:
+    """Measure, print tables or JSON, and write the file that is asked for."""
+    from lensbench.app.bench import machine
+    from lensbench.app.charts import models
+    from lensbench.app.charts.drawing import checked_suffix
+    from lensbench.app.charts.sheet import draw
+    from lensbench.app.charts.subjects import subjects
+    from lensbench.app.charts.table import plain, table
+    from lensbench.app.export import replacing
+    from lensbench.app.printing import plain as plain_json
+    from lensbench.app.printing import print_json, progress
+
+    path = None if arguments.output is None else Path(arguments.output)
+    if path is not None and path.suffix.lower() != ".json":
+        checked_suffix(path)
+    if path is not None:
+        with replacing(path, keep=False) as part:       # the place is tried before the work begins
+            part.touch()
+    found, left_out = subjects(arguments)
+    begun = perf_counter()
+    with progress() as show:
+        def told(share: float) -> bool:
+            show(share)
+            return True
+
+        charts = {"models": models.charts}[arguments.of](found, told)
+    heading = f"{machine()}, {time.strftime('%Y-%m-%d')}; {perf_counter() - begun:.0f} s"
+    data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "of": arguments.of, "left out": left_out,
+            "charts": plain(charts)}
+    if arguments.json:
+        print_json(data)
+    else:
+        print("\n\n".join([heading, *(table(each) for each in charts)]))
+    for line in left_out:
+        print(f"Left out: {line}", file=sys.stderr)
+    if path is not None and path.suffix.lower() == ".json":
+        with replacing(path) as part:
+            part.write_text(json.dumps(plain_json(data), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    elif path is not None:
+        draw(charts, path, arguments.summary, heading)
+    if path is not None and not arguments.json:
+        print(f"\n{path}: written")
+    return 0
