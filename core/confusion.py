@@ -29,9 +29,12 @@ def circle_of_confusion(focal_length: float, f_number: float, focus_distance: Ar
     _check_thin_lens(focal_length, f_number, s_f)
     if not np.all(s > 0.0):
         raise FocusError("a distance from the lens must be positive")
-    # |s − s_f| / (s (s_f − f)) = |1/s_f − 1/s| / (1 − f/s_f): good at either infinity
-    aperture = focal_length / f_number
-    return _plain(aperture * focal_length * np.abs(1.0 / s_f - 1.0 / s) / (1.0 - focal_length / s_f))
+    # |s − s_f| / (s (s_f − f)); the greater divisor first, and where one is infinite its quotient is 1
+    extension = s_f - focal_length
+    far, near = np.maximum(s, extension), np.minimum(s, extension)
+    with np.errstate(invalid="ignore"):
+        share = np.where(np.isinf(far), np.isfinite(near), np.abs(s - s_f) / far)
+    return _plain(focal_length / f_number * focal_length * share / near)
 
 
 def hyperfocal(focal_length: float, f_number: float, limit: float) -> float:
@@ -51,12 +54,12 @@ def depth_of_field(focal_length: float, f_number: float, focus_distance: ArrayLi
     s_f = np.asarray(focus_distance, dtype=np.float64)
     _check_thin_lens(focal_length, f_number, s_f)
     _check_limit(limit)
-    # near, far = s f² / (f² ± N C (s − f)), divided by s so that inf needs no case of its own
-    blur = f_number * limit / focal_length**2 * (1.0 - focal_length / s_f)
-    remainder = 1.0 / s_f - blur
-    far = np.full(s_f.shape, np.inf)
-    np.divide(1.0, remainder, out=far, where=remainder > 0.0)
-    return _plain(1.0 / (1.0 / s_f + blur)), _plain(far)
+    # near, far = s f² / (f² ± N C (s − f)), s and s − f alike where both are infinite
+    whole, blur = focal_length**2, f_number * limit * (s_f - focal_length)
+    far, near = np.full(s_f.shape, np.inf), np.full(s_f.shape, whole / (f_number * limit))
+    np.multiply(s_f, whole / np.where(blur < whole, whole - blur, 1.0), out=far, where=blur < whole)
+    np.multiply(s_f, whole / (whole + blur), out=near, where=np.isfinite(blur))
+    return _plain(near), _plain(far)
 
 
 def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> np.ndarray:
