@@ -2,12 +2,25 @@
 
 from collections.abc import Callable
 
-from lensbench.app.atlas import closed_forms, intersection, orientation, refraction
+from lensbench.app.atlas import (
+    closed_forms,
+    focusing,
+    intersection,
+    models,
+    orientation,
+    pupils,
+    refraction,
+    sampling,
+)
 from lensbench.app.atlas.stress import Stress
 
 FAMILIES: dict[str, dict[str, Callable[[], Stress]]] = {
     "Intersection": intersection.STRESSES,
     "Refraction": refraction.STRESSES,
+    "Focusing": focusing.STRESSES,
+    "Pupil": pupils.STRESSES,
+    "Models": models.STRESSES,
+    "Sampling": sampling.STRESSES,
     "Closed forms": closed_forms.STRESSES,
     "Orientation": orientation.STRESSES,
 }
