@@ -39,6 +39,8 @@ class Easel:
         self._worker = worker
         self._screen: Screen | None = None
         self._pinned_screen: Screen | None = None
+        self._strip_screen: Screen | None = None
+        self._strip_of: Any = None                      # what that screen holds
         self._difference: tuple[Any, Difference | None] = (None, None)     # what it is of, and itself
         self._deep: News | None = None                  # the newest with a depth map
         self._loaded: Any = None                        # what the screen holds of it
@@ -68,12 +70,25 @@ class Easel:
 
     def exposing(self, settings: Settings) -> Exposing | None:
         """What the exposure of the picture comes to; None before the first."""
-        if self.news is None or self.news.settings.sample_view:
+        if self.news is None or self.news.raw:
             return None
         of = (id(self.news.image), look(settings), settings.shutter, settings.iso)
         if self._exposing[0] != of:
             self._exposing = (of, exposing(settings, self.news.image))
         return self._exposing[1]
+
+    def strip(self, image: NDArray[np.float32], of: Any, settings: Settings) -> int:
+        """The GL name of a texture with a small linear picture for a panel, developed as these settings say.
+
+        of: what it shows; equal ones give the same.
+        """
+        self._strip_screen = self._strip_screen or Screen(moderngl.get_context())
+        if self._strip_of != of:
+            self._strip_of = of
+            self._strip_screen.load(image)
+        texture = self._strip_screen.developed(Development(settings.exposure, settings.tone))
+        self._strip_screen.enlarge_by_pixels(True)
+        return texture
 
     def pin(self, present: Settings) -> bool:
         """Keep the picture that is shown as A, as `present` exposes and develops it; False where there is none yet."""
@@ -97,8 +112,9 @@ class Easel:
         """What stands in the picture: the newest of the camera, or what a light field shows."""
         if self.sight is None:
             return self.news
-        recording, look, image, seconds = self.sight
-        return News(0, image, recording.settings.samples, seconds, picture_settings(recording, look), 0.0)
+        sight = self.sight
+        return News(0, sight.image, sight.recording.settings.samples, sight.seconds,
+                    picture_settings(sight.recording, sight.look), 0.0, coded=sight.look.coded)
 
     def picture(self, settings: Settings, view: View) -> Picture:
         """What the render panel shows in this frame."""
@@ -119,7 +135,7 @@ class Easel:
         screen.enlarge_by_pixels(view.scale >= 2.0)
         shares = None
         if view.histogram:
-            curve = "raw" if news.settings.sample_view else settings.tone
+            curve = "raw" if news.raw else settings.tone
             key = (id(self.light), settings.exposure, curve)
             if self._shares[0] != key:
                 self._shares = (key, histogram(self.light, settings.exposure, curve))
@@ -139,7 +155,7 @@ class Easel:
     def _other(news: News, screen: Screen, settings: Settings, view: View) -> Pinned:
         """The picture A, with its own look."""
         own = news.settings
-        texture = screen.developed(Development(own.exposure, "raw" if own.sample_view else own.tone))
+        texture = screen.developed(Development(own.exposure, "raw" if news.raw else own.tone))
         screen.enlarge_by_pixels(view.scale >= 2.0)
         return Pinned(texture, screen.size, news.samples, own)
 
@@ -153,7 +169,7 @@ class Easel:
 
     def _development(self, settings: Settings, view: View, news: News, screen: Screen) -> Development:
         """What the shaders need: the look as it is set, the blur of the settings that the picture was made with."""
-        if news.settings.sample_view:
+        if news.raw:
             return Development(0.0, "raw")
         if self.sight is not None:
             overlay = settings.overlay if settings.overlay == "clipping" else "none"
@@ -177,7 +193,9 @@ def _stripe(view: View) -> float:
 
 
 def _light(news: News, settings: Settings) -> NDArray[np.float32]:
-    """What goes to the screen: linear light as these settings expose it, or the codes of a view of samples."""
+    """What goes to the screen: linear light as these settings expose it, or the codes of what is no light."""
+    if news.coded:
+        return news.image
     return codes(news.image, news.settings) if news.settings.sample_view else exposed(settings, news.image)
 
 

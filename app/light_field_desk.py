@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import lensbench as lb
+from lensbench.app.depth_colours import depth_picture, light_of
 from lensbench.app.light_field_look import Look, Recording, picture_settings
 from lensbench.app.light_field_worker import Compared, FieldWorker, Sight
-from lensbench.app.reach import with_longer_side
+from lensbench.app.reach import MARGIN, with_longer_side
 from lensbench.app.settings import Settings
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ class Form:
     samples: int = 16                                   # for each pixel of each view
     longer: int = 640                                   # pixels
     open: bool = False                                  # shown though there is a recording
-    requests: set[str] = field(default_factory=set)     # record, cancel, open, save, picture, compare
+    requests: set[str] = field(default_factory=set)     # record, cancel, open, save, picture, depth, compare
 
     def settings(self, present: Settings) -> Settings:
         """What the camera sees now, with the form's pixels and samples."""
@@ -67,16 +68,25 @@ class LightFieldDesk:
                 self.look, self.form.open = Look.of(self._recording), False
         picked, bench.view.picked = bench.view.picked, None
         if picked is not None:
-            self.look = replace(self.look, pixel=picked)
+            self._pick(picked)
         if self.look.show != "camera":
             worker.want(self.look)
         bench.easel.sight = self.sight
+        bench.view.cross = self.look.pixel if self.look.show in ("view", "rays", "depth") else None
+        bench.view.line = self.look.show == "rays"
         compared = worker.compared
         if compared is not None and compared is not self._compared:
             self._compared = compared
             bench.easel.keep(compared.image, compared.settings)
             bench.view.pinned = compared.settings
             bench.edited = replace(bench.edited, compare="difference")
+
+    def _pick(self, pixel: tuple[int, int]) -> None:
+        """A pixel of the light field's picture was clicked on: focus there where its depth is known."""
+        found, self.look = self.worker.found, replace(self.look, pixel=pixel)
+        if found is not None and self.look.show == "focus" and self._recording is not None:
+            distance = float(found.distance[pixel[1], pixel[0]])
+            self.look = replace(self.look, distance=max(distance, self._recording.field.nearest * MARGIN))
 
     def end(self) -> None:
         """After the panels: what they have asked for."""
@@ -87,6 +97,8 @@ class LightFieldDesk:
             worker.record(self.form.settings(present), (self.form.views, self.form.views))
         if "cancel" in wanted:
             worker.cancel()
+        if "depth" in wanted:
+            worker.find_depth()
         if "compare" in wanted and self.sight is not None:
             worker.compare(self.sight)
         for request, kind in (("open", "light field"), ("save", "save light field"), ("picture", "refocused")):
@@ -103,9 +115,14 @@ class LightFieldDesk:
             self._bench.view.say("There is no picture of a light field yet")
             return
         settings = picture_settings(sight.recording, sight.look)
-        settings = replace(settings, exposure=present.exposure, tone=present.tone)
+        image = sight.image
+        if sight.look.coded:
+            settings, found = replace(settings, tone="none", exposure=0.0), self.worker.found
+            image = depth_picture(found, path) if sight.look.deep == "depth" and found else light_of(image)
+        else:
+            settings = replace(settings, exposure=present.exposure, tone=present.tone)
         try:
-            save_picture(path, sight.image, settings)
+            save_picture(path, image, settings)
         except (ValueError, OSError) as error:
             self._bench.view.say(str(error))
         else:

@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
+from lensbench.app.depth_colours import confidence_codes, depth_codes
 from lensbench.app.scale import format_distance, format_f_number
 from lensbench.app.settings import Settings
 
-SHOWN = {"camera": "Camera", "focus": "Focus", "view": "View"}
+SHOWN = {"camera": "Camera", "focus": "Focus", "view": "View", "rays": "Rays", "depth": "Depth"}
+DEEP = {"sharp": "All in focus", "depth": "Depth", "sure": "Confidence"}       # what of the depth is shown
 EDGE = 0.999                    # of the pupil: as far as the middle of an aperture goes
 
 
@@ -46,6 +48,8 @@ class Look:
     view: tuple[float, float] = (0.0, 0.0)
     cell: tuple[int, int] = (0, 0)              # the single view: across and down
     pixel: tuple[int, int] = (0, 0)             # of the views, across and down: what the pupil's cells are seen from
+    band: int = -1                              # of the three that is looked at; −1: all as a colour
+    deep: str = "sharp"                         # a key of DEEP
 
     @classmethod
     def of(cls, recording: Recording) -> "Look":
@@ -60,7 +64,14 @@ class Look:
         """What the picture depends on: the rest is left out."""
         if self.show == "view":
             return Look("view", cell=self.cell)
+        if self.show == "depth":
+            return Look("depth", deep=self.deep)
         return Look("focus", self.distance, self.f_number, self.view)
+
+    @property
+    def coded(self) -> bool:
+        """Whether the picture is of colours that stand for something else than light."""
+        return self.show == "depth" and self.deep != "sharp"
 
 
 def radius(look: Look, field: lb.LightField) -> float:
@@ -88,16 +99,23 @@ def moved(look: Look, view: tuple[float, float], field: lb.LightField) -> Look:
     return replace(look, view=view, f_number=field.f_number / room)
 
 
-def shown(recording: Recording, look: Look) -> NDArray[np.float32]:
-    """The picture of a look that shows one: float32 (h, w, 3), linear."""
+def shown(recording: Recording, look: Look, depth: lb.Depth | None) -> NDArray[np.float32]:
+    """The picture of a look that shows one: float32 (h, w, 3), linear, or codes where it is `coded`.
+
+    depth: what was found of it; where there is none, a look at the depth is one at the recorded focus.
+    """
     if look.show == "view":
         return recording.field.view(*look.cell)
+    if look.show == "depth" and depth is not None:
+        return {"sharp": depth.picture, "depth": depth_codes(depth), "sure": confidence_codes(depth)}[look.deep]
+    if look.show == "depth":
+        return recording.field.refocus(recording.settings.focus_distance)
     return recording.field.refocus(look.distance, look.f_number, look.view)
 
 
 def picture_settings(recording: Recording, look: Look) -> Settings:
     """Those of a camera that is focused and stopped as the look is."""
-    if look.show == "view":
+    if look.show in ("view", "depth"):
         return recording.settings
     return replace(recording.settings, focus_distance=look.distance,
                    f_number=recording.settings.f_number if look.f_number is None else look.f_number)
@@ -113,6 +131,36 @@ def note(recording: Recording, look: Look) -> str:
     if look.show == "view":
         u, v = recording.field.places[look.cell[1], look.cell[0]]
         return f"Light field: the view from {place((u, v))} of the pupil"
+    if look.show == "depth":
+        return {"sharp": "Light field: all in focus", "depth": "Light field: depth; what is not sure is dark",
+                "sure": "Light field: how sure the depth is, from black to white"}[look.deep]
     f_number = look.f_number or recording.field.f_number
     off = "" if look.view == (0.0, 0.0) else f", from {place(look.view)}"
     return f"Light field: focused at {format_distance(look.distance)}, {format_f_number(f_number)}{off}"
+
+
+def radiance(recording: Recording, pixel: tuple[int, int]) -> NDArray[np.float32]:
+    """(down, across, 3) what a pixel of the views sees through each cell of the pupil; 0 where no light comes."""
+    x, y = pixel
+    light = recording.field.light[..., y, x].astype(np.float32)
+    covered = recording.field.coverage[:, :, y, x].astype(np.float32)[..., None]
+    return np.divide(light, covered, np.zeros_like(light), where=covered > 0.0)
+
+
+def epipolar(recording: Recording, row: int, down: int) -> NDArray[np.float32]:
+    """(across, w, 3) what each view of one row of the pupil sees along a line of the picture; the first is the left."""
+    light = recording.field.light[down, :, :, row].astype(np.float32)
+    covered = recording.field.coverage[down, :, row].astype(np.float32)[:, None]
+    return np.divide(light, covered, np.zeros_like(light), where=covered > 0.0).transpose(0, 2, 1)
+
+
+def ray(recording: Recording, pixel: tuple[int, int], cell: tuple[int, int]) -> tuple[tuple[float, float], ...]:
+    """Where the middle ray of a pixel and a cell meets the film and the plane of the exit pupil: (x, y) mm each.
+
+    The film's x and y are those of the camera frame, in which the picture on the film stands upside down.
+    """
+    field, film = recording.field, recording.settings.film
+    across, down = np.array(pixel) + 0.5 + field.offsets[cell[1], cell[0]]
+    u, v = field.places[cell[1], cell[0]] * recording.pupil_radius
+    return ((0.5 - float(across) / film.pixels_x) * film.width, (float(down) / film.pixels_y - 0.5) * film.height), \
+        (float(u), float(v))

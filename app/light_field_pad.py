@@ -1,7 +1,6 @@
 """The pupil of a light field as a pad: an aperture to be dragged about in it, or one cell of it to be chosen.
 
-Seen as the camera looks: u runs to the right and v up, in radii of the paraxial exit pupil. The greys are the coverage
-of the cells, as the chosen pixel has it.
+Seen as the camera looks: u runs to the right and v up, in radii of the paraxial exit pupil.
 """
 
 from dataclasses import replace
@@ -50,7 +49,7 @@ def pupil_pad(look: Look, recording: Recording) -> Look:
             look = moved(look, (0.0, 0.0) if u * u + v * v < REST * REST else (u, v), field)
     elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
-    _cells(draw, pad, seen_from(recording, look.pixel))
+    _cells(draw, pad, coverage_greys(recording, look.pixel))
     pixel = theme.scale()
     around = max(radius(look, field), 0.02) * pad.unit
     middle = pad.at(*look.view)
@@ -61,8 +60,8 @@ def pupil_pad(look: Look, recording: Recording) -> Look:
     return look
 
 
-def pupil_grid(look: Look, recording: Recording) -> Look:
-    """The cells of the pupil; the look with the one that was clicked on."""
+def pupil_grid(look: Look, recording: Recording, colours: NDArray[np.floating]) -> Look:
+    """The cells of the pupil in colours (down, across, 3) of the screen; the look with the one that was clicked on."""
     field, draw = recording.field, imgui.get_window_draw_list()
     pad = _pad("Pupil grid", field)
     across, down = field.views
@@ -71,8 +70,8 @@ def pupil_grid(look: Look, recording: Recording) -> Look:
         i, j = (min(max(int((x / pad.reach + 1.0) / 2.0 * n), 0), n - 1) for x, n in ((u, across), (v, down)))
         look = replace(look, cell=(i, j))
     elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("Click or drag: which view is shown")
-    _cells(draw, pad, seen_from(recording, look.pixel))
+        imgui.set_tooltip("Click or drag: the cell that is chosen")
+    _cells(draw, pad, colours)
     u, v = field.places[look.cell[1], look.cell[0]]
     half = (pad.reach / across * pad.unit, pad.reach / down * pad.unit)
     middle = pad.at(u, v)
@@ -82,10 +81,32 @@ def pupil_grid(look: Look, recording: Recording) -> Look:
     return look
 
 
-def seen_from(recording: Recording, pixel: tuple[int, int]) -> NDArray[np.float32]:
-    """(down, across) what each cell lets through to a pixel of the views; the first row is the lowest."""
+def coverage_greys(recording: Recording, pixel: tuple[int, int]) -> NDArray[np.floating]:
+    """(down, across, 3) the brighter, the more each cell lets through to a pixel of the views."""
     x, y = pixel
-    return recording.field.coverage[:, :, y, x].astype(np.float32)
+    shares = recording.field.coverage[:, :, y, x].astype(np.float64)
+    part = 0.06 + 0.34 * shares[..., None] / max(float(shares.max()), 1e-9)
+    colour = theme.colours()
+    return np.array(colour.panel[:3]) * (1.0 - part) + np.array(colour.text[:3]) * part
+
+
+def figures(rows: tuple[tuple[str, str, str], ...]) -> None:
+    """Names, values and what they mean, in small text at the right of a pad."""
+    theme.small()
+    imgui.begin_group()
+    for name, value, meaning in rows:
+        imgui.text_disabled(name)
+        imgui.set_item_tooltip(meaning)
+        imgui.same_line(theme.em(3.4))
+        imgui.text_unformatted(value)
+        imgui.set_item_tooltip(meaning)
+    imgui.end_group()
+    imgui.pop_font()
+
+
+def millimetres(place: tuple[float, float]) -> str:
+    """A place on a plane: +4.10, −0.52 mm."""
+    return f"{place[0]:+.2f}, {place[1]:+.2f} mm".replace("-", "−")
 
 
 def _pad(label: str, field: lb.LightField) -> Pad:
@@ -97,16 +118,15 @@ def _pad(label: str, field: lb.LightField) -> Pad:
     return Pad(ImVec2(corner.x + 0.5 * side, corner.y + 0.5 * side), unit, field.reach)
 
 
-def _cells(draw: imgui.ImDrawList, pad: Pad, shares: NDArray[np.float32]) -> None:
-    """The cells, the brighter the more they let through, and the paraxial pupil's circle."""
-    colour, pixel = theme.colours(), theme.scale()
-    down, across = shares.shape
-    most = max(float(shares.max()), 1e-9)
+def _cells(draw: imgui.ImDrawList, pad: Pad, colours: NDArray[np.floating]) -> None:
+    """The cells in their colours, and the paraxial pupil's circle."""
+    pixel = theme.scale()
+    down, across = colours.shape[:2]
+    told = colours.tolist()
     edge = [[round(pad.at(x, 0.0).x) for x in np.linspace(-pad.reach, pad.reach, across + 1).tolist()],
             [round(pad.at(0.0, y).y) for y in np.linspace(-pad.reach, pad.reach, down + 1).tolist()]]
     for j in range(down):
         for i in range(across):
-            grey = 0.06 + 0.34 * float(shares[j, i]) / most
             draw.add_rect_filled(ImVec2(edge[0][i], edge[1][j + 1]), ImVec2(edge[0][i + 1] - pixel, edge[1][j] - pixel),
-                                 theme.packed(colour.text, grey))
-    draw.add_circle(pad.centre, pad.unit, theme.packed(colour.dim), 64, pixel)
+                                 theme.packed((*told[j][i], 1.0)))
+    draw.add_circle(pad.centre, pad.unit, theme.packed(theme.colours().dim), 64, pixel)

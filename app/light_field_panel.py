@@ -6,9 +6,11 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 from lensbench.app import scale, theme
+from lensbench.app.light_field_depth import depth_body
 from lensbench.app.light_field_desk import Form
 from lensbench.app.light_field_look import SHOWN, Look, Recording, opened, place
-from lensbench.app.light_field_pad import pupil_grid, pupil_pad
+from lensbench.app.light_field_pad import coverage_greys, figures, millimetres, pupil_grid, pupil_pad
+from lensbench.app.light_field_rays import Strip, rays_body
 from lensbench.app.light_field_worker import FieldWorker, Task
 from lensbench.app.ring import ring
 from lensbench.app.settings import Settings
@@ -20,11 +22,13 @@ SHOWN_TIPS = {
     "camera": "The picture is the camera's",
     "focus": "The picture is the light field's, focused and stopped as it is set here",
     "view": "The picture is one view: what a single cell of the pupil sees",
+    "rays": "What was recorded of the pixel clicked on, direction by direction, and of its line, view by view",
+    "depth": "How far away everything is, by the views' parallax; and everything in focus",
 }
 
 
-def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldWorker) -> Look:
-    """Draw the panel; the look as a hand has left it."""
+def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldWorker, strip: Strip) -> Look:
+    """Draw the panel; the look as a hand has left it. strip: makes a texture of a small linear picture."""
     recording = worker.recording
     if recording is None or form.open:
         _form(settings, form, worker.task, recording is not None)
@@ -33,9 +37,13 @@ def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldW
     if worker.task is not None:
         _progress(worker.task, form)
     before = look
-    look = replace(look, show=toggles("Show", SHOWN, look.show, SHOWN_TIPS))
+    look = replace(look, show=toggles("Show", SHOWN, look.show, SHOWN_TIPS, 0.0))
     if look.show == "view":
         return _view(look, recording)
+    if look.show == "rays":
+        return rays_body(look, recording, settings, strip)
+    if look.show == "depth":
+        return depth_body(look, recording, worker, form)
     look = _focus(look, recording, worker, form)
     if look != before and look.show == before.show == "camera":
         look = replace(look, show="focus")
@@ -61,9 +69,7 @@ def _form(settings: Settings, form: Form, task: Task | None, can_go_back: bool) 
         SAMPLES, "For each pixel of each view: a picture focused afterwards adds those of its views"), 4.4)
     form.longer = toggles("Pixels", {n: f"{n}" for n in SIDES}, form.longer, dict.fromkeys(
         SIDES, "Along the longer side of each view"), 4.4)
-    film = form.settings(settings).film
-    _words(f"{form.views * form.views} views of {film.pixels_x} × {film.pixels_y} pixels: "
-           f"{form.bytes(settings) / 1e6:.0f} MB of memory", True)
+    _words(f"Takes {form.bytes(settings) / 1e6:.0f} MB of memory", True)
     if task is not None:
         _progress(task, form)
     else:
@@ -147,21 +153,13 @@ def _figures(look: Look, recording: Recording, worker: FieldWorker) -> None:
     """At the right of the pad: the viewpoint, how many views, how far they are apart."""
     field = recording.field
     apart, (near, far) = field.apart(look.distance), field.clear_range
-    theme.small()
-    imgui.begin_group()
     sight = worker.sight
     taken = float(field.shares(look.f_number, look.view).sum())
-    for name, value, tip in (
-            ("From", place(look.view), "The middle of the aperture in the pupil, in radii of it: right and up"),
-            ("Views", f"{taken:.3g} of {field.places[..., 0].size}", "How many views the aperture takes"),
-            ("Apart", f"{apart:.2f} px", "How far neighbouring views are shifted against each other"),
-            ("Time", f"{1000.0 * sight.seconds:.0f} ms" if sight is not None else "–", "To put the picture together")):
-        imgui.text_disabled(name)
-        imgui.set_item_tooltip(tip)
-        imgui.same_line(theme.em(3.4))
-        imgui.text_unformatted(value)
-    imgui.end_group()
-    imgui.pop_font()
+    figures((
+        ("From", place(look.view), "The middle of the aperture in the pupil, in radii of it: right and up"),
+        ("Views", f"{taken:.3g} of {field.places[..., 0].size}", "How many views the aperture takes"),
+        ("Apart", f"{apart:.2f} px", "How far neighbouring views are shifted against each other"),
+        ("Time", f"{1000.0 * sight.seconds:.0f} ms" if sight is not None else "–", "To put the picture together")))
     if not near <= look.distance <= far:
         theme.small()
         _words(f"Beyond {scale.format_distance(near)} to {scale.format_distance(far)} the views part: "
@@ -191,27 +189,18 @@ def _comparison(look: Look, recording: Recording, worker: FieldWorker, form: For
 def _view(look: Look, recording: Recording) -> Look:
     """One cell of the pupil."""
     field = recording.field
-    _words("What each cell passes, seen from the pixel clicked on")
-    look = pupil_grid(look, recording)
+    _words("What each cell passes to the pixel clicked on")
+    look = pupil_grid(look, recording, coverage_greys(recording, look.pixel))
     i, j = look.cell
     u, v = field.places[j, i]
     x, y = look.pixel
     covered = field.coverage[j, i]
-    theme.small()
-    imgui.begin_group()
-    for name, value, tip in (
-            ("View", f"{i + 1}, {j + 1}", "Across from the left, up from below"),
-            ("At", place((u, v)), "The cell's middle in the pupil, in radii of it"),
-            ("", f"{u * recording.pupil_radius:+.2f}, {v * recording.pupil_radius:+.2f} mm".replace("-", "−"),
-             "The same in mm, on the plane of the exit pupil"),
-            ("Here", f"{100.0 * float(covered[y, x]):.1f} %", "Coverage: what of the light of a full cell reaches this "
-                                                              "pixel, times cos⁴θ"),
-            ("Most", f"{100.0 * float(covered.max()):.1f} %", "The greatest coverage of any pixel")):
-        imgui.text_disabled(name)
-        imgui.set_item_tooltip(tip)
-        imgui.same_line(theme.em(3.4))
-        imgui.text_unformatted(value)
-    imgui.end_group()
-    imgui.pop_font()
+    figures((
+        ("View", f"{i + 1}, {j + 1}", "Across from the left, up from below"),
+        ("At", place((u, v)), "The cell's middle in the pupil, in radii of it"),
+        ("", millimetres((u * recording.pupil_radius, v * recording.pupil_radius)),
+         "The same in mm, on the plane of the exit pupil"),
+        ("Here", f"{100.0 * float(covered[y, x]):.1f} %",
+         "Coverage: what of the light of a full cell reaches the pixel clicked on, times cos⁴θ"),
+        ("Most", f"{100.0 * float(covered.max()):.1f} %", "The greatest coverage of any pixel")))
     return look
-

@@ -30,6 +30,9 @@ class Sight(NamedTuple):
     seconds: float
 
 
+Wanted = tuple[Recording, Look, lb.Depth | None]
+
+
 class Compared(NamedTuple):
     """The camera's own picture, and how near the light field's comes to it."""
 
@@ -57,10 +60,11 @@ class FieldWorker:
         self._change = threading.Condition()
         self.recording: Recording | None = None
         self.sight: Sight | None = None             # the newest
+        self.depth: tuple[Recording, lb.Depth] | None = None
         self.compared: Compared | None = None
         self.said: list[tuple[str, bool]] = []      # what is to be told, and whether it tells of something done
         self.task: Task | None = None
-        self._wanted: tuple[Recording, Look] | None = None
+        self._wanted: Wanted | None = None
         self._stopped = False
         self._viewer: threading.Thread | None = None
 
@@ -87,11 +91,21 @@ class FieldWorker:
         if self.recording is None:
             return
         with self._change:
-            self._wanted = (self.recording, look.asked)
+            self._wanted = self.recording, look.asked, self.found if look.show == "depth" else None
             if self._viewer is None:
                 self._viewer = threading.Thread(target=self._show, name="lensbench light field", daemon=True)
                 self._viewer.start()
             self._change.notify_all()
+
+    @property
+    def found(self) -> lb.Depth | None:
+        """The depth of the recording, where it has been looked for."""
+        depth = self.depth
+        return depth[1] if depth is not None and depth[0] is self.recording else None
+
+    def find_depth(self) -> None:
+        """Look for the depth of everything that was recorded."""
+        self._begin("Finding the depth", self._find_depth)
 
     def psnr(self, look: Look) -> float | None:
         """The dB by which the camera's own picture agrees with this look's, where it has been rendered."""
@@ -171,10 +185,14 @@ class FieldWorker:
         if image is not None:
             self.compared = Compared(sight, image, settings, decibels(sight.image, image))
 
+    def _find_depth(self, task: Task) -> None:
+        if (recording := self.recording) is not None:
+            self.depth = recording, lb.find_depth(recording.field, told=lambda share: self._told(task, share))
+
     # What is looked at
 
     def _show(self) -> None:
-        done: tuple[Recording, Look] | None = None
+        done: Wanted | None = None
         while True:
             with self._change:
                 while not self._stopped and self._wanted == done:
@@ -183,10 +201,10 @@ class FieldWorker:
                     return
                 wanted = self._wanted
             assert wanted is not None
-            done, (recording, look) = wanted, wanted
+            done, (recording, look, depth) = wanted, wanted
             begin = perf_counter()
             try:
-                image = shown(recording, look)
+                image = shown(recording, look, depth)
             except (ValueError, MemoryError) as error:
                 self.said.append((str(error), False))
             else:

@@ -184,7 +184,7 @@ class Panels:
     def _light_field(self) -> None:
         bench = self._bench
         desk = bench.light_field
-        desk.look = light_field_panel(bench.edited, desk.look, desk.form, desk.worker)
+        desk.look = light_field_panel(bench.edited, desk.look, desk.form, desk.worker, bench.easel.strip)
 
     def dialogs(self) -> None:
         """What stands over the panels."""

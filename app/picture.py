@@ -49,6 +49,8 @@ class View:
     histogram: bool = False
     mark: Mark | None = None
     pending: tuple[float, float] | None = None      # a click that waits for the depth map, parts of the picture
+    cross: tuple[int, int] | None = None            # the pixel of a light field that is looked at
+    line: bool = False                              # and whether its line is, too
     hover: tuple[float, float] | None = None        # the raster point under the mouse
     picked: tuple[int, int] | None = None           # a pixel of a light field that was clicked on, across and down
     pointed: tuple[float, float] | None = None      # the raster point that the mouse was on last

@@ -54,6 +54,19 @@ def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
     imgui.pop_font()
 
 
+def draw_cross(draw: imgui.ImDrawList, at: ImVec2, line: tuple[float, float] | None) -> None:
+    """A cross about a pixel; line: the ends of the picture's line that it lies on."""
+    pixel, x, y = theme.scale(), round(at.x), round(at.y)
+    for offset, tint in ((pixel, (0.0, 0.0, 0.0, 0.55)), (0.0, (1.0, 1.0, 1.0, 0.9))):
+        cx, cy = x + offset, y + offset
+        for begin, end in ((4.0 * pixel, 11.0 * pixel), (-11.0 * pixel, -4.0 * pixel)):
+            draw.add_line(ImVec2(cx + begin, cy), ImVec2(cx + end, cy), theme.packed(tint), 1.5 * pixel)
+            draw.add_line(ImVec2(cx, cy + begin), ImVec2(cx, cy + end), theme.packed(tint), 1.5 * pixel)
+        if line is not None:
+            for begin, end in ((line[0], x - 14.0 * pixel), (x + 14.0 * pixel, line[1])):
+                draw.add_line(ImVec2(begin, cy), ImVec2(max(begin, end), cy), theme.packed(tint, 0.6), pixel)
+
+
 def draw_note(draw: imgui.ImDrawList, at: ImVec2, text: str) -> None:
     """A few words on a dark plate."""
     pixel = theme.scale()

@@ -15,7 +15,7 @@ from lensbench.app.compare_view import draw_pinned, draw_plate, draw_scale, wipe
 from lensbench.app.debug_view import note
 from lensbench.app.image_circle import dark_corners
 from lensbench.app.picture import Picture, View
-from lensbench.app.picture_marks import Mark, draw_fates, draw_histogram, draw_legend, draw_mark, draw_note
+from lensbench.app.picture_marks import Mark, draw_cross, draw_fates, draw_histogram, draw_legend, draw_mark, draw_note
 from lensbench.app.picture_tools import picture_tools
 from lensbench.app.readings import readings
 from lensbench.app.settings import Settings
@@ -106,6 +106,9 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     # What is laid over it
     if view.mark is not None and view.mark.holds(settings) and not picture.recorded:
         draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
+    if picture.recorded is not None and view.cross is not None:
+        at_x, at_y = ((place + 0.5) / size for place, size in zip(view.cross, picture.size, strict=True))
+        draw_cross(draw, ImVec2(x0 + at_x * extent.x, y0 + at_y * extent.y), (upper.x, lower.x) if view.line else None)
     if view.histogram and picture.histogram is not None:
         draw_histogram(draw, picture.histogram, ImVec2(min(lower.x, end.x), min(lower.y, end.y)))
     below = ImVec2(max(upper.x, corner.x), min(lower.y, end.y))

@@ -20,6 +20,7 @@ import numpy as np
 from PIL import Image as Picture
 
 import lensbench as lb
+from lensbench.app.tone import linear
 
 MOST_BYTES = 1 << 20                    # of a scene file
 MOST_TEXTURE_BYTES = 64 << 20
@@ -260,14 +261,14 @@ def _texture(name: str, folder: Path) -> lb.Image:
                 values = np.asarray(picture.convert("RGB"), np.float32) / 255.0
     except (OSError, SyntaxError, ValueError, Picture.DecompressionBombError) as error:
         raise _ContentError(f"texture {name!r} is not a picture that can be read ({', '.join(FORMATS)})") from error
-    linear = _linear(values)
-    shrink = TEXTURE_SIDE / max(linear.shape[:2])
+    light = linear(values)
+    shrink = TEXTURE_SIDE / max(light.shape[:2])
     if shrink < 1.0:
-        size = tuple(max(2, round(side * shrink)) for side in (linear.shape[1], linear.shape[0]))
-        bands = [Picture.fromarray(np.ascontiguousarray(linear[..., c])).resize(size, Picture.Resampling.BOX)
+        size = tuple(max(2, round(side * shrink)) for side in (light.shape[1], light.shape[0]))
+        bands = [Picture.fromarray(np.ascontiguousarray(light[..., c])).resize(size, Picture.Resampling.BOX)
                  for c in range(3)]
-        linear = np.stack([np.asarray(band) for band in bands], -1)
-    return lb.Image.of(linear)
+        light = np.stack([np.asarray(band) for band in bands], -1)
+    return lb.Image.of(light)
 
 
 # Values, each with an error that names it
@@ -374,15 +375,10 @@ def _colour(t: Table, name: str, most: float = 1.0) -> tuple[float, float, float
     if isinstance(value, str):
         if not re.fullmatch(r"#[0-9a-fA-F]{6}", value):
             raise _ContentError(f"{name} {value!r}: write a colour as \"#rrggbb\" or as three linear numbers")
-        r, g, b = (float(x) for x in _linear(np.array([int(value[k:k + 2], 16) / 255.0 for k in (1, 3, 5)])))
+        r, g, b = (float(x) for x in linear(np.array([int(value[k:k + 2], 16) / 255.0 for k in (1, 3, 5)])))
     else:
         r, g, b = _numbers(t, name, 3, _number)
     if min(r, g, b) < 0.0 or max(r, g, b) > most:
         raise _ContentError(f"{name}: its numbers must lie between 0 and 1" if most == 1.0 else
                      f"{name}: its numbers cannot be negative")
     return r, g, b
-
-
-def _linear(values: np.ndarray) -> np.ndarray:
-    """SRGB code values in [0, 1] to linear light (IEC 61966-2-1)."""
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(values.dtype)

@@ -12,13 +12,16 @@ Key = TypeVar("Key", bound=Hashable)
 
 def toggles(label: str, names: Mapping[Key, str], value: Key, tips: Mapping[Key, str],
             indent: float = 3.2) -> Key:
-    """Draw the row after its dim label, so many em wide; the key that is pressed in now."""
+    """Draw the row after its dim label, so many em wide, or without it for 0; the key that is pressed in now."""
     colour = theme.colours()
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled(label)
+    if indent:
+        imgui.align_text_to_frame_padding()
+        imgui.text_disabled(label)
+        imgui.same_line(theme.em(indent))
     for i, (key, name) in enumerate(names.items()):
         on = key == value
-        imgui.same_line(theme.em(indent) if i == 0 else 0.0, -1.0 if i == 0 else 2.0 * theme.scale())
+        if i:
+            imgui.same_line(0.0, 2.0 * theme.scale())
         imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(*(colour.frame if on else (0.0, 0.0, 0.0, 0.0))))
         imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if on else colour.dim)))
         if imgui.button(f"{name}###{label} {key}"):

@@ -82,6 +82,11 @@ def srgb(linear):
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0031308) ** (1.0 / 2.4) - 0.055)
 
 
+def linear(codes):
+    """The light of sRGB values in [0, 1]: the inverse of `srgb`."""
+    return np.where(codes <= 0.04045, codes / 12.92, ((np.maximum(codes, 0.04045) + 0.055) / 1.055) ** 2.4)
+
+
 def develop(image: NDArray[np.floating], exposure: float, tone: str) -> NDArray[np.float64]:
     """A linear picture (..., 3) as sRGB values in [0, 1]; exposure in stops, tone a key of settings.TONES.
 

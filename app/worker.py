@@ -43,6 +43,12 @@ class News(NamedTuple):
     choice: Any = None                          # of the automatic model: the Choice
     speeds: tuple[float, float] | None = None   # ns that a ray takes by that model, and traced in full
     is_provisional: bool = False                # that choice is of settings just before: this picture may be taken anew
+    coded: bool = False                         # the image is of codes of the screen, neither exposed nor toned
+
+    @property
+    def raw(self) -> bool:
+        """Whether it shows something else than light."""
+        return self.coded or bool(self.settings.sample_view)
 
 
 class Failure(NamedTuple):

@@ -1,6 +1,7 @@
 """The panel *Light field* under a real mouse: it records what the library captures, and shows what that focuses."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,10 +9,13 @@ from imgui_bundle import imgui
 
 import lensbench as lb
 from lensbench.app.comparison import decibels
+from lensbench.app.depth_colours import depth_codes, depth_picture, ends
+from lensbench.app.export import read_settings
 from lensbench.app.light_field_file import load_light_field
-from lensbench.app.light_field_look import Look, moved, opened, radius
+from lensbench.app.light_field_look import Look, Recording, epipolar, moved, opened, radiance, radius, ray
 from lensbench.app.optics import camera
 from lensbench.app.reach import with_longer_side
+from lensbench.app.tone import develop, linear
 
 from .conftest import SMALL
 
@@ -55,6 +59,35 @@ def test_a_wide_aperture_gives_way_to_its_place_and_its_place_to_a_wide_aperture
     assert look.view == pytest.approx((0.3, 0.0))
     assert opened(look, 0.1, field) == Look("focus", 1200.0)
     assert np.hypot(*moved(look, (30.0, -40.0), field).view) < 1.0
+
+
+def test_a_pixel_and_a_line_show_what_the_views_see_and_a_ray_meets_both_planes(field):
+    recording, pixel, cell = Recording(field, START), (50, 30), (2, 0)
+    seen, line = radiance(recording, pixel), epipolar(recording, 30, 0)
+    for i in range(3):
+        assert np.array_equal(seen[0, i], field.view(i, 0)[30, 50])
+        assert np.array_equal(line[i], field.view(i, 0)[30])
+    film, pupil = ray(recording, pixel, cell)
+    aside = field.offsets[0, 2]
+    expected = field.camera.places([(50.5 + aside[0], 30.5 + aside[1])], 1.0).film[0]
+    assert film == pytest.approx(expected[:2], abs=1e-9)
+    # The thin lens is its own exit pupil: EFL over twice the f-number, and the cell's middle lies at ⅔ of it
+    radius = lb.first_order(field.camera.lens).efl / START.f_number / 2.0
+    assert pupil == pytest.approx((2.0 / 3.0 * radius, -2.0 / 3.0 * radius), rel=1e-4)
+
+
+def test_colours_of_depth_run_from_far_to_near_and_what_is_not_sure_is_dark():
+    distance = np.repeat(np.array([[500.0, 1000.0, 2000.0, 1e9]], np.float32), 100, 0)      # a column each
+    depth = lb.Depth(distance, np.ones_like(distance), np.zeros((100, 4, 3), np.float32))
+    assert ends(depth) == pytest.approx((1e9, 500.0))
+    codes = depth_codes(depth)[0]
+    light = linear(codes.astype(float)) @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(light) < 0.0).all()                 # the nearer the lighter
+    unsure = depth_codes(lb.Depth(distance, np.zeros_like(distance), depth.picture))[0]
+    assert np.allclose(unsure, 0.3 * codes)
+    assert np.allclose(depth_picture(depth, Path("a.exr"))[0, :, 1], distance[0] / 1000.0)
+    again = develop(depth_picture(depth, Path("a.png")), 0.0, "none")       # what a PNG without tone shows
+    assert np.abs(again[0] - codes).max() < 1e-3
 
 
 def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it_focuses(drive, tmp_path):
@@ -116,6 +149,51 @@ def test_the_camera_renders_the_same_picture_and_the_difference_is_shown(drive):
         assert found > 23.0                     # the noise of 25 samples a pixel
 
     assert drive(use, START).view.messages == []
+
+
+def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(drive, tmp_path):
+    def use(hand):
+        desk = hand.bench.light_field
+        open_panel(hand)
+        record(hand)
+        hand.ctx.item_click("//Light field/**/Show depth")
+        hand.ctx.item_click("//Light field/**/Find the depth")
+        hand.wait(lambda: desk.worker.found is not None, "the depth")
+        found = desk.worker.found
+        shown(hand)
+        hand.wait(lambda: desk.sight.image is found.picture, "the picture in focus everywhere")
+        hand.ctx.item_click("//Light field/**/Of it depth")
+        shown(hand)
+        assert np.array_equal(hand.bench.easel.light, depth_codes(found))
+        hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.45, 0.75))
+        hand.ctx.mouse_click(0)
+        hand.ctx.yield_(3)
+        x, y = desk.look.pixel
+        assert (x, y) == pytest.approx((0.45 * 320, 0.75 * 213), abs=25) and hand.settings == START
+        hand.ctx.item_click("//Light field/**/Focus there")
+        hand.ctx.yield_(2)
+        assert desk.look.show == "focus" and desk.look.distance == found.distance[y, x]
+        # Now a click focuses
+        hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.6, 0.35))
+        hand.ctx.mouse_click(0)
+        hand.ctx.yield_(3)
+        x, y = desk.look.pixel
+        assert desk.look.distance == found.distance[y, x] > START.focus_distance
+        shown(hand)
+        desk.save_picture(tmp_path / "there.exr")
+        saved = read_settings(tmp_path / "there.exr")
+        assert (saved.focus_distance, saved.pixels_x) == (desk.look.distance, 320)
+        # What was recorded of the pixel and its line
+        hand.ctx.item_click("//Light field/**/Show rays")
+        hand.ctx.mouse_move_to_pos(hand.at("**/Epipolar image", 0.25, 0.5))
+        hand.ctx.mouse_click(0)
+        hand.ctx.item_click("//Light field/**/Band 1")
+        hand.ctx.yield_(2)
+        assert desk.look.pixel == (pytest.approx(80, abs=2), y) and desk.look.band == 1
+        assert hand.settings == START
+
+    bench = drive(use, START)
+    assert bench.view.messages == ["The picture was saved as there.exr"]
 
 
 def test_what_cannot_be_recorded_is_said_and_a_recording_can_be_given_up(drive):
