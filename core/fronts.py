@@ -155,7 +155,14 @@ def fronts(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32)
     else:
         passing[:] = 1.0
         towards, frames = np.tile([0.0, 0.0, -1.0], (n, 1)), np.tile([[1.0, 0, 0], [0, 1.0, 0]], (n, 1, 1))
-    passing[(points[:, 2] > way.front - HEAD_ON * away) | (away < 4.0 * (way.radius + radii))] = 0.0
+    passing[~tellable(way, points, radii)] = 0.0
     start = np.array([0.0, 0.0, way.front])
     return Fronts(start + np.einsum("ni,nij->nj", boxes[:, :2], frames), boxes[:, 2:, None] * frames, towards, passing,
                   start + np.einsum("ni,nij->nj", best, frames), blur)
+
+
+def tellable(way: WayBack, points: np.ndarray, radii) -> np.ndarray:
+    """Whether rectangles for light from spheres about points (…, 3) can be found: they are before it, and not near."""
+    ahead = points - [0.0, 0.0, way.front]
+    away = np.sqrt((ahead**2).sum(-1))
+    return (ahead[..., 2] <= -HEAD_ON * away) & (away >= 4.0 * (way.radius + radii))

@@ -47,15 +47,16 @@ PITCH = B + 16                  # from a row to the next: not a power of two, or
  MARGIN,                        # greatest (r / semi-diameter)² on the way through a lens; NaN or > 1 is blocked
  FOOT, SPREAD,                  # of a pixel, or its part: side where the ray begins (mm), and by how much a mm adds
  DEPTH, NX, NY, NZ,             # the nearest surface: distance along the ray (mm) and unit normal towards the ray
- GLOW,                          # 1 where RED, GREEN, BLUE are emitted radiance, 0 where they are albedo
+ GLOW,                          # above 0 where RED, GREEN, BLUE are emitted radiance, else they are albedo
  GLOSS,                         # 0 matte, (0, 1] a clear coat over it, METAL, GLASS
+ BENT,                          # 1 where the path was bent by a thing, and small lights that it meets now are black
  RED, GREEN, BLUE,              # albedo, or radiance; at last the colour of the sample
  TR, TG, TB,                    # what a mirrored path carries on to its next surface
  SR, SG, SB,                    # what a mirrored path has gathered so far
  A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11,  # anyone's scratch: worth nothing after the stage
  H0, H1, H2, H3, H4, H5, H6, H7, H8             # held by a stage while others work in the frame of what moves
- ) = range(51)
-ROWS = 51
+ ) = range(52)
+ROWS = 52
 
 METAL, GLASS = 2.0, 3.0         # values of GLOSS
 

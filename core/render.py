@@ -58,9 +58,9 @@ class Rendering:
         if filtered and scene.is_patterned and not view:
             self._before.append(spread_step(camera, real))
         splats = Splats(camera, scene, self.seed, real) if splat and not view else None
-        self._splats = splats if splats is not None and splats.lights else None
-        left = None if self._splats is None else self._splats.left
-        self._after = scene.steps(shadows, camera.shutter_open, left, camera.medium)
+        self._splats = splats if splats is not None and not splats.is_empty else None
+        taken = None if self._splats is None else self._splats.taken
+        self._after = scene.steps(shadows, camera.shutter_open, taken, camera.medium)
         self._camera, self._real = camera, real
         self._disperses = camera.disperses and not view
         seen = view_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]

@@ -6,7 +6,7 @@ relative, with 1 the radiance of a white surface under a uniform sky of 1.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -16,7 +16,7 @@ from lensbench.lanes import BLUE, DEPTH, GREEN, RED, B, Step, rows, stage
 from lensbench.scenery.bounce import bounce
 from lensbench.scenery.coat import SHARP, coat, coat_parameters
 from lensbench.scenery.floor import floor, floor_parameters
-from lensbench.scenery.light import RISE0, RISE1, RISE2, RISE4, ambient, begin, daylight, finish, settle
+from lensbench.scenery.light import BENDS, RISE0, RISE1, RISE2, RISE4, SMALL, ambient, begin, daylight, finish, settle
 from lensbench.scenery.medium import Medium
 from lensbench.scenery.moving import displaced, motion_parameters, moving, moving_parameters
 from lensbench.scenery.moving_coat import moving_coat, moving_gleams, moving_mirrored, moving_sheen
@@ -33,6 +33,7 @@ from lensbench.scenery.plates import plate_frame, plate_parameters, plates
 from lensbench.scenery.shadows import caster_parameters, lamp, lamp_parameters, sun
 from lensbench.scenery.sheen import sheen, sheen_parameters
 from lensbench.scenery.sky import sky, sky_parameters, sun_disk
+from lensbench.scenery.small_lights import Taken
 from lensbench.scenery.spheres import sphere_parameters, spheres
 
 REACH = 1e8             # mm: farther than this counts as the sky
@@ -68,18 +69,17 @@ class Scene:
         """Whether anything in it has a pattern, which looks different from where a pixel is larger."""
         return self.floor is not None or any(plate.material.pattern is not None for plate in self.plates)
 
-    def steps(self, shadows: bool = True, opening: float = 0.0, first: tuple[Sphere | Plate, ...] | None = None,
+    def steps(self, shadows: bool = True, opening: float = 0.0, taken: Taken | None = None,
               medium: Medium | None = None) -> list[Step]:
         """The stages from a world ray (X Y Z, L M N), with V0 V1 for the lights, to RED, GREEN, BLUE, its radiance.
 
         shadows=False leaves shadows and occlusion out. A scene without metal or glass has no step for them. Where
         something moves, TIME is in seconds since `opening` (s). Where it is patterned, FOOT and SPREAD tell
-        the size of a pixel; zeros show the patterns as they are at a point. first: what the ray itself meets in place
-        of `objects`, the same but for light that it does not see. medium: what all is seen through; clear air has no
-        step.
+        the size of a pixel; zeros show the patterns as they are at a point. taken: light that the ray does not see.
+        medium: what all is seen through; clear air has no step.
         """
         fog = None if medium is None or medium.is_clear else replace(medium, index=1.0)
-        return list(_steps(self, shadows, opening if self.moves else 0.0, first, fog))
+        return list(_steps(self, shadows, opening if self.moves else 0.0, taken, fog))
 
     def marking_steps(self, objects: tuple[Sphere | Plate, ...]) -> list[Step]:
         """The stages that tell which of these objects, which do not move, a ray meets, with its radiance or albedo.
@@ -166,14 +166,17 @@ class Scene:
         return np.array([*unit(self.sun.direction), (2.0 * math.sin(radius / 2)) ** 2, *colour])
 
     def _geometry(self, opening: float, gleam: bool = False, things: tuple[Sphere | Plate, ...] | None = None,
-                  marked: bool = False) -> list[Step]:
+                  glows: Sequence[float] | None = None, bent: tuple[Sphere | Plate, ...] | None = None) -> list[Step]:
         """What a ray meets; with `gleam` the sun's disk is as large as it is seen in mirrors.
 
-        things: in place of the scene's objects; marked: GLOW tells which of them it is.
+        things: in place of the scene's objects; glows: the GLOW of each, by default whether it shines; bent: how they
+        look where the path is BENT.
         """
-        known = [(o, _mark(j, o) if marked else float(o.material.shines))
-                 for j, o in enumerate(self.objects if things is None else things) if not o.moves]
-        balls, flat = ([(o, glow) for o, glow in known if isinstance(o, Sphere) == ball] for ball in (True, False))
+        things = self.objects if things is None else things
+        shine = [float(o.material.shines) for o in things] if glows is None else glows
+        known = [seen for seen in zip(things, shine, things if bent is None else bent, strict=True)
+                 if not seen[0].moves]
+        balls, flat = ([seen for seen in known if isinstance(seen[0], Sphere) == ball] for ball in (True, False))
         steps = [Step(sky, self._sky)]
         if self.sun is not None:
             radius = self.sun.angular_radius
@@ -181,7 +184,7 @@ class Scene:
         if self.floor is not None:
             steps.append(Step(floor, floor_parameters(self.floor)))
         if balls:
-            steps.append(Step(spheres, sphere_parameters(*zip(*balls, strict=True))))
+            steps.append(Step(spheres, sphere_parameters(*list(zip(*balls, strict=True))[:2])))
         if flat:
             steps.append(Step(plates, plate_parameters(*zip(*flat, strict=True))))
         if self.moves:
@@ -281,27 +284,33 @@ def depth_picture(lanes, p, key):
 
 
 @lru_cache(maxsize=16)
-def _steps(scene: Scene, shadows: bool, opening: float, first: tuple[Sphere | Plate, ...] | None,
+def _steps(scene: Scene, shadows: bool, opening: float, taken: Taken | None,
            medium: Medium | None) -> tuple[Step, ...]:
     """The stages of a scene, kept: a slider asks for the same ones again and again."""
+    taken = taken or Taken(scene.objects, frozenset(), scene.objects)
     mirrors = any(o.material.kind in ("metal", "glass") for o in scene.objects)
     casters = any(not o.material.shines for o in scene.objects)
     if not (mirrors or scene._glosses or scene._lamps or (shadows and casters) or medium):
-        return (*scene._geometry(opening, things=first),
+        return (*scene._geometry(opening, things=taken.first),
                 Step(daylight, np.concatenate([scene._surround, scene.ambient, scene._sun])))
     light, fog = scene._light(shadows, opening), [] if medium is None else medium.steps
-    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening, things=first), *fog, *scene._coats(False, opening),
-             Step(settle, np.zeros(1)), *light]
-    for k in range(BOUNCES if mirrors else 0):
-        onward = [Step(bounce, np.zeros(1)), *scene._geometry(opening, gleam=True), *fog,
-                  *scene._coats(k == BOUNCES - 1, opening), Step(settle, np.zeros(1)), *light]
-        steps += [step._replace(gated=True) for step in onward]
+    glows = [BENDS if j in taken.bends else float(o.material.shines) for j, o in enumerate(taken.first)]
+    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening, things=taken.first, glows=glows), *fog,
+             *scene._coats(False, opening), Step(settle, np.zeros(1)), *light]
+    if mirrors:
+        glows = [SMALL if o != other and o.material.pattern is None else float(o.material.shines)
+                 for o, other in zip(scene.objects, taken.later, strict=True)]
+        met = scene._geometry(opening, gleam=True, glows=glows, bent=taken.later)
+        for k in range(BOUNCES):
+            onward = [Step(bounce, np.zeros(1)), *met, *fog, *scene._coats(k == BOUNCES - 1, opening),
+                      Step(settle, np.zeros(1)), *light]
+            steps += [step._replace(gated=True) for step in onward]
     return (*steps, Step(finish, np.zeros(1)))
 
 
 @lru_cache(maxsize=16)
 def _marking_steps(scene: Scene, objects: tuple[Sphere | Plate, ...]) -> tuple[Step, ...]:
-    return tuple(scene._geometry(0.0, things=objects, marked=True))
+    return tuple(scene._geometry(0.0, things=objects, glows=[_mark(j, o) for j, o in enumerate(objects)]))
 
 
 @lru_cache(maxsize=16)

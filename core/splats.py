@@ -2,9 +2,9 @@
 
 A camera's ray meets a small light by chance alone, and a few bright dots stand for
 a disk of light for as long as those are few. From the light's side every sample that
-passes the lens falls into that disk. Which lights are splatted so is decided by how
-many of the camera's rays would meet them in their own picture; to the camera's rays that part of a
-light is black, in mirrors and coats it is what it was: no light is counted twice.
+passes the lens falls into that disk. Which lights are splatted so, and in which mirrors and
+balls, is decided by how many of the camera's rays would meet them in their own picture (`sightings`); to the
+camera's rays that part of a light is black, and what those mirrors show of it: no light is counted twice.
 
 A pass of the picture holds a number of whole blocks of every such light. Threads trace
 them to lists, and then each adds all lists, in their order, to a part of the film: the sums
@@ -19,17 +19,14 @@ import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from itertools import count, islice
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from lensbench.cameras.camera import Camera
-from lensbench.cameras.landing import WayBack
 from lensbench.disk import concentric
 from lensbench.driver import Program, perform
-from lensbench.emission import FLOW, MARK, emit, light_parameters, turn_back
-from lensbench.fronts import Fronts, fronts
+from lensbench.emission import MARK, bent_there, carry_on, emit, emit_by_ball, turn_back
 from lensbench.glass import D_LINE
 from lensbench.lanes import (
     BLUE,
@@ -49,49 +46,23 @@ from lensbench.lanes import (
     Step,
     X,
     Y,
+    Z,
     bench,
     rows,
 )
-from lensbench.motion import AnimatedTransform
 from lensbench.sampling import net
 from lensbench.scene import Scene
-from lensbench.scenery.objects import Disk, Sphere
-from lensbench.scenery.small_lights import POINTS, SmallLight, divided, evened, light_points, small_lights
+from lensbench.scenery.bounce import bounce
+from lensbench.scenery.light import begin, settle
+from lensbench.scenery.small_lights import POINTS, SmallLight, Taken, divided, evened
+from lensbench.sightings import BALL, FLAT, STRAIGHT, Sighting, budget, choose
 from lensbench.spectrum import WAVELENGTHS, channel
 
-MET = 0.4               # part of the camera's rays in its own picture that meet a light: above it they do better
-DENSITY = 16.0          # rays per pixel of the picture of a light that is a point, in one pass, if there is time
-SHARED_DENSITY = 2.0    # of a light whose rays stand for many
-MANY = 32               # rays that one ray stands for, at the most; no more than the light's own image has pixels
-STEADY = 0.1            # pixels: by how much, at the most, the image of a half-axis may change over the pupil
-LEAST = 0.05            # part of that, below which the lights that need the most are left to the camera
-BUDGET = 1.5            # samples of all lights for each pixel of the film, at the most, in one pass
-FEW = 300e3             # rays of all lights that are never too many
 TASK = 8                # blocks that a thread takes at a time
+SELDOM = 8              # passes, of which a light that seems hidden is traced in one
 LIST = 128              # tasks whose samples are listed before they are added to the film
-
-
 TURN = 19               # points of a light from one ray's first to the next ray's: without a common divisor of POINTS
 NO_IMAGE = np.zeros((2, 2), np.float32)
-
-
-class Chosen(NamedTuple):
-    """A light that is splatted, as `emit` reads it."""
-
-    light: SmallLight
-    numbers: np.ndarray
-    blocks: int                 # of B rays each, in one pass
-    many: int                   # rays that a ray stands for; 0: none but itself
-    alone: float                # how many times as many rays it takes if each stands for itself
-    round: bool                 # whether its places fill the unit disk
-    image: np.ndarray           # (2, 2) pixels: x, y of the image of each of the half-axes
-    points: np.ndarray          # (POINTS, 5) of the light
-
-    def with_blocks(self, blocks: int) -> "Chosen":
-        """The same with another number of rays."""
-        numbers = self.numbers.copy()
-        numbers[FLOW] *= self.blocks / blocks
-        return self._replace(blocks=blocks, numbers=numbers)
 
 
 class Splats:
@@ -99,52 +70,77 @@ class Splats:
 
     def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real=np.float32):
         self._camera, self._scene, self._seed, self._real = camera, scene, seed, real
-        self._programs: dict[tuple[float, int, bool], Program] = {}
-        self._chosen = _choose(camera, scene, real)
-        self.left, self._alone = divided(scene.objects, tuple(self.lights))
+        self._programs: dict[tuple[float, int, bool, int], Program] = {}
+        self._chosen, bent = choose(camera, scene, real)
+        left, alone = divided(scene.objects, tuple(self.lights))
+        later, alone_later = divided(scene.objects, bent)
+        by = frozenset(chosen.by for chosen in self._chosen if chosen.how != STRAIGHT)
+        self.taken = Taken(left, by, later)
+        self._things = alone, alone_later, alone_later      # of light seen STRAIGHT, FLAT, by BALL
         film = camera.film
         self._across, self._down = film.pixels_x, film.pixels_y
         self._sums = np.zeros((film.pixels_x * film.pixels_y if self._chosen else 0, 3), np.float32)
         self._passes = 0
         settled = self._settled() if self._chosen else []
-        share = min(1.0, _budget(camera) / B / max(sum(chosen.blocks for chosen in settled), 1))
-        self._chosen = [chosen.with_blocks(max(1, round(chosen.blocks * share))) for chosen in settled]
+        share = min(1.0, budget(camera) / B / max(sum(chosen.blocks for chosen in settled), 1))
+        self._chosen = [chosen.traced(max(1, round(chosen.blocks * share)), chosen.every) for chosen in settled]
         self._programs.clear()              # of the numbers before
 
-    def _settled(self) -> list[Chosen]:
+    def _settled(self) -> list[Sighting]:
         """The lights as they are, or with more rays that each stand for themselves where some are blocked."""
-        program, lanes, key = self._program(D_LINE, 0, True), bench(self._real), np.zeros(KEYS, np.uint32)
-        table, settled = lanes.reshape(-1, PITCH)[:, :B], []
+        numbers = np.concatenate([chosen.numbers for chosen in self._chosen])
+        programs = [Program(self._outward(how, True, numbers), self._real) for how in (STRAIGHT, FLAT, BALL)]
+        lanes, key, settled = bench(self._real), np.zeros(KEYS, np.uint32), []
+        table = lanes.reshape(-1, PITCH)[:, :B]
         for j, chosen in enumerate(self._chosen):
             key[PIXEL] = j
+            program = programs[chosen.how]
             perform(lanes, program.code, program.gated, program.data, program.ends, key)
-            away = math.dist(chosen.numbers[:3], chosen.numbers[12:15])
-            hidden = table[GLOW] != chosen.numbers[MARK]
+            hidden = (table[GLOW] != chosen.numbers[MARK]) & (table[WEIGHT] > 0.0)
             if not any(chosen.light.right):             # a ray may also miss a sphere, and meet what is behind it
-                hidden &= table[DEPTH] < away - 2.0 * chosen.light.radius
-            blocks = math.ceil(chosen.blocks * chosen.alone) if not hidden.all() else 1     # for what may peep out
-            settled.append(chosen.with_blocks(blocks)._replace(many=0) if hidden.any() else chosen)
+                away = [table[axis] - centre for axis, centre in zip((X, Y, Z), chosen.light.centre, strict=True)]
+                hidden &= table[DEPTH] < np.sqrt(sum(a * a for a in away)) - 2.0 * chosen.light.radius
+            hidden |= table[WEIGHT] <= 0.0
+            if hidden.all():                            # for what may peep out
+                chosen = chosen.traced(1, SELDOM)
+            elif hidden.any():
+                chosen = chosen.traced(math.ceil(chosen.blocks * chosen.alone))
+            settled.append(chosen._replace(many=0) if hidden.any() else chosen)
         return settled
 
     @property
-    def lights(self) -> list[SmallLight]:
-        """Those that are traced from their own side; what is left to the camera's rays is `left`, objects."""
-        return [chosen.light for chosen in self._chosen]
+    def is_empty(self) -> bool:
+        """Whether everything is left to the camera's rays."""
+        return not self._chosen
 
-    def _program(self, wavelength: float, colour: int, shared: bool) -> Program:
+    @property
+    def lights(self) -> list[SmallLight]:
+        """Those that are traced straight from their own side; what the camera's rays do not see for it is `taken`."""
+        return [chosen.light for chosen in self._chosen if chosen.how == STRAIGHT]
+
+    def _outward(self, how: int, shared: bool, numbers: np.ndarray) -> list[Step]:
+        """From the plane before the lens to a light, or to what hides it; see `_program`."""
+        things, medium = self._things[how], self._camera.medium
+        steps = [Step(net, []), Step(emit_by_ball if how == BALL else emit, numbers), *self._camera.carried]
+        met = self._scene.marking_steps(evened(things) if shared else things)
+        if how == STRAIGHT:
+            return [*steps, *met, *([] if medium is None else medium.dimming)]
+        fog = [] if medium is None else medium.steps
+        return [*steps, Step(begin, []), *met, *fog, Step(settle, []), Step(bent_there, numbers), Step(bounce, []),
+                *met, *fog, Step(carry_on, [])]
+
+    def _program(self, wavelength: float, colour: int, shared: bool, how: int) -> Program:
         """The light's way at a wavelength (µm), for one colour RED, GREEN, BLUE, or 0: all of them.
 
-        shared: of lights of radiance 1, for rays that stand for many.
+        shared: of lights of radiance 1, for rays that stand for many. how: STRAIGHT, FLAT or by a BALL.
         """
-        kind = wavelength, colour, shared
+        kind = wavelength, colour, shared, how
         if kind not in self._programs:
             way = self._camera.way_back(wavelength)
             assert way is not None
             numbers = np.concatenate([chosen.numbers for chosen in self._chosen])
-            dimming = [] if self._camera.medium is None else self._camera.medium.dimming
-            things = evened(self._alone) if shared else self._alone
-            steps = [Step(net, []), Step(emit, numbers), *self._camera.carried, *self._scene.marking_steps(things),
-                     *dimming, Step(turn_back, numbers), *way.steps, *([channel(colour)] if colour else [])]
+            steps = [*self._outward(how, shared, numbers), Step(turn_back, numbers), *way.steps,
+                     *([channel(colour)] if colour else [])]
             self._programs[kind] = Program(steps, self._real)
         return self._programs[kind]
 
@@ -154,7 +150,9 @@ class Splats:
             ways = [(D_LINE, 0)] if place is None else [(row[place], name) for name, row in WAVELENGTHS.items()]
             for wavelength, colour in ways:
                 for j, chosen in enumerate(self._chosen):
-                    program = self._program(wavelength, colour, chosen.many > 0)
+                    if (number + j) % chosen.every:
+                        continue
+                    program = self._program(wavelength, colour, chosen.many > 0, chosen.how)
                     for first in range(0, chosen.blocks, TASK):
                         yield program, j, number * chosen.blocks + first, min(TASK, chosen.blocks - first)
 
@@ -203,103 +201,6 @@ class Splats:
     def image(self) -> np.ndarray:
         """The mean of the passes so far: (h, w, 3)."""
         return self._sums.reshape(self._down, self._across, 3) * np.float32(1.0 / max(self._passes, 1))
-
-
-def _choose(camera: Camera, scene: Scene, real) -> list[Chosen]:
-    """The lights that a camera's rays would find too seldom, with what `emit` needs of them."""
-    place = camera.world_from_camera
-    if isinstance(place, AnimatedTransform) or scene.moves or camera.has_port:
-        return []
-    small = small_lights(scene.objects, tuple(place[:3, 3]))
-    way = camera.way_back() if small else None
-    if way is None:
-        return []
-    camera_from_world = np.linalg.inv(place)
-    turn, shift = camera_from_world[:3, :3], camera_from_world[:3, 3]
-    centres = np.array([light.centre for light in small]) @ turn.T + shift
-    front = fronts(way, centres, np.array([light.radius for light in small]), real)
-    seen = np.nonzero(front.passing > 0.0)[0]
-    if not seen.size:
-        return []
-    small, centres, front = [small[k] for k in seen], centres[seen], Fronts(*(values[seen] for values in front))
-    start = np.array([0.0, 0.0, way.front])
-    rights, ups, disks = _hiding(scene, small, turn, centres - start, np.sqrt((np.abs(front.axes).sum(1)**2).sum(1))
-                                 + np.sqrt(((front.middles - start)**2).sum(1)))
-    # How large its picture is, in pixels, and how much of that is due to the light's own size
-    middle, image = _images(way, centres, rights, ups, front.best)
-    steady = np.ones(len(small), bool)
-    for k in (0, 1) if way.radius > 0.0 else ():
-        for part in (-0.5, 0.5):
-            _, other = _images(way, centres, rights, ups, front.middles + part * front.axes[:, k])
-            steady &= (np.abs(other - image) < STEADY).all((1, 2))
-    own = abs(np.linalg.det(image)) * np.where(disks, math.pi, 4.0)
-    blur = front.blur if way.radius > 0.0 else np.repeat(middle, 2, 1)
-    wide, high = blur[:, 1] - blur[:, 0], blur[:, 3] - blur[:, 2]
-    whole = (np.sqrt(own) + np.sqrt(math.pi / 4.0 * wide * high) + 1.0) ** 2
-    met = own / whole
-    reach = np.abs(image).sum(1) + 1.0
-    film = camera.film
-    beside = ((blur[:, 1] < -reach[:, 0]) | (blur[:, 0] > film.pixels_x + reach[:, 0])
-              | (blur[:, 3] < -reach[:, 1]) | (blur[:, 2] > film.pixels_y + reach[:, 1]))
-    # As many samples as there is time for
-    density = np.where(steady, SHARED_DENSITY + (DENSITY - SHARED_DENSITY) / (1.0 + own), DENSITY)
-    needed = density * whole / front.passing
-    order = [int(k) for k in np.argsort(met, kind="stable") if met[k] < MET and not beside[k]]
-    budget = _budget(camera)
-    order = order[:int(np.searchsorted(np.cumsum(np.maximum(needed[order] * LEAST, B)), budget, "right"))]
-    share = min(1.0, budget / max(needed[order].sum(), 1.0))
-    keep = np.sort(np.array(order, int))
-    blocks = np.maximum(1.0, np.ceil(share * needed[keep] / B))
-    areas = 4.0 * np.sqrt((front.axes[keep]**2).sum(2).prod(1)) if way.radius > 0.0 else 1.0
-    numbers = light_parameters([2.0 + small[k].number for k in keep], front.middles[keep], front.axes[keep],
-                               front.towards[keep], centres[keep], rights[keep], ups[keep], disks[keep],
-                               areas / (blocks * B))
-    return [Chosen(small[k], row, int(size), int(np.clip(own[k], 1, MANY)) if steady[k] else 0,
-                   float(DENSITY / density[k]), bool(disks[k]),
-                   np.ascontiguousarray(image[k], np.float32),
-                   light_points(scene.objects[small[k].number], small[k]).astype(np.float32))
-            for k, row, size in zip(keep, numbers, blocks, strict=True)]
-
-
-def _budget(camera: Camera) -> float:
-    """Rays of all lights in one pass, at the most."""
-    return max(BUDGET * camera.film.pixels_x * camera.film.pixels_y, FEW)
-
-
-def _hiding(scene: Scene, lights: list[SmallLight], turn: np.ndarray, away: np.ndarray,
-            reach: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Half-axes (n, 3) of what hides each light from all points within `reach` (mm) of one; and which are ellipses.
-
-    From that one the lights lie at `away` (n, 3). Camera frame, turned by `turn` from the world.
-    """
-    distance = np.sqrt((away**2).sum(1))
-    towards = away / distance[:, None]
-    seen = np.array([light.radius for light in lights]) / distance
-    slant = reach / distance
-    size = seen * distance / np.sqrt(1.0 - seen**2) * (1.0 + slant**2) * (1.0 + 1.5 * slant * seen) * (1.0 + 1e-5)
-    upright = np.abs(towards[:, 1:2]) > 0.9
-    side = np.cross(np.where(upright, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]), towards)
-    side /= np.sqrt((side**2).sum(1))[:, None]
-    ball = np.array([isinstance(scene.objects[light.number], Sphere) for light in lights])
-    rights, ups = (np.array(axes) @ turn.T for axes in zip(*((light.right, light.up) for light in lights), strict=True))
-    rights = np.where(ball[:, None], side * size[:, None], rights)
-    ups = np.where(ball[:, None], np.cross(towards, side) * size[:, None], ups)
-    return rights, ups, np.array([isinstance(scene.objects[light.number], Sphere | Disk) for light in lights])
-
-
-def _images(way: WayBack, centres: np.ndarray, rights: np.ndarray, ups: np.ndarray, through: np.ndarray):
-    """Raster points (n, 2) of lights by rays through these points (n, 3), and their half-axes there (n, 2, 2)."""
-    middle = _raster(way, centres, through)
-    return middle, np.stack([_raster(way, centres + axis, through) - middle for axis in (rights, ups)], 1)
-
-
-def _raster(way: WayBack, points: np.ndarray, through: np.ndarray) -> np.ndarray:
-    """Raster points (n, 2) of rays from points (n, 3) through others of the camera frame."""
-    d = through - points
-    d /= np.sqrt((d**2).sum(1))[:, None]
-    given = {X: through[:, 0], Y: through[:, 1], X + 2: through[:, 2], X + 3: d[:, 0], X + 4: d[:, 1], X + 5: d[:, 2],
-             WEIGHT: np.ones(len(d))}
-    return Program(way.bounding).run(given, [X, Y], len(d)).T.astype(float)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -23,7 +23,7 @@ LAYERS = (
     {"pupil", "pupil_islands", "pupil_rim", "pupil_table", "pupil_aim", "pupil_edge", "pupil_outline", "pupil_nodes",
      "pupil_grid", "pupil_colours", "focus", "confusion", "polynomial", "aberrations", "falloff", "vignetting"},
     {"cameras"},
-    {"judge", "accuracy", "views", "emission", "fronts", "splats"},
+    {"judge", "accuracy", "views", "emission", "fronts", "detours", "sightings", "splats"},
     {"render"},
     {"analysis", "lightfield", "capture", "lumigraph", "shear", "depth", "distortion"},
 )

@@ -6,10 +6,12 @@ import numpy as np
 
 from lensbench.lanes import (
     ALIVE,
+    BENT,
     DEPTH,
     FOOT,
     GLASS,
     GLOSS,
+    GLOW,
     METAL,
     NX,
     NY,
@@ -39,19 +41,22 @@ def bounce(lanes, p, key):
 
     Metal mirrors. A glass ball is passed in one step, in closed form: refraction in, the chord 2 R cos θ′,
     refraction out at the same angle. A pane is passed straight. A path that ends has no direction: it meets nothing.
-    The footprint of a pixel grows on with the length of the path, as it does behind plane mirrors.
+    It is BENT where GLOW is below 0. The footprint of a pixel grows on with the length of the path, as it does
+    behind plane mirrors.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
     tr, tg, tb, foot, spread = row[TR], row[TG], row[TB], row[FOOT], row[SPREAD]
+    glow, bent = row[GLOW], row[BENT]
     many = np.int32(0)
     for i in range(B):
         on = (gloss[i] >= real(METAL)) & (tr[i] + tg[i] + tb[i] > real(0))
         tr[i] = tr[i] if on else real(0)
         tg[i] = tg[i] if on else real(0)
         tb[i] = tb[i] if on else real(0)
+        bent[i] = real(1) if glow[i] < real(0) else real(0)
         many = np.int32(many + np.int32(on))
     if many == 0:
         key[ALIVE] = np.uint32(0)

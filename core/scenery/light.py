@@ -15,6 +15,7 @@ from lensbench.lanes import (
     A1,
     A2,
     A3,
+    BENT,
     BLUE,
     DEPTH,
     GLASS,
@@ -48,6 +49,8 @@ RISE0, RISE1, RISE2, RISE4 = 2 / (3 * math.pi), 1 / 3, 1 / (3 * math.pi), 1 / 3 
 INDEX = 1.5             # of glass and coats
 F0 = ((INDEX - 1) / (INDEX + 1)) ** 2
 
+BENDS, SMALL = -1.0, 2.0        # GLOW of what bends a path away from small lights, and of one of those lights
+
 
 @stage
 def daylight(lanes, p, key):
@@ -80,8 +83,9 @@ def begin(lanes, p, key):
     """A path starts: it carries all of its light (T = 1) and has gathered none (S = 0)."""
     real = lanes.dtype.type
     row = rows(lanes)
-    tr, tg, tb, sr, sg, sb = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB]
+    tr, tg, tb, sr, sg, sb, bent = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[BENT]
     for i in range(B):
+        bent[i] = real(0)
         tr[i], tg[i], tb[i] = real(1), real(1), real(1)
         sr[i], sg[i], sb[i] = real(0), real(0), real(0)
 
@@ -90,14 +94,15 @@ def begin(lanes, p, key):
 def settle(lanes, p, key):
     """Take what is met into the path's account.
 
-    Emission goes to S. Albedo becomes T · albedo, what a unit of irradiance / π adds to S. Metal and glass tint T
-    (Schlick's reflectance; a ball's two transmissions (1 − F)², a pane's (1 − F) / (1 + F)) and have no albedo.
+    Emission goes to S, but that of a SMALL light where the path is BENT. Albedo becomes T · albedo, what a unit of
+    irradiance / π adds to S. Metal and glass tint T (Schlick's reflectance; a ball's two transmissions (1 − F)²,
+    a pane's (1 − F) / (1 + F)) and have no albedo.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, nx, ny, nz = row[L], row[M], row[N], row[NX], row[NY], row[NZ]
     glow, gloss, red, green, blue = row[GLOW], row[GLOSS], row[RED], row[GREEN], row[BLUE]
-    tr, tg, tb, sr, sg, sb = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB]
+    tr, tg, tb, sr, sg, sb, bent = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[BENT]
     for i in range(B):
         cosine = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
         edge = real(1) - (cosine if cosine > real(0) else real(0))
@@ -108,9 +113,10 @@ def settle(lanes, p, key):
         mirror, glass = gloss[i] >= real(METAL), gloss[i] >= real(GLASS)
         r, g, b = red[i] * tr[i], green[i] * tg[i], blue[i] * tb[i]
         shine = glow[i] > real(0)
-        sr[i] += r if shine else real(0)
-        sg[i] += g if shine else real(0)
-        sb[i] += b if shine else real(0)
+        seen = shine & (glow[i] + bent[i] < real(SMALL + 1))
+        sr[i] += r if seen else real(0)
+        sg[i] += g if seen else real(0)
+        sb[i] += b if seen else real(0)
         tr[i] = r * clear if glass else r + edge5 * (tr[i] - r) if mirror else tr[i]
         tg[i] = g * clear if glass else g + edge5 * (tg[i] - g) if mirror else tg[i]
         tb[i] = b * clear if glass else b + edge5 * (tb[i] - b) if mirror else tb[i]

@@ -20,6 +20,7 @@ from lensbench.lanes import (
     A6,
     A7,
     A8,
+    BENT,
     BLUE,
     DEPTH,
     FOOT,
@@ -46,7 +47,7 @@ from lensbench.scenery.bounds import outside, wedge
 from lensbench.scenery.footprint import contrast, lined, stretch
 from lensbench.scenery.spheres import gloss_of
 
-PLATE = 28              # numbers before the texels of a plate's image
+PLATE = 29              # numbers before the texels of a plate's image
 PLAIN, CHECKER, GRID, STAR, RULER, IMAGE = range(6)
 ENOUGH = 1.3            # how many texels of a reduction a footprint covers at least
 KINDS = {"checker": CHECKER, "grid": GRID, "star": STAR, "ruler": RULER, "image": IMAGE}
@@ -59,17 +60,18 @@ def plate_frame(plate) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, 
     return np.asarray(plate.centre, np.float64), a, b, normal / math.sqrt(normal @ normal), float(plate.round)
 
 
-def plate_parameters(plates, glows=None) -> np.ndarray:
+def plate_parameters(plates, glows=None, bent=None) -> np.ndarray:
     """What the stage `plates` reads: for each its length in p, frame, material and pattern.
 
-    glows: the GLOW of each, in place of 1 for what shines and 0 for what does not.
+    glows: the GLOW of each, in place of 1 for what shines and 0 for what does not. bent: the same plates, as they are
+    seen where a path is BENT: with other images.
     """
     packed = []
-    for plate, glow in zip(plates, [float(plate.material.shines) for plate in plates] if glows is None else glows,
-                           strict=True):
+    glows = [float(plate.material.shines) for plate in plates] if glows is None else glows
+    for plate, glow, other in zip(plates, glows, plates if bent is None else bent, strict=True):
         centre, a, b, normal, disk = plate_frame(plate)
         material, pattern = plate.material, plate.material.pattern
-        texels = np.zeros(0)
+        texels, further = np.zeros(0), 0
         kind, second, numbers = PLAIN, (0.0, 0.0, 0.0), (1.0, 1.0, 0.0, 0.0)
         if pattern is not None:
             kind, second = KINDS[pattern.kind], pattern.colour
@@ -77,9 +79,12 @@ def plate_parameters(plates, glows=None) -> np.ndarray:
             if pattern.image is not None:
                 numbers = (pattern.image.width, pattern.image.height, 0.0, 0.0)
                 texels = reductions(pattern.image.values)
+                if other.material.pattern != pattern:
+                    more = _texels(reductions(other.material.pattern.image.values))
+                    texels, further = np.concatenate([texels, more]), more.size // 3
         half = math.sqrt(a @ a), math.sqrt(b @ b)
         head = [PLATE + texels.size, *centre, *normal, *(a / (a @ a)), *(b / (b @ b)), disk, *material.colour,
-                glow, gloss_of(material), kind, *second, *numbers[:3], *half]
+                glow, gloss_of(material), kind, *second, *numbers[:3], *half, further]
         packed.append(np.concatenate([head, texels]))
     return np.concatenate(packed)
 
@@ -111,6 +116,12 @@ def reductions(image: np.ndarray) -> np.ndarray:
                       for m in across[1:] for n in down[1:])]
     starts = np.cumsum([0] + [part.size // 3 for part in parts[:-1]])
     return np.concatenate([[len(across), len(down)], across, down, starts, *(part.ravel() for part in parts)])
+
+
+def _texels(reduced: np.ndarray) -> np.ndarray:
+    """Of `reductions`, the texels alone."""
+    across, down = int(reduced[0]), int(reduced[1])
+    return reduced[2 + across + down + 1 + (across - 1) * (down - 1):]
 
 
 @stage
@@ -156,7 +167,8 @@ def plates(lanes, p, key):
             crossed = np.int32(crossed + np.int32(hit))
         texels = p[s + PLATE:s + size]
         sr, sg, sb = p[s + 20], p[s + 21], p[s + 22]
-        columns, lines, line, half_a, half_b = p[s + 23], p[s + 24], p[s + 25], p[s + 26], p[s + 27]
+        columns, lines, line, half_a, half_b, further = (p[s + 23], p[s + 24], p[s + 25], p[s + 26], p[s + 27],
+                                                         p[s + 28])
         s += size
         if crossed == 0:
             continue
@@ -224,7 +236,7 @@ def plates(lanes, p, key):
                 ticks = lined(real, along * per, line * per, wide_u[i] * half_a * per)
                 second[i] = ticks if high < columns else real(0)
         if kind == IMAGE:
-            _image(lanes, texels)
+            _image(lanes, texels, further)
             er, eg, eb = row[A4], row[A5], row[A6]
             for i in range(B):
                 hit = met[i] > real(0)
@@ -240,15 +252,16 @@ def plates(lanes, p, key):
 
 
 @stage
-def _image(lanes, p):
+def _image(lanes, p, further):
     """A4, A5, A6: the image at u, v (A1, A2), between its texels linear; its first row lies at v = 1.
 
-    Of the reduction whose texels are about as large as the footprint, A7 of u wide and A8 of v. p: reductions.
+    Of the reduction whose texels are about as large as the footprint, A7 of u wide and A8 of v. p: reductions;
+    where the path is BENT, of another image, its texels so many further on.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     u, v, at, across, down = row[A1], row[A2], row[A3], row[A1], row[A2]
-    level_u, level_v, columns, lines, start = row[A4], row[A5], row[A7], row[A8], row[A6]
+    level_u, level_v, columns, lines, start, bent = row[A4], row[A5], row[A7], row[A8], row[A6], row[BENT]
     most_u, most_v = int(p[0]), int(p[1])
     sizes_u, sizes_v = p[2:], p[2 + most_u:]
     starts = sizes_v[most_v:]
@@ -283,7 +296,7 @@ def _image(lanes, p):
         ka, kb = np.floor(a), np.floor(b)
         ka = ka if ka < wide - real(2) else wide - real(2)
         kb = kb if kb < high - real(2) else high - real(2)
-        at[i], across[i], down[i] = start[i] + kb * wide + ka, a - ka, b - kb
+        at[i], across[i], down[i] = start[i] + bent[i] * further + kb * wide + ka, a - ka, b - kb
     right = np.uint64(3)
     for c in range(3):
         colour = row[A4 + c]

@@ -37,6 +37,14 @@ class SmallLight(NamedTuple):
     patch: Patch | None         # None: the whole of the object
 
 
+class Taken(NamedTuple):
+    """What the camera's rays do not see of a scene's light, for it is traced from its own side."""
+
+    first: tuple[Thing, ...]    # the objects as a ray meets them first
+    bends: frozenset[int]       # numbers of those after which
+    later: tuple[Thing, ...]    # it meets them so
+
+
 def small_lights(objects: tuple[Thing, ...], place=BLACK) -> list[SmallLight]:
     """Those that seem small from this place of the world (mm)."""
     return [light for light in _all(objects) if light.radius < SMALL * math.dist(light.centre, place)]

@@ -156,7 +156,7 @@ def test_no_light_is_counted_twice_in_mirrors_glass_and_coats():
         lamp, Sphere((-150.0, 60.0, -1500.0), 90.0, Material((0.99,) * 3, "glass")),
         Sphere((150.0, -120.0, -1500.0), 60.0, Material((0.3,) * 3, "coat"))), plates=(
         Rectangle((0.0, -350.0, -3000.0), (900.0, 0.0, 0.0), (0.0, 0.0, -1500.0), Material((0.9,) * 3, "metal")),))
-    splatted, plain, lights = both(view("trace"), scene, 2048, 256)
+    splatted, plain, lights = both(view("trace"), scene, 8192, 256)
     assert 0 in lights
     assert splatted.sum() == pytest.approx(plain.sum(), rel=2e-3)
     a, b = binned(splatted), binned(plain)
