@@ -69,7 +69,9 @@ class _Seen(NamedTuple):
 
     def only(self, keep: np.ndarray) -> "_Seen":
         """Some of them."""
-        return _Seen(*(values[keep] for values in self[:-1]), Fronts(*(values[keep] for values in self.front)))
+        front = Fronts(*(values[keep] for values in self.front))
+        return _Seen(self.which[keep], self.by[keep], self.balls[keep], self.centres[keep], self.rights[keep],
+                     self.ups[keep], self.disks[keep], front)
 
 
 class _Pictures(NamedTuple):
