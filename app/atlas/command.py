@@ -31,8 +31,9 @@ def read_family(text: str) -> str:
 
 def stability(arguments: argparse.Namespace) -> int:
     """Measure, print, and write what was asked for."""
+    from lensbench.app.atlas.domains import domains, save_domains
     from lensbench.app.atlas.families import FAMILIES
-    from lensbench.app.atlas.plots import INDEX, file_name, save_index, save_plot
+    from lensbench.app.atlas.plots import DOMAINS, INDEX, file_name, save_index, save_plot
     from lensbench.app.printing import print_json, progress
 
     folder = None if arguments.output is None else _made(Path(arguments.output))
@@ -47,7 +48,10 @@ def stability(arguments: argparse.Namespace) -> int:
             if folder is not None:
                 save_plot(found[-1][1], folder / file_name(*found[-1], suffix))
     if folder is not None:
-        save_index(found, folder, suffix)
+        maps = DOMAINS + suffix if "Models" in {family for family, _ in wanted} else ""
+        if maps:
+            save_domains(domains(), folder / maps)
+        save_index(found, folder, suffix, maps)
     if arguments.json:
         print_json([_data(family, stress) for family, stress in found])
         return 0

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lensbench.app.atlas.known_failures import table
 from lensbench.app.atlas.stress import Curve, Stress, said
 from lensbench.app.charts.drawing import COLOURS, DIM, FAINT, look, plot, save, sheet
 from lensbench.app.export import replacing
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SIZE = (8.0, 4.2)                       # inches
-INDEX = "index.md"
+INDEX, DOMAINS = "index.md", "models-domains"
 ORDER = ("vermilion", "purple", "blue", "green", "olive", "sky", "black", "grey")
 
 
@@ -79,8 +80,8 @@ def _draw(axes: "Axes", stress: Stress) -> None:
         axes.invert_xaxis()
 
 
-def save_index(found: list[tuple[str, Stress]], folder: Path, suffix: str) -> None:
-    """index.md: for each stress its plot, its table and what it shows."""
+def save_index(found: list[tuple[str, Stress]], folder: Path, suffix: str, domains: str = "") -> None:
+    """index.md: for each stress its plot, its table and what it shows; the maps of models; known failures."""
     lines = ["# The stability atlas", "",
              "Written by `lensbench stability -o FOLDER`. Every method against the stress that breaks it, which grows "
              "to the right. The curves are the worst error at each value, dashed in single precision, thick (bold in "
@@ -100,5 +101,9 @@ def save_index(found: list[tuple[str, Stress]], folder: Path, suffix: str) -> No
             switch = f"; {curve.switch}" if curve.switch and fails != "never" else ""
             lines.append(f"| {method} | {safe} | {fails} | {returns}{switch} |")
         lines.append("")
+    if domains:
+        lines += ["## Domains of the models", "", "The simplest model that will do, for each lens over its field and "
+                  "stops: what Auto chooses there.", "", f"![domains of the models]({domains})", ""]
+    lines += ["## Known failures of other systems", "", *table(), ""]
     with replacing(folder / INDEX) as part:
         part.write_text("\n".join(lines), encoding="utf-8")

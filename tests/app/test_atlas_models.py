@@ -8,7 +8,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.accuracy import LADDER
-from lensbench.app.atlas import models
+from lensbench.app.atlas import domains, models
 
 
 @pytest.mark.parametrize("label", models.LENSES)
@@ -30,21 +30,28 @@ def test_a_thin_lens_of_thin_glass_holds_to_the_seidel_order():
 
 def test_the_field_angle_is_that_of_the_chief_ray_into_the_scene():
     lens = lenses.load("pbrt-dgauss-50mm")
-    camera = lb.LensCamera(lens, models._film(12.0), math.inf, 16.0)
-    angle = models._angle(camera, 3.0)
+    camera = lb.LensCamera(lens, models.film(12.0), math.inf, 16.0)
+    angle = models.angle(camera, 3.0)
     # near the axis tan of the angle is the height over the focal length
     assert math.tan(math.radians(angle)) == pytest.approx(3.0 / lb.first_order(lens).efl, rel=5e-3)
 
 
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])
 def test_a_map_of_domains_never_gets_simpler_towards_the_corner(name):
-    found = models.domain(name, sizes=4, stops=3)
+    found = domains.domain(name, sizes=4, stops=3)
     assert found.rung.shape == (3, 4) and (np.diff(found.rung, axis=1) >= 0).all()
     assert (np.diff(found.angles) > 0).all() and (np.diff(found.f_numbers) < 0).all()
     # Auto chooses that very model there, for a scene of the same depths
     lens, focus = lenses.load(name), 2000.0
     for i, j in ((0, 3), (2, 0), (2, 3)):
-        judge = models._judge(lens, found.half_diagonals[j], found.f_numbers[i], focus)
+        judged = models.judge(lens, found.half_diagonals[j], found.f_numbers[i], focus)
         model, degree = LADDER[found.rung[i, j]]
-        rung = judge.rung(model, degree)
+        rung = judged.rung(model, degree)
         assert rung.error_px <= 0.5 and rung.error_stops <= 0.05
+
+
+def test_maps_of_domains_are_written_with_a_sign_in_every_cell(tmp_path):
+    found = [domains.domain(name, sizes=3, stops=2) for name in ("pbrt-dgauss-50mm", "lenshh-cooke-triplet-50")]
+    domains.save_domains(found, tmp_path / "maps.svg")
+    drawn = (tmp_path / "maps.svg").read_text()
+    assert drawn.count("<image") == 2 and len(domains.COLOURS) == len(domains.SIGNS) == len(LADDER)

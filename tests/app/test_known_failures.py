@@ -2,14 +2,15 @@
 
 import ast
 import json
-import tomllib
 from functools import cache
 from pathlib import Path
 
 import pytest
 
+from lensbench.app.atlas.known_failures import known_failures, table
+
 TESTS = Path(__file__).parents[1]
-FAILURES = tomllib.loads((TESTS.parent / "app/atlas/known_failures.toml").read_text(encoding="utf-8"))["failure"]
+FAILURES = known_failures()
 THREADS = json.loads((TESTS / "data/known_threads.json").read_text(encoding="utf-8"))["threads"]
 
 
@@ -19,16 +20,17 @@ def functions(file: str) -> set[str]:
     return {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
 
 
-@pytest.mark.parametrize("failure", FAILURES, ids=[failure["id"] for failure in FAILURES])
+@pytest.mark.parametrize("failure", FAILURES, ids=[failure.id for failure in FAILURES])
 def test_a_failure_has_a_test_or_a_reason(failure):
-    assert {"id", "fails"} < set(failure) and ("beside" in failure) != ("test" in failure) == ("here" in failure)
-    if "test" in failure:
-        file, name = failure["test"].split("::")
+    assert failure.fails and bool(failure.beside) != bool(failure.test) and bool(failure.test) == bool(failure.here)
+    if failure.test:
+        file, name = failure.test.split("::")
         assert name in functions(file)
 
 
 def test_every_thread_that_was_collected_is_listed_and_no_test_stands_for_two_failures():
-    ids = [failure["id"] for failure in FAILURES]
+    ids = [failure.id for failure in FAILURES]
     assert len(set(ids)) == len(ids) and set(THREADS) <= set(ids)
-    tests = [failure["test"] for failure in FAILURES if "test" in failure]
+    tests = [failure.test for failure in FAILURES if failure.test]
     assert len(set(tests)) == len(tests)
+    assert len(table()) == len(ids) + 2 and all(row.count("|") == 5 for row in table())
