@@ -4,12 +4,14 @@ The steps between are those of parallax, which is what the depth was found from.
 """
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
+from lensbench.app.settings import Settings
 
 # Viridis by S. van der Walt and N. Smith, in the public domain (CC0): ten of its colours, read straight between them
 MAP = np.array([[int(code[i:i + 2], 16) / 255.0 for i in (0, 2, 4)] for code in (
@@ -44,6 +46,11 @@ def depth_codes(depth: lb.Depth) -> NDArray[np.float32]:
 def confidence_codes(depth: lb.Depth) -> NDArray[np.float32]:
     """(h, w, 3) codes of the screen: black where any distance would do, white where no other would."""
     return np.repeat(depth.confidence[..., None], 3, -1)
+
+
+def with_codes(settings: Settings) -> Settings:
+    """Settings by which the light of codes is saved as these very codes."""
+    return replace(settings.plain("exposing", "noise", "exposure"), tone="none")
 
 
 def light_of(codes: NDArray[np.floating]) -> NDArray[np.float32]:

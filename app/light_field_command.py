@@ -1,4 +1,4 @@
-"""The command `lensbench lightfield capture | refocus`: record the light in every part of the pupil, focus it later."""
+"""The command `lensbench lightfield`: record the light in every part of the pupil, focus it later, look at its rays."""
 
 import argparse
 import re
@@ -12,8 +12,9 @@ MOST_VIEWS = 999
 def add_light_field_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield`."""
     from lensbench.app.arguments import add_picture_options, option, read_aperture, read_distance
+    from lensbench.app.light_field_view import add_view_options
 
-    kinds = parser.add_subparsers(metavar="capture | refocus", required=True)
+    kinds = parser.add_subparsers(metavar="capture | refocus | view", required=True)
     capture = kinds.add_parser("capture", help="Record a light field through a lens.")
     capture.set_defaults(command=_capture)
     capture.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file")
@@ -31,6 +32,7 @@ def add_light_field_options(parser: argparse.ArgumentParser) -> None:
                          help="a part of the recorded aperture; all of it where this is left out")
     refocus.add_argument("--view", type=option(read_place), default=(0.0, 0.0), metavar="U,V",
                          help="the middle of that part, in radii of the pupil, such as 0.5,0 or --view=-0.5,0")
+    add_view_options(kinds.add_parser("view", help="What a light field holds: single views, depth, rays, lines."))
 
 
 def read_views(text: str) -> tuple[int, int]:
@@ -70,11 +72,6 @@ def _capture(arguments: argparse.Namespace) -> int:
           f"{size / 1e6:.4g} MB of memory")
     begin = perf_counter()
 
-    def told(share: float) -> bool:
-        if sys.stderr.isatty():
-            print(f"\r{100.0 * share:3.0f} %", end="" if share < 1.0 else "\n", file=sys.stderr, flush=True)
-        return True
-
     field = lb.capture_light_field(camera(settings), find_scene(settings.scene), arguments.views, settings.samples,
                                    settings.seed, told=told)
     save_light_field(path, field, settings)
@@ -82,6 +79,13 @@ def _capture(arguments: argparse.Namespace) -> int:
     print(f"{path}: {perf_counter() - begin:.1f} s; can be focused without gaps from {near / 1000.0:.3g} m to "
           f"{far / 1000.0:.3g} m")
     return 0
+
+
+def told(share: float) -> bool:
+    """Tell how far the work has come, to a person; True: it goes on."""
+    if sys.stderr.isatty():
+        print(f"\r{100.0 * share:3.0f} %", end="" if share < 1.0 else "\n", file=sys.stderr, flush=True)
+    return True
 
 
 def _refocus(arguments: argparse.Namespace) -> int:

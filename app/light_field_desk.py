@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import lensbench as lb
-from lensbench.app.depth_colours import depth_picture, light_of
+from lensbench.app.depth_colours import depth_picture, light_of, with_codes
 from lensbench.app.light_field_look import Look, Recording, picture_settings
 from lensbench.app.light_field_worker import Compared, FieldWorker, Sight
 from lensbench.app.reach import MARGIN, with_longer_side
@@ -117,7 +117,7 @@ class LightFieldDesk:
         settings = picture_settings(sight.recording, sight.look)
         image = sight.image
         if sight.look.coded:
-            settings, found = replace(settings, tone="none", exposure=0.0), self.worker.found
+            settings, found = with_codes(settings), self.worker.found
             image = depth_picture(found, path) if sight.look.deep == "depth" and found else light_of(image)
         else:
             settings = replace(settings, exposure=present.exposure, tone=present.tone)

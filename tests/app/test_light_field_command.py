@@ -3,10 +3,13 @@
 import json
 
 import numpy as np
+import OpenEXR
 import pytest
+from PIL import Image
 
 import lensbench as lb
 from lensbench.app.cli import main
+from lensbench.app.depth_colours import depth_codes, ends
 from lensbench.app.export import ExportError, read_settings
 from lensbench.app.light_field_file import load_light_field, save_light_field
 from lensbench.app.optics import camera
@@ -52,6 +55,46 @@ def test_a_distance_that_the_lens_cannot_be_focused_at_is_taken_for_the_nearest_
     assert "the nearest distance in place of 0.01 m" in capsys.readouterr().out
 
 
+def looked_at(recorded, tmp_path, capsys, *arguments):
+    """The floats of the picture that `lightfield view` writes, and its figures."""
+    path = tmp_path / "looked.exr"
+    assert main(["lightfield", "view", str(recorded), *map(str, arguments), "-o", str(path), "--json"]) == 0
+    return OpenEXR.File(str(path)).channels()["RGB"].pixels, json.loads(capsys.readouterr().out)
+
+
+def test_views_pixels_and_lines_are_those_that_were_recorded(recorded, tmp_path, capsys):
+    field, settings = load_light_field(recorded)
+    picture, figures = looked_at(recorded, tmp_path, capsys, "--at", 0.6, 0.5)
+    assert figures["view"] == [2, 1] and np.array_equal(picture, field.view(2, 1))
+    assert figures["place"] == pytest.approx(field.places[1, 2].tolist())
+    picture, figures = looked_at(recorded, tmp_path, capsys, "--pixel", 20, 10)
+    assert np.allclose(figures["radiance"], [[field.view(i, j)[10, 20] for i in range(3)] for j in range(2)])
+    assert np.array_equal(picture[0, 2], field.view(2, 1)[10, 20])          # v runs up, lines down
+    # The rays of one pixel leave the film within a pixel, and the pupil's cells are as far apart as they are wide
+    assert np.ptp(np.array(figures["film_mm"])[..., 0]) < 1.0 and np.array(figures["film_mm"]).shape == (2, 3, 2)
+    exit_pupil = lb.first_order(field.camera.lens).exit_pupil
+    assert np.diff(np.array(figures["pupil_mm"])[0, :, 0]) == pytest.approx(2.0 / 3.0 * field.reach * exit_pupil.radius,
+                                                                            rel=0.01)
+    picture, figures = looked_at(recorded, tmp_path, capsys, "--epipolar", 7)
+    assert np.array_equal(picture[::-1], [field.view(i, 1)[7] for i in range(3)]) and figures["line"] == 7
+
+
+def test_depth_is_metres_in_linear_files_and_colours_in_others(recorded, tmp_path, capsys):
+    field, _ = load_light_field(recorded)
+    found = lb.find_depth(field, 600.0, 3000.0)
+    limits = ("--nearest", "0.6m", "--farthest", "3m")
+    picture, figures = looked_at(recorded, tmp_path, capsys, "--depth", *limits)
+    assert np.allclose(picture[..., 0], found.distance / 1000.0)
+    assert found.distance.min() >= 600.0 - 1e-3 and found.distance.max() <= 3000.0 + 1e-3
+    assert (figures["farthest_m"], figures["nearest_m"]) == pytest.approx([end / 1000.0 for end in ends(found)])
+    picture, _ = looked_at(recorded, tmp_path, capsys, "--all-in-focus", *limits)
+    assert np.array_equal(picture, found.picture)
+    path = tmp_path / "depth.png"
+    assert main(["lightfield", "view", str(recorded), "--depth", *limits, "-o", str(path)]) == 0
+    with Image.open(path) as coloured:
+        assert np.abs(np.asarray(coloured) / 255.0 - depth_codes(found)).max() < 0.003      # half a step of 255
+
+
 def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
     cut, other = tmp_path / "cut.npz", tmp_path / "other.npz"
     cut.write_bytes(recorded.read_bytes()[:2000])
@@ -73,6 +116,14 @@ def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
         error = capsys.readouterr().err
         assert says in error and error.count("\n") == 1, error
         assert not (tmp_path / f"out{suffix}").exists()
+    for arguments, says in ((["--at", "3", "0"], "reach from"), (["--pixel", "36", "0"], "0 to 35 across"),
+                            (["--epipolar", "24"], "0 to 23"), (["--depth", "--nearest", "9m", "--farthest", "2m"],
+                                                                "must be nearer"), ([], "one of the arguments")):
+        assert main(["lightfield", "view", str(recorded), *arguments, "--json"]) == 2
+        error = capsys.readouterr().err
+        assert says in error and error.count("\n") == 1, error
+    assert main(["lightfield", "view", str(recorded), "--at", "0", "0"]) == 2
+    assert "-o FILE" in capsys.readouterr().err
     with pytest.raises(ExportError, match=r"written as \.npz"):
         save_light_field(tmp_path / "a.zip", load_light_field(recorded)[0], Settings())
 
