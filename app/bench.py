@@ -21,6 +21,8 @@ from numba import njit
 import lensbench as lb
 from lensbench import lanes, lenses
 from lensbench.app import tone
+from lensbench.app.charts.samplers import DEFAULT, WHITE, samplers
+from lensbench.app.charts.sampling import COUNTS, gains, scenes, squares
 from lensbench.blocktracer import packed, trace, tracer
 from lensbench.cameras.environment import LAYOUTS
 from lensbench.cameras.fisheye import PROJECTIONS
@@ -28,10 +30,8 @@ from lensbench.cameras.lens import MODELS
 from lensbench.driver import Program, call_stage, stage_address
 from lensbench.pupil_rim import solve
 from lensbench.pupil_table import POINTS, PupilTable
-from lensbench.sampling import independent, sampler
-from lensbench.scene import Scene
+from lensbench.sampling import sampler
 from lensbench.scenery.benchmark import benchmark_scene
-from lensbench.scenery.objects import Floor, Material, Sphere, Sun
 from lensbench.tracing import surface_table, trace_rays
 
 LENS = "pbrt-dgauss-50mm"
@@ -168,42 +168,14 @@ def pupil() -> Iterator[tuple[str, float, str]]:
         yield f"light lost, {name}", 100.0 * (1.0 - kept / light), "%"
 
 
-def sampling_scene() -> tuple[lb.Camera, Scene]:
-    """Blur of 5 to 40 pixels, spheres and a coarse checker without its horizon, no small lights."""
-    film = lb.Film(36.0, 24.0, 180, 120)
-    tilt = math.radians(-35.0)
-    world = np.eye(4)
-    world[1:3, 1:3] = [[math.cos(tilt), -math.sin(tilt)], [math.sin(tilt), math.cos(tilt)]]
-    camera = lb.PerspectiveCamera(film, fov=0.45, lens_radius=45.0, focus_distance=900.0, world_from_camera=world)
-    balls = tuple(Sphere((x, -520.0, z), 80.0, Material(colour)) for x, z, colour in (
-        (-160.0, -700.0, (0.8, 0.2, 0.1)), (60.0, -900.0, (0.1, 0.5, 0.5)), (-40.0, -560.0, (0.7, 0.6, 0.2)),
-        (220.0, -640.0, (0.3, 0.3, 0.7))))
-    return camera, Scene("sampling", sun=Sun((0.4, 0.8, 0.3)), floor=Floor(height=-600.0, tile=160.0),
-                         spheres=balls)
-
-
 def sampling() -> Iterator[tuple[str, float, str]]:
     """How many samples white noise needs for the error of the default samples at 4, 16, 64 and 256."""
-    film = lb.Film(36.0, 24.0, 180, 120)
-    still = lb.LensCamera(lenses.load(LENS), film, 1200.0, 2.0, model="thin"), lb.builtin_scene("still-life")
-    for name, (camera, scene) in (("facts scene", sampling_scene()), ("still-life", still)):
-        truth = np.minimum(lb.render(camera, scene, samples=8192, seed=12345), 4.0)
-
-        def errors(steps, camera=camera, scene=scene, truth=truth) -> dict[int, float]:
-            found: dict[int, list[float]] = {}
-            for seed in range(3):
-                rendering = lb.Rendering(camera, scene, seed=seed, steps=steps, filtered=False)
-                for count in (1, 4, 16, 64, 256):
-                    rendering.add(count - rendering.samples)
-                    error = np.minimum(rendering.image(), 4.0) - truth
-                    found.setdefault(count, []).append(float((error.astype(float) ** 2).mean()))
-            return {count: float(np.mean(values)) for count, values in found.items()}
-
-        white = errors([lanes.Step(independent, [film.pixels_x])])
-        for count, error in errors(sampler(film.pixels_x, lit=True)).items():
-            if count > 1:
-                # white noise falls as 1 / samples: how many of its samples reach this error
-                yield f"gain over white noise at {count}, {name}", white[256] * 256 / (error * count), "×"
+    for name in ("soft", "still-life"):
+        camera, scene = scenes()[name]
+        steps = samplers(camera.film.pixels_x)
+        found = gains(dict(squares(camera, scene, COUNTS, {way: steps[way] for way in (DEFAULT, WHITE)})))
+        for count, gain in found[DEFAULT].items():
+            yield f"gain over white noise at {count}, {name}", gain, "×"
 
 
 def splats() -> Iterator[tuple[str, float, str]]:

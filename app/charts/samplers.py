@@ -1,0 +1,93 @@
+"""Other ways to place the samples of a picture: here to be measured against the default net, used nowhere else.
+
+All of them are keyed by (pixel, sample, dimension, seed) as the default is, and fill the same rows. Sources: Roberts
+2018 (the additive recurrence of the generalised golden ratio); Cools, Kuo and Nuyens 2006 (the generating vector of
+the lattice sequence); Cranley and Patterson 1976 (a shift of each pixel's own).
+"""
+
+import numpy as np
+from numba import njit, uint32
+
+from lensbench.lanes import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
+from lensbench.sampling import independent, mix, sampler, sobol
+
+_u = np.uint32
+DEFAULT, WHITE = "one scrambled net, blue-noise keys (the program's)", "white noise"
+USED = 7                        # dimensions: pupil, raster, light, time
+_ROOT = 1.1127756842787055      # x⁸ = x + 1
+_STEPS = np.array([round(2.0**32 * _ROOT**-(d + 1)) % 2**32 for d in range(USED)], np.uint32)
+_LATTICE = np.array([1, 182667, 469891, 498753, 110745, 446247, 250185], np.uint32)
+
+
+@njit(inline="always")
+def _seeded(pixel, seed, d):
+    """A number of the pixel's own for dimension d."""
+    return mix(uint32(mix(uint32(pixel + _u(1))) + uint32(seed * _u(0x9E3779B9)) + uint32(_u(d) * _u(0x85EBCA6B))))
+
+
+@njit(inline="always")
+def _place(lanes, key, width, d, i, number):
+    """Put dimension d of lane i where it belongs; raster numbers are added to the pixel's corner."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    value = real(np.int32(number >> _u(8))) * real(1 / 16777216)
+    place = key[PIXEL] + uint32(i)
+    columns = np.uint32(width)
+    if d == 0:
+        row[U0][i] = value
+    elif d == 1:
+        row[U1][i] = value
+    elif d == 2:
+        row[X][i] = value + real(np.int32(place % columns))
+    elif d == 3:
+        row[Y][i] = value + real(np.int32(place // columns))
+    elif d == 4:
+        row[V0][i] = value
+    elif d == 5:
+        row[V1][i] = value
+    else:
+        row[TIME][i] = value
+
+
+@stage
+def recurrence(lanes, p, key):
+    """Sample k is k golden steps from a place of the pixel's own. p: pixels across."""
+    k, seed = key[SAMPLE], key[SEED]
+    for d in range(USED):
+        step = uint32(k * _STEPS[d])
+        for i in range(B):
+            _place(lanes, key, p[0], d, i, uint32(_seeded(key[PIXEL] + uint32(i), seed, d) + step))
+
+
+@stage
+def lattice(lanes, p, key):
+    """Sample k is a point of a rank-1 lattice, in an order that fills it evenly, shifted for each pixel."""
+    k, seed = key[SAMPLE], key[SEED]
+    turned = uint32(0)
+    for b in range(32):                 # van der Corput's order
+        turned = uint32(turned | uint32((k >> _u(b)) & _u(1)) << _u(31 - b))
+    for d in range(USED):
+        step = uint32(turned * _LATTICE[d])
+        for i in range(B):
+            _place(lanes, key, p[0], d, i, uint32(_seeded(key[PIXEL] + uint32(i), seed, d) + step))
+
+
+@stage
+def scrambled(lanes, p, key):
+    """Sobol's points, Owen-scrambled for each pixel anew."""
+    k, seed = key[SAMPLE], key[SEED]
+    for d in range(USED):
+        for i in range(B):
+            own = _seeded(key[PIXEL] + uint32(i), seed, 0)
+            _place(lanes, key, p[0], d, i, sobol(k, d, own))
+
+
+def samplers(pixels_x: int, timed: bool = False) -> dict[str, list[Step]]:
+    """The steps of every sampler by its name, the default first. timed: something moves."""
+    return {
+        DEFAULT: sampler(pixels_x, lit=True, timed=timed),
+        "Sobol, scrambled for each pixel": [Step(scrambled, [pixels_x])],
+        "rank-1 lattice, shifted": [Step(lattice, [pixels_x])],
+        "additive recurrence, shifted": [Step(recurrence, [pixels_x])],
+        WHITE: [Step(independent, [pixels_x])],
+    }
