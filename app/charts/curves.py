@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 ACROSS = 3                      # panels in a row
 SIZE = (3.2, 2.75)              # of one, inches; alone it is half as large again
+SHORT = 300.0                   # an axis whose ends have a smaller ratio is ticked at 1, 2 and 5
 DOTS = (1.0, 2.2)
 
 
@@ -31,7 +32,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves over common axes (x and y in words, with units, both logarithmic). levels: lines across, with words."""
+    """Curves over common axes (x and y in words, with units, both logarithmic).
+
+    levels: lines across, with words. ticks: of x, where these are few and known.
+    """
 
     key: str
     title: str
@@ -39,17 +43,22 @@ class Panel:
     y: str
     curves: tuple[Curve, ...]
     levels: tuple[tuple[float, str], ...] = ()
+    ticks: tuple[float, ...] = ()
     conditions: str = ""
 
 
-def draw_panels(panels: list[Panel], path: Path, title: str) -> None:
-    """Write panels into one file, with one legend; ExportError where it cannot be written."""
-    across = min(len(panels), ACROSS)
+def draw_panels(panels: list[Panel], path: Path, title: str, measured: str = "") -> None:
+    """Write panels into one file, with one legend; ExportError where it cannot be written.
+
+    measured: where and when, to be said on the sheet.
+    """
+    across = 2 if len(panels) == 4 else min(len(panels), ACROSS)
     rows, larger = math.ceil(len(panels) / across), 1.5 if len(panels) == 1 else 1.0
     named = {curve.name: curve for panel in panels for curve in panel.curves}
     with look():
         figure = sheet(max(larger * SIZE[0] * across, 6.4), larger * SIZE[1] * rows + 0.5 + 0.2 * (len(named) / 2))
         figure.suptitle(title, x=0.008, ha="left", fontsize=13.0, color=INK)
+        figure.supxlabel(measured, x=0.992, ha="right", fontsize=7.5, color=FAINT)
         for i, panel in enumerate(panels):
             first = i % across == 0
             axes = plot(figure.add_subplot(rows, across, i + 1), panel.x if i + across >= len(panels) else "",
@@ -69,12 +78,19 @@ def _line(figure: Any, curve: Curve) -> Any:
 
 def _draw(axes: "Axes", panel: Panel) -> None:
     """The curves, and the levels that they are to reach."""
+    from matplotlib.ticker import LogLocator
+
     for curve in panel.curves:
         if curve.points:
             x, y = zip(*curve.points, strict=True)
             axes.plot(x, y, color=COLOURS[curve.tint], linestyle=(0, DOTS) if curve.dotted else "-", marker="o",
                       markersize=3.0 if len(x) > 1 else 5.0, markerfacecolor=PAPER if curve.dotted else None)
     axes.margins(y=0.12)
+    if panel.ticks:
+        axes.set_xticks(panel.ticks)
+    low, high = axes.get_ylim()
+    if high < SHORT * low:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     for value, words in panel.levels:
         axes.axhline(value, color=FAINT, linewidth=1.0, linestyle=":")
         axes.annotate(words, (0.01, value), (0, 2), xycoords=("axes fraction", "data"), textcoords="offset points",

@@ -14,7 +14,7 @@ import lensbench as lb
 from lensbench.app.atlas.focus_rivals import bracketing_search, school_formula
 from lensbench.app.atlas.focusing import closed_form, least_blur, rms_radius, three_rays, whole_bundle
 from lensbench.app.charts.curves import Curve, Panel
-from lensbench.app.charts.timing import in_turn
+from lensbench.app.charts.timing import go_on, in_turn
 
 DISTANCES = (500.0, 2000.0, 10_000.0)
 NOTHING = 0.01                  # µm: a blur below is drawn there
@@ -33,13 +33,11 @@ METHODS: dict[str, tuple[Callable[[lb.Lens, float], float | str], str, bool]] = 
 
 def focus_panel(key: str, lens: lb.Lens, told: Callable[[float], bool] = lambda _: True) -> Panel:
     """Every method as a point of time (µs) and blur (µm) for one lens as it is stopped."""
-    from lensbench.app.charts.models import _go_on
-
     distances = [at for at in DISTANCES if at >= 1.02 * lb.nearest_focus(lens)]
     least = {at: rms_radius(lens, least_blur(lens, at), at) for at in distances}
-    _go_on(told, 0.3)
+    go_on(told, 0.3)
     times = in_turn({name: partial(_all, method, lens, distances) for name, (method, _, _) in METHODS.items()}, SECONDS)
-    _go_on(told, 0.8)
+    go_on(told, 0.8)
     curves = []
     for name, (method, tint, dotted) in METHODS.items():
         blurs = [_beyond(method(lens, at), lens, at, least[at]) for at in distances]
@@ -47,8 +45,9 @@ def focus_panel(key: str, lens: lb.Lens, told: Callable[[float], bool] = lambda 
         figures = {"time, µs": cost, "blur, µm": blur}
         points = ((cost, max(blur, NOTHING)),) if math.isfinite(blur) else ()
         curves.append(Curve(name, tint, points, figures, dotted))
-    _go_on(told, 1.0)
-    return Panel(key, f"{lens.name or key}, f/{lb.first_order(lens).f_number:.2g}", "Time (µs)",
+    go_on(told, 1.0)
+    stopped, name = f"f/{lb.first_order(lens).f_number:.3g}", lens.name or key
+    return Panel(key, name if stopped in name else f"{name}, {stopped}", "Time (µs)",
                  "Blur beyond the least (µm)", tuple(curves), ((PIXEL, "a pixel of 4 µm"),))
 
 

@@ -15,7 +15,7 @@ import lensbench as lb
 from lensbench import lanes
 from lensbench.app.charts.ladder import Model, ladder
 from lensbench.app.charts.subjects import Subject
-from lensbench.app.charts.timing import BLOCKS, Time, in_turn, streamed
+from lensbench.app.charts.timing import BLOCKS, Time, go_on, in_turn, streamed
 from lensbench.app.charts.truth import Error, Truth
 from lensbench.app.charts.values import Chart, Mark
 from lensbench.driver import Program
@@ -53,12 +53,12 @@ def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seco
     for i, model in enumerate(models):
         if not model.why:
             errors[model.name] = truth.error(model)
-        _go_on(told, 0.3 * (i + 1) / len(models))
+        go_on(told, 0.3 * (i + 1) / len(models))
     alive = [model for model in models if not model.why]
     stream = _streamed(camera, alive, seconds)
-    _go_on(told, 0.6)
+    go_on(told, 0.6)
     fused = _fused(camera, alive, seconds)
-    _go_on(told, 1.0)
+    go_on(told, 1.0)
     marks = [_mark(model, truth, errors.get(model.name), stream, fused) for model in models]
     scalar = stream["scalar"]
     marks.append(Mark("scalar reference", "scalar", scalar.least, 0.0, scalar.spread, 0.0,
@@ -66,15 +66,6 @@ def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seco
     note = (f"Of a streamed ray by table, polynomial or trace, {stream['aim'].least:.2g} ns are for aiming into the "
             "exit-pupil region; the scalar reference has its rays aimed")
     return Chart(subject.key, subject.title, STREAMED, ERROR, tuple(marks), conditions(camera, truth), (note,), ALSO)
-
-
-class StoppedError(Exception):
-    """The work was not wanted any more."""
-
-
-def _go_on(told: Callable[[float], bool], share: float) -> None:
-    if not told(share):
-        raise StoppedError
 
 
 def conditions(camera: lb.LensCamera, truth: Truth) -> str:

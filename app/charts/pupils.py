@@ -11,7 +11,7 @@ from collections.abc import Callable
 import lensbench as lb
 from lensbench.app.atlas.pupils import BUCKETS, Place, Result, box, paraxial_disk, result, solved
 from lensbench.app.charts.curves import Curve, Panel
-from lensbench.app.charts.timing import Time, in_turn
+from lensbench.app.charts.timing import Time, go_on, in_turn
 from lensbench.pupil_table import PupilTable
 
 FIELDS = (0.0, 0.35, 0.7, 0.95)         # of the radius where the light ends, or of the film's half diagonal
@@ -26,8 +26,6 @@ def pupil_panels(key: str, camera: lb.LensCamera, told: Callable[[float], bool] 
     """Two panels of one lens as its camera stands, over time: light that is off, and samples that are blocked, in
     percent. told: hears what part is done, and may say no.
     """
-    from lensbench.app.charts.models import _go_on
-
     lens, away, half = camera.lens, camera.film_distance, 0.5 * camera.film.diagonal
     reach = min(half, PupilTable.of(lens, away, half).dark_beyond)
     places = [Place(lens, away, (part * reach, 0.0), half) for part in FIELDS]
@@ -41,7 +39,7 @@ def pupil_panels(key: str, camera: lb.LensCamera, told: Callable[[float], bool] 
         found = [result(place, method(place)) for place in places]
         points[name].append((1e3 * seconds, Result(*(math.sqrt(sum(x * x for x in values) / len(values))
                                                      for values in zip(*found, strict=True)))))
-        _go_on(told, (i + 1) / len(ways))
+        go_on(told, (i + 1) / len(ways))
     tints = dict(zip(points, ("grey", "purple", "vermilion"), strict=True))
     panels = []
     for measure, words, floor in (("light", "Light off, rms (%)", 0.01), ("waste", "Samples blocked, rms (%)", 0.1)):

@@ -13,7 +13,8 @@ from lensbench.sampling import independent, mix, sampler, sobol
 
 _u = np.uint32
 DEFAULT, WHITE = "one scrambled net, blue-noise keys (the program's)", "white noise"
-USED = 7                        # dimensions: pupil, raster, light, time
+_ROWS = np.array([U0, U1, X, Y, V0, V1, TIME])
+USED = len(_ROWS)
 _ROOT = 1.1127756842787055      # x⁸ = x + 1
 _STEPS = np.array([round(2.0**32 * _ROOT**-(d + 1)) % 2**32 for d in range(USED)], np.uint32)
 _LATTICE = np.array([1, 182667, 469891, 498753, 110745, 446247, 250185], np.uint32)
@@ -26,60 +27,62 @@ def _seeded(pixel, seed, d):
 
 
 @njit(inline="always")
-def _place(lanes, key, width, d, i, number):
-    """Put dimension d of lane i where it belongs; raster numbers are added to the pixel's corner."""
+def _add_corners(lanes, key, width):
+    """To raster X, Y in the pixel the pixel's own place."""
     real = lanes.dtype.type
     row = rows(lanes)
-    value = real(np.int32(number >> _u(8))) * real(1 / 16777216)
-    place = key[PIXEL] + uint32(i)
+    x, y = row[X], row[Y]
     columns = np.uint32(width)
-    if d == 0:
-        row[U0][i] = value
-    elif d == 1:
-        row[U1][i] = value
-    elif d == 2:
-        row[X][i] = value + real(np.int32(place % columns))
-    elif d == 3:
-        row[Y][i] = value + real(np.int32(place // columns))
-    elif d == 4:
-        row[V0][i] = value
-    elif d == 5:
-        row[V1][i] = value
-    else:
-        row[TIME][i] = value
+    top, left = real(np.int32(key[PIXEL] // columns)), real(np.int32(key[PIXEL] % columns)) + real(0.5)
+    turn = real(1) / width
+    for i in range(B):
+        across = left + real(np.int32(i))
+        down = np.floor(across * turn)
+        x[i] += across - down * width - real(0.5)
+        y[i] += top + down
+
+
+@njit(inline="always")
+def _shift(lanes, key, d, step):
+    """Dimension d: the step, from a place of each pixel's own."""
+    real = lanes.dtype.type
+    out = rows(lanes)[_ROWS[d]]
+    first, seed, unit = key[PIXEL], key[SEED], real(1 / 16777216)
+    for i in range(B):
+        number = uint32(_seeded(first + uint32(i), seed, d) + step)
+        out[i] = real(np.int32(number >> _u(8))) * unit
 
 
 @stage
 def recurrence(lanes, p, key):
     """Sample k is k golden steps from a place of the pixel's own. p: pixels across."""
-    k, seed = key[SAMPLE], key[SEED]
     for d in range(USED):
-        step = uint32(k * _STEPS[d])
-        for i in range(B):
-            _place(lanes, key, p[0], d, i, uint32(_seeded(key[PIXEL] + uint32(i), seed, d) + step))
+        _shift(lanes, key, d, uint32(key[SAMPLE] * _STEPS[d]))
+    _add_corners(lanes, key, p[0])
 
 
 @stage
 def lattice(lanes, p, key):
     """Sample k is a point of a rank-1 lattice, in an order that fills it evenly, shifted for each pixel."""
-    k, seed = key[SAMPLE], key[SEED]
     turned = uint32(0)
     for b in range(32):                 # van der Corput's order
-        turned = uint32(turned | uint32((k >> _u(b)) & _u(1)) << _u(31 - b))
+        turned = uint32(turned | uint32((key[SAMPLE] >> _u(b)) & _u(1)) << _u(31 - b))
     for d in range(USED):
-        step = uint32(turned * _LATTICE[d])
-        for i in range(B):
-            _place(lanes, key, p[0], d, i, uint32(_seeded(key[PIXEL] + uint32(i), seed, d) + step))
+        _shift(lanes, key, d, uint32(turned * _LATTICE[d]))
+    _add_corners(lanes, key, p[0])
 
 
 @stage
 def scrambled(lanes, p, key):
     """Sobol's points, Owen-scrambled for each pixel anew."""
-    k, seed = key[SAMPLE], key[SEED]
+    real = lanes.dtype.type
+    unit = real(1 / 16777216)
     for d in range(USED):
+        out = rows(lanes)[_ROWS[d]]
         for i in range(B):
-            own = _seeded(key[PIXEL] + uint32(i), seed, 0)
-            _place(lanes, key, p[0], d, i, sobol(k, d, own))
+            own = _seeded(key[PIXEL] + uint32(i), key[SEED], 0)
+            out[i] = real(np.int32(sobol(key[SAMPLE], d, own) >> _u(8))) * unit
+    _add_corners(lanes, key, p[0])
 
 
 def samplers(pixels_x: int, timed: bool = False) -> dict[str, list[Step]]:

@@ -13,7 +13,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.charts.curves import Curve, Panel
 from lensbench.app.charts.samplers import WHITE, samplers
-from lensbench.app.charts.timing import BLOCKS, in_turn, streamed
+from lensbench.app.charts.timing import BLOCKS, go_on, in_turn, streamed
 from lensbench.lanes import B
 from lensbench.scene import Scene
 from lensbench.scenery.objects import Floor, Material, Sphere, Sun
@@ -74,8 +74,6 @@ def sampling_panels(names: list[str], told: Callable[[float], bool] = lambda _: 
     """The panel of each of these scenes (all of `scenes` where none is named). told: hears what part is done, and may
     say no.
     """
-    from lensbench.app.charts.models import _go_on
-
     costs = {name: time.each(BLOCKS * B).least for name, time in in_turn(
         {name: streamed(placing, {}) for name, placing in samplers(FILM.pixels_x).items()}, 0.05).items()}
     wanted = {name: what for name, what in scenes().items() if not names or name in names}
@@ -84,10 +82,10 @@ def sampling_panels(names: list[str], told: Callable[[float], bool] = lambda _: 
         found, steps = {}, samplers(FILM.pixels_x, scene.moves)
         for j, (name, errors) in enumerate(squares(camera, scene, COUNTS, steps)):
             found[name] = errors
-            _go_on(told, (i + (j + 1) / len(steps)) / len(wanted))
+            go_on(told, (i + (j + 1) / len(steps)) / len(wanted))
         curves = tuple(
             Curve(name, tint, tuple(gain.items()), {f"gain at {count}, ×": value for count, value in gain.items()}
                   | {"cost, ns": costs[name]})
             for tint, (name, gain) in zip(TINTS, gains(found).items(), strict=True))
-        panels.append(Panel(key, key, "Samples a pixel", "Gain over white noise (×)", curves))
+        panels.append(Panel(key, key, "Samples a pixel", "Gain over white noise (×)", curves, ticks=COUNTS))
     return panels

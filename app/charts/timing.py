@@ -39,6 +39,16 @@ class Time(NamedTuple):
         return 100.0 * (self.usual / self.least - 1.0)
 
 
+class StoppedError(Exception):
+    """The work was not wanted any more."""
+
+
+def go_on(told: Callable[[float], bool], share: float) -> None:
+    """Tell what part is done; StoppedError where the answer is no."""
+    if not told(share):
+        raise StoppedError
+
+
 def in_turn(works: dict[str, Callable[[], object]], seconds: float) -> dict[str, Time]:
     """The time of each piece of work, all taken in turn for about so many seconds each, and at least five times."""
     runs: dict[str, list[float]] = {name: [] for name in works}

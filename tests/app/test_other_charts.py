@@ -1,5 +1,6 @@
 """Charts of samplers, whole pictures, pupils and focusing: what they say is so."""
 
+import json
 import math
 
 import numpy as np
@@ -13,6 +14,7 @@ from lensbench.app.charts.images import WAYS, image_panel, reached
 from lensbench.app.charts.pupils import pupil_panels
 from lensbench.app.charts.samplers import DEFAULT, WHITE, samplers
 from lensbench.app.charts.sampling import COUNTS, gains, soft_scene, squares
+from lensbench.app.cli import main
 from lensbench.driver import Program, perform
 from lensbench.lanes import KEYS, PITCH, SAMPLE, TIME, U0, U1, V0, V1, B, X, Y, bench
 
@@ -97,10 +99,19 @@ def test_the_whole_bundle_finds_the_least_blur_and_one_ray_does_not():
 def test_panels_are_drawn_printed_and_told_as_data(tmp_path):
     curves = (Curve("one", "green", ((1.0, 2.0), (10.0, 0.2)), {"time, ms": 10.0}),
               Curve("nowhere", "grey", (), {"time, ms": 1.0, "blur, µm": math.inf}, dotted=True))
-    panel = Panel("key", "A title", "Time (ms)", "Error (%)", curves, ((1.0, "a goal"),), "Conditions")
+    panel = Panel("key", "A title", "Time (ms)", "Error (%)", curves, ((1.0, "a goal"),), (1.0, 10.0), "Conditions")
     draw_panels([panel, panel], tmp_path / "panels.svg", "Many")
     written = (tmp_path / "panels.svg").read_text()
     assert written.startswith("<?xml") and "nan" not in written.lower().replace("nand", "")
     table = panel_table(panel)
     assert "Conditions" in table and "∞" in table and "time, ms" in table
     assert plain_panels([panel])[0]["curves"][0]["points"] == [[1.0, 2.0], [10.0, 0.2]]
+
+
+def test_the_command_charts_what_it_is_asked_for(tmp_path, capsys):
+    assert main(["chart", "pbrt-wide-22mm", "--of", "focus", "-o", str(tmp_path / "focus.json")]) == 0
+    (panel,) = json.loads((tmp_path / "focus.json").read_text())["charts"]
+    assert panel["title"] == "Wide angle 22 mm f/2.7" and len(panel["curves"]) == 7
+    assert "Wide angle" in capsys.readouterr().out
+    assert main(["chart", "--of", "sampler", "--scene", "nowhere"]) == 2
+    assert "choose of soft, still-life" in capsys.readouterr().err
