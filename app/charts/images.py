@@ -63,7 +63,7 @@ def image_panel(key: str, camera: lb.LensCamera, scene: Scene, told: Callable[[f
             go_on(told, 0.4 + 0.6 * (round + (i + 1) / len(WAYS)) / ROUNDS)
     curves = tuple(_curve(way, runs[way]) for way in WAYS)
     levels = tuple((goal, f"{goal:g} %") for goal in GOALS)
-    return Panel(key, scene.name, "Time (s)", "Error, rms (% of white)", curves, levels,
+    return Panel(key, scene.name, "Time (s)", "Error, rms (% of white)", curves, levels, conditions=
                  f"{PIXELS[0]} × {PIXELS[1]} pixels, {camera.lens.name}; the picture to compare with is known "
                  f"to {known:.2g} %")
 
@@ -78,7 +78,8 @@ def _followed(way: Way, camera: lb.LensCamera, scene: Scene, truth: np.ndarray, 
     placing = [Step(independent, [PIXELS[0]])] if way.white else None
     start = time.perf_counter()
     rendering = lb.Rendering(replace(camera, model=way.model), scene, seed, steps=placing, splat=way.splat)
-    spent, found = time.perf_counter() - start, []
+    spent = time.perf_counter() - start
+    found: list[tuple[float, float]] = []
     while spent < longest or len(found) < FEWEST:
         start = time.perf_counter()
         rendering.add(max(rendering.samples, 1))
