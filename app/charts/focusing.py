@@ -46,8 +46,9 @@ def focus_panel(key: str, lens: lb.Lens, told: Callable[[float], bool] = lambda 
         points = ((cost, max(blur, NOTHING)),) if math.isfinite(blur) else ()
         curves.append(Curve(name, tint, points, figures, dotted))
     go_on(told, 1.0)
-    stopped, name = f"f/{lb.first_order(lens).f_number:.3g}", lens.name or key
-    return Panel(key, name if stopped in name else f"{name}, {stopped}", "Time (µs)",
+    f_number, name = lb.first_order(lens).f_number, lens.name or key
+    said = any(f"f/{f_number:.{digits}g}" in name for digits in (2, 3))
+    return Panel(key, name if said else f"{name}, f/{f_number:.3g}", "Time (µs)",
                  "Blur beyond the least (µm)", tuple(curves), ((PIXEL, "a pixel of 4 µm"),))
 
 
