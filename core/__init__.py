@@ -85,6 +85,7 @@ from lensbench.lumigraph import Lumigraph, NovelView, array_camera, capture_lumi
 from lensbench.motion import AnimatedTransform  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402
+from lensbench.plenoptic import PlenopticCamera, RawPicture  # noqa: E402
 from lensbench.positions import Positions, PositionsError  # noqa: E402
 from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
 from lensbench.pupil import ExitPupil, exit_pupil, open_region  # noqa: E402
@@ -119,7 +120,8 @@ __all__ = [
     "FocusError", "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
     "LensError", "LightField", "LightFieldError", "Lumigraph",
     "Material", "Medium", "MediumError", "NovelView", "OrthographicCamera", "Pattern",
-    "PerspectiveCamera", "PinholeCamera", "Places", "Positions", "PositionsError", "Rays", "Rectangle", "Rendering",
+    "PerspectiveCamera", "PinholeCamera", "Places", "PlenopticCamera", "Positions", "PositionsError", "RawPicture",
+    "Rays", "Rectangle", "Rendering",
     "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError",
     "Vignetting", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field",
     "capture_lumigraph", "chief_ray",

@@ -45,23 +45,27 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     memory than there is, and for a capture that was given up.
     """
     across, down = checked_views(camera.film, views, samples, dtype)
-    reach = _reach(camera)
+    reach = pupil_reach(camera)
     h, w = camera.film.pixels_y, camera.film.pixels_x
     light = np.zeros((down, across, 3, h, w), dtype)
     coverage = np.zeros((down, across, h, w), dtype)
     offsets = spread_offsets(across, down)
-    recorder = _Recorder(camera, scene, shadows, np.uint32(seed & 0xFFFFFFFF))
+    recorder = Recorder(camera, scene, shadows, np.uint32(seed & 0xFFFFFFFF))
     done = count(1)
     given_up: list[tuple[int, int]] = []
 
     def record(place: tuple[int, int]) -> None:
         j, i = place
         cell = _lit_cell(reach, (across, down), (i, j))
-        number = math.ceil(samples * cell.share)
+        number, first = math.ceil(samples * cell.share), (j * across + i) * samples
+
+        def aims(wavelength: float) -> list[Step]:
+            return [camera.film_step, *cell_steps(camera, cell, wavelength)]
+
         for left in range(0, w if number else 0, recorder.width):
             if given_up:
                 return
-            strip = recorder.strip(left, cell, offsets[j, i], (j * across + i) * samples, number)
+            strip = recorder.strip(left, aims, FILL, offsets[j, i], first, number) * np.float32(cell.share)
             here = slice(left, min(left + recorder.width, w))
             light[j, i, :, :, here] = np.minimum(strip[:3], TOP)[..., :w - left]
             coverage[j, i, :, here] = strip[3][..., :w - left]
@@ -100,7 +104,7 @@ def checked_views(film: Film, views: tuple[int, int], samples: int, dtype) -> tu
     return across, down
 
 
-def _reach(camera: Camera) -> float:
+def pupil_reach(camera: Camera) -> float:
     """How far in radii of the paraxial exit pupil light comes from, for any point of the film."""
     lens = camera.gaussian
     if lens.is_hole:
@@ -125,7 +129,7 @@ def _reach(camera: Camera) -> float:
     return float(np.hypot(u, v).max() / abs(lens.approach_pupil))
 
 
-class _Cell(NamedTuple):
+class Cell(NamedTuple):
     """Of a cell of the pupil the box that light can come through: a corner and the sides, in the pupil's radii."""
 
     corner: tuple[float, float]
@@ -133,7 +137,7 @@ class _Cell(NamedTuple):
     share: float                    # of the whole cell's area
 
 
-def _lit_cell(reach: float, views: tuple[int, int], place: tuple[int, int]) -> _Cell:
+def _lit_cell(reach: float, views: tuple[int, int], place: tuple[int, int]) -> Cell:
     """What of the cell at this place (across, down) lies within the circle of radius `reach`, as a box."""
     sides = [2.0 * reach / number for number in views]
     low = [-reach + k * side for k, side in zip(place, sides, strict=True)]
@@ -143,12 +147,12 @@ def _lit_cell(reach: float, views: tuple[int, int], place: tuple[int, int]) -> _
         half = math.sqrt(max(reach**2 - nearest[1 - axis] ** 2, 0.0))
         low[axis], high[axis] = max(low[axis], -half), min(high[axis], half)
     width, height = (max(b - a, 0.0) for a, b in zip(low, high, strict=True))
-    return _Cell((low[0], low[1]), (width, height), width * height / (sides[0] * sides[1]))
+    return Cell((low[0], low[1]), (width, height), width * height / (sides[0] * sides[1]))
 
 
 @dataclass(frozen=True)
-class _Recorder:
-    """Takes strips of views."""
+class Recorder:
+    """Takes pictures strip by strip, and what part of the light comes to them."""
 
     camera: Camera
     scene: Scene
@@ -161,26 +165,29 @@ class _Recorder:
         w = self.camera.film.pixels_x
         return -(-w // -(-w // STRIP))
 
-    def strip(self, left: int, cell: _Cell, aside, first: int, number: int) -> np.ndarray:
-        """(4, h, width) float32: light, and last the coverage, of the whole cell; samples first … of a number.
+    def strip(self, left: int, aims: Callable[[float], list[Step]], fill: float, aside, first: int,
+              number: int) -> np.ndarray:
+        """(4, h, width) float32: the mean light, and last the mean weight, of samples first … of a number.
 
-        left: where the strip begins, aside: by what part of a pixel the view lies aside (2).
+        left: where the strip begins; aims: the steps from raster X, Y and U0, U1 to the ray, for a wavelength (µm);
+        fill: the part of a pixel's side that is sampled, aside: by what part it lies aside (2).
         """
         h = self.camera.film.pixels_y
         blocks = -(-self.width * h // B)
         lanes, sums, seed = bench(), np.zeros((blocks, 3 * B), np.float32), np.uint32((int(self.seed) + left) % 2**32)
         covered = np.zeros(blocks * B, np.float32)
         programs: dict[int | None, list[tuple[Program, np.ndarray]]] = {}
+        before = Step(placed, [fill, left + aside[0], aside[1]])
         for sample, many, place in self._samples(first, number):
             if place not in programs:
-                programs[place] = self._programs(place, left, cell, aside, blocks)
+                programs[place] = self._programs(place, before, aims, blocks)
             for program, _ in programs[place]:
                 program.expose(sums, lanes, 0, blocks, sample, many, seed)
         for made in programs.values():
             for _, weights in made:
                 covered += weights / np.float32(len(made))
         planes = np.concatenate([sums.reshape(blocks, 3, B).transpose(1, 0, 2).reshape(3, -1), covered[None]])
-        planes *= np.float32(cell.share / number)
+        planes *= np.float32(1.0 / number)
         return planes[:, :self.width * h].reshape(4, h, self.width)
 
     def _samples(self, first: int, number: int) -> list[tuple[int, int, int | None]]:
@@ -189,24 +196,23 @@ class _Recorder:
             return [(first, number, None)]
         return [(sample, 1, part(sample, self.seed)) for sample in range(first, first + number)]
 
-    def _programs(self, place: int | None, left: int, cell: _Cell, aside, blocks: int):
+    def _programs(self, place: int | None, before: Step, aims: Callable[[float], list[Step]], blocks: int):
         """For a part of the spectrum, or the d line: the programs, with the sums of their weights, (blocks · B,)."""
         camera, scene = self.camera, self.scene
         timed = camera.moves or scene.moves
-        before = [*sampler(self.width, lit=self.shadows, timed=timed), Step(placed, [FILL, left + aside[0], aside[1]])]
-        before += [camera.clock] if timed else []
+        clock = [camera.clock] if timed else []
         after = scene.steps(self.shadows, camera.shutter_open, medium=camera.medium)
         lines = [(D_LINE, [])] if place is None else [(row[place], [channel(name)])
                                                       for name, row in WAVELENGTHS.items()]
         made = []
         for wavelength, ending in lines:
-            aim = [*before, camera.film_step, *_cell_steps(camera, cell, wavelength), *camera.port]
+            aim = [*sampler(self.width, lit=self.shadows, timed=timed), before, *clock, *aims(wavelength), *camera.port]
             program = Program([*aim, Step(covering, np.zeros(blocks * B)), *camera.carried, *after, *ending])
             made.append((program, program.data[program.ends[len(aim)]:program.ends[len(aim) + 1]]))
         return made
 
 
-def _cell_steps(camera: Camera, cell: _Cell, wavelength: float) -> list[Step]:
+def cell_steps(camera: Camera, cell: Cell, wavelength: float) -> list[Step]:
     """From the film point X, Y and U0, U1 of a box of the pupil to the ray; WEIGHT: cos⁴θ where light comes."""
     lens, box = camera.gaussian, [*cell.corner, *cell.sides]
     if isinstance(camera, LensCamera) and camera.follows_rays:

@@ -25,7 +25,7 @@ LAYERS = (
     {"cameras"},
     {"judge", "accuracy", "views", "emission", "fronts", "detours", "sightings", "splats"},
     {"render"},
-    {"analysis", "lightfield", "capture", "lumigraph", "shear", "depth", "distortion"},
+    {"analysis", "lightfield", "capture", "lumigraph", "plenoptic", "shear", "depth", "distortion"},
 )
 WORKBENCH = {"lanes", "driver", "disk", "turn"}
 KNOW_THE_WORKBENCH_ALONE = {"transform", "shutter", "sampling", "film", "scene", "scenery"}
