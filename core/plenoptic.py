@@ -13,7 +13,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import count
 
 import numpy as np
@@ -119,8 +119,8 @@ class PlenopticCamera:
         camera, k = self.camera, self.pixels
         checked_views(camera.film, (k, k), samples, np.float32)
         w, h = self.sensor
-        recorder = Recorder(replace(camera, film=replace(camera.film, pixels_x=w, pixels_y=h)), scene, shadows,
-                            np.uint32(seed & 0xFFFFFFFF))
+        fine = replace(camera, film=replace(camera.film, pixels_x=w, pixels_y=h))       # type: ignore[call-arg]
+        recorder = Recorder(fine, scene, shadows, np.uint32(seed & 0xFFFFFFFF))
         out = np.zeros((4, h, w), np.float32)
         lefts, done = range(0, w, recorder.width), count(1)
         given_up: list[int] = []
@@ -132,8 +132,7 @@ class PlenopticCamera:
             for n, to in enumerate(near):
                 if given_up:
                     return
-                strip = recorder.strip(left, lambda wavelength, to=to: self._aims(to, wavelength), 1.0, (0.0, 0.0),
-                                       n * samples, samples)
+                strip = recorder.strip(left, partial(self._aims, to), 1.0, (0.0, 0.0), n * samples, samples)
                 out[:, :, left:left + recorder.width] += strip[..., :w - left]
             if not told(next(done) / len(lefts)):
                 given_up.append(left)
