@@ -45,7 +45,7 @@ if _features.get("avx512f") and _numba.config.CPU_FEATURES is None:
 from lensbench.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel  # noqa: E402
 from lensbench.accuracy import Choice, choose_model  # noqa: E402
 from lensbench.cameras.bare import BareSensor  # noqa: E402
-from lensbench.cameras.camera import Camera, CameraError, Rays  # noqa: E402
+from lensbench.cameras.camera import Camera  # noqa: E402
 from lensbench.cameras.differentials import Differentials  # noqa: E402
 from lensbench.cameras.environment import EnvironmentCamera  # noqa: E402
 from lensbench.cameras.fisheye import FisheyeCamera  # noqa: E402
@@ -54,6 +54,7 @@ from lensbench.cameras.lens import LensCamera  # noqa: E402
 from lensbench.cameras.orthographic import OrthographicCamera  # noqa: E402
 from lensbench.cameras.perspective import PerspectiveCamera  # noqa: E402
 from lensbench.cameras.pinhole import PinholeCamera, best_pinhole  # noqa: E402
+from lensbench.cameras.rays import CameraError, Rays  # noqa: E402
 from lensbench.capture import capture_light_field  # noqa: E402
 from lensbench.confusion import (  # noqa: E402
     circle_of_confusion,

@@ -11,8 +11,9 @@ from time import perf_counter
 
 import numpy as np
 
-from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.camera import Camera
 from lensbench.cameras.lens import LensCamera
+from lensbench.cameras.rays import CameraError
 from lensbench.driver import Program
 from lensbench.judge import Judge, Rung
 from lensbench.lanes import B, bench

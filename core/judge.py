@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.blocktracer import round_through
-from lensbench.cameras.camera import CameraError
 from lensbench.cameras.gaussian import Gaussian
 from lensbench.cameras.lens import LensCamera
+from lensbench.cameras.rays import CameraError
 from lensbench.driver import Program
 from lensbench.glass import D_LINE
 from lensbench.lanes import BLUE, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from lensbench.cameras.importance import FilmImportance, Importance, of_gaussian
 from lensbench.cameras.landing import WayBack
 from lensbench.cameras.lines import film_middle, on_their_lines
 from lensbench.cameras.port import port_step
+from lensbench.cameras.rays import CameraError, Rays, checked_times
 from lensbench.cameras.way_back import film_from_point
 from lensbench.driver import Program
 from lensbench.film import Film
@@ -23,19 +24,6 @@ from lensbench.scenery.medium import Medium
 from lensbench.shutter import DIRECTIONS, clock_step
 from lensbench.spaces import Intrinsics, Places, Spaces, Window, transformed, window_of
 from lensbench.transform import checked, placed
-
-
-class CameraError(ValueError):
-    """A camera that cannot be; the message says what to do."""
-
-
-class Rays(NamedTuple):
-    """Rays in the world frame (mm); what a camera blocks has weight 0 and numbers without meaning."""
-
-    origins: np.ndarray         # (n, 3)
-    directions: np.ndarray      # (n, 3) unit
-    weights: np.ndarray         # (n,)
-    times: np.ndarray           # (n,) seconds
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -410,11 +398,3 @@ class Camera:
         camera = transformed(np.linalg.inv(self.placement(time, raster)), world)
         return Places(raster, ndc, screen, on_film, camera, world,
                       world if object_from_world is None else transformed(object_from_world, world))
-
-
-def checked_times(time) -> np.ndarray:
-    """Parts of what the shutter lets through; CameraError where they are not in [0, 1]."""
-    times = np.asarray(time, float)
-    if not ((times >= 0.0) & (times <= 1.0)).all():
-        raise CameraError("times must lie between 0 and 1, parts of what the shutter lets through")
-    return times

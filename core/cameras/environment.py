@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.camera import Camera
 from lensbench.cameras.gaussian import across_rays
 from lensbench.cameras.importance import FilmImportance, of_point
+from lensbench.cameras.rays import CameraError
 from lensbench.film import Film
 from lensbench.glass import D_LINE
 from lensbench.lanes import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.camera import Camera
 from lensbench.cameras.importance import FilmImportance, of_point
+from lensbench.cameras.rays import CameraError
 from lensbench.film import AXES, Film
 from lensbench.glass import D_LINE
 from lensbench.lanes import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage

@@ -7,10 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from lensbench.blocktracer import round_through, through
-from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.camera import Camera
 from lensbench.cameras.gaussian import Gaussian, thick, thin
 from lensbench.cameras.importance import FilmImportance
 from lensbench.cameras.landing import WayBack, ideal_way_back, landing
+from lensbench.cameras.rays import CameraError
 from lensbench.cameras.way_back import film_from_point
 from lensbench.driver import Program
 from lensbench.film import Film

@@ -3,9 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.camera import Camera
 from lensbench.cameras.gaussian import Gaussian, telecentric
 from lensbench.cameras.perspective import check_lens, checked_iris, checked_window
+from lensbench.cameras.rays import CameraError
 from lensbench.film import Film
 from lensbench.iris import Iris
 from lensbench.lanes import Step

@@ -3,9 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from lensbench.cameras.camera import Camera, CameraError
+from lensbench.cameras.camera import Camera
 from lensbench.cameras.gaussian import Gaussian, thin
 from lensbench.cameras.landing import WayBack, ideal_way_back
+from lensbench.cameras.rays import CameraError
 from lensbench.film import AXES, Film
 from lensbench.glass import D_LINE
 from lensbench.iris import Iris, IrisError
