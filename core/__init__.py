@@ -77,7 +77,14 @@ from lensbench.exposure import (  # noqa: E402
 )
 from lensbench.falloff import Falloff, falloff  # noqa: E402
 from lensbench.film import FORMATS, Film, FilmError  # noqa: E402
-from lensbench.focus import FocusError, film_distance, focused, focused_distance, nearest_focus  # noqa: E402
+from lensbench.focus import (  # noqa: E402
+    FocusError,
+    film_distance,
+    focused,
+    focused_distance,
+    nearest_focus,
+    section_foci,
+)
 from lensbench.formats import Equivalent, equivalent, field_of_view, film_extent, focal_length  # noqa: E402
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
 from lensbench.iris import Iris, IrisError  # noqa: E402
@@ -130,6 +137,6 @@ __all__ = [
     "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance",
     "film_extent", "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal",
     "irradiance", "light_field_bytes", "look_at", "luminance", "metered_stops", "nearest_focus", "open_region",
-    "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "seidel", "stopped_down", "t_number",
-    "thick_circle_of_confusion", "trace", "transmission", "vignetting", "working_f_number",
+    "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "section_foci", "seidel", "stopped_down",
+    "t_number", "thick_circle_of_confusion", "trace", "transmission", "vignetting", "working_f_number",
 ]

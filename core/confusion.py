@@ -2,8 +2,8 @@
 
 A circle of confusion is a diameter on the film, in mm. The closed forms of the
 thin lens measure distances from the lens; those of a real lens measure from the
-film, as focusing does. Every distance may be math.inf, every one may be an array. Of a lens with a cylinder or toroid
-the section y–z alone is meant.
+film, as focusing does. Every distance may be math.inf, every one may be an array. A lens with a cylinder or
+toroid draws ellipses: 2√2 × their rms radius is told, the diameter of the disk that is spread as far.
 """
 
 from math import isfinite
@@ -11,11 +11,10 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lensbench.axial_bundle import WITHIN_THE_RIM, trace_bundles, zone_rule
+from lensbench.axial_bundle import pupil_rays
 from lensbench.focus import FocusError
 from lensbench.paraxial import ray_matrix
 from lensbench.prescription import Lens, LensError
-from lensbench.tracing import surface_table
 
 
 def circle_of_confusion(focal_length: float, f_number: float, focus_distance: ArrayLike, distance: ArrayLike):
@@ -65,19 +64,21 @@ def depth_of_field(focal_length: float, f_number: float, focus_distance: ArrayLi
 def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> np.ndarray:
     """CoC diameters (mm), paraxially, of axis points at distances (n,) mm from the film.
 
-    The marginal ray of the stop, carried to the film by the ABCD matrix. nan for a
+    The marginal rays of the stop, carried to the film by the ABCD matrix. nan for a
     point that lies within the lens.
     """
-    a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
-    a_stop, b_stop, _, _ = ray_matrix(lens, 0, lens.stop_index)
     film_gap = film_distance / lens.indices()[-1]
     before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
-    with np.errstate(divide="ignore", invalid="ignore"):
-        nearness = lens.front_index / before            # reduced slope for each mm at the first vertex; 0 at infinity
-        at_film = (a + film_gap * c) + (b + film_gap * d) * nearness    # heights per unit height at the first vertex
-        at_stop = a_stop + b_stop * nearness
-        coc = 2.0 * lens.stop.semi_diameter * np.abs(at_film / at_stop)
-    return np.where(before > 0.0, coc, np.nan)
+    squares = []
+    for section in lens.sections:
+        a, b, c, d = ray_matrix(section, 0, len(lens.surfaces))
+        a_stop, b_stop, _, _ = ray_matrix(section, 0, lens.stop_index)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            nearness = lens.front_index / before        # reduced slope for each mm at the first vertex; 0 at infinity
+            at_film = (a + film_gap * c) + (b + film_gap * d) * nearness    # heights for each mm there
+            at_stop = a_stop + b_stop * nearness
+            squares.append((2.0 * lens.stop.semi_diameter * at_film / at_stop) ** 2)
+    return np.where(before > 0.0, np.sqrt(np.mean(squares, 0)), np.nan)
 
 
 def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -90,13 +91,10 @@ def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayL
     before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
     outside = before > 0.0
     nearness = 1.0 / before[outside]
-    zones, weights = zone_rule()
-    with_margin = np.append(zones, WITHIN_THE_RIM)
-    heights, slopes = np.empty((2, len(nearness), len(with_margin)))
-    trace_bundles(surface_table(lens), nearness, with_margin, heights, slopes)
-    radii = np.abs(heights + film_distance * slopes)
+    places, slopes, weights = pupil_rays(lens, nearness)
+    radii = np.hypot(*np.moveaxis(places + film_distance * slopes, 2, 0))
     spread, extent = np.full((2, len(before)), np.nan)
-    spread[outside] = 2.0 * np.sqrt(2.0 * (radii[:, :-1] ** 2 @ weights))
+    spread[outside] = 2.0 * np.sqrt(2.0 * (weights * radii**2).sum(1))
     extent[outside] = 2.0 * radii.max(axis=1)
     return spread, extent
 

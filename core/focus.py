@@ -10,18 +10,22 @@ last vertex, moved once for each zoom setting so that infinity is sharp: between
 stations of a zoom this takes up what interpolation leaves (a maker's cam has no such
 error), at the stations the rounding of the table. The groups stand where the object's
 image falls on that film, up to the nearest of their stations and no further.
+
+A lens with cylinders or toroids focuses the light of its section x–z at one place and that of y–z at another, which
+come apart as the object comes nearer (`section_foci`). Its film stands between, where the whole pupil has the least
+rms blur: paraxially at the mean of the two, each weighted by the square of its cone's slope.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
-from math import ceil, floor, inf, isinf, log10, sqrt
+from math import ceil, floor, inf, log10, sqrt
 
 import numpy as np
 
-from lensbench.axial_bundle import ZONES, trace_bundles, zone_rule
+from lensbench.axial_bundle import pupil_rays
 from lensbench.paraxial import FirstOrder, first_order, ray_matrix
 from lensbench.prescription import Lens, LensError
 from lensbench.roots import least, root
-from lensbench.tracing import surface_table
 
 METHODS = ("paraxial", "real")
 ROUNDING = 4e-15                # of the lens's length: what the place of an image can be known to
@@ -38,15 +42,16 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
     bundle of the object, over the full pupil, has its least rms blur. Of a lens with
     focus groups: behind `focused(lens, focus_distance, method)`. FocusError where
     the object is nearer than the lens can focus, or where the lens forms no real image.
-    Of a lens with a cylinder or toroid, the section y–z is focused; x–z may want another film.
+    Of a lens with a cylinder or toroid both are the best compromise between its two foci; "paraxial" is then
+    the limit of "real" as the stop closes.
     """
     if method not in METHODS:
         raise ValueError(f"focus method {method!r}: it must be 'paraxial' or 'real'")
     if lens.has_focus_groups:
         moved = focused(lens, focus_distance, method)
         return moved.surfaces[-1].thickness + _travel(moved.at(close=0.0), method)[0]
-    if method == "real":
-        return _real_film_distance(lens, focus_distance)
+    if method == "real" or not lens.is_rotationally_symmetric:
+        return _solved_film_distance(lens, focus_distance, _imager(lens, method))
     fo = _focusable(lens)
     _check_distance(focus_distance, nearest_focus(lens))
     # With T = s + s' between the conjugates and e = s' − f: e² − (T − (n + 1) f) e + n f² = 0, of which the small root
@@ -63,7 +68,6 @@ def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens
     """
     if not lens.has_focus_groups:
         return lens
-    image = _image_distance if method == "paraxial" else _real_image_distance
     at_infinity = lens.at(close=0.0)
     off, nearest = _travel(at_infinity, method)
     if focus_distance == inf:
@@ -74,7 +78,7 @@ def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens
         """By how much the film lies behind the image."""
         moved = lens.at(close=close)
         film = moved.surfaces[-1].thickness + off
-        return film - image(moved, focus_distance - moved.length - film)
+        return film - _imager(moved, method)(1.0 / (focus_distance - moved.length - film))
 
     small = ROUNDING * (at_infinity.length + lens.surfaces[-1].thickness)
     here = lens.positions.close if lens.positions else 0.0
@@ -97,6 +101,8 @@ def nearest_focus(lens: Lens) -> float:
     if lens.has_focus_groups:
         return _travel(lens.at(close=0.0), "paraxial")[1]
     fo = _focusable(lens)
+    if not lens.is_rotationally_symmetric:
+        return _conjugates(lens, _imager(lens, "paraxial"))[1]
     n = lens.front_index
     object_distance = max((n + sqrt(n)) * fo.efl, fo.front_principal)       # from the front principal plane
     return _hiatus(lens, fo) + object_distance + fo.efl * object_distance / (object_distance - n * fo.efl)
@@ -107,9 +113,12 @@ def focused_distance(lens: Lens, film_distance: float) -> float:
 
     Of the lens as it stands, groups included. inf where the film stands at the rear
     focus or nearer to the lens. Beyond magnification −1 the distance grows again, and
-    unit focusing would find the other, shorter place of the film for it.
+    unit focusing would find the other, shorter place of the film for it. Of a lens with a cylinder or toroid the
+    plane whose best focus lies on the film.
     """
     fo = _focusable(lens)
+    if not lens.is_rotationally_symmetric:
+        return _object_of(lens, film_distance, _imager(lens, "paraxial"))
     extension = film_distance - fo.bfl
     if not extension > 0.0:
         return inf
@@ -117,32 +126,66 @@ def focused_distance(lens: Lens, film_distance: float) -> float:
     return _hiatus(lens, fo) + (n + 1.0) * fo.efl + extension + n * fo.efl**2 / extension
 
 
-def _real_film_distance(lens: Lens, focus_distance: float) -> float:
-    """By the object's distance x before the first vertex: x + length + image distance(x) = focus_distance."""
-    fo = _focusable(lens)
-    table = surface_table(lens)
+def section_foci(lens: Lens, focus_distance: float, film_distance: float) -> tuple[float, float]:
+    """Last vertex → paraxial focus (mm) of the sections x–z and y–z, for an object focus_distance mm from this film.
+
+    Both are the same for a rotationally symmetric lens. For one with a cylinder or toroid the film can stand at
+    either, or between; an infinite one has no power there, or its object at the focus.
+    """
+    nearness = 1.0 / (focus_distance - lens.length - film_distance)
+    rays = [_axial_ray(section)(nearness) for section in lens.sections]
+    foci = [-height / slope if slope else inf for height, slope, _ in rays]
+    return foci[0], foci[-1]
+
+
+def _solved_film_distance(lens: Lens, focus_distance: float, image: Callable[[float], float]) -> float:
+    """By the object's distance x before the first vertex: x + length + image distance(1 / x) = focus_distance."""
     if focus_distance == inf:
-        return _least_blur(table, 0.0)
+        _focusable(lens)
+        return image(0.0)
     if not focus_distance > 0.0:
         _check_distance(focus_distance, nearest_focus(lens))
 
     def excess(x: float) -> float:
-        return x + lens.length + _least_blur(table, 1.0 / x) - focus_distance
+        return x + lens.length + image(1.0 / x) - focus_distance
 
-    # The sum of the conjugates is least near magnification −1; the object lies on the far side of that
-    n = lens.front_index
-    near = max((n + sqrt(n)) * fo.efl, fo.front_principal) - fo.front_principal
-    near = max(near, 1e-6 * fo.efl)
-    if not focus_distance > 2.0 * nearest_focus(lens):
-        near = least(excess, 0.5 * near, 2.0 * near)
-    nearest = excess(near) + focus_distance
+    # The object lies on the far side of where the sum of the conjugates is least
+    near, nearest = _conjugates(lens, image, closely=not focus_distance > 2.0 * nearest_focus(lens))
     _check_distance(focus_distance, nearest)
     if focus_distance == nearest:
-        return _least_blur(table, 1.0 / near)
+        return image(1.0 / near)
     far = max(focus_distance - lens.length, near)
     while excess(far) < 0.0:                            # an image before the last vertex: the object is farther still
         far *= 2.0
-    return _least_blur(table, 1.0 / root(excess, near, far))
+    return image(1.0 / root(excess, near, far))
+
+
+def _conjugates(lens: Lens, image: Callable[[float], float], closely: bool = True) -> tuple[float, float]:
+    """The object's distance before the first vertex at which the film is nearest to it, and then from the film (mm).
+
+    Near magnification −1, or where the object would touch the first vertex; closely: or else
+    about there, where the object is nearer than one much farther.
+    """
+    fo, n = _focusable(lens), lens.front_index
+
+    def total(x: float) -> float:
+        return x + lens.length + image(1.0 / x)
+
+    near = max((n + sqrt(n)) * fo.efl, fo.front_principal) - fo.front_principal
+    near = max(near, 1e-6 * fo.efl)
+    near = least(total, 0.5 * near, 2.0 * near) if closely else near
+    return near, total(near)
+
+
+def _object_of(lens: Lens, film_distance: float, image: Callable[[float], float]) -> float:
+    """What lies in focus (mm from the film) for a film this far behind the last vertex; inf before the rear focus."""
+    if not film_distance > image(0.0):
+        return inf
+    high = 1.0 / _focusable(lens).efl
+    while image(high) < film_distance:
+        high *= 1.5
+    nearness = root(lambda nearness: image(nearness) - film_distance, 0.0, high)
+    return lens.length + film_distance + 1.0 / nearness
 
 
 @lru_cache(maxsize=64)
@@ -152,41 +195,49 @@ def _travel(at_infinity: Lens, method: str) -> tuple[float, float]:
     The film so that infinity is sharp; the distance (from the film) by the last focus
     station, inf where that is no nearer.
     """
-    fo = _focusable(at_infinity)
-    sharp = fo.bfl if method == "paraxial" else _least_blur(surface_table(at_infinity), 0.0)
-    off = sharp - at_infinity.surfaces[-1].thickness
+    off = _imager(at_infinity, method)(0.0) - at_infinity.surfaces[-1].thickness
     moved = at_infinity.at(close=1.0)
     film = moved.surfaces[-1].thickness + off
-    nearest = focused_distance(moved, film)
-    if method == "paraxial" or nearest == inf:
-        return off, nearest
-    table = surface_table(moved)
-    low = high = 1.0 / max(nearest - moved.length - film, 1e-6 * fo.efl)     # of the paraxial object
-    while _least_blur(table, low) > film:
-        low *= 0.5
-    while _least_blur(table, high) < film:
-        high *= 1.5
-    nearness = root(lambda nearness: _least_blur(table, nearness) - film, low, high)
-    return off, moved.length + film + 1.0 / nearness
+    if method == "paraxial":
+        return off, focused_distance(moved, film)
+    return off, _object_of(moved, film, _imager(moved, method))
 
 
-def _image_distance(lens: Lens, object_distance: float) -> float:
-    """Last vertex → paraxial image (mm) of the axis point so far before the first vertex."""
-    a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
-    object_distance /= lens.front_index
-    return -(a * object_distance + b) / (c * object_distance + d)
+def _imager(lens: Lens, method: str) -> Callable[[float], float]:
+    """Nearness (1/mm) of an axis point before the first vertex → last vertex to plane of its least rms blur (mm)."""
+    if method == "real":
+        def of_rays(nearness: float) -> float:
+            places, slopes, weights = pupil_rays(lens, np.array([nearness]))
+            return _sharpest(places[0], slopes[0], weights[0, :, None])
+        return of_rays
+
+    rays = [_axial_ray(section) for section in lens.sections]
+
+    def of_sections(nearness: float) -> float:
+        if len(rays) == 1:                              # the stop does not count
+            height, slope, _ = rays[0](nearness)
+            return -height / slope
+        heights, slopes, stops = np.array([ray(nearness) for ray in rays]).T
+        return _sharpest(heights, slopes, (lens.stop.semi_diameter / stops) ** 2)
+    return of_sections
 
 
-def _real_image_distance(lens: Lens, object_distance: float) -> float:
-    return _least_blur(surface_table(lens), 1.0 / object_distance)
+def _axial_ray(lens: Lens) -> Callable[[float], tuple[float, float, float]]:
+    """Nearness of an axis point → height and slope behind the last vertex of its paraxial ray, and height at the stop.
+
+    The ray is 1 mm high on the first vertex.
+    """
+    (a, b, c, d), (a_stop, b_stop, _, _) = (ray_matrix(lens, 0, end) for end in (len(lens.surfaces), lens.stop_index))
+    n = lens.front_index
+
+    def ray(nearness: float) -> tuple[float, float, float]:
+        return a + b * nearness * n, c + d * nearness * n, a_stop + b_stop * nearness * n
+    return ray
 
 
-def _least_blur(table: np.ndarray, nearness: float) -> float:
-    """Last vertex → plane of the least rms radius (mm), for the axis point of this nearness."""
-    zones, weights = zone_rule()
-    heights, slopes = np.empty((1, ZONES)), np.empty((1, ZONES))
-    trace_bundles(table, np.array([nearness]), zones, heights, slopes)
-    return float(-(weights * heights[0] * slopes[0]).sum() / (weights * slopes[0] ** 2).sum())
+def _sharpest(heights: np.ndarray, slopes: np.ndarray, weights: np.ndarray) -> float:
+    """The distance at which Σ weights · (heights + distance · slopes)² is least."""
+    return float(-np.sum(weights * heights * slopes) / np.sum(weights * slopes * slopes))
 
 
 def _hiatus(lens: Lens, fo: FirstOrder) -> float:
@@ -195,12 +246,14 @@ def _hiatus(lens: Lens, fo: FirstOrder) -> float:
 
 
 def _focusable(lens: Lens) -> FirstOrder:
+    """First order of a lens that forms a real image, at least by one of its sections."""
     if lens.indices()[-1] != 1.0:
         raise FocusError("this lens ends in glass: its film must stand in air")
-    fo = first_order(lens)
-    if isinf(fo.efl) or fo.efl < 0.0:
-        raise FocusError("this lens does not converge: it forms no real image and has no nearest distance")
-    return fo
+    for section in reversed(lens.sections):
+        fo = first_order(section)
+        if 0.0 < fo.efl < inf:
+            return fo
+    raise FocusError("this lens does not converge: it forms no real image and has no nearest distance")
 
 
 def _check_distance(focus_distance: float, nearest: float) -> None:

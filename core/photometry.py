@@ -15,13 +15,19 @@ from lensbench.tracing import surface_table
 def working_f_number(lens: Lens, film_distance: float) -> float:
     """1 / (2 sin θ′) of the real marginal ray at the axis point of a film this far (mm) behind the last vertex.
 
-    Every rim counts, and so does the magnification; of blades the circle about them. LensError where the film does
-    not stand behind the last vertex.
+    Every rim counts, and so does the magnification; of blades the circle about them. Of a lens with a cylinder or
+    toroid the geometric mean of its sections', which goes with the light. LensError where the film does not stand
+    behind the last vertex.
     """
     if not film_distance > 0.0:
         raise LensError(f"film distance {film_distance:g} mm: the film must stand behind the last vertex")
-    height = marginal_height(surface_table(lens), 1.0 / film_distance, False)
-    return hypot(height, film_distance) / (2.0 * height) if height > 0.0 else inf
+    ways = ((0.0, 1.0),) if lens.is_rotationally_symmetric else ((0.0, 1.0), (1.0, 0.0))
+    sines = []
+    for across, up in ways:
+        height = marginal_height(surface_table(lens), 1.0 / film_distance, False, across, up)
+        sines.append(height / hypot(height, film_distance))
+    sine = sines[0] if len(sines) == 1 else sqrt(sines[0] * sines[1])
+    return 1.0 / (2.0 * sine) if sine > 0.0 else inf
 
 
 def transmission(lens: Lens, wavelength: float = D_LINE) -> float:

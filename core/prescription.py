@@ -172,6 +172,11 @@ class Lens:
             for surface in self.surfaces))
 
     @property
+    def sections(self) -> tuple["Lens", ...]:
+        """The lenses of its sections: x–z and y–z, or of a rotationally symmetric one itself alone."""
+        return (self,) if self.is_rotationally_symmetric else (self.section("x"), self.section("y"))
+
+    @property
     def vertices(self) -> tuple[float, ...]:
         """The z of every vertex (mm, lens frame): 0, then the running sum of the gaps."""
         z, places = 0.0, []
