@@ -229,9 +229,13 @@ def _info(arguments: argparse.Namespace) -> int:
         print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
         return 0
     rows = [(label, form.format(data[key]) if data[key] is not None else "not known") for key, label, form in (
-        ("efl", "Effective focal length", "{:.3f} mm"), ("stated_efl", "  as published", "{:g} mm"),
+        ("efl", "Effective focal length", "{:.3f} mm"),
+        *([("efl_across", "  across, in the section x–z", "{:.3f} mm")] if data["efl_across"] is not None else []),
+        ("stated_efl", "  as published", "{:g} mm"),
         ("f_number", "f-number", "f/{:.2f}"), ("t_number", "T-number, uncoated", "T/{:.2f}"),
-        ("bfl", "Back focus", "{:.3f} mm"), ("ffl", "Front focus", "{:.3f} mm"),
+        ("bfl", "Back focus", "{:.3f} mm"),
+        *([("bfl_across", "  across, in the section x–z", "{:.3f} mm")] if data["bfl_across"] is not None else []),
+        ("ffl", "Front focus", "{:.3f} mm"),
         ("front_principal", "Front principal plane, from the first vertex", "{:.3f} mm"),
         ("rear_principal", "Rear principal plane, from the last vertex", "{:.3f} mm"))]
     rows += [(label, f"{data[key]['z']:.3f} mm, radius {data[key]['radius']:.3f} mm") for key, label in (
@@ -258,18 +262,22 @@ def _lens_data(lens) -> dict[str, Any]:
         nearest = lb.nearest_focus(lens)
     except lb.FocusError:                               # it does not converge: the other figures stand
         nearest = None
+    across = None if lens.is_rotationally_symmetric else lb.first_order(lens.section("x"))
+    squeeze = fo.efl / across.efl if across and math.isfinite(fo.efl) and math.isfinite(across.efl) else 1.0
+    film = lb.Film(36.0 * abs(squeeze), 24.0)               # as wide as what a lens with cylinders squeezes into it
     return {
         "name": lens.name, "kind": lens.kind, "year": lens.year, "source": lens.source,
         "stated_efl": lens.stated_efl, "stated_f_number": lens.stated_f_number,
         "surfaces": len(lens.surfaces), "stop_index": lens.stop_index, "length": lens.length,
         "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl, "f_number": fo.f_number,
+        "efl_across": across and across.efl, "bfl_across": across and across.bfl,
         "t_number": lb.t_number(lens), "transmission": lb.transmission(lens),
         "front_principal": fo.front_principal, "rear_principal": fo.rear_principal,
         "entrance_pupil": {"z": fo.entrance_pupil.z, "radius": fo.entrance_pupil.radius},
         "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},
         "petzval_radius": fo.petzval_radius, "stop_radius": fo.stop_radius,
         "nearest_focus": nearest,
-        "field_of_view": {axis: math.degrees(lb.field_of_view(abs(fo.efl), lb.Film(36.0, 24.0), axis))
+        "field_of_view": {axis: math.degrees(lb.field_of_view(abs(fo.efl), film, axis))
                           for axis in ("horizontal", "vertical", "diagonal")},
         "findings": list(lens.findings),
     }

@@ -22,6 +22,7 @@ from lensbench.app.section_view import round_length
 from lensbench.app.settings import REAL, Settings
 
 FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the film that the lens lights
+UPWARDS = "Film points up the picture, in the section y–z"
 MARGIN, BELOW, ABOVE = 1.12, -1.08, 1.3     # of the rear rim, shown around it; regions lean up, a rim's sag beyond it
 DENSITY = 10.0                  # pixels between samples that are drawn
 SAME = 0.004                    # of the film's radius: so close a film point counts as one of the fields
@@ -65,6 +66,12 @@ def pupil_panel(settings: Settings, film_radius: float, hover_radius: float | No
         _say(str(error))
         return film_radius
     _words(seen, samples, hover_radius is not None, settings.model, reach)
+    if not stand.lens.is_rotationally_symmetric:
+        theme.small()
+        imgui.text_colored(theme.colours().dim, UPWARDS)
+        imgui.pop_font()
+        imgui.set_item_tooltip("This lens has cylinders: film points beside the axis see other regions than those "
+                               "above it, which are shown. Pictures follow the true ones all over the film")
     _plot(stand, fields, seen, samples, reach)
     return film_radius
 

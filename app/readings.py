@@ -71,6 +71,8 @@ class Readings:
     entrance_pupil: float | None = None         # diameters
     exit_pupil: float | None = None
     airy: float | None = None                   # diameter of the first dark ring at the d line
+    across: float | None = None                 # focal length of the section x–z of a lens with cylinders
+    foci: tuple[float, float] | None = None     # of its sections x–z and y–z, mm behind the film
     reason: str = ""
 
 
@@ -173,6 +175,10 @@ def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
 
     # The closed forms measure from the front principal plane, the focus ring from the film
     offset, nearest = stand.principal_offset, lb.nearest_focus(stand.lens)
+    if not lens.is_rotationally_symmetric:
+        foci = lb.section_foci(stand.lens, max(settings.focus_distance, nearest), stand.film_distance)
+        behind = (foci[0] - stand.film_distance, foci[1] - stand.film_distance)
+        plain = replace(plain, across=_across(lens), foci=behind)
     focus = max(settings.focus_distance, nearest) - offset
     plain = replace(plain, nearest_focus=nearest, magnification=fo.efl / (focus - fo.efl))
     if pinhole:
@@ -250,7 +256,7 @@ IDEAL = {"perspective": _of_perspective, "orthographic": _of_orthographic, "fish
 
 def _across(lens: lb.Lens) -> float | None:
     """The focal length across (mm) of a lens that has another one there: with cylinders."""
-    return None if lens.is_rotationally_symmetric else lb.first_order(lens.section("x")).efl
+    return None if lens.is_rotationally_symmetric else _finite(lb.first_order(lens.section("x")).efl)
 
 
 def _angles(film: lb.Film, efl: float, across_efl: float | None = None) -> Readings:
@@ -260,7 +266,7 @@ def _angles(film: lb.Film, efl: float, across_efl: float | None = None) -> Readi
     """
     if not (math.isfinite(efl) and efl > 0.0):
         return Readings()
-    if across_efl is not None and math.isfinite(across_efl) and across_efl > 0.0:
+    if across_efl is not None and across_efl > 0.0:
         film = replace(film, width=film.width * efl / across_efl)
     across, down, diagonal = (lb.field_of_view(efl, film, axis) for axis in ("horizontal", "vertical", "diagonal"))
     return Readings(fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal,

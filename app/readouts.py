@@ -91,6 +91,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
     return [
         Row("Focal length", *_length(got.efl), "Effective focal length (EFL), f: from the rear principal plane P′ "
                                                "to the rear focus F′"),
+        *_across(got),
         Row("Back focal length", *_length(got.bfl), "Back focal length (BFL): from the last vertex "
                                                     "to the rear focus F′"),
         Row("f-number", _f_number(got.f_number), "", "N as set: focal length over the diameter of the entrance pupil, "
@@ -131,6 +132,26 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
         Row("Frames", NONE if status.fps <= 0.0 else f"{status.fps:.0f}", "fps", "Frames of the window a second"),
         Row("Samples", f"{status.samples}", "", "Samples of every pixel so far"),
     ]
+
+
+def _across(got: Readings) -> list[Row]:
+    """What a lens with cylinders has besides."""
+    if got.foci is None:
+        return []
+    squeeze = f". Objects are {got.across / got.efl:.3g} times as wide on the film" if got.across and got.efl else ""
+    return [
+        Row("Focal length across", *_length(got.across),
+            f"Across the picture, in the section x–z; the focal length above is that of y–z, up the picture{squeeze}"),
+        Row("Foci across, up", " ".join(_signed(focus) for focus in got.foci), "mm",
+            "How far behind the film the lens, by its first order, focuses the light of its sections x–z and y–z: what "
+            "lies between is its astigmatism on the axis. The film stands where the blur of the whole pupil is least"),
+    ]
+
+
+def _signed(length: float) -> str:
+    if not math.isfinite(length):
+        return "∞"
+    return f"{'−' if length < 0.0 else '+'}{abs(length):.2f}"
 
 
 def _colours(settings: Settings) -> Row:

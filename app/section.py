@@ -26,6 +26,7 @@ from lensbench.app.settings import Settings
 
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
 FINE = 0.1
+ONE_OF_TWO = "Section y–z, up the picture"
 
 
 @dataclass
@@ -89,6 +90,10 @@ def section_panel(settings: Settings, film_radius: float | None = None) -> Setti
     draw.push_clip_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), True)
     theme.small()
     _draw(draw, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None)
+    if shown.lens is not None and not shown.lens.is_rotationally_symmetric:
+        extent = imgui.calc_text_size(ONE_OF_TWO)
+        draw.add_text(ImVec2(corner.x + size.x - extent.x - theme.em(0.8), corner.y + theme.em(0.4)),
+                      theme.packed(colour.dim), ONE_OF_TWO)
     over_toggle = not shown.ideal and _dead_ray_toggle(corner, size)
     imgui.pop_font()
     draw.pop_clip_rect()

@@ -51,8 +51,8 @@ class LensCamera(Camera):
     f-number is the one that is engraved, for air. focus_method: how a lens whose rays are followed is focused:
     "paraxial", or "real", where the blur on the axis is least at this aperture (see `film_distance`); an ideal model
     has the paraxial focus alone. Focus, aperture and the ideal models are those of the d line. A lens with a cylinder
-    or toroid is traced (CameraError for the other models, and for blades); its focus and aperture are those of its
-    section y–z.
+    or toroid is traced (CameraError for the other models, and for blades); it is focused between its two foci
+    (`section_foci`), and f_number is that of its section y–z.
     """
 
     lens: Lens
