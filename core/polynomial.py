@@ -292,7 +292,6 @@ def _kernel(n: int):
     """The stage for polynomials of the degree n in a, b, c."""
     low = _low(n)
     high_terms, low_terms = terms(n), terms(low)
-    high, few = _sum(n), _sum(low)
 
     @stage
     def polynomial(lanes, p, key):
@@ -311,23 +310,23 @@ def _kernel(n: int):
             vx, vy = l[i] * away + x[i] * drift, m[i] * away + y[i] * drift
             a[i], b[i], c[i] = ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy
         at = HEAD
-        high(lanes, p[at:])
+        _summed(lanes, p[at:], n)
         for i in range(B):
             f[i] = total[i]
-        high(lanes, p[at + high_terms:])
+        _summed(lanes, p[at + high_terms:], n)
         for i in range(B):
             g[i] = total[i]
-        high(lanes, p[at + 2 * high_terms:])
+        _summed(lanes, p[at + 2 * high_terms:], n)
         for i in range(B):
             h[i] = total[i]
         at += 3 * high_terms
-        few(lanes, p[at:])
+        _summed(lanes, p[at:], low)
         for i in range(B):
             e[i] = total[i]
-        few(lanes, p[at + low_terms:])
+        _summed(lanes, p[at + low_terms:], low)
         for i in range(B):
             d[i] = total[i]
-        few(lanes, p[at + 2 * low_terms:])
+        _summed(lanes, p[at + 2 * low_terms:], low)
         for i in range(B):
             ux, uy = x[i] * scale, y[i] * scale
             away = reach / n_[i]
@@ -368,3 +367,22 @@ def _sum(n: int):
             total[i] = t
 
     return summed
+
+
+# Under names of the module: a function in the closure of a kernel would keep numba from finding that in its cache
+_of_1, _of_2, _of_3, _of_4, _of_5 = (_sum(n) for n in range(1, 6))
+
+
+@njit(inline="always")
+def _summed(lanes, q, n):
+    """One polynomial of the degree n, a constant."""
+    if n == 1:
+        _of_1(lanes, q)
+    elif n == 2:
+        _of_2(lanes, q)
+    elif n == 3:
+        _of_3(lanes, q)
+    elif n == 4:
+        _of_4(lanes, q)
+    else:
+        _of_5(lanes, q)

@@ -9,7 +9,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.driver import Program
 from lensbench.lanes import U0, U1, L, M, N, X, Y, Z
-from lensbench.polynomial import DEGREES, Polynomial
+from lensbench.polynomial import DEGREES, Polynomial, _kernel
 from lensbench.pupil_table import PupilTable
 
 PIXEL = 0.004                   # mm: of 24 million on full frame
@@ -136,3 +136,9 @@ def test_what_cannot_be_fitted_is_refused():
         lb.LensCamera(lens, FILM, model="polynomial", degree=13)
     dark = PupilTable.of(lens, film_distance, 400.0, widened=False)
     assert Polynomial.fit(lens, film_distance, dark).rms < math.inf       # the table ends where the light does
+
+
+@pytest.mark.parametrize("degree", DEGREES)
+def test_a_second_start_finds_the_kernels_in_the_cache(degree):
+    # Numba knows a cached function by what its closure holds: numbers stay the same, functions never do
+    assert {type(cell.cell_contents) for cell in _kernel(degree // 2).py_func.__closure__} == {int}
