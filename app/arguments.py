@@ -44,13 +44,14 @@ from lensbench.app.settings import (
 )
 from lensbench.app.time_scales import read_light, read_time
 from lensbench.app.zoom import asked_zoom, read_close, read_zoom
+from lensbench.polynomial import DEGREES
 
 NAMED = (                       # options of their fields' names
-    "focal_length", "fov_axis", "projection", "layout", "scene_width", "lens_radius", "hole_distance", "hole_diameter",
-    "position", "yaw", "pitch", "end_position", "end_yaw", "end_pitch", "duration", "moment", "shutter", "shutter_ramp",
-    "readout", "readout_direction", "medium",
-    "visibility", "fog_light", "wet", "blades", "blade_rotation", "roundness", "exposing", "metering", "iso", "noise",
-    "full_well", "quantum_efficiency", "read_noise", "dispersion", "samples", "seed", "view", "exposure", "tone")
+    "focal_length", "degree", "fov_axis", "projection", "layout", "scene_width", "lens_radius", "hole_distance",
+    "hole_diameter", "position", "yaw", "pitch", "end_position", "end_yaw", "end_pitch", "duration", "moment",
+    "shutter", "shutter_ramp", "readout", "readout_direction", "medium", "visibility", "fog_light", "wet", "blades",
+    "blade_rotation", "roundness", "exposing", "metering", "iso", "noise", "full_well", "quantum_efficiency",
+    "read_noise", "dispersion", "samples", "seed", "view", "exposure", "tone")
 PICTURES = (".png", ".exr", ".ppm")      # that carry their settings
 
 
@@ -166,6 +167,7 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--scene", metavar="SCENE", help="a built-in scene, or a scene file (.toml)")
     add("--model", choices=MODELS, help="how the lens forms the picture: auto (the simplest that will do, by default), "
         + ", ".join(f"{key} ({name[0].lower() + name[1:]})" for key, name in MODELS.items() if key != "auto"))
+    add("--degree", type=int, choices=DEGREES, help="of the polynomial model")
     add("--dispersion", choices=DISPERSIONS, help="colour errors of the lens: traced where its glasses are known "
         "(auto), on (an error where they are not), or off")
     add("--film", type=option(read_film), metavar="FILM",

@@ -21,7 +21,9 @@ from lensbench.app.exposed import Exposing
 from lensbench.app.reach import with_equivalent_film, with_film, with_layout, with_model, with_projection, within_reach
 from lensbench.app.rings import ring_count, rings
 from lensbench.app.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, Settings
+from lensbench.app.toggles import toggles
 from lensbench.app.viewpoint import at_home
+from lensbench.polynomial import DEGREES
 
 FILM_SIDES = (0.1, 1000.0)      # mm, of a custom film
 HAS_STOP = ("auto", "trace", "polynomial", "thick", "thin", "perspective", "orthographic")
@@ -29,7 +31,7 @@ MODEL_TIPS = {
     "auto": "The simplest of the next five that is within half a pixel and 0.05 stops of the full trace,\n"
             "for this scene, film, focus and aperture. The bar at the bottom says which, and why",
     "trace": "Every ray is refracted at every surface",
-    "polynomial": "A polynomial of degree 9, fitted to the real lens as it stands: within a fraction of a pixel, "
+    "polynomial": "A polynomial, fitted to the real lens as it stands: of degree 9 within a fraction of a pixel, "
                   "in less than half of the time",
     "thick": "An ideal lens with the principal planes and pupils of the real one: no aberrations",
     "thin": "An ideal lens of the same focal length and stop: no aberrations, no vignetting",
@@ -41,6 +43,9 @@ MODEL_TIPS = {
     "bare": "No lens: each place of the sensor sees the whole scene, and no picture forms",
     "environment": "No prescription: every direction from one point, in one picture",
 }
+DEGREE_NAMES = {degree: f"{degree}" for degree in DEGREES}
+DEGREE_TIPS = dict.fromkeys(DEGREES, "Of the polynomial in film point and pupil: the higher, the nearer to the lens "
+                                     "and the slower.\nThe panel Models charts one against the other")
 
 
 @dataclass
@@ -62,6 +67,8 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     settings = _model(settings)
     if settings.model == "fisheye":
         settings = _projection(settings)
+    if settings.model == "polynomial":
+        settings = replace(settings, degree=toggles("Degree", DEGREE_NAMES, settings.degree, DEGREE_TIPS))
     if settings.model in ("perspective", "fisheye"):
         settings = _fov_axis(settings)
     # The rings stand as far apart as there is room for

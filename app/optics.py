@@ -67,8 +67,8 @@ def camera(settings: Settings) -> lb.Camera:
     if settings.model == "environment":
         return lb.EnvironmentCamera(film, settings.layout, **common)
     return lb.LensCamera(design(settings), film, focus_distance=settings.focus_distance, f_number=settings.f_number,
-                         model=settings.model, dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
-                         **common)
+                         model=settings.model, degree=settings.degree,
+                         dispersion={"auto": None, "on": True, "off": False}[settings.dispersion], **common)
 
 
 def medium(settings: Settings) -> lb.Medium | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from imgui_bundle import ImVec2, hello_imgui, imgui, implot
 
 from lensbench.app import theme
+from lensbench.app.chart_panel import chart_panel
 from lensbench.app.coc_panel import coc_panel
 from lensbench.app.controls import controls_panel
 from lensbench.app.falloff_panel import falloff_panel
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from lensbench.app.session import Bench
 
 PANELS = ("Controls", "Read-outs", "Spaces", "Render", "Section", "Circle of confusion", "Plan", "Exit pupil",
-          "Falloff", "Light field")
+          "Falloff", "Models", "Light field")
 
 
 def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSplit]:
@@ -66,6 +67,7 @@ class Panels:
             self._docked("Plan", "Right", self.guarded("Plan", self._plan)),
             self._docked("Exit pupil", "RightBottom", self.guarded("Exit pupil", self._pupil), first=True),
             self._docked("Falloff", "RightBottom", self.guarded("Falloff", self._falloff)),
+            self._docked("Models", "RightBottom", self.guarded("Models", self._models)),
             self._docked("Light field", "RightBottom", self.guarded("Light field", self._light_field)),
             self._docked("Render", "MainDockSpace", self._render_window, False),
         ]
@@ -180,6 +182,11 @@ class Panels:
 
     def _falloff(self) -> None:
         falloff_panel(self._bench.edited)
+
+    def _models(self) -> None:
+        bench, news = self._bench, self._bench.easel.news
+        choice = news.choice if news is not None else None
+        bench.edited = chart_panel(bench.edited, bench.charts, choice and (choice.model, choice.degree))
 
     def _light_field(self) -> None:
         bench = self._bench

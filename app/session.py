@@ -23,6 +23,7 @@ from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app import theme
+from lensbench.app.chart_worker import ChartWorker
 from lensbench.app.controls import Chooser
 from lensbench.app.dialogs import ExportDialog, FilePrompt
 from lensbench.app.easel import Easel, save_window
@@ -60,6 +61,7 @@ class Bench:
         self.worker = Worker(settings, self.woken, threads)
         self.easel = Easel(self.worker)
         self.light_field = LightFieldDesk(self)
+        self.charts = ChartWorker(self.woken)
         self._prepared = threading.Event()              # the panels' kernels are compiled
         self._shot: Path | None = None                  # a picture of the window is wanted
         self._finish: Callable[[], None] | None = None
@@ -92,6 +94,7 @@ class Bench:
         """The window is about to go."""
         self.export.cancel()
         self.light_field.worker.stop()
+        self.charts.stop()
         self.worker.stop()
 
     def _prepare(self) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.iris import MOST_BLADES
+from lensbench.polynomial import DEGREES
 
 VERSION = 2                     # of the settings in a picture's metadata
 CHOSEN = "chosen"               # there, what the automatic model came to: a record, and no setting
@@ -95,6 +96,7 @@ class Settings:
     zoom: float = 0.0                       # of a zoom lens, 0 (wide) to 1 (tele); focus moves its groups
     scene: str = "still-life"               # a built-in name, or a path to a scene file
     model: str = "auto"                     # a key of MODELS
+    degree: int = 9                         # of the fitted polynomial: one of DEGREES
     dispersion: str = "auto"                # of the models that follow the real lens: a key of DISPERSIONS
     film_width: float = 36.0
     film_height: float = 24.0
@@ -178,7 +180,8 @@ class Settings:
                               ("view", VIEWS), ("compare", COMPARISONS), ("dispersion", DISPERSIONS),
                               ("fov_axis", FOV_AXES), ("projection", PROJECTIONS), ("layout", LAYOUTS),
                               ("readout_direction", READOUTS),
-                              ("medium", MEDIUMS), ("exposing", EXPOSURES), ("metering", METERINGS), ("bits", BITS)):
+                              ("medium", MEDIUMS), ("exposing", EXPOSURES), ("metering", METERINGS), ("bits", BITS),
+                              ("degree", DEGREES)):
             if getattr(self, name) not in choices:
                 raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(map(str, choices))}")
         if not 0 <= self.seed < 1 << 32:

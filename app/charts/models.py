@@ -43,8 +43,12 @@ def charts(found: list[Subject], told: Callable[[float], bool] = lambda _: True)
     return made
 
 
-def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seconds: float = SECONDS) -> Chart:
-    """The chart of one lens as its camera stands. seconds: for the timings of each model. LensError for a dark film."""
+def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seconds: float = SECONDS,
+          in_the_renderer: bool = True) -> Chart:
+    """The chart of one lens as its camera stands. seconds: for the timings of each model. LensError for a dark film.
+
+    in_the_renderer: whether whole samples are timed, too.
+    """
     camera = subject.camera
     models, truth = ladder(camera), Truth(camera)
     if truth.rays == 0:
@@ -57,7 +61,7 @@ def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seco
     alive = [model for model in models if not model.why]
     stream = _streamed(camera, alive, seconds)
     go_on(told, 0.6)
-    fused = _fused(camera, alive, seconds)
+    fused = _fused(camera, alive, seconds) if in_the_renderer else {}
     go_on(told, 1.0)
     marks = [_mark(model, truth, errors.get(model.name), stream, fused) for model in models]
     scalar = stream["scalar"]
@@ -65,7 +69,8 @@ def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seco
                       figures=_figures(Error(*[0.0] * 7), scalar, None)))
     note = (f"Of a streamed ray by table, polynomial or trace, {stream['aim'].least:.2g} ns are for aiming into the "
             "exit-pupil region; the scalar reference has its rays aimed")
-    return Chart(subject.key, subject.title, STREAMED, ERROR, tuple(marks), conditions(camera, truth), (note,), ALSO)
+    return Chart(subject.key, subject.title, STREAMED, ERROR, tuple(marks), conditions(camera, truth), (note,),
+                 ALSO if in_the_renderer else ())
 
 
 def conditions(camera: lb.LensCamera, truth: Truth) -> str:
@@ -87,7 +92,7 @@ def _mark(model: Model, truth: Truth, error: Error | None, stream: dict[str, Tim
         why = f"loses {100.0 * error.lost:.2g} % of the rays that the lens passes"
     time = stream[model.name]
     return Mark(model.name, model.kind, time.least, error.rms, time.spread, error.worst, why,
-                _figures(error, time, fused[model.name]))
+                _figures(error, time, fused.get(model.name)))
 
 
 def _figures(error: Error, stream: Time, fused: Time | None) -> dict[str, float]:

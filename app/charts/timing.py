@@ -17,6 +17,7 @@ from lensbench.driver import Program, perform
 from lensbench.lanes import B, Step
 
 BLOCKS = 40                     # of rays in one piece of work
+FIRST = lanes.X * lanes.PITCH   # of the numbers that a camera writes: from X to WEIGHT
 
 
 class Time(NamedTuple):
@@ -64,11 +65,12 @@ def in_turn(works: dict[str, Callable[[], object]], seconds: float) -> dict[str,
     return {name: Time(min(times), float(np.median(times))) for name, times in runs.items()}
 
 
-@njit(nogil=True)
+@njit(nogil=True, cache=True)
 def _again(bench, given, code, gated, data, ends, key, times):
     """Run the steps of a Program over one block again and again; its rays are put back each time."""
     for _ in range(times):
-        bench[lanes.X * lanes.PITCH:lanes.WEIGHT * lanes.PITCH + B] = given
+        for i in range(given.size):
+            bench[FIRST + i] = given[i]
         perform(bench, code, gated, data, ends, key)
 
 
@@ -78,6 +80,6 @@ def streamed(steps: list[Step], given: dict[int, np.ndarray], real=np.float32) -
     table = bench.reshape(lanes.ROWS, lanes.PITCH)
     for row, values in given.items():
         table[row, :B] = values
-    kept = bench[lanes.X * lanes.PITCH:lanes.WEIGHT * lanes.PITCH + B].copy()
+    kept = bench[FIRST:lanes.WEIGHT * lanes.PITCH + B].copy()
     return partial(_again, bench, kept, program.code, program.gated, program.data, program.ends,
                    np.zeros(lanes.KEYS, np.uint32), BLOCKS)
