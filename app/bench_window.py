@@ -95,6 +95,27 @@ def paces() -> list[float]:
     return list(np.diff(marks[20:]))
 
 
+def refocused() -> list[float]:
+    """Seconds from picture to picture while the refocus ring of 9 × 9 views of 640 × 427 pixels is turned."""
+    marks: list[float] = []
+    seen: list[object] = [None]
+
+    def watch(bench: _Driven) -> bool:
+        desk = bench.light_field
+        if desk.worker.recording is None:
+            if bench.settled(1) and desk.worker.task is None:
+                desk.worker.record(replace(Settings(), pixels_x=640, pixels_y=427, model="trace", samples=1), (9, 9))
+        elif desk.sight is not None:
+            if desk.sight is not seen[0]:
+                seen[0] = desk.sight
+                marks.append(time.perf_counter())
+            desk.look = replace(desk.look, distance=800.0 + (7.0 * time.perf_counter() * 100.0) % 1500.0)
+        return len(marks) > FRAMES
+
+    _run(SMALL, watch)
+    return list(np.diff(marks[20:]))
+
+
 def start(cached: bool) -> float:
     """Seconds from starting Python to the first picture; cached: with the compiled kernels at hand."""
     environment = dict(os.environ)
@@ -114,6 +135,8 @@ def window() -> Iterator[tuple[str, float, str]]:
     frames = np.array(paces()) * 1e3
     yield "window frame beside two rendering threads, median", float(np.median(frames)), "ms"
     yield "window frame beside two rendering threads, p95", float(np.percentile(frames, 95)), "ms"
+    again = np.array(refocused())
+    yield "refocus ring turned: pictures of a light field in the window, median", 1.0 / float(np.median(again)), "/s"
     start(cached=True)
     yield "start to first picture, kernels cached", min(start(cached=True) for _ in range(3)), "s"
     yield "start to first picture, first ever", start(cached=False), "s"

@@ -5,13 +5,18 @@ import re
 import sys
 from dataclasses import replace
 from time import perf_counter
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lensbench.app.light_field_look import Recording
+    from lensbench.app.settings import Settings
 
 MOST_VIEWS = 999
 
 
 def add_light_field_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield`."""
-    from lensbench.app.arguments import add_picture_options, option, read_aperture, read_distance
+    from lensbench.app.arguments import add_picture_options, option, read_aperture, read_count, read_distance
     from lensbench.app.light_field_view import add_view_options
 
     kinds = parser.add_subparsers(metavar="capture | refocus | view", required=True)
@@ -20,8 +25,13 @@ def add_light_field_options(parser: argparse.ArgumentParser) -> None:
     capture.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file")
     add_picture_options(capture)
     capture.add_argument("-o", "--output", required=True, metavar="FILE.npz")
-    capture.add_argument("--views", type=option(read_views), default=(9, 9), metavar="NxM",
-                         help="views across and down the pupil (9x9); --samples counts for each pixel of each of them")
+    kinds_of_views = capture.add_mutually_exclusive_group()
+    kinds_of_views.add_argument("--views", type=option(read_views), default=(9, 9), metavar="NxM",
+                                help="views across and down the pupil (9x9); --samples counts for each pixel of each")
+    kinds_of_views.add_argument("--microlenses", type=option(read_count), metavar="N",
+                                help="by a plenoptic camera: --size counts microlenses, each with N x N pixels behind")
+    capture.add_argument("--microlens-f-number", type=option(read_aperture), metavar="N",
+                         help="focal length over side of the microlenses; that which matches the lens where left out")
     refocus = kinds.add_parser("refocus", help="A picture from a light field, focused where you like.")
     refocus.set_defaults(command=_refocus)
     refocus.add_argument("field", metavar="FILE.npz", help="what `capture` recorded")
@@ -54,31 +64,53 @@ def read_place(text: str) -> tuple[float, float]:
 
 
 def _capture(arguments: argparse.Namespace) -> int:
-    import lensbench as lb
     from lensbench.app.arguments import settings_from
+    from lensbench.app.cli import UsageError
     from lensbench.app.export import replacing
     from lensbench.app.light_field_file import checked_suffix, save_light_field
-    from lensbench.app.optics import camera
-    from lensbench.app.scene_file import find_scene
 
+    if arguments.microlens_f_number is not None and not arguments.microlenses:
+        raise UsageError("--microlens-f-number goes with --microlenses N")
     settings = settings_from(arguments)
     if arguments.samples is None and arguments.settings is None:
         settings = replace(settings, samples=16)
     path = checked_suffix(arguments.output)
     with replacing(path, keep=False) as part:           # the place is tried before the work begins
         part.touch()
-    size = lb.light_field_bytes(settings.film, arguments.views)
-    print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
-          f"{size / 1e6:.4g} MB of memory")
     begin = perf_counter()
-
-    field = lb.capture_light_field(camera(settings), find_scene(settings.scene), arguments.views, settings.samples,
-                                   settings.seed, told=told)
-    save_light_field(path, field, settings)
-    near, far = field.clear_range
+    recording = _by_microlenses(arguments, settings) if arguments.microlenses else _by_lens(arguments, settings)
+    save_light_field(path, recording)
+    near, far = recording.field.clear_range
     print(f"{path}: {perf_counter() - begin:.1f} s; can be focused without gaps from {near / 1000.0:.3g} m to "
           f"{far / 1000.0:.3g} m")
     return 0
+
+
+def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
+    import lensbench as lb
+    from lensbench.app.light_field_look import Recording
+    from lensbench.app.worker import prepare
+
+    size = lb.light_field_bytes(settings.film, arguments.views)
+    print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
+          f"{size / 1e6:.4g} MB of memory")
+    return Recording(lb.capture_light_field(*prepare(settings), arguments.views, settings.samples, settings.seed,
+                                            told=told), settings)
+
+
+def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
+    import lensbench as lb
+    from lensbench.app.light_field_look import Recording
+    from lensbench.app.worker import prepare
+
+    camera, scene = prepare(settings)
+    plenoptic = lb.PlenopticCamera(camera, arguments.microlenses, arguments.microlens_f_number)
+    across, down = plenoptic.sensor
+    print(f"{settings.pixels_x} × {settings.pixels_y} microlenses of f/{plenoptic.microlens_f_number:.3g} (f/"
+          f"{plenoptic.matched_f_number:.3g} matches), {across} × {down} pixels: {100.0 * plenoptic.used:.0f} % of "
+          f"them used, {100.0 * plenoptic.spilled:.0f} % of the light spilled")
+    raw = plenoptic.expose(scene, settings.samples, settings.seed, told=told)
+    return Recording(raw.decoded(), settings, raw)
 
 
 def told(share: float) -> bool:
@@ -92,7 +124,8 @@ def _refocus(arguments: argparse.Namespace) -> int:
     from lensbench.app.export import save_picture
     from lensbench.app.light_field_file import load_light_field
 
-    field, settings = load_light_field(arguments.field)
+    recording = load_light_field(arguments.field)
+    field, settings = recording.field, recording.settings
     wanted = settings.focus_distance if arguments.focus is None else arguments.focus
     distance = max(wanted, field.nearest)
     picture = field.refocus(distance, arguments.f_number, arguments.view)

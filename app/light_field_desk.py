@@ -4,37 +4,58 @@ What the panel chooses is no part of the settings: undo takes back what was set,
 """
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 import lensbench as lb
 from lensbench.app.depth_colours import depth_picture, light_of, with_codes
 from lensbench.app.light_field_look import Look, Recording, picture_settings
 from lensbench.app.light_field_worker import Compared, FieldWorker, Sight
+from lensbench.app.optics import camera
 from lensbench.app.reach import MARGIN, with_longer_side
 from lensbench.app.settings import Settings
 
 if TYPE_CHECKING:
     from lensbench.app.session import Bench
 
+KINDS = {"lens": "Lens", "microlenses": "Microlenses"}
+
 
 @dataclass
 class Form:
     """What is to be recorded; and what the panel asks of the window."""
 
-    views: int = 9                                      # across, and down
+    kind: str = "lens"                                  # a key of KINDS
+    views: int = 9                                      # across, and down; or the pixels behind a microlens
     samples: int = 16                                   # for each pixel of each view
     longer: int = 640                                   # pixels
+    microlenses: int = 240                              # along the longer side
+    f_number: float | None = None                       # of the microlenses; None: that which matches the lens
     open: bool = False                                  # shown though there is a recording
     requests: set[str] = field(default_factory=set)     # record, cancel, open, save, picture, depth, compare
 
     def settings(self, present: Settings) -> Settings:
         """What the camera sees now, with the form's pixels and samples."""
-        return replace(with_longer_side(present, self.longer), samples=self.samples, view="picture")
+        longer = self.longer if self.kind == "lens" else self.microlenses
+        return replace(with_longer_side(present, longer), samples=self.samples, view="picture")
 
     def bytes(self, present: Settings) -> int:
         """Of memory that the recording will take."""
-        return lb.light_field_bytes(self.settings(present).film, (self.views, self.views))
+        film, square = self.settings(present).film, (self.views, self.views)
+        size = lb.light_field_bytes(film, square)
+        return size if self.kind == "lens" else size + lb.light_field_bytes(film, square, np.float32)
+
+    def plenoptic(self, present: Settings) -> lb.PlenopticCamera:
+        """The plenoptic camera; what making one raises where there is none."""
+        return _plenoptic(self.settings(present).picture, self.views, self.f_number)
+
+
+@lru_cache(maxsize=4)
+def _plenoptic(settings: Settings, pixels: int, f_number: float | None) -> lb.PlenopticCamera:
+    return lb.PlenopticCamera(camera(settings), pixels, f_number)
 
 
 class LightFieldDesk:
@@ -67,12 +88,15 @@ class LightFieldDesk:
             if self._recording is not None:
                 self.look, self.form.open = Look.of(self._recording), False
         picked, bench.view.picked = bench.view.picked, None
+        behind = self._behind
         if picked is not None:
-            self._pick(picked)
+            self._pick((picked[0] // behind, picked[1] // behind))
         if self.look.show != "camera":
             worker.want(self.look)
         bench.easel.sight = self.sight
-        bench.view.cross = self.look.pixel if self.look.show in ("view", "rays", "depth") else None
+        x, y = self.look.pixel
+        bench.view.cross = (x * behind + behind // 2, y * behind + behind // 2) \
+            if self.look.show in ("view", "rays", "depth") else None
         bench.view.line = self.look.show == "rays"
         compared = worker.compared
         if compared is not None and compared is not self._compared:
@@ -80,6 +104,13 @@ class LightFieldDesk:
             bench.easel.keep(compared.image, compared.settings)
             bench.view.pinned = compared.settings
             bench.edited = replace(bench.edited, compare="difference")
+
+    @property
+    def _behind(self) -> int:
+        """How many pixels of the picture that is shown stand for one of a view, across and down."""
+        sight = self.sight
+        raw = None if sight is None else sight.recording.raw
+        return raw.camera.pixels if raw is not None and sight is not None and sight.look.sensor else 1
 
     def _pick(self, pixel: tuple[int, int]) -> None:
         """A pixel of the light field's picture was clicked on: focus there where its depth is known."""
@@ -93,8 +124,10 @@ class LightFieldDesk:
         bench, worker = self._bench, self.worker
         wanted, self.form.requests = self.form.requests, set()
         present = bench.history.present
-        if "record" in wanted:
+        if "record" in wanted and self.form.kind == "lens":
             worker.record(self.form.settings(present), (self.form.views, self.form.views))
+        elif "record" in wanted:
+            worker.expose(self.form.settings(present), self.form.views, self.form.f_number)
         if "cancel" in wanted:
             worker.cancel()
         if "depth" in wanted:

@@ -21,15 +21,20 @@ EDGE = 0.999                    # of the pupil: as far as the middle of an apert
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A light field with the settings that it was recorded with: its samples count for each pixel of each view."""
+    """A light field with the settings that it was recorded with: its samples count for each pixel of each view.
+
+    raw: of a plenoptic camera, what its sensor saw, whose microlenses are the settings' pixels.
+    """
 
     field: lb.LightField
     settings: Settings
+    raw: lb.RawPicture | None = None
 
     @property
     def size(self) -> int:
         """Bytes of memory."""
-        return self.field.light.nbytes + self.field.coverage.nbytes
+        raw = 0 if self.raw is None else self.raw.picture.nbytes + self.raw.white.nbytes
+        return self.field.light.nbytes + self.field.coverage.nbytes + raw
 
     @property
     def pupil_radius(self) -> float:
@@ -48,6 +53,7 @@ class Look:
     view: tuple[float, float] = (0.0, 0.0)
     cell: tuple[int, int] = (0, 0)              # the single view: across and down
     pixel: tuple[int, int] = (0, 0)             # of the views, across and down: what the pupil's cells are seen from
+    sensor: bool = False                        # of a plenoptic camera: its raw picture, and no single view
     band: int = -1                              # of the three that is looked at; −1: all as a colour
     deep: str = "sharp"                         # a key of DEEP
 
@@ -63,7 +69,7 @@ class Look:
     def asked(self) -> "Look":
         """What the picture depends on: the rest is left out."""
         if self.show == "view":
-            return Look("view", cell=self.cell)
+            return Look("view", sensor=True) if self.sensor else Look("view", cell=self.cell)
         if self.show == "depth":
             return Look("depth", deep=self.deep)
         return Look("focus", self.distance, self.f_number, self.view)
@@ -104,6 +110,8 @@ def shown(recording: Recording, look: Look, depth: lb.Depth | None) -> NDArray[n
 
     depth: what was found of it; where there is none, a look at the depth is one at the recorded focus.
     """
+    if look.show == "view" and look.sensor and recording.raw is not None:
+        return recording.raw.picture
     if look.show == "view":
         return recording.field.view(*look.cell)
     if look.show == "depth" and depth is not None:
@@ -115,6 +123,9 @@ def shown(recording: Recording, look: Look, depth: lb.Depth | None) -> NDArray[n
 
 def picture_settings(recording: Recording, look: Look) -> Settings:
     """Those of a camera that is focused and stopped as the look is."""
+    if look.show == "view" and look.sensor and recording.raw is not None:
+        across, down = recording.raw.camera.sensor
+        return replace(recording.settings, pixels_x=across, pixels_y=down)
     if look.show in ("view", "depth"):
         return recording.settings
     return replace(recording.settings, focus_distance=look.distance,
@@ -128,6 +139,10 @@ def place(view: tuple[float, float]) -> str:
 
 def note(recording: Recording, look: Look) -> str:
     """What the picture is, in a few words."""
+    if look.show == "view" and look.sensor and recording.raw is not None:
+        film, lenses = recording.settings.film, recording.raw.camera
+        return (f"Sensor: {film.pixels_x} × {film.pixels_y} microlenses of f/{lenses.microlens_f_number:.2f} with "
+                f"{lenses.pixels} × {lenses.pixels} pixels each")
     if look.show == "view":
         u, v = recording.field.places[look.cell[1], look.cell[0]]
         return f"Light field: the view from {place((u, v))} of the pupil"
@@ -164,3 +179,15 @@ def ray(recording: Recording, pixel: tuple[int, int], cell: tuple[int, int]) -> 
     u, v = field.places[cell[1], cell[0]] * recording.pupil_radius
     return ((0.5 - float(across) / film.pixels_x) * film.width, (float(down) / film.pixels_y - 0.5) * film.height), \
         (float(u), float(v))
+
+
+def match(of: lb.PlenopticCamera) -> tuple[tuple[str, str, str], ...]:
+    """How the microlenses' f-number meets that of the main lens: names, values, meanings."""
+    return (
+        ("Main", f"f/{of.main_f_number:.2f}", "f-number of the cone of light that the microlenses see on the axis"),
+        ("Match", f"f/{of.matched_f_number:.2f}", "f-number of microlenses whose pictures of the pupil just touch"),
+        ("Fill", f"{of.fill:.2f}", "Diameter of the pupil's picture over the distance to the next:\n"
+                                   "more than 1 overlaps, less leaves the sensor dark"),
+        ("Used", f"{100.0 * of.used:.0f} %", "Part of the sensor that light comes to: π/4 where round pictures touch"),
+        ("Spilled", f"{100.0 * of.spilled:.0f} %", "Part of the light that falls beside its microlens's own pixels:\n"
+                                                   "it cannot be told from its neighbour's"))

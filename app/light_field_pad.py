@@ -81,6 +81,16 @@ def pupil_grid(look: Look, recording: Recording, colours: NDArray[np.floating]) 
     return look
 
 
+def pupil_picture(colours: NDArray[np.floating]) -> None:
+    """The pixels behind a microlens, (down, across, 3) codes of the screen, the lowest first."""
+    side = min(round(theme.em(SIDE)), max(imgui.get_content_region_avail().x, 20.0))
+    corner = imgui.get_cursor_screen_pos()
+    imgui.dummy(ImVec2(side, side))
+    _cells(imgui.get_window_draw_list(), Pad(ImVec2(corner.x + 0.5 * side, corner.y + 0.5 * side), 0.5 * side, 1.0),
+           colours, False)
+    imgui.same_line()
+
+
 def coverage_greys(recording: Recording, pixel: tuple[int, int]) -> NDArray[np.floating]:
     """(down, across, 3) the brighter, the more each cell lets through to a pixel of the views."""
     x, y = pixel
@@ -118,7 +128,7 @@ def _pad(label: str, field: lb.LightField) -> Pad:
     return Pad(ImVec2(corner.x + 0.5 * side, corner.y + 0.5 * side), unit, field.reach)
 
 
-def _cells(draw: imgui.ImDrawList, pad: Pad, colours: NDArray[np.floating]) -> None:
+def _cells(draw: imgui.ImDrawList, pad: Pad, colours: NDArray[np.floating], circle: bool = True) -> None:
     """The cells in their colours, and the paraxial pupil's circle."""
     pixel = theme.scale()
     down, across = colours.shape[:2]
@@ -129,4 +139,5 @@ def _cells(draw: imgui.ImDrawList, pad: Pad, colours: NDArray[np.floating]) -> N
         for i in range(across):
             draw.add_rect_filled(ImVec2(edge[0][i], edge[1][j + 1]), ImVec2(edge[0][i + 1] - pixel, edge[1][j] - pixel),
                                  theme.packed((*told[j][i], 1.0)))
-    draw.add_circle(pad.centre, pad.unit, theme.packed(theme.colours().dim), 64, pixel)
+    if circle:
+        draw.add_circle(pad.centre, pad.unit, theme.packed(theme.colours().dim), 64, pixel)

@@ -5,19 +5,21 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
+import lensbench as lb
 from lensbench.app import scale, theme
 from lensbench.app.light_field_depth import depth_body
 from lensbench.app.light_field_desk import Form
-from lensbench.app.light_field_look import SHOWN, Look, Recording, opened, place
-from lensbench.app.light_field_pad import coverage_greys, figures, millimetres, pupil_grid, pupil_pad
+from lensbench.app.light_field_form import progress, recording_form, words
+from lensbench.app.light_field_look import SHOWN, Look, Recording, match, opened, place
+from lensbench.app.light_field_pad import coverage_greys, figures, millimetres, pupil_grid, pupil_pad, pupil_picture
 from lensbench.app.light_field_rays import Strip, rays_body
-from lensbench.app.light_field_worker import FieldWorker, Task
+from lensbench.app.light_field_worker import FieldWorker
 from lensbench.app.ring import ring
 from lensbench.app.settings import Settings
 from lensbench.app.toggles import toggles
+from lensbench.app.tone import develop
 
 fa = icons_fontawesome_6
-VIEWS, SAMPLES, SIDES = (5, 9, 13, 17), (1, 4, 16, 64), (320, 480, 640, 960)
 SHOWN_TIPS = {
     "camera": "The picture is the camera's",
     "focus": "The picture is the light field's, focused and stopped as it is set here",
@@ -31,15 +33,15 @@ def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldW
     """Draw the panel; the look as a hand has left it. strip: makes a texture of a small linear picture."""
     recording = worker.recording
     if recording is None or form.open:
-        _form(settings, form, worker.task, recording is not None)
+        recording_form(settings, form, worker.task, recording is not None)
         return look
     _head(recording, form)
     if worker.task is not None:
-        _progress(worker.task, form)
+        progress(worker.task, form)
     before = look
     look = replace(look, show=toggles("Show", SHOWN, look.show, SHOWN_TIPS, 0.0))
     if look.show == "view":
-        return _view(look, recording)
+        return _view(look, recording, settings)
     if look.show == "rays":
         return rays_body(look, recording, settings, strip)
     if look.show == "depth":
@@ -50,55 +52,7 @@ def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldW
     return look
 
 
-def _words(text: str, strong: bool = False) -> None:
-    imgui.push_text_wrap_pos(0.0)
-    (imgui.text_unformatted if strong else imgui.text_disabled)(text)
-    imgui.pop_text_wrap_pos()
-
-
-# Recording
-
-
-def _form(settings: Settings, form: Form, task: Task | None, can_go_back: bool) -> None:
-    """What to record, what memory it takes, and the buttons."""
-    _words("Record the light through every part of the pupil; choose focus, aperture and viewpoint afterwards.")
-    form.views = toggles("Views", {n: f"{n} × {n}" for n in VIEWS}, form.views, dict.fromkeys(
-        VIEWS, "Cells of the pupil across and down: more of them can be focused farther from the recorded distance"),
-        4.4)
-    form.samples = toggles("Samples", {n: f"{n}" for n in SAMPLES}, form.samples, dict.fromkeys(
-        SAMPLES, "For each pixel of each view: a picture focused afterwards adds those of its views"), 4.4)
-    form.longer = toggles("Pixels", {n: f"{n}" for n in SIDES}, form.longer, dict.fromkeys(
-        SIDES, "Along the longer side of each view"), 4.4)
-    _words(f"Takes {form.bytes(settings) / 1e6:.0f} MB of memory", True)
-    if task is not None:
-        _progress(task, form)
-    else:
-        if imgui.button(fa.ICON_FA_CIRCLE_DOT + "  Record###Record"):
-            form.requests.add("record")
-        imgui.set_item_tooltip("Record what the camera sees now")
-        imgui.same_line()
-        if imgui.button(fa.ICON_FA_FOLDER_OPEN + "  Open…###Open light field"):
-            form.requests.add("open")
-        imgui.set_item_tooltip("Open a recorded light field (.npz)")
-    if can_go_back:
-        if task is None:
-            imgui.same_line()
-        if imgui.button("Back"):
-            form.open = False
-        imgui.set_item_tooltip("Back to the light field that is recorded")
-
-
-def _progress(task: Task, form: Form) -> None:
-    colour = theme.colours()
-    width = imgui.get_content_region_avail().x
-    imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*colour.frame_active))
-    imgui.progress_bar(task.share, ImVec2(width - theme.em(2.2), 0.0),
-                       f"{task.name}  {100.0 * task.share:.0f} %" if task.share else task.name)
-    imgui.pop_style_color()
-    imgui.same_line()
-    if imgui.button(fa.ICON_FA_XMARK + "###Cancel task"):
-        form.requests.add("cancel")
-    imgui.set_item_tooltip("Cancel")
+# What is recorded
 
 
 def _head(recording: Recording, form: Form) -> None:
@@ -162,7 +116,7 @@ def _figures(look: Look, recording: Recording, worker: FieldWorker) -> None:
         ("Time", f"{1000.0 * sight.seconds:.0f} ms" if sight is not None else "–", "To put the picture together")))
     if not near <= look.distance <= far:
         theme.small()
-        _words(f"Beyond {scale.format_distance(near)} to {scale.format_distance(far)} the views part: "
+        words(f"Beyond {scale.format_distance(near)} to {scale.format_distance(far)} the views part: "
                "blur falls into dots. Record more of them", True)
         imgui.pop_font()
 
@@ -186,10 +140,26 @@ def _comparison(look: Look, recording: Recording, worker: FieldWorker, form: For
         imgui.set_item_tooltip("Peak signal to noise: linear light, clipped to 0 … 1. The camera's own picture is A")
 
 
-def _view(look: Look, recording: Recording) -> Look:
-    """One cell of the pupil."""
+def _sensor(look: Look, recording: Recording, raw: lb.RawPicture, settings: Settings) -> None:
+    """What the sensor of a plenoptic camera saw behind one microlens, and how its f-number meets the lens's."""
+    x, y = look.pixel
+    behind = develop(raw.behind(x, y)[::-1], settings.exposure, settings.tone)
+    pupil_picture(behind)
+    figures((("Lens", f"{x}, {y}", "The microlens that was clicked on, across and down; at the left its pixels"),
+             *match(raw.camera)))
+
+
+def _view(look: Look, recording: Recording, settings: Settings) -> Look:
+    """One cell of the pupil, or the sensor of a plenoptic camera."""
     field = recording.field
-    _words("What each cell passes to the pixel clicked on")
+    if recording.raw is not None:
+        look = replace(look, sensor=toggles("Of", {False: "One cell", True: "Sensor"}, look.sensor, {
+            False: "What one cell of the pupil sees: the pixels at one place behind all microlenses",
+            True: "The raw picture: behind each microlens a small picture of the pupil"}))
+        if look.sensor:
+            _sensor(look, recording, recording.raw, settings)
+            return look
+    words("What each cell passes to the pixel clicked on")
     look = pupil_grid(look, recording, coverage_greys(recording, look.pixel))
     i, j = look.cell
     u, v = field.places[j, i]

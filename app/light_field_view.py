@@ -33,6 +33,10 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
     kinds.add_argument("--pixel", nargs=2, type=int, metavar=("X", "Y"),
                        help="the light of a pixel through each cell of the pupil; with --json also where its rays meet "
                             "film and pupil, in mm")
+    kinds.add_argument("--sensor", action="store_true",
+                       help="of a plenoptic camera: its raw picture; how its f-numbers match")
+    kinds.add_argument("--microlens", nargs=2, type=int, metavar=("X", "Y"),
+                       help="of a plenoptic camera: the picture behind one microlens, across and down from 0 0")
     parser.add_argument("--nearest", type=option(read_distance), metavar="DISTANCE",
                         help="of --depth and --all-in-focus: where the search begins, such as 0.5m")
     parser.add_argument("--farthest", type=option(read_distance), metavar="DISTANCE", default=float("inf"),
@@ -45,17 +49,17 @@ def _view(arguments: argparse.Namespace) -> int:
     from lensbench.app.cli import UsageError
     from lensbench.app.export import checked_place, save_picture
     from lensbench.app.light_field_file import load_light_field
-    from lensbench.app.light_field_look import Recording
 
     if arguments.output is None and not arguments.json:
         raise UsageError("name a picture by -o FILE, or ask for the figures by --json")
     path = None if arguments.output is None else Path(arguments.output)
     large = path is not None and checked_place(path) in ENLARGED
-    recording = Recording(*load_light_field(arguments.field))
+    recording = load_light_field(arguments.field)
     if arguments.depth or arguments.all_in_focus:
         image, figures, settings = _of_depth(arguments, recording, path)
     else:
-        image, figures = _of_rays(arguments, recording, large)
+        sensor = arguments.sensor or arguments.microlens is not None
+        image, figures = (_of_sensor if sensor else _of_rays)(arguments, recording, large)
         settings = recording.settings
     if path is not None:
         save_picture(path, image, settings)
@@ -124,3 +128,24 @@ def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool)
         "coverage": field.coverage[:, :, y, x].astype(float).tolist(), "radiance": seen.astype(float).tolist(),
         "film_mm": [[list(film) for film, _ in row] for row in rays],
         "pupil_mm": [[list(pupil) for _, pupil in row] for row in rays]}
+
+
+def _of_sensor(arguments: argparse.Namespace, recording: "Recording", large: bool):
+    """Picture and figures of a plenoptic camera's sensor, or of what is behind one of its microlenses."""
+    from lensbench.app.cli import UsageError
+
+    raw, (w, h) = recording.raw, (recording.settings.pixels_x, recording.settings.pixels_y)
+    if raw is None:
+        raise UsageError("this light field was recorded without microlenses: capture one by --microlenses N")
+    of = raw.camera
+    figures = {"microlenses": [w, h], "pixels": of.pixels, "f_number": of.microlens_f_number,
+               "main_f_number": of.main_f_number, "matched_f_number": of.matched_f_number, "fill": of.fill,
+               "used_percent": 100.0 * of.used, "spilled_percent": 100.0 * of.spilled}
+    if arguments.sensor:
+        return raw.picture, figures
+    x, y = arguments.microlens
+    if not (0 <= x < w and 0 <= y < h):
+        raise UsageError(f"--microlens {x} {y}: they are counted from 0 to {w - 1} across and 0 to {h - 1} down")
+    behind = raw.behind(x, y)
+    figures = {"microlens": [x, y], **figures, "radiance": behind.astype(float).tolist()}
+    return behind.repeat(CELL_PIXELS, 0).repeat(CELL_PIXELS, 1) if large else behind, figures

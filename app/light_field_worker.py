@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 import lensbench as lb
 from lensbench.app.light_field_look import Look, Recording, picture_settings, shown
 from lensbench.app.settings import Settings
+from lensbench.app.worker import prepare
 
 COMPARED = 256                  # samples a pixel of the camera's own picture
 
@@ -73,6 +74,10 @@ class FieldWorker:
     def record(self, settings: Settings, views: tuple[int, int]) -> None:
         """Record what the settings see, with their pixels and samples; the recording there is stays until then."""
         self._begin("Recording", lambda task: self._record(task, settings, views))
+
+    def expose(self, settings: Settings, pixels: int, f_number: float | None) -> None:
+        """Record by a plenoptic camera: its microlenses, of this f-number, stand for the settings' pixels."""
+        self._begin("Exposing", lambda task: self._expose(task, settings, pixels, f_number))
 
     def open(self, path: Path) -> None:
         """Open a recording."""
@@ -154,18 +159,23 @@ class FieldWorker:
         return not (task.cancelled or self._stopped)
 
     def _record(self, task: Task, settings: Settings, views: tuple[int, int]) -> None:
-        from lensbench.app.optics import camera
-        from lensbench.app.scene_file import find_scene
-
-        settings = replace(settings, view="picture").checked()
-        field = lb.capture_light_field(camera(settings), find_scene(settings.scene), views, settings.samples,
-                                       settings.seed, told=lambda share: self._told(task, share))
+        settings = settings.checked()
+        camera, scene = prepare(settings)
+        field = lb.capture_light_field(camera, scene, views, settings.samples, settings.seed,
+                                       told=lambda share: self._told(task, share))
         self.recording = Recording(field, settings)
+
+    def _expose(self, task: Task, settings: Settings, pixels: int, f_number: float | None) -> None:
+        settings = settings.checked()
+        camera, scene = prepare(settings)
+        raw = lb.PlenopticCamera(camera, pixels, f_number).expose(scene, settings.samples, settings.seed,
+                                                                  told=lambda share: self._told(task, share))
+        self.recording = Recording(raw.decoded(), settings, raw)
 
     def _open(self, task: Task, path: Path) -> None:
         from lensbench.app.light_field_file import load_light_field
 
-        recording = Recording(*load_light_field(path))
+        recording = load_light_field(path)
         if not task.cancelled:
             self.recording = recording
 
@@ -173,7 +183,7 @@ class FieldWorker:
         from lensbench.app.light_field_file import save_light_field
 
         if self.recording is not None:
-            save_light_field(path, self.recording.field, self.recording.settings)
+            save_light_field(path, self.recording)
             self.said.append((f"The light field was saved as {path.name}", True))
 
     def _compare(self, task: Task, sight: Sight) -> None:

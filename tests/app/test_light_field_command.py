@@ -13,7 +13,6 @@ from lensbench.app.depth_colours import depth_codes, ends
 from lensbench.app.export import ExportError, read_settings
 from lensbench.app.light_field_file import load_light_field, save_light_field
 from lensbench.app.optics import camera
-from lensbench.app.settings import Settings
 
 SMALL = ["--size", "36x24", "--views", "3x2", "--samples", "2"]
 
@@ -26,17 +25,18 @@ def recorded(tmp_path_factory):
 
 
 def test_a_light_field_comes_back_bit_for_bit(recorded, tmp_path):
-    field, settings = load_light_field(recorded)
+    recording = load_light_field(recorded)
+    field, settings = recording.field, recording.settings
     assert field.views == (3, 2) and (settings.pixels_x, settings.pixels_y) == (36, 24)
-    save_light_field(tmp_path / "again.npz", field, settings)
-    again, same = load_light_field(tmp_path / "again.npz")
+    save_light_field(tmp_path / "again.npz", recording)
+    again, same = load_light_field(tmp_path / "again.npz").field, load_light_field(tmp_path / "again.npz").settings
     assert np.array_equal(again.light, field.light) and np.array_equal(again.coverage, field.coverage)
     assert same == settings and (again.reach, again.fill) == (field.reach, field.fill)
     assert np.array_equal(again.refocus(900.0), field.refocus(900.0))
 
 
 def test_it_is_the_very_one_that_the_library_captures(recorded):
-    field, settings = load_light_field(recorded)
+    field, settings = load_light_field(recorded).field, load_light_field(recorded).settings
     direct = lb.capture_light_field(camera(settings), lb.builtin_scene(settings.scene), (3, 2), 2, settings.seed)
     assert np.array_equal(direct.light, field.light)
 
@@ -63,7 +63,7 @@ def looked_at(recorded, tmp_path, capsys, *arguments):
 
 
 def test_views_pixels_and_lines_are_those_that_were_recorded(recorded, tmp_path, capsys):
-    field, settings = load_light_field(recorded)
+    field = load_light_field(recorded).field
     picture, figures = looked_at(recorded, tmp_path, capsys, "--at", 0.6, 0.5)
     assert figures["view"] == [2, 1] and np.array_equal(picture, field.view(2, 1))
     assert figures["place"] == pytest.approx(field.places[1, 2].tolist())
@@ -80,7 +80,7 @@ def test_views_pixels_and_lines_are_those_that_were_recorded(recorded, tmp_path,
 
 
 def test_depth_is_metres_in_linear_files_and_colours_in_others(recorded, tmp_path, capsys):
-    field, _ = load_light_field(recorded)
+    field = load_light_field(recorded).field
     found = lb.find_depth(field, 600.0, 3000.0)
     limits = ("--nearest", "0.6m", "--farthest", "3m")
     picture, figures = looked_at(recorded, tmp_path, capsys, "--depth", *limits)
@@ -93,6 +93,30 @@ def test_depth_is_metres_in_linear_files_and_colours_in_others(recorded, tmp_pat
     assert main(["lightfield", "view", str(recorded), "--depth", *limits, "-o", str(path)]) == 0
     with Image.open(path) as coloured:
         assert np.abs(np.asarray(coloured) / 255.0 - depth_codes(found)).max() < 0.003      # half a step of 255
+
+
+def test_a_plenoptic_camera_is_recorded_saved_and_looked_into(tmp_path, capsys):
+    path = tmp_path / "sensor.npz"
+    assert main(["lightfield", "capture", "pbrt-dgauss-50mm", "--size", "36x24", "--microlenses", "3", "--samples", "1",
+                 "--microlens-f-number", "4", "-o", str(path)]) == 0
+    told = capsys.readouterr().out
+    recording = load_light_field(path)
+    plenoptic = lb.PlenopticCamera(camera(recording.settings), 3, 4.0)
+    raw = plenoptic.expose(lb.builtin_scene("still-life"), 1, recording.settings.seed)
+    assert np.array_equal(recording.raw.picture, raw.picture) and np.array_equal(recording.raw.white, raw.white)
+    assert np.array_equal(recording.field.light, raw.decoded().light)
+    assert f"{100.0 * plenoptic.spilled:.0f} % of the light spilled" in told and plenoptic.spilled > 0.05
+    picture, figures = looked_at(path, tmp_path, capsys, "--sensor")
+    assert np.array_equal(picture, raw.picture) and figures["fill"] == pytest.approx(plenoptic.fill) and \
+        figures["microlenses"] == [36, 24]
+    picture, figures = looked_at(path, tmp_path, capsys, "--microlens", 20, 10)
+    assert np.array_equal(picture, raw.behind(20, 10)) and np.allclose(figures["radiance"], picture)
+    assert main(["lightfield", "refocus", str(path), "--focus", "2m", "-o", str(tmp_path / "far.png")]) == 0
+    for arguments, says in ((["capture", "pbrt-dgauss-50mm", "--microlens-f-number", "4", "-o", "a.npz"], "goes with"),
+                            (["view", str(path), "--microlens", "36", "0", "--json"], "0 to 35"),
+                            (["capture", "pbrt-dgauss-50mm", "--microlenses", "0", "-o", "a.npz"], "0")):
+        assert main(["lightfield", *arguments]) == 2
+        assert says in capsys.readouterr().err
 
 
 def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
@@ -116,16 +140,17 @@ def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
         error = capsys.readouterr().err
         assert says in error and error.count("\n") == 1, error
         assert not (tmp_path / f"out{suffix}").exists()
+    upside_down = ["--depth", "--nearest", "9m", "--farthest", "2m"]
     for arguments, says in ((["--at", "3", "0"], "reach from"), (["--pixel", "36", "0"], "0 to 35 across"),
-                            (["--epipolar", "24"], "0 to 23"), (["--depth", "--nearest", "9m", "--farthest", "2m"],
-                                                                "must be nearer"), ([], "one of the arguments")):
+                            (["--epipolar", "24"], "0 to 23"), (upside_down, "must be nearer"),
+                            (["--sensor"], "without microlenses"), ([], "one of the arguments")):
         assert main(["lightfield", "view", str(recorded), *arguments, "--json"]) == 2
         error = capsys.readouterr().err
         assert says in error and error.count("\n") == 1, error
     assert main(["lightfield", "view", str(recorded), "--at", "0", "0"]) == 2
     assert "-o FILE" in capsys.readouterr().err
     with pytest.raises(ExportError, match=r"written as \.npz"):
-        save_light_field(tmp_path / "a.zip", load_light_field(recorded)[0], Settings())
+        save_light_field(tmp_path / "a.zip", load_light_field(recorded))
 
 
 def test_the_archive_is_one_that_numpy_reads(recorded):

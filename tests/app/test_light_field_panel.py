@@ -126,8 +126,8 @@ def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it
     settings = replace(with_longer_side(START, 320), samples=1)
     assert seen["recorded"] == settings
     direct = lb.capture_light_field(camera(settings), lb.builtin_scene(settings.scene), (5, 5), 1, settings.seed)
-    opened_again, same = load_light_field(tmp_path / "field.npz")
-    assert np.array_equal(direct.light, opened_again.light) and same == settings
+    again = load_light_field(tmp_path / "field.npz")
+    assert np.array_equal(direct.light, again.field.light) and again.settings == settings
     look = seen["look"]
     assert look.distance > START.focus_distance and look.view[0] > 0.2 and look.view[1] > 0.1
     assert np.array_equal(seen["image"], direct.refocus(look.distance, look.f_number, look.view))
@@ -194,6 +194,37 @@ def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(dr
 
     bench = drive(use, START)
     assert bench.view.messages == ["The picture was saved as there.exr"]
+
+
+def test_a_plenoptic_camera_is_recorded_by_buttons_and_its_sensor_shown(drive):
+    def use(hand):
+        desk = hand.bench.light_field
+        hand.picture()
+        open_panel(hand)
+        hand.ctx.item_click("//Light field/**/By microlenses")
+        hand.ctx.item_click("//Light field/**/Behind 5")
+        hand.ctx.item_click("//Light field/**/Samples 1")
+        hand.ctx.item_click("//Light field/**/Lenses 120")
+        matched = desk.form.plenoptic(hand.settings).matched_f_number
+        hand.drag(hand.at("**/Microlenses", 0.5, 0.5), hand.at("**/Microlenses", 0.7, 0.5))
+        assert desk.form.f_number > matched and desk.form.plenoptic(hand.settings).spilled > 0.0
+        hand.ctx.item_double_click("**/Microlenses")
+        hand.ctx.yield_(2)
+        assert desk.form.f_number is None
+        hand.ctx.item_click("//Light field/**/Record")
+        hand.wait(lambda: desk.worker.recording is not None, "the light field")
+        shown(hand)
+        hand.ctx.item_click("//Light field/**/Show view")
+        hand.ctx.item_click("//Light field/**/Of True")
+        shown(hand)
+        raw = desk.worker.recording.raw
+        assert raw.camera.pixels == 5 and hand.bench.easel.light is raw.picture
+        hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.6, 0.6))
+        hand.ctx.mouse_click(0)
+        hand.ctx.yield_(2)
+        assert desk.look.pixel == (pytest.approx(72, abs=12), pytest.approx(48, abs=12))    # a microlens
+
+    assert drive(use, START).view.messages == []
 
 
 def test_what_cannot_be_recorded_is_said_and_a_recording_can_be_given_up(drive):
