@@ -89,7 +89,13 @@ from lensbench.formats import Equivalent, equivalent, field_of_view, film_extent
 from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
 from lensbench.iris import Iris, IrisError  # noqa: E402
 from lensbench.lightfield import LightField, LightFieldError, light_field_bytes  # noqa: E402
-from lensbench.lumigraph import Lumigraph, NovelView, array_camera, capture_lumigraph  # noqa: E402
+from lensbench.lumigraph import (  # noqa: E402
+    Lumigraph,
+    NovelView,
+    array_camera,
+    capture_lumigraph,
+    lumigraph_pinhole,
+)
 from lensbench.motion import AnimatedTransform  # noqa: E402
 from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
 from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402
@@ -136,7 +142,8 @@ __all__ = [
     "choose_model", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "distortion",
     "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance",
     "film_extent", "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal",
-    "irradiance", "light_field_bytes", "look_at", "luminance", "metered_stops", "nearest_focus", "open_region",
+    "irradiance", "light_field_bytes", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus",
+    "open_region",
     "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "section_foci", "seidel", "stopped_down",
     "t_number", "thick_circle_of_confusion", "trace", "transmission", "vignetting", "working_f_number",
 ]

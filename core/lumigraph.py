@@ -307,7 +307,7 @@ def _blend(planes, ratio, pictures, near, array, offsets, raster, out, covered):
         left, low = min(max(math.floor(a), 0), max(across - 2, 0)), min(max(math.floor(b), 0), max(down - 2, 0))
         total = 0.0
         sums[:] = 0.0
-        # first those that see the surface; where none does, all
+        # first those that see the surface, by pixels that do; where none does, all
         for hidden_too in (False, True):
             if total > 0.0:
                 break
@@ -335,7 +335,7 @@ def _blend(planes, ratio, pictures, near, array, offsets, raster, out, covered):
                     row = min(max(y0 + m - 1, 0), h - 1)
                     for n in range(4):
                         column = min(max(x0 + n - 1, 0), w - 1)
-                        if knows and abs(near[j, i, row, column] - q) > ghost:
+                        if knows and not hidden_too and abs(near[j, i, row, column] - q) > ghost:
                             continue
                         tap = down_taps[m] * across_taps[n]
                         taken += tap
