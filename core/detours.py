@@ -15,7 +15,7 @@ from lensbench.scenery.light import INDEX
 from lensbench.scenery.objects import Sphere
 from lensbench.scenery.plates import plate_frame
 
-ROUNDS = 12             # of Newton's method
+ROUNDS = 8             # of Newton's method
 APART = 0.6             # sum of a ball's radius over the distances of its path's two ends, at the most
 NEAR = 4.0              # radii of a light: from a ball it is no nearer
 AROUND = 1.5            # how much more than by the first order a path may miss a ball, to be surely beside it

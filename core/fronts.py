@@ -23,18 +23,18 @@ ENOUGH = 0.6                # part of the rays in the rectangle that pass, above
 EDGE = 2 * (ACROSS + DOWN) - 4                      # cells along the edge of the rectangle
 DISPLACED = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 WIDENED, WIDER = 8, 0.06    # how often a rectangle is widened, and by what part of its half-axes
+SAME = 0.06                 # difference of two directions that may share a rectangle
 HEAD_ON = 0.02              # least cosine of the light's angle from the axis
 
 
 class Fronts(NamedTuple):
-    """Of n points: rectangles on the planes before the lens, and where the light that passes them falls."""
+    """Of n points: rectangles on the planes before the lens."""
 
     middles: np.ndarray         # (n, 3)
     axes: np.ndarray            # (n, 2, 3) half-axes
     towards: np.ndarray         # (n, 3) unit, from the lens to the point
     passing: np.ndarray         # (n,) part of the rays through the rectangle that pass; 0: none, or not known
     best: np.ndarray            # (n, 3) the point of the plane whose ray passes with most to spare
-    blur: np.ndarray            # (n, 4) least and greatest raster x, then y, of the light that passes
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -55,7 +55,7 @@ def _place(i, middle, half, cells):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _look(points, radii, front, frames, boxes, passing, best, blur, lanes, code, gated, data, ends):
+def _look(points, radii, front, frames, boxes, passing, best, lanes, code, gated, data, ends):
     """Narrow the boxes (n, 4: middle and half of each axis) down to what passes from the points (n, 3).
 
     Then widen them for spheres about the points, until none of five of their points brings light through the
@@ -80,7 +80,6 @@ def _look(points, radii, front, frames, boxes, passing, best, blur, lanes, code,
             # the cells that pass, and the one that comes nearest to it
             count, a0, a1, b0, b1 = 0, ACROSS, -1, DOWN, -1
             least, nearest = np.inf, -1
-            x0, x1, y0, y1 = np.inf, -np.inf, np.inf, -np.inf
             for i in range(B):
                 margin = lanes[MARGIN * PITCH + i]
                 if margin < least:
@@ -89,14 +88,10 @@ def _look(points, radii, front, frames, boxes, passing, best, blur, lanes, code,
                     count += 1
                     a, b = i % ACROSS, i // ACROSS
                     a0, a1, b0, b1 = min(a0, a), max(a1, a), min(b0, b), max(b1, b)
-                    x, y = lanes[X * PITCH + i], lanes[Y * PITCH + i]
-                    x0, x1, y0, y1 = min(x0, x), max(x1, x), min(y0, y), max(y1, y)
             passing[j] = count / B
             if nearest < 0:
                 break
             best[j, 0], best[j, 1] = _place(nearest % ACROSS, u0, hu, ACROSS), _place(nearest // ACROSS, v0, hv, DOWN)
-            if count > 0:
-                blur[j, 0], blur[j, 1], blur[j, 2], blur[j, 3] = x0, x1, y0, y1
             if count > ENOUGH * B:
                 break
             if count == 0:
@@ -145,12 +140,12 @@ def fronts(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32)
     sideways = np.stack([-towards[:, 1], towards[:, 0], np.zeros(n)], 1) / np.maximum(across, 1e-9)[:, None]
     sideways[across < 1e-9] = [0.0, 1.0, 0.0]
     frames = np.stack([np.cross(sideways, towards), sideways], 1)
-    passing, best, blur = np.zeros(n), np.zeros((n, 2)), np.zeros((n, 4))
+    passing, best = np.zeros(n), np.zeros((n, 2))
     boxes = np.zeros((n, 4))
     boxes[:, 2:] = way.radius
     if way.radius > 0.0:
         program = Program(way.bounding, real)
-        _look(points, radii, way.front, frames, boxes, passing, best, blur, bench(real), program.code, program.gated,
+        _look(points, radii, way.front, frames, boxes, passing, best, bench(real), program.code, program.gated,
               program.data, program.ends)
     else:
         passing[:] = 1.0
@@ -158,7 +153,34 @@ def fronts(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32)
     passing[~tellable(way, points, radii)] = 0.0
     start = np.array([0.0, 0.0, way.front])
     return Fronts(start + np.einsum("ni,nij->nj", boxes[:, :2], frames), boxes[:, 2:, None] * frames, towards, passing,
-                  start + np.einsum("ni,nij->nj", best, frames), blur)
+                  start + np.einsum("ni,nij->nj", best, frames))
+
+
+def shared_fronts(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32) -> Fronts:
+    """As `fronts`, but points that lie nearly in the same direction share a rectangle that is wide enough for all."""
+    if way.radius == 0.0 or len(points) < 2:
+        return fronts(way, points, radii, real)
+    ahead = points - [0.0, 0.0, way.front]
+    away = np.sqrt((ahead**2).sum(1))
+    ahead = ahead / away[:, None]
+    cells = np.column_stack([np.floor(ahead / SAME), np.floor(np.log2(away)), radii > 0.5 * SAME * away]).astype(int)
+    _, group, size = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    group = group.reshape(-1)
+    middle = np.stack([np.bincount(group, part) for part in ahead.T], 1)
+    middle /= np.sqrt((middle**2).sum(1))[:, None]
+    far = np.bincount(group, away) / size
+    # At the distance of their mean: each with its radius, and as much as its own distance changes its rays' directions
+    ratio = far[group] / away
+    wide = np.sqrt(((ahead - middle[group])**2).sum(1)) * far[group] + radii * ratio + way.radius * abs(1.0 - ratio)
+    reach = np.zeros(len(far))
+    np.maximum.at(reach, group, wide)
+    middle = [0.0, 0.0, way.front] + middle * far[:, None]
+    found = Fronts(*(values[group] for values in fronts(way, middle, reach, real)))
+    alone = np.nonzero(found.passing == 0.0)[0]         # of the middle; some of them may still be seen
+    if alone.size:
+        for values, own in zip(found, fronts(way, points[alone], radii[alone], real), strict=True):
+            values[alone] = own
+    return found
 
 
 def tellable(way: WayBack, points: np.ndarray, radii) -> np.ndarray:

@@ -14,7 +14,7 @@ from lensbench.cameras.landing import WayBack
 from lensbench.detours import Bend, bends, by_ball, directions, mirrored, shown
 from lensbench.driver import Program
 from lensbench.emission import FLOW, light_parameters
-from lensbench.fronts import Fronts, fronts, tellable
+from lensbench.fronts import Fronts, shared_fronts, tellable
 from lensbench.lanes import WEIGHT, B, X, Y
 from lensbench.motion import AnimatedTransform
 from lensbench.scene import Scene
@@ -50,6 +50,8 @@ class Sighting(NamedTuple):
 
     def traced(self, blocks: int, every: int = 1) -> "Sighting":
         """The same with another number of rays, in one pass of so many."""
+        if (blocks, every) == (self.blocks, self.every):
+            return self
         numbers = self.numbers.copy()
         numbers[FLOW] *= self.blocks * every / (blocks * self.every)
         return self._replace(blocks=blocks, every=every, numbers=numbers)
@@ -107,8 +109,9 @@ def choose(camera: Camera, scene: Scene, real) -> Choice:
     centres = np.array([light.centre for light in small]) @ turn.T + shift
     radii = np.array([light.radius for light in small])
     axes = [np.array(half) @ turn.T for half in zip(*((light.right, light.up) for light in small), strict=True)]
-    balls = np.array([isinstance(scene.objects[light.number], Sphere) for light in small])
-    disks = np.array([isinstance(scene.objects[light.number], Sphere | Disk) for light in small])
+    objects = scene.objects
+    balls = np.array([isinstance(objects[light.number], Sphere) for light in small])
+    disks = np.array([isinstance(objects[light.number], Sphere | Disk) for light in small])
     things = bends(scene, turn, shift)
     known, which, by, front = _fronts(way, things, centres, radii, real)
     lone = np.zeros((len(which), 5))
@@ -155,8 +158,8 @@ def _fronts(way: WayBack, things: list[Bend], centres: np.ndarray, radii: np.nda
             odd[at] = ~tellable(way, image, radii[at])
             parts.append((at, k, image, radii[at]))
         known &= ~odd
-    found = fronts(way, np.concatenate([points for _, _, points, _ in parts]),
-                   np.concatenate([sizes for _, _, _, sizes in parts]), real)
+    found = shared_fronts(way, np.concatenate([points for _, _, points, _ in parts]),
+                          np.concatenate([sizes for _, _, _, sizes in parts]), real)
     first = np.cumsum([0] + [len(points) for _, _, points, _ in parts])
     rows = np.concatenate([begin + np.minimum(np.arange(len(at)), max(len(points) - 1, 0))
                            for (at, _, points, _), begin in zip(parts, first, strict=False)])
@@ -189,24 +192,20 @@ def _pictures(camera: Camera, way: WayBack, seen: _Seen) -> _Pictures:
     front = seen.front
     middle, image = _images(way, seen, front.best)
     steady = np.isfinite(image).all((1, 2))
-    blur = front.blur if way.radius > 0.0 else np.repeat(middle, 2, 1)
-    blur = np.where((seen.by >= 0)[:, None], np.repeat(middle, 2, 1), blur)
+    low, high = middle.copy(), middle.copy()
     for k in (0, 1) if way.radius > 0.0 else ():
         for part in (-0.5, 0.5):
             there, other = _images(way, seen, front.middles + part * front.axes[:, k])
             with np.errstate(invalid="ignore"):
                 steady &= (np.abs(other - image) < STEADY).all((1, 2))
-            # by a ball, from the halves of the pupil's axes to the whole ones
-            wide = np.where((seen.by >= 0)[:, None], 2.0 * there - middle, middle)
-            blur[:, 0::2], blur[:, 1::2] = np.fmin(blur[:, 0::2], wide), np.fmax(blur[:, 1::2], wide)
+            there = 2.0 * there - middle                # from half of the pupil to all of it
+            low, high = np.fmin(low, there), np.fmax(high, there)
     image = np.where(np.isfinite(image), image, 0.0)
     own = abs(np.linalg.det(image)) * np.where(seen.disks, math.pi, 4.0)
-    wide, high = blur[:, 1] - blur[:, 0], blur[:, 3] - blur[:, 2]
-    whole = (np.sqrt(own) + np.sqrt(np.nan_to_num(math.pi / 4.0 * wide * high)) + 1.0) ** 2
-    reach = np.abs(image).sum(1) + np.where(seen.by >= 0, 0.5 * np.maximum(wide, high) + 2.0, 1.0)[:, None]
-    film = camera.film
-    beside = ((blur[:, 1] < -reach[:, 0]) | (blur[:, 0] > film.pixels_x + reach[:, 0])
-              | (blur[:, 3] < -reach[:, 1]) | (blur[:, 2] > film.pixels_y + reach[:, 1]))
+    blur = high - low
+    whole = (np.sqrt(own) + np.sqrt(np.nan_to_num(math.pi / 4.0 * blur.prod(1))) + 1.0) ** 2
+    reach = np.abs(image).sum(1) + 0.5 * blur + 2.0             # for certain, where the blur is not as even as that
+    beside = ((high < -reach) | (low > [camera.film.pixels_x, camera.film.pixels_y] + reach)).any(1)
     density = np.where(steady, SHARED_DENSITY + (DENSITY - SHARED_DENSITY) / (1.0 + own), DENSITY)
     return _Pictures(image, own, own / whole, beside, steady, density, density * whole / front.passing)
 
@@ -261,10 +260,9 @@ def _sightings(camera: Camera, scene: Scene, small: list[SmallLight], things: li
     numbers = light_parameters(marks, front.middles, front.axes, front.towards, seen.centres, seen.rights, seen.ups,
                                seen.disks, areas / (blocks * B), [-2.0 - number for number in by],
                                np.column_stack([seen.balls, first]))
-    return [Sighting(small[k], BALL if ball > 0.0 else FLAT if number >= 0 else STRAIGHT, number, row, int(size),
-                     int(np.clip(own, 1, MANY)) if steady else 0, float(DENSITY / density), bool(disk),
-                     np.ascontiguousarray(image, np.float32),
-                     light_points(scene.objects[small[k].number], small[k]).astype(np.float32))
-            for k, ball, number, row, size, own, steady, density, disk, image in zip(
-                seen.which, seen.balls[:, 3], by, numbers, blocks, pictures.own, pictures.steady, pictures.density,
-                seen.disks, pictures.image, strict=True)]
+    points = light_points(scene.objects)
+    how = np.where(seen.balls[:, 3] > 0.0, BALL, np.where(seen.by >= 0, FLAT, STRAIGHT))
+    many = np.where(pictures.steady, np.clip(pictures.own, 1, MANY).astype(int), 0)
+    return [Sighting(small[k], *rest, points[small[k]]) for k, *rest in zip(
+        seen.which, how.tolist(), by, numbers, blocks.astype(int).tolist(), many.tolist(),
+        (DENSITY / pictures.density).tolist(), seen.disks.tolist(), pictures.image.astype(np.float32), strict=True)]

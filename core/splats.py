@@ -6,7 +6,8 @@ passes the lens falls into that disk. Which lights are splatted so, and in which
 balls, is decided by how many of the camera's rays would meet them in their own picture (`sightings`); to the
 camera's rays that part of a light is black, and what those mirrors show of it: no light is counted twice.
 
-A pass of the picture holds a number of whole blocks of every such light. Threads trace
+The first passes of a picture hold a number of whole blocks of every such light, later only one pass in
+some: these sums have a count of their own. Threads trace
 them to lists, and then each adds all lists, in their order, to a part of the film: the sums
 are the same bit for bit for any number of threads.
 
@@ -26,7 +27,7 @@ from numba import njit
 from lensbench.cameras.camera import Camera
 from lensbench.disk import concentric
 from lensbench.driver import Program, perform
-from lensbench.emission import MARK, bent_there, carry_on, emit, emit_by_ball, turn_back
+from lensbench.emission import LIGHT, MARK, bent_there, carry_on, emit, emit_by_ball, turn_back
 from lensbench.glass import D_LINE
 from lensbench.lanes import (
     BLUE,
@@ -34,7 +35,6 @@ from lensbench.lanes import (
     GLOW,
     GREEN,
     KEYS,
-    PITCH,
     PIXEL,
     RED,
     SAMPLE,
@@ -55,11 +55,12 @@ from lensbench.scene import Scene
 from lensbench.scenery.bounce import bounce
 from lensbench.scenery.light import begin, settle
 from lensbench.scenery.small_lights import POINTS, SmallLight, Taken, divided, evened
-from lensbench.sightings import BALL, FLAT, STRAIGHT, Sighting, budget, choose
-from lensbench.spectrum import WAVELENGTHS, channel
+from lensbench.sightings import BALL, STRAIGHT, Sighting, budget, choose
+from lensbench.spectrum import WAVELENGTHS, channel, part
 
 TASK = 8                # blocks that a thread takes at a time
-SELDOM = 8              # passes, of which a light that seems hidden is traced in one
+OFTEN, RARELY = 4, 4    # first passes of a picture that have splats, and of how many later ones one has
+SELDOM = 8              # of those, of which a light that seems hidden is traced in one
 LIST = 128              # tasks whose samples are listed before they are added to the film
 TURN = 19               # points of a light from one ray's first to the next ray's: without a common divisor of POINTS
 NO_IMAGE = np.zeros((2, 2), np.float32)
@@ -89,23 +90,21 @@ class Splats:
     def _settled(self) -> list[Sighting]:
         """The lights as they are, or with more rays that each stand for themselves where some are blocked."""
         numbers = np.concatenate([chosen.numbers for chosen in self._chosen])
-        programs = [Program(self._outward(how, True, numbers), self._real) for how in (STRAIGHT, FLAT, BALL)]
-        lanes, key, settled = bench(self._real), np.zeros(KEYS, np.uint32), []
-        table = lanes.reshape(-1, PITCH)[:, :B]
-        for j, chosen in enumerate(self._chosen):
-            key[PIXEL] = j
-            program = programs[chosen.how]
-            perform(lanes, program.code, program.gated, program.data, program.ends, key)
-            hidden = (table[GLOW] != chosen.numbers[MARK]) & (table[WEIGHT] > 0.0)
-            if not any(chosen.light.right):             # a ray may also miss a sphere, and meet what is behind it
-                away = [table[axis] - centre for axis, centre in zip((X, Y, Z), chosen.light.centre, strict=True)]
-                hidden &= table[DEPTH] < np.sqrt(sum(a * a for a in away)) - 2.0 * chosen.light.radius
-            hidden |= table[WEIGHT] <= 0.0
-            if hidden.all():                            # for what may peep out
+        numbers = numbers.reshape(-1, LIGHT)
+        lights = np.array([[*chosen.light.centre, 0.0 if any(chosen.light.right) else chosen.light.radius]
+                           for chosen in self._chosen])
+        hidden, how = np.zeros(len(numbers), np.int64), np.array([chosen.how for chosen in self._chosen])
+        for kind in np.unique(how):
+            program = Program(self._outward(kind, True, numbers.ravel()), self._real)
+            _look(hidden, np.nonzero(how == kind)[0], bench(self._real), program.code, program.gated, program.data,
+                  program.ends, numbers[:, MARK], lights)
+        settled = []
+        for chosen, blocked in zip(self._chosen, hidden, strict=True):
+            if blocked == B:                            # for what may peep out
                 chosen = chosen.traced(1, SELDOM)
-            elif hidden.any():
+            elif blocked:
                 chosen = chosen.traced(math.ceil(chosen.blocks * chosen.alone))
-            settled.append(chosen._replace(many=0) if hidden.any() else chosen)
+            settled.append(chosen._replace(many=0) if blocked else chosen)
         return settled
 
     @property
@@ -165,28 +164,29 @@ class Splats:
         if afresh:
             self._sums[:] = 0.0
             self._passes = 0
-        self._passes += len(passes)
-        tasks = self._tasks(passes)
+        own = [(_own_number(number), place) for number, place in passes if number < OFTEN or number % RARELY == 0]
+        self._passes += len(own)
+        tasks = self._tasks([(number, None if place is None else part(number, self._seed)) for number, place in own])
         lists = np.empty((LIST, 5, TASK * B), np.float32)
         counts = np.zeros(LIST, np.int64)
-        while part := list(islice(tasks, LIST)):
+        while listed := list(islice(tasks, LIST)):
             turns = count()
 
-            def shoot(_: int, part=part, turns=turns) -> bool:
+            def shoot(_: int, listed=listed, turns=turns) -> bool:
                 lanes = bench(self._real)
-                while (k := next(turns)) < len(part):
+                while (k := next(turns)) < len(listed):
                     if not wanted():
                         return False
-                    program, j, first, blocks = part[k]
+                    program, j, first, blocks = listed[k]
                     light = self._chosen[j]
                     image = light.image if light.many > 0 else NO_IMAGE
                     counts[k] = _shoot(lists[k], lanes, program.code, program.gated, program.data, program.ends, j,
                                        first, blocks, self._seed, image, light.round)
                 return True
 
-            def gather(i: int, part=part) -> bool:
+            def gather(i: int, listed=listed) -> bool:
                 top, bottom = self._down * i // threads, self._down * (i + 1) // threads
-                for k, (_, j, _, _) in enumerate(part):
+                for k, (_, j, _, _) in enumerate(listed):
                     if not wanted():
                         return False
                     light = self._chosen[j]
@@ -201,6 +201,29 @@ class Splats:
     def image(self) -> np.ndarray:
         """The mean of the passes so far: (h, w, 3)."""
         return self._sums.reshape(self._down, self._across, 3) * np.float32(1.0 / max(self._passes, 1))
+
+
+def _own_number(number: int) -> int:
+    """How many passes before this one had splats."""
+    return number if number < OFTEN else OFTEN + number // RARELY - OFTEN // RARELY
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _look(hidden, which, lanes, code, gated, data, ends, marks, lights):
+    """How many of B rays to these lights are hidden from them; lights: centre (world), radius of a sphere or 0."""
+    key = np.zeros(KEYS, np.uint32)
+    row = rows(lanes)
+    x, y, z, glow, weight, depth = row[X], row[Y], row[Z], row[GLOW], row[WEIGHT], row[DEPTH]
+    for j in which:
+        key[PIXEL] = j
+        perform(lanes, code, gated, data, ends, key)
+        cx, cy, cz, radius = lights[j]
+        for i in range(B):
+            a, b, c = x[i] - cx, y[i] - cy, z[i] - cz
+            before = depth[i] < math.sqrt(a * a + b * b + c * c) - 2.0 * radius
+            # a ray may also miss a sphere, and meet what is behind it
+            blocked = glow[i] != marks[j] and (radius == 0.0 or before)
+            hidden[j] += 1 if blocked or not weight[i] > 0.0 else 0
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

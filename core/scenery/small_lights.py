@@ -135,8 +135,13 @@ def divided(objects: tuple[Thing, ...], taken: tuple[SmallLight, ...]) -> tuple[
     return tuple(left), tuple(alone)
 
 
-@lru_cache(maxsize=4096)
-def light_points(thing: Thing, light: SmallLight) -> np.ndarray:
+@lru_cache(maxsize=16)
+def light_points(objects: tuple[Thing, ...]) -> dict[SmallLight, np.ndarray]:
+    """Points of each small light, see `points_of`, in single precision."""
+    return {light: points_of(objects[light.number], light).astype(np.float32) for light in _all(objects)}
+
+
+def points_of(thing: Thing, light: SmallLight) -> np.ndarray:
     """(POINTS, 5): places of a light from −1 to 1 along its half-axes, or in the unit disk, and the radiance of each.
 
     The places are as dense as the light is bright, and the radiance as much less than the light's own: the mean over

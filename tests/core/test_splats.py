@@ -11,7 +11,7 @@ from lensbench import lenses
 from lensbench.fronts import fronts
 from lensbench.scene import Scene
 from lensbench.scenery.objects import Disk, Image, Material, Pattern, Rectangle, Sky, Sphere
-from lensbench.scenery.small_lights import divided, light_points, small_lights
+from lensbench.scenery.small_lights import divided, points_of, small_lights
 
 BLACK = (0.0, 0.0, 0.0)
 DARK = Sky(BLACK, BLACK, BLACK)
@@ -33,9 +33,12 @@ def view(model, lens="pbrt-dgauss-50mm", focus=1500.0, f_number=2.0, film=FILM, 
 
 
 def both(camera, scene, samples, own):
-    """The picture with light traced from its own side, and by the camera's rays alone; what is traced so."""
+    """The picture with light traced from its own side, and by the camera's rays alone; what is traced so.
+
+    own: passes of such light, of which the picture has one in four.
+    """
     splatted, plain = lb.Rendering(camera, scene, seed=5), lb.Rendering(camera, scene, seed=6, splat=False)
-    splatted.add(own)
+    splatted.add(4 * own)
     plain.add(samples)
     return splatted.image().astype(float), plain.image().astype(float), splatted.splatted
 
@@ -122,7 +125,7 @@ def test_the_light_on_the_film_is_what_the_scalar_tracer_brings_through_the_lens
     disk = Disk(tuple(middle), tuple(middle), 6.0, bright((2000.0,) * 3))
     scene = Scene("light", sky=DARK, plates=(disk,))
     splatted = lb.Rendering(camera, scene)
-    splatted.add(64)
+    splatted.add(256)
     assert splatted.splatted == {0}
     _, _, passed, étendue = through_the_front(camera, middle, 1200)
     pixel = 36.0 / 150 * 24.0 / 100
@@ -270,7 +273,7 @@ def test_the_points_of_a_light_are_its_own_light():
     for thing, second, mean in ((Sphere((0.0, 0.0, -9e4), 9.0, bright((6.0, 1.5, 1.0))), 1 / 4, 1.0),
                                 (square, 1 / 3, 1.0), (tent, 1 / 6, 1 / 4)):
         (light,) = small_lights((thing,))
-        points = light_points(thing, light)
+        points = points_of(thing, light)
         for colour, radiance in zip(points[:, 2:].T, (6.0, 1.5, 1.0), strict=True):
             assert colour.mean() == pytest.approx(radiance * mean, rel=1e-6)
             for axis in (0, 1):                         # 64 points: the mean to 1/64, the second moment likewise
