@@ -166,16 +166,16 @@ def shared_fronts(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.f
     cells = np.column_stack([np.floor(ahead / SAME), np.floor(np.log2(away)), radii > 0.5 * SAME * away]).astype(int)
     _, group, size = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
     group = group.reshape(-1)
-    middle = np.stack([np.bincount(group, part) for part in ahead.T], 1)
-    middle /= np.sqrt((middle**2).sum(1))[:, None]
-    far = np.bincount(group, away) / size
+    middle: np.ndarray = np.stack([np.bincount(group, part) for part in ahead.T], 1)
+    middle = middle / np.sqrt((middle**2).sum(1))[:, None]
+    far: np.ndarray = np.bincount(group, away) / size
     # At the distance of their mean: each with its radius, and as much as its own distance changes its rays' directions
     ratio = far[group] / away
     wide = np.sqrt(((ahead - middle[group])**2).sum(1)) * far[group] + radii * ratio + way.radius * abs(1.0 - ratio)
     reach = np.zeros(len(far))
     np.maximum.at(reach, group, wide)
-    middle = [0.0, 0.0, way.front] + middle * far[:, None]
-    found = Fronts(*(values[group] for values in fronts(way, middle, reach, real)))
+    found = fronts(way, [0.0, 0.0, way.front] + middle * far[:, None], reach, real)
+    found = Fronts(*(values[group] for values in found))
     alone = np.nonzero(found.passing == 0.0)[0]         # of the middle; some of them may still be seen
     if alone.size:
         for values, own in zip(found, fronts(way, points[alone], radii[alone], real), strict=True):

@@ -263,6 +263,7 @@ def _sightings(camera: Camera, scene: Scene, small: list[SmallLight], things: li
     points = light_points(scene.objects)
     how = np.where(seen.balls[:, 3] > 0.0, BALL, np.where(seen.by >= 0, FLAT, STRAIGHT))
     many = np.where(pictures.steady, np.clip(pictures.own, 1, MANY).astype(int), 0)
-    return [Sighting(small[k], *rest, points[small[k]]) for k, *rest in zip(
-        seen.which, how.tolist(), by, numbers, blocks.astype(int).tolist(), many.tolist(),
-        (DENSITY / pictures.density).tolist(), seen.disks.tolist(), pictures.image.astype(np.float32), strict=True)]
+    alone, images = (DENSITY / pictures.density).tolist(), pictures.image.astype(np.float32)
+    return [Sighting(small[k], *rest) for k, rest in zip(seen.which, zip(
+        how.tolist(), by, numbers, blocks.astype(int).tolist(), many.tolist(), alone, seen.disks.tolist(), images,
+        [points[small[k]] for k in seen.which], strict=True), strict=True)]
