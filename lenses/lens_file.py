@@ -15,6 +15,7 @@ from lensbench.lenses import (
     oslo,
     pbrt_format,
     rayoptics,
+    surface_list,
     toml_format,
     zemax,
 )
@@ -24,6 +25,12 @@ from lensbench.prescription import Lens
 
 LARGEST_FILE = 1_000_000    # bytes; the longest known prescriptions have a hundredth of that
 
+
+def _read_json(text: str, path: str) -> Lens:
+    """The lens of a JSON file: Optiland's, or a list of surfaces."""
+    return (surface_list if surface_list.is_one(text) else optiland).read(text, path)
+
+
 READERS: dict[str, Callable[[str, str], Lens]] = {
     ".toml": toml_format.read,
     ".dat": pbrt_format.read,
@@ -31,7 +38,7 @@ READERS: dict[str, Callable[[str, str], Lens]] = {
     ".seq": codev.read,
     ".txt": optical_bench.read,
     ".len": oslo.read,
-    ".json": optiland.read,
+    ".json": _read_json,
     ".roa": rayoptics.read,
 }
 WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
