@@ -30,6 +30,7 @@ from lensbench.app.settings import (
     BITS,
     DISPERSIONS,
     EXPOSURES,
+    FOCUSINGS,
     FOV_AXES,
     LAYOUTS,
     MEDIUMS,
@@ -51,7 +52,7 @@ NAMED = (                       # options of their fields' names
     "hole_diameter", "position", "yaw", "pitch", "end_position", "end_yaw", "end_pitch", "duration", "moment",
     "shutter", "shutter_ramp", "readout", "readout_direction", "medium", "visibility", "fog_light", "wet", "blades",
     "blade_rotation", "roundness", "exposing", "metering", "iso", "noise", "full_well", "quantum_efficiency",
-    "read_noise", "dispersion", "samples", "seed", "view", "exposure", "tone")
+    "read_noise", "dispersion", "focusing", "samples", "seed", "view", "exposure", "tone")
 PICTURES = (".png", ".exr", ".ppm")      # that carry their settings
 
 
@@ -164,6 +165,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--settings", metavar="FILE.toml", help="begin with the settings of this file; other options change them")
     add("--focus", type=option(read_distance), metavar="DISTANCE",
         help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given")
+    add("--focusing", choices=FOCUSINGS, help="where the film stands for that behind a real lens: paraxially, at the "
+        "least blur of all rays (real), or there only where it is half a pixel sharper (auto)")
     add("--scene", metavar="SCENE", help="a built-in scene, or a scene file (.toml)")
     add("--model", choices=MODELS, help="how the lens forms the picture: auto (the simplest that will do, by default), "
         + ", ".join(f"{key} ({name[0].lower() + name[1:]})" for key, name in MODELS.items() if key != "auto"))

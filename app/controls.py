@@ -18,9 +18,10 @@ from lensbench import lenses
 from lensbench.app import air_popup, motion_popup, sensor_popup, stop_popup, theme
 from lensbench.app.dispersion_popup import can_disperse, dispersion_popup
 from lensbench.app.exposed import Exposing
+from lensbench.app.focus_popup import focus_popup
 from lensbench.app.reach import with_equivalent_film, with_film, with_layout, with_model, with_projection, within_reach
 from lensbench.app.rings import ring_count, rings
-from lensbench.app.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, Settings
+from lensbench.app.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, REAL, Settings
 from lensbench.app.toggles import toggles
 from lensbench.app.viewpoint import at_home
 from lensbench.polynomial import DEGREES
@@ -92,6 +93,9 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
          lambda given: sensor_popup.sensor_popup(given, chooser.exposing))]
     if settings.model in HAS_STOP:
         parts.append(("Stop", "The shape of the iris", stop_popup.in_use(settings), stop_popup.stop_popup))
+    if settings.model in REAL:
+        parts.append(("Focus", "Where the film stands: paraxially, or at the least blur", settings.focusing != "auto",
+                      focus_popup))
     if can_disperse(settings):
         parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
                       settings.dispersion != "auto", dispersion_popup))

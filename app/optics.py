@@ -8,6 +8,7 @@ from typing import Any
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.focusing import focusing
 from lensbench.app.settings import Settings, SettingsError
 from lensbench.scenery.medium import WATER_INDEX
 
@@ -66,9 +67,19 @@ def camera(settings: Settings) -> lb.Camera:
         return lb.FisheyeCamera(film, settings.fisheye_fov, settings.projection, settings.fov_axis, **common)
     if settings.model == "environment":
         return lb.EnvironmentCamera(film, settings.layout, **common)
-    return lb.LensCamera(design(settings), film, focus_distance=settings.focus_distance, f_number=settings.f_number,
+    lens = design(settings)
+    return lb.LensCamera(lens, film, focus_distance=settings.focus_distance, f_number=settings.f_number,
                          model=settings.model, degree=settings.degree,
-                         dispersion={"auto": None, "on": True, "off": False}[settings.dispersion], **common)
+                         dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
+                         focus_method=focusing(stopped(lens, settings), settings).method, **common)
+
+
+def stopped(lens: lb.Lens, settings: Settings) -> lb.Lens:
+    """The lens closed to the f-number that is set; as it is where it cannot open so far."""
+    try:
+        return lens if settings.f_number is None else lb.stopped_down(lens, settings.f_number)
+    except lb.LensError:
+        return lens
 
 
 def medium(settings: Settings) -> lb.Medium | None:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.focusing import Focusing, focusing
 from lensbench.app.optics import camera, design, perspective_focal_length
 from lensbench.app.settings import LOOK, MOTION, PLACE, REAL, Settings
 from lensbench.cameras.lens import missing_colour
@@ -33,6 +34,7 @@ class Setup:
     at_infinity: lb.FirstOrder
     film: lb.Film
     film_distance: float
+    focusing: Focusing
     reason: str = ""
 
     @property
@@ -73,6 +75,7 @@ class Readings:
     airy: float | None = None                   # diameter of the first dark ring at the d line
     across: float | None = None                 # focal length of the section x–z of a lens with cylinders
     foci: tuple[float, float] | None = None     # of its sections x–z and y–z, mm behind the film
+    focusing: Focusing = Focusing("paraxial")
     reason: str = ""
 
 
@@ -103,12 +106,13 @@ def _setup(lens: lb.Lens, settings: Settings) -> Setup:
             reasons.append(str(error))
     at_infinity = lb.first_order(lens)
     try:
-        lens = lb.focused(lens, settings.focus_distance)
-        film_distance = lb.film_distance(lens, settings.focus_distance)
+        found = focusing(lens, settings)
+        lens = lb.focused(lens, settings.focus_distance, found.method)
+        film_distance = lb.film_distance(lens, settings.focus_distance, found.method)
     except lb.LensError as error:
         reasons.append(str(error))
-        lens, film_distance = _at_nearest(lens)
-    return Setup(lens, lb.first_order(lens), at_infinity, settings.film, film_distance, "; ".join(reasons))
+        found, (lens, film_distance) = Focusing("paraxial"), _at_nearest(lens)
+    return Setup(lens, lb.first_order(lens), at_infinity, settings.film, film_distance, found, "; ".join(reasons))
 
 
 def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:
@@ -167,6 +171,7 @@ def _readings(lens: lb.Lens | None, settings: Settings) -> Readings:
         _angles(film, designed.efl, _across(lens)),
         efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl), limit=limit,
         widest_f_number=_finite(lb.first_order(lens).f_number), film_distance=stand.film_distance,
+        focusing=stand.focusing,
         entrance_pupil=_finite(2.0 * fo.entrance_pupil.radius), exit_pupil=_finite(2.0 * fo.exit_pupil.radius),
         reason=stand.reason,
     )

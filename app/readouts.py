@@ -7,6 +7,7 @@ from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench.app import theme
+from lensbench.app.focusing import words
 from lensbench.app.readings import Readings, colours, readings
 from lensbench.app.scale import format_angle, format_distance, format_length
 from lensbench.app.settings import LIMITS, Settings
@@ -116,6 +117,9 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
         Row("Depth of field", *_range(got.near_limit, got.far_limit),
             f"From the near to the far limit, measured from the film: the circle of confusion (CoC) stays below "
             f"{limit}, {LIMITS.get(settings.limit, settings.limit).lower()}", gap=True, amber=True),
+        Row("Blur in focus", NONE if got.focusing.blur is None else f"{1000.0 * got.focusing.blur:.3g}", "µm",
+            f"Of a point in focus on the axis: 2√2 × the rms radius of its real rays. {words(got.focusing)}",
+            amber=True),
         Row("Hyperfocal", *_distance(got.hyperfocal), "Focused here, all is sharp from half this distance to infinity"),
         Row("Nearest focus", *_distance(got.nearest_focus), "Nearest distance from the film that the lens can focus"),
         Row("Magnification", _magnification(got.magnification), "", "Size of the image to that of the object "

@@ -211,12 +211,11 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas) -> Settings
     if not imgui.is_item_active():
         return settings
     before = _bench.mouse
-    # Focus groups move in place of the film: it is drawn to where it would focus the lens as a whole
+    # Focus groups move in place of the film: it is drawn to where it would focus the lens as a whole, paraxially
     whole = replace(shown.lens.at(close=0.0), positions=None)
     try:
         nearest = max(lb.nearest_focus(shown.lens), lb.nearest_focus(whole))
-        now = shown.film_z if shown.lens.positions is None else whole.length + lb.film_distance(
-            whole, max(settings.focus_distance, nearest))
+        now = whole.length + lb.film_distance(whole, max(settings.focus_distance, nearest))
         film_z = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale)
         if imgui.is_item_activated() or _bench.mouse == before:
             return settings

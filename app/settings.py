@@ -17,7 +17,7 @@ import lensbench as lb
 from lensbench.iris import MOST_BLADES
 from lensbench.polynomial import DEGREES
 
-VERSION = 2                     # of the settings in a picture's metadata
+VERSION = 3                     # of the settings in a picture's metadata
 CHOSEN = "chosen"               # there, what the automatic model came to: a record, and no setting
 MODELS = {                      # the cameras that the bench offers
     "auto": "Automatic",
@@ -46,6 +46,7 @@ SHAPES = {"equirectangular": (2, 1), "equal-area": (1, 1), "cube-map": (4, 3)}  
 FOV_AXES = {"shorter": "Shorter side", "longer": "Longer side", "horizontal": "Width", "vertical": "Height",
             "diagonal": "Diagonal"}
 DISPERSIONS = {"auto": "Where the glasses are known", "on": "On", "off": "Off"}
+FOCUSINGS = {"auto": "Automatic", "paraxial": "Paraxial", "real": "Least blur"}
 READOUTS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}          # in the upright picture
 MEDIUMS = {"air": "Air", "fog": "Fog", "water": "Water"}
 EXPOSURES = {"plain": "As it is", "triangle": "Exposed", "automatic": "Auto ISO"}
@@ -117,6 +118,7 @@ class Settings:
     blade_rotation: float = 0.0             # counter-clockwise, of the blades that are set here
     roundness: float = 0.0                  # of these blades: 0 straight, 1 a circle
     focus_distance: float = 1200.0          # from the film; math.inf is allowed
+    focusing: str = "auto"                  # where the film stands for that, behind a real lens: a key of FOCUSINGS
     medium: str = "air"                     # before the camera: a key of MEDIUMS
     visibility: float = 10_000.0            # of fog and water, mm: there black has a fiftieth of its contrast
     fog_light: float = 0.5                  # the radiance that fog and water scatter into the view
@@ -171,15 +173,16 @@ class Settings:
         unknown = sorted(set(plain) - known - {"version", CHOSEN})
         if unknown:
             raise SettingsError(f"these settings have names that lensbench does not know: {', '.join(unknown)}")
-        return replace(cls(), **{f.name: _of_kind(f.name, f.type, plain[f.name])
-                                 for f in fields(cls) if f.name in plain}).checked()
+        before = {"focusing": "paraxial"} if version < 3 else {}            # there was no choice
+        given = {f.name: _of_kind(f.name, f.type, plain[f.name]) for f in fields(cls) if f.name in plain}
+        return replace(cls(), **{**before, **given}).checked()
 
     def checked(self) -> "Settings":
         """Itself, or a SettingsError or FilmError that says which value cannot be."""
         for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS),
                               ("view", VIEWS), ("compare", COMPARISONS), ("dispersion", DISPERSIONS),
-                              ("fov_axis", FOV_AXES), ("projection", PROJECTIONS), ("layout", LAYOUTS),
-                              ("readout_direction", READOUTS),
+                              ("focusing", FOCUSINGS), ("fov_axis", FOV_AXES), ("projection", PROJECTIONS),
+                              ("layout", LAYOUTS), ("readout_direction", READOUTS),
                               ("medium", MEDIUMS), ("exposing", EXPOSURES), ("metering", METERINGS), ("bits", BITS),
                               ("degree", DEGREES)):
             if getattr(self, name) not in choices:
@@ -282,8 +285,8 @@ class Settings:
     @property
     def aim(self) -> "Settings":
         """What each place of the picture looks at: `picture` without focus and aperture, a little breathing aside."""
-        return self.picture.plain("visibility", "fog_light", "focus_distance", "f_number", "seed", "view", "blades",
-                                  "blade_rotation", "roundness")
+        return self.picture.plain("visibility", "fog_light", "focusing", "focus_distance", "f_number", "seed", "view",
+                                  "blades", "blade_rotation", "roundness")
 
     @property
     def sample_view(self) -> str:

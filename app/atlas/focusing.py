@@ -222,7 +222,7 @@ def best_focus(name: str) -> Stress:
         return least_blur(each, at, extent)
 
     methods: dict[str, tuple[Focus, bool, str]] = {
-        "closed form": (closed_form, True, "focus by the whole bundle, where that is asked for"),
+        "closed form": (closed_form, True, "the bench moves the film to the least blur, and the read-outs say so"),
         "whole bundle": (whole_bundle, True, ""), "one ray": (one_ray, False, ""),
         "a fifth of the bundle": (narrow, False, ""), "least whole spot": (smallest, False, "")}
 

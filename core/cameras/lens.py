@@ -48,10 +48,10 @@ class LensCamera(Camera):
     dispersion: whether pictures are traced at many wavelengths, or all at the d line; None: where the indices of
     the glasses are known for all that a picture sees. CameraError where it is True and
     they are not. A lens whose front_index is not 1 stands in the medium itself, without a window; its
-    f-number is the one that is engraved, for air. focus_method: how a lens whose rays are followed is focused:
-    "paraxial", or "real", where the blur on the axis is least at this aperture (see `film_distance`); an ideal model
-    has the paraxial focus alone. Focus, aperture and the ideal models are those of the d line. A lens with a cylinder
-    or toroid is traced (CameraError for the other models, and for blades); it is focused between its two foci
+    f-number is the one that is engraved, for air. focus_method: where the film stands, whatever the model:
+    "paraxial", or "real", where the real rays' blur is least at this aperture (see `film_distance`), which
+    is beside the focus of an ideal model. Focus, aperture and the ideal models are those of the d line. A lens with a
+    cylinder or toroid is traced (CameraError for the other models, and for blades); it is focused between its two foci
     (`section_foci`), and f_number is that of its section y–z.
     """
 
@@ -83,7 +83,7 @@ class LensCamera(Camera):
         if lens.front_index != 1.0 and self.medium is not None and self.medium.index not in (1.0, lens.front_index):
             raise CameraError(f"this lens stands in a medium of index {lens.front_index:g}, and the camera in one of "
                               f"{self.medium.index:g}: give both the same")
-        object.__setattr__(self, "lens", focused(lens, self.focus_distance, self._focus_method))
+        object.__setattr__(self, "lens", focused(lens, self.focus_distance, self.focus_method))
         if not self.film_distance > 0.0:            # what cannot be focused at all is refused on the way
             raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
                              "where no film can stand")
@@ -111,11 +111,7 @@ class LensCamera(Camera):
     @cached_property
     def film_distance(self) -> float:
         """From the last vertex to the film (mm)."""
-        return film_distance(self.lens, self.focus_distance, self._focus_method)
-
-    @property
-    def _focus_method(self) -> str:
-        return self.focus_method if self.follows_rays else "paraxial"
+        return film_distance(self.lens, self.focus_distance, self.focus_method)
 
     @cached_property
     def pupil(self) -> PupilTable | PupilGrid:

@@ -209,7 +209,7 @@ def drag(ctx, start: ImVec2, dx: float, dy: float) -> None:
 
 
 def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
-    panel = Panel()
+    panel = Panel(replace(START, focusing="paraxial"))
     seen = {}
 
     def test(ctx):

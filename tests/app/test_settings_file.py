@@ -32,7 +32,7 @@ def test_settings_come_back_from_their_file_to_the_last_bit(tmp_path_factory, se
 
 def test_what_a_hand_has_written_is_read_and_what_it_left_out_is_as_the_bench_has_it(tmp_path):
     path = tmp_path / "a.toml"
-    path.write_text('version = 1\nf_number = "open"  # as far as it goes\nfocus_distance = inf\nexposure = 1\n'
+    path.write_text('version = 3\nf_number = "open"  # as far as it goes\nfocus_distance = inf\nexposure = 1\n'
                     'position = [0, 1.5, 2]\n')
     read = load_settings(path)
     assert read == replace(Settings(), f_number=None, focus_distance=math.inf, exposure=1.0, position=(0.0, 1.5, 2.0))
