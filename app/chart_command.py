@@ -82,12 +82,17 @@ class Made(NamedTuple):
 
 def _models(arguments: argparse.Namespace, told: Callable[[float], bool]) -> Made:
     from lensbench.app.charts.models import charts
+    from lensbench.app.charts.peers import PEERS, installed
     from lensbench.app.charts.sheet import draw
     from lensbench.app.charts.subjects import subjects
     from lensbench.app.charts.table import plain, table
 
     found, left_out = subjects(arguments)
-    made = charts(found, told)
+    peers = installed()
+    made = charts(found, told, peers)
+    if len(peers) < len(PEERS):
+        absent = ", ".join(name for name in PEERS if name not in peers)
+        left_out.append(f"{absent}: not installed (pip install 'lensbench[peers]')")
     return Made([table(each) for each in made], plain(made),
                 lambda path, heading: draw(made, path, arguments.summary, heading), left_out)
 

@@ -1,8 +1,8 @@
 """The same rays through the same lenses in rayoptics, Optiland and batoid: how far they agree, and how fast each is.
 
-Optiland and rayoptics open the files that lensbench writes for them, so that these are tried, too; batoid's surfaces
-are made one by one. One thread each, rims aside, at the d line; printed as the table of docs/benchmark.md. Beside
-lensbench's reference tracer stands the one of its pictures, which works in blocks.
+Optiland and rayoptics open the files that lensbench writes for them, so that these are tried, too. One thread each,
+rims aside, at the d line; printed as the table of docs/benchmark.md. Beside lensbench's reference tracer stands the
+one of its pictures, which works in blocks.
 """
 
 import time
@@ -15,20 +15,17 @@ import pytest
 import lensbench as lb
 from lensbench import lanes, lenses
 from lensbench.app.bench import least, machine
+from lensbench.app.charts.peers import BEFORE, PEERS, batoid_has
 from lensbench.blocktracer import round_through
 from lensbench.driver import Program
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")         # of the peers' own
     import batoid
-    import optiland.fileio
-    import rayoptics.gui.appcmds
-    from optiland.rays import RealRays
-    from rayoptics.raytr.raytrace import trace_raw
+    import rayoptics
 
 LENSES = ("pbrt-dgauss-50mm", "lenshh-cooke-triplet-50", "lv-nikon-z-58f095-noct", "lib-us10281683")
 RAYS, FEW = 20_000, 200                     # rayoptics traces one ray at a time
-BEFORE = 50.0                               # mm from the rays' beginnings to the first vertex
 # mm on the last surface: rayoptics and batoid stop Newton below 1e-12 mm, Optiland at 1e-10 as our file asks
 TOLERANCE = {"rayoptics": 1e-9, "optiland": 1e-8, "batoid": 1e-9}
 
@@ -49,69 +46,6 @@ def bundle(lens, count):
 def _round(rng, count):
     angle = 2.0 * np.pi * rng.random(count)
     return np.column_stack([np.cos(angle), np.sin(angle)])
-
-
-def through_optiland(lens, folder):
-    lenses.save(lens, folder / "lens.json")
-    surfaces = optiland.fileio.load_optiland_file(str(folder / "lens.json")).surfaces.surfaces[1:-1]
-    for surface in surfaces:
-        surface.aperture = None
-
-    def run(origins, directions):
-        rays = RealRays(*origins.T, *directions.T, np.ones(len(origins)), np.full(len(origins), lb.D_LINE))
-        for surface in surfaces:
-            surface.trace(rays)
-        return np.column_stack([rays.x, rays.y, rays.z])
-    return run
-
-
-def through_rayoptics(lens, folder):
-    lenses.save(lens, folder / "lens.roa")
-    model = rayoptics.gui.appcmds.open_model(folder / "lens.roa")
-    model["seq_model"].gaps[0].thi = BEFORE
-    model.update_model()
-    line = model["optical_spec"]["wvls"].wavelengths[1]
-    path = list(model["seq_model"].path(line))
-
-    def run(origins, directions):
-        found = [trace_raw(iter(path), np.array([x, y, 0.0]), way, line)[0][-2][0]
-                 for (x, y, _), way in zip(origins, directions, strict=True)]
-        return np.array(found) + [0.0, 0.0, lens.length]
-    return run
-
-
-def through_batoid(lens, _):
-    items, before = [], 1.0
-    for i, (surface, z) in enumerate(zip(lens.surfaces, lens.vertices, strict=True)):
-        terms = dict(surface.aspheric)
-        if surface.curvature == 0.0 and not terms:
-            shape = batoid.Plane()
-        elif terms:
-            coefficients = [terms.get(power, 0.0) for power in range(4, max(terms) + 1, 2)]
-            shape = batoid.Asphere(1.0 / surface.curvature, surface.conic, coefficients)
-        else:
-            shape = batoid.Quadric(1.0 / surface.curvature, surface.conic)
-        items.append(batoid.RefractiveInterface(
-            shape, name=str(i), coordSys=batoid.CoordSys().shiftGlobal([0.0, 0.0, z]),
-            inMedium=batoid.ConstMedium(before), outMedium=batoid.ConstMedium(surface.glass.n_d)))
-        before = surface.glass.n_d
-    system = batoid.CompoundOptic(items, name="lens", inMedium=batoid.ConstMedium(1.0),
-                                  outMedium=batoid.ConstMedium(before))
-
-    def run(origins, directions):
-        rays = batoid.RayVector(*origins.T.copy(), *directions.T.copy())
-        system.trace(rays)
-        return rays.toCoordSys(batoid.globalCoordSys).r
-    return run
-
-
-def batoid_has(surface):
-    """Whether batoid 0.9 traces a surface: even powers from r⁴ on; on a parabola (k = −1) it meets another point."""
-    even = all(power % 2 == 0 and power > 2 for power, _ in surface.aspheric)
-    return surface.curvature_x is None and even and not (surface.aspheric and surface.conic == -1.0)
-
-
-PEERS = {"rayoptics": through_rayoptics, "optiland": through_optiland, "batoid": through_batoid}
 
 
 def in_blocks(lens, origins, directions, real):

@@ -6,7 +6,7 @@ renderer takes them, from random numbers to the colour on the film. All models o
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 import lensbench as lb
 from lensbench import lanes
 from lensbench.app.charts.ladder import Model, ladder
+from lensbench.app.charts.peers import peer_marks
 from lensbench.app.charts.subjects import Subject
 from lensbench.app.charts.timing import BLOCKS, Time, go_on, in_turn, streamed
 from lensbench.app.charts.truth import Error, Truth
@@ -33,18 +34,22 @@ LOST = 0.005                    # of the rays: what a model may lose at the very
 SECONDS = 0.06                  # for the timings of each model
 
 
-def charts(found: list[Subject], told: Callable[[float], bool] = lambda _: True) -> list[Chart]:
-    """The chart of each lens. told: hears what part is done; where it says no, StoppedError is raised."""
+def charts(found: list[Subject], told: Callable[[float], bool] = lambda _: True,
+           peers: Sequence[str] = ()) -> list[Chart]:
+    """The chart of each lens. told: hears what part is done; where it says no, StoppedError is raised.
+
+    peers: other programs to stand beside the models, of those that are installed.
+    """
     made = []
     for i, subject in enumerate(found):
         def part(share: float, i: int = i) -> bool:
             return told((i + share) / len(found))
-        made.append(chart(subject, part))
+        made.append(chart(subject, part, peers=peers))
     return made
 
 
 def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seconds: float = SECONDS,
-          in_the_renderer: bool = True) -> Chart:
+          in_the_renderer: bool = True, peers: Sequence[str] = ()) -> Chart:
     """The chart of one lens as its camera stands. seconds: for the timings of each model. LensError for a dark film.
 
     in_the_renderer: whether whole samples are timed, too.
@@ -67,6 +72,8 @@ def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seco
     scalar = stream["scalar"]
     marks.append(Mark("scalar reference", "scalar", scalar.least, 0.0, scalar.spread, 0.0,
                       figures=_figures(Error(*[0.0] * 7), scalar, None)))
+    if peers:
+        marks += peer_marks(peers, truth)
     note = (f"Of a streamed ray by table, polynomial or trace, {stream['aim'].least:.2g} ns are for aiming into the "
             "exit-pupil region; the scalar reference has its rays aimed")
     return Chart(subject.key, subject.title, STREAMED, ERROR, tuple(marks), conditions(camera, truth), (note,),

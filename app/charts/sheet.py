@@ -1,6 +1,7 @@
 """Charts on a sheet: one chart with its figures below, or many small ones under a summary of them all."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -195,12 +196,12 @@ def _many(charts: list[Chart], summary: bool, measured: str) -> "Figure":
     top, *below = parts
     middles = _middles(charts)
     _head(figure, f"{len(charts)} lenses: {middles.title}", measured)
-    errors = _limits(tuple(mark for chart in charts for mark in chart.marks), charts[0].floor)
+    marks, floor = tuple(mark for chart in charts for mark in chart.marks), charts[0].floor
     drawn = []
     for i, over in enumerate(middles.all_costs):
         axes = top.add_subplot(1, len(middles.all_costs), i + 1)
         plot(axes, over.cost, over.error if i == 0 else "", log=True)
-        axes.set_ylim(*errors)
+        axes.set_ylim(*_limits(tuple(replace(mark, worst=math.nan) for mark in marks), floor))
         for chart in charts:
             for mark in chart.all_costs[i].marks:
                 if mark.stands:
@@ -210,7 +211,7 @@ def _many(charts: list[Chart], summary: bool, measured: str) -> "Figure":
         tick_finely(axes)
         drawn.append((axes, over))
     if below:
-        _small_ones(below[0], charts, errors)
+        _small_ones(below[0], charts, _limits(marks, floor))
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     for axes, over in drawn:

@@ -75,11 +75,14 @@ def _again(bench, given, code, gated, data, ends, key, times):
 
 
 def streamed(steps: list[Step], given: dict[int, np.ndarray], real=np.float32) -> Callable[[], None]:
-    """A piece of work: BLOCKS times the steps over one block of lanes, whose rows are given: {row: (B,) values}."""
+    """A piece of work: BLOCKS times the steps over one block of lanes, whose rows are given: {row: (B,) values}.
+
+    Those of them that a camera writes, from X on, are put back each time.
+    """
     program, bench = Program(steps, real), lanes.bench(real)
     table = bench.reshape(lanes.ROWS, lanes.PITCH)
     for row, values in given.items():
         table[row, :B] = values
-    kept = bench[FIRST:lanes.WEIGHT * lanes.PITCH + B].copy()
+    kept = bench[FIRST:max((row for row in given if row <= lanes.WEIGHT), default=0) * lanes.PITCH + B].copy()
     return partial(_again, bench, kept, program.code, program.gated, program.data, program.ends,
                    np.zeros(lanes.KEYS, np.uint32), BLOCKS)

@@ -77,6 +77,15 @@ class Truth:
         """The largest angle from the axis (radians) at which the film sees."""
         return float(np.arccos(np.clip(-self._exact[5], -1.0, 1.0)).max())
 
+    def arriving(self, before: float) -> tuple[np.ndarray, np.ndarray]:
+        """The rays as they come from the scene: origins on the plane so far before the first vertex, and directions.
+
+        (n, 3) each, lens frame, mm; those that run along the axis rather than across it.
+        """
+        camera, ray = self.camera, self._exact[:, -self._exact[5] > STEEPEST]
+        points, directions = ray[:3] + [[0.0], [0.0], [camera.lens.length + camera.film_distance]], -ray[3:]
+        return (points - directions * (points[2] + before) / directions[2]).T.copy(), directions.T.copy()
+
     # The rays
 
     @cached_property

@@ -64,6 +64,23 @@ def test_rays_of_film_points_beside_the_true_ones_are_off_by_that_distance(name,
     assert Truth(there).error(trace).worst < 1e-8
 
 
+@pytest.mark.parametrize("name, film", [
+    ("pbrt-dgauss-50mm", FILM), ("pbrt-fisheye-10mm", lb.Film(18.0, 12.0, 600, 400))])
+def test_the_rays_for_other_programs_come_from_the_scene_to_the_film(name, film):
+    there = camera(name, film=film)
+    origins, directions = Truth(there).arriving(50.0)
+    assert origins[:, 2] == pytest.approx(-50.0)
+    found = lb.trace(there.lens, origins, directions)
+    # A ray at the very rim may end there by its rounding
+    assert (found.fate == lb.Fate.PASSED).mean() > 0.999
+    ways = found.directions / found.directions[:, 2:]
+    landed = (found.points + ways * (there.lens.length + there.film_distance - found.points[:, 2:]))[:, :2]
+    assert np.abs(landed).max(0) == pytest.approx([film.width / 2.0, film.height / 2.0], rel=0.01)
+    plane = np.full(len(landed), there.lens.length + there.film_distance)
+    back = lb.trace(there.lens, np.column_stack([landed, plane]), -found.directions)
+    assert back.directions == pytest.approx(-directions, abs=1e-9)
+
+
 def test_light_that_is_darker_off_the_axis_is_off_by_its_stops():
     there, fall = camera("pbrt-dgauss-50mm"), 0.002
     trace = of(ladder(there), "trace, float64")
