@@ -17,10 +17,11 @@ MOST_VIEWS = 999
 def add_light_field_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield`."""
     from lensbench.app.arguments import add_picture_options, option, read_aperture, read_count, read_distance
+    from lensbench.app.light_field_chart import add_field_chart_options
     from lensbench.app.light_field_view import add_view_options
     from lensbench.app.lumigraph_command import add_lumigraph_options
 
-    kinds = parser.add_subparsers(metavar="capture | refocus | view | array | novel", required=True)
+    kinds = parser.add_subparsers(metavar="capture | refocus | view | array | novel | chart", required=True)
     capture = kinds.add_parser("capture", help="Record a light field through a lens.")
     capture.set_defaults(command=_capture)
     capture.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file")
@@ -45,6 +46,7 @@ def add_light_field_options(parser: argparse.ArgumentParser) -> None:
                          help="the middle of that part, in radii of the pupil, such as 0.5,0 or --view=-0.5,0")
     add_view_options(kinds.add_parser("view", help="What a light field holds: single views, depth, rays, lines."))
     add_lumigraph_options(kinds)
+    add_field_chart_options(kinds.add_parser("chart", help="How near refocused light fields come to focused cameras."))
 
 
 def read_views(text: str) -> tuple[int, int]:
