@@ -34,3 +34,8 @@ def test_every_thread_that_was_collected_is_listed_and_no_test_stands_for_two_fa
     tests = [failure.test for failure in FAILURES if failure.test]
     assert len(set(tests)) == len(tests)
     assert len(table()) == len(ids) + 2 and all(row.count("|") == 5 for row in table())
+
+
+def test_the_page_of_known_failures_has_every_row():
+    page = (TESTS.parent / "docs/known-failures.md").read_text(encoding="utf-8")
+    assert page.endswith("\n".join(table()) + "\n")
