@@ -12,7 +12,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.depth_colours import depth_picture, light_of, with_codes
-from lensbench.app.light_field_look import Look, Recording, picture_settings
+from lensbench.app.light_field_look import Look, Recorded, Recording, picture_settings
 from lensbench.app.light_field_worker import Compared, FieldWorker, Sight
 from lensbench.app.optics import camera
 from lensbench.app.reach import MARGIN, with_longer_side
@@ -21,7 +21,7 @@ from lensbench.app.settings import Settings
 if TYPE_CHECKING:
     from lensbench.app.session import Bench
 
-KINDS = {"lens": "Lens", "microlenses": "Microlenses"}
+KINDS = {"lens": "Lens", "microlenses": "Microlenses", "array": "Array"}
 
 
 @dataclass
@@ -34,19 +34,20 @@ class Form:
     longer: int = 640                                   # pixels
     microlenses: int = 240                              # along the longer side
     f_number: float | None = None                       # of the microlenses; None: that which matches the lens
+    spacing: float = 5.0                                # mm from pinhole to pinhole
     open: bool = False                                  # shown though there is a recording
     requests: set[str] = field(default_factory=set)     # record, cancel, open, save, picture, depth, compare
 
     def settings(self, present: Settings) -> Settings:
         """What the camera sees now, with the form's pixels and samples."""
-        longer = self.longer if self.kind == "lens" else self.microlenses
+        longer = self.microlenses if self.kind == "microlenses" else self.longer
         return replace(with_longer_side(present, longer), samples=self.samples, view="picture")
 
     def bytes(self, present: Settings) -> int:
         """Of memory that the recording will take."""
         film, square = self.settings(present).film, (self.views, self.views)
         size = lb.light_field_bytes(film, square)
-        return size if self.kind == "lens" else size + lb.light_field_bytes(film, square, np.float32)
+        return size if self.kind != "microlenses" else size + lb.light_field_bytes(film, square, np.float32)
 
     def plenoptic(self, present: Settings) -> lb.PlenopticCamera:
         """The plenoptic camera; what making one raises where there is none."""
@@ -65,7 +66,7 @@ class LightFieldDesk:
         self.form, self.look = Form(), Look()
         self.worker = FieldWorker(bench.woken)
         self._bench = bench
-        self._recording: Recording | None = None        # that the look is of
+        self._recording: Recorded | None = None        # that the look is of
         self._settings = bench.history.present.picture  # that the camera showed last
         self._compared: Compared | None = None
 
@@ -105,17 +106,28 @@ class LightFieldDesk:
             bench.view.pinned = compared.settings
             bench.edited = replace(bench.edited, compare="difference")
 
+    def _record(self, present: Settings) -> None:
+        form, settings = self.form, self.form.settings(present)
+        square = form.views, form.views
+        if form.kind == "lens":
+            self.worker.record(settings, square)
+        elif form.kind == "array":
+            self.worker.record_array(settings, square, form.spacing)
+        else:
+            self.worker.expose(settings, form.views, form.f_number)
+
     @property
     def _behind(self) -> int:
         """How many pixels of the picture that is shown stand for one of a view, across and down."""
         sight = self.sight
-        raw = None if sight is None else sight.recording.raw
-        return raw.camera.pixels if raw is not None and sight is not None and sight.look.sensor else 1
+        if sight is None or not isinstance(sight.recording, Recording) or sight.recording.raw is None:
+            return 1
+        return sight.recording.raw.camera.pixels if sight.look.sensor else 1
 
     def _pick(self, pixel: tuple[int, int]) -> None:
         """A pixel of the light field's picture was clicked on: focus there where its depth is known."""
         found, self.look = self.worker.found, replace(self.look, pixel=pixel)
-        if found is not None and self.look.show == "focus" and self._recording is not None:
+        if found is not None and self.look.show == "focus" and isinstance(self._recording, Recording):
             distance = float(found.distance[pixel[1], pixel[0]])
             self.look = replace(self.look, distance=max(distance, self._recording.field.nearest * MARGIN))
 
@@ -124,10 +136,8 @@ class LightFieldDesk:
         bench, worker = self._bench, self.worker
         wanted, self.form.requests = self.form.requests, set()
         present = bench.history.present
-        if "record" in wanted and self.form.kind == "lens":
-            worker.record(self.form.settings(present), (self.form.views, self.form.views))
-        elif "record" in wanted:
-            worker.expose(self.form.settings(present), self.form.views, self.form.f_number)
+        if "record" in wanted:
+            self._record(present)
         if "cancel" in wanted:
             worker.cancel()
         if "depth" in wanted:

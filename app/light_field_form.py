@@ -2,7 +2,7 @@
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
-from lensbench.app import scale, theme
+from lensbench.app import scale, theme, time_scales
 from lensbench.app.light_field_desk import KINDS, Form
 from lensbench.app.light_field_look import match
 from lensbench.app.light_field_worker import Task
@@ -14,6 +14,7 @@ fa = icons_fontawesome_6
 VIEWS, SAMPLES, SIDES, MICROLENSES = (5, 9, 13, 17), (1, 4, 16, 64), (320, 480, 640, 960), (120, 160, 240, 320)
 KIND_TIPS = {
     "lens": "Each cell of the pupil has a whole picture of its own taken: the best light field there is",
+    "array": "Pinholes in a plane about the middle of the pupil: views from elsewhere, also from before them",
     "microlenses": "As a camera can do it in one exposure: microlenses on the film sort the light\n"
                    "by where in the pupil it comes from",
 }
@@ -31,15 +32,20 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
     if form.kind == "lens":
         words("Record the light through every part of the pupil; choose focus, aperture and viewpoint afterwards.")
     form.kind = toggles("By", KINDS, form.kind, KIND_TIPS, 4.4)
-    lens = form.kind == "lens"
-    form.views = toggles("Views" if lens else "Behind", {n: f"{n} × {n}" for n in VIEWS}, form.views, dict.fromkeys(
-        VIEWS, "Cells of the pupil across and down: more of them can be focused farther from the recorded distance"
-        if lens else "Pixels of the sensor behind each microlens: so many views there are"), 4.4)
+    tip = {"lens": "Cells of the pupil across and down: more of them can be focused farther from the recorded distance",
+           "microlenses": "Pixels of the sensor behind each microlens: so many views there are",
+           "array": "Pinholes across and down"}[form.kind]
+    form.views = toggles("Behind" if form.kind == "microlenses" else "Views", {n: f"{n} × {n}" for n in VIEWS},
+                         form.views, dict.fromkeys(VIEWS, tip), 4.4)
     form.samples = toggles("Samples", {n: f"{n}" for n in SAMPLES}, form.samples, dict.fromkeys(
         SAMPLES, "For each pixel of each view: a picture focused afterwards adds those of its views"), 4.4)
-    if lens:
+    if form.kind != "microlenses":
         form.longer = toggles("Pixels", {n: f"{n}" for n in SIDES}, form.longer, dict.fromkeys(
             SIDES, "Along the longer side of each view"), 4.4)
+        if form.kind == "array":
+            form.spacing = ring("Spacing", form.spacing, time_scales.lens_radius_scale(100.0, 5.0),
+                                "From pinhole to pinhole, in mm. They stand in a plane about the middle of the "
+                                "camera's pupil") or 0.1
     else:
         _microlenses(settings, form)
     words(f"Takes {form.bytes(settings) / 1e6:.0f} MB of memory", True)

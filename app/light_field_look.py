@@ -15,6 +15,8 @@ from lensbench.app.scale import format_distance, format_f_number
 from lensbench.app.settings import Settings
 
 SHOWN = {"camera": "Camera", "focus": "Focus", "view": "View", "rays": "Rays", "depth": "Depth"}
+ELSEWHERE = {"camera": "Camera", "novel": "Another place"}      # of an array of pinholes
+SURFACES = {"recorded": "As recorded", "plane": "On a plane"}   # where it takes things to be
 DEEP = {"sharp": "All in focus", "depth": "Depth", "sure": "Confidence"}       # what of the depth is shown
 EDGE = 0.999                    # of the pupil: as far as the middle of an aperture goes
 
@@ -31,6 +33,11 @@ class Recording:
     raw: lb.RawPicture | None = None
 
     @property
+    def views(self) -> tuple[int, int]:
+        """Across and down."""
+        return self.field.views
+
+    @property
     def size(self) -> int:
         """Bytes of memory."""
         raw = 0 if self.raw is None else self.raw.picture.nbytes + self.raw.white.nbytes
@@ -43,11 +50,37 @@ class Recording:
         return -lens.approach_pupil / lens.approach_film if lens.approach_film else math.inf
 
 
+@dataclass(frozen=True, eq=False)
+class ArrayRecording:
+    """What an array of pinholes about the settings' camera recorded."""
+
+    array: lb.Lumigraph
+    settings: Settings
+
+    @property
+    def views(self) -> tuple[int, int]:
+        """Across and down."""
+        return self.array.views
+
+    @property
+    def size(self) -> int:
+        """Bytes of memory."""
+        return self.array.pictures.nbytes + self.array.nearness.nbytes
+
+    @property
+    def half(self) -> tuple[float, float]:
+        """How far the pinholes reach from the middle, mm."""
+        return tuple(self.array.places[-1, -1].tolist())
+
+
+Recorded = Recording | ArrayRecording
+
+
 @dataclass(frozen=True)
 class Look:
     """What a person chose. Lengths in mm; places in the pupil in its radii; f_number None: the whole aperture."""
 
-    show: str = "camera"                        # a key of SHOWN
+    show: str = "camera"                        # a key of SHOWN, or of ELSEWHERE
     distance: float = 1200.0
     f_number: float | None = None
     view: tuple[float, float] = (0.0, 0.0)
@@ -55,11 +88,15 @@ class Look:
     pixel: tuple[int, int] = (0, 0)             # of the views, across and down: what the pupil's cells are seen from
     sensor: bool = False                        # of a plenoptic camera: its raw picture, and no single view
     band: int = -1                              # of the three that is looked at; −1: all as a colour
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)     # by an array, mm: to the right, up, forwards
+    surface: str = "recorded"                   # a key of SURFACES; the plane lies at `distance` from the array
     deep: str = "sharp"                         # a key of DEEP
 
     @classmethod
-    def of(cls, recording: Recording) -> "Look":
+    def of(cls, recording: Recorded) -> "Look":
         """As it was recorded."""
+        if isinstance(recording, ArrayRecording):
+            return cls("novel", recording.array.distance)
         across, down = recording.field.views
         film = recording.settings.film
         return cls("focus", recording.settings.focus_distance, cell=(across // 2, down // 2),
@@ -72,6 +109,9 @@ class Look:
             return Look("view", sensor=True) if self.sensor else Look("view", cell=self.cell)
         if self.show == "depth":
             return Look("depth", deep=self.deep)
+        if self.show == "novel":
+            return replace(Look("novel", self.distance) if self.surface == "plane" else Look("novel"),
+                           place=self.place, surface=self.surface)
         return Look("focus", self.distance, self.f_number, self.view)
 
     @property
@@ -121,8 +161,20 @@ def shown(recording: Recording, look: Look, depth: lb.Depth | None) -> NDArray[n
     return recording.field.refocus(look.distance, look.f_number, look.view)
 
 
-def picture_settings(recording: Recording, look: Look) -> Settings:
+def novel(recording: ArrayRecording, look: Look) -> lb.NovelView:
+    """What a pinhole elsewhere sees by an array."""
+    x, y, forwards = look.place
+    moved = np.eye(4)
+    moved[:3, 3] = x, y, -forwards
+    middle = recording.array.camera
+    there = replace(middle, world_from_camera=middle.placement() @ moved)
+    return recording.array.seen_by(there, "recorded" if look.surface == "recorded" else look.distance)
+
+
+def picture_settings(recording: Recorded, look: Look) -> Settings:
     """Those of a camera that is focused and stopped as the look is."""
+    if isinstance(recording, ArrayRecording):
+        return recording.settings
     if look.show == "view" and look.sensor and recording.raw is not None:
         across, down = recording.raw.camera.sensor
         return replace(recording.settings, pixels_x=across, pixels_y=down)
@@ -137,8 +189,11 @@ def place(view: tuple[float, float]) -> str:
     return f"{view[0]:+.2f}, {view[1]:+.2f}".replace("-", "−")
 
 
-def note(recording: Recording, look: Look) -> str:
+def note(recording: Recorded, look: Look) -> str:
     """What the picture is, in a few words."""
+    if isinstance(recording, ArrayRecording):
+        right, up, forwards = (f"{mm:+.0f} mm".replace("-", "−") for mm in look.place)
+        return f"By the array: {right} to the right, {up} up, {forwards} forwards"
     if look.show == "view" and look.sensor and recording.raw is not None:
         film, lenses = recording.settings.film, recording.raw.camera
         return (f"Sensor: {film.pixels_x} × {film.pixels_y} microlenses of f/{lenses.microlens_f_number:.2f} with "

@@ -7,10 +7,11 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 import lensbench as lb
 from lensbench.app import scale, theme
+from lensbench.app.light_field_array import array_body
 from lensbench.app.light_field_depth import depth_body
 from lensbench.app.light_field_desk import Form
 from lensbench.app.light_field_form import progress, recording_form, words
-from lensbench.app.light_field_look import SHOWN, Look, Recording, match, opened, place
+from lensbench.app.light_field_look import SHOWN, ArrayRecording, Look, Recorded, Recording, match, opened, place
 from lensbench.app.light_field_pad import coverage_greys, figures, millimetres, pupil_grid, pupil_pad, pupil_picture
 from lensbench.app.light_field_rays import Strip, rays_body
 from lensbench.app.light_field_worker import FieldWorker
@@ -38,6 +39,8 @@ def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldW
     _head(recording, form)
     if worker.task is not None:
         progress(worker.task, form)
+    if isinstance(recording, ArrayRecording):
+        return array_body(look, recording, worker.sight)
     before = look
     look = replace(look, show=toggles("Show", SHOWN, look.show, SHOWN_TIPS, 0.0))
     if look.show == "view":
@@ -55,9 +58,9 @@ def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldW
 # What is recorded
 
 
-def _head(recording: Recording, form: Form) -> None:
+def _head(recording: Recorded, form: Form) -> None:
     """What is recorded, and what can be done with it."""
-    (across, down), film = recording.field.views, recording.settings.film
+    (across, down), film = recording.views, recording.settings.film
     right = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x
     imgui.align_text_to_frame_padding()
     imgui.text_unformatted(f"{across} × {down} views")

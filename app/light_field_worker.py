@@ -5,7 +5,9 @@ the newest look counts alone. The window asks, and finds the answers in `recordi
 """
 
 import threading
+import zipfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -15,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.light_field_look import Look, Recording, picture_settings, shown
+from lensbench.app.light_field_look import ArrayRecording, Look, Recorded, Recording, novel, picture_settings, shown
 from lensbench.app.settings import Settings
 from lensbench.app.worker import prepare
 
@@ -25,13 +27,14 @@ COMPARED = 256                  # samples a pixel of the camera's own picture
 class Sight(NamedTuple):
     """What a look at a recording has shown."""
 
-    recording: Recording
+    recording: Recorded
     look: Look                              # as far as the picture depends on it
     image: NDArray[np.float32]              # (h, w, 3) linear
     seconds: float
+    covered: float = 1.0                    # the part of its pixels that was recorded
 
 
-Wanted = tuple[Recording, Look, lb.Depth | None]
+Wanted = tuple[Recorded, Look, lb.Depth | None]
 
 
 class Compared(NamedTuple):
@@ -59,7 +62,7 @@ class FieldWorker:
         """`woken` is called from other threads at every piece of news."""
         self._woken = woken
         self._change = threading.Condition()
-        self.recording: Recording | None = None
+        self.recording: Recorded | None = None
         self.sight: Sight | None = None             # the newest
         self.depth: tuple[Recording, lb.Depth] | None = None
         self.compared: Compared | None = None
@@ -78,6 +81,10 @@ class FieldWorker:
     def expose(self, settings: Settings, pixels: int, f_number: float | None) -> None:
         """Record by a plenoptic camera: its microlenses, of this f-number, stand for the settings' pixels."""
         self._begin("Exposing", lambda task: self._expose(task, settings, pixels, f_number))
+
+    def record_array(self, settings: Settings, views: tuple[int, int], spacing: float) -> None:
+        """Record by pinholes, `spacing` mm apart."""
+        self._begin("Recording", lambda task: self._record_array(task, settings, views, spacing))
 
     def open(self, path: Path) -> None:
         """Open a recording."""
@@ -172,18 +179,28 @@ class FieldWorker:
                                                                   told=lambda share: self._told(task, share))
         self.recording = Recording(raw.decoded(), settings, raw)
 
-    def _open(self, task: Task, path: Path) -> None:
-        from lensbench.app.light_field_file import load_light_field
+    def _record_array(self, task: Task, settings: Settings, views: tuple[int, int], spacing: float) -> None:
+        settings = settings.checked()
+        camera, scene = prepare(settings)
+        array = lb.capture_lumigraph(camera, scene, views, spacing, samples=settings.samples, seed=settings.seed,
+                                     told=lambda share: self._told(task, share))
+        self.recording = ArrayRecording(array, settings)
 
-        recording = load_light_field(path)
+    def _open(self, task: Task, path: Path) -> None:
+        recording = _opened(path)
         if not task.cancelled:
             self.recording = recording
 
     def _save(self, path: Path) -> None:
         from lensbench.app.light_field_file import save_light_field
+        from lensbench.app.lumigraph_file import save_lumigraph
 
-        if self.recording is not None:
-            save_light_field(path, self.recording)
+        recording = self.recording
+        if isinstance(recording, ArrayRecording):
+            save_lumigraph(path, recording.array, recording.settings)
+        elif recording is not None:
+            save_light_field(path, recording)
+        if recording is not None:
             self.said.append((f"The light field was saved as {path.name}", True))
 
     def _compare(self, task: Task, sight: Sight) -> None:
@@ -196,7 +213,7 @@ class FieldWorker:
             self.compared = Compared(sight, image, settings, decibels(sight.image, image))
 
     def _find_depth(self, task: Task) -> None:
-        if (recording := self.recording) is not None:
+        if isinstance(recording := self.recording, Recording):
             self.depth = recording, lb.find_depth(recording.field, told=lambda share: self._told(task, share))
 
     # What is looked at
@@ -214,9 +231,25 @@ class FieldWorker:
             done, (recording, look, depth) = wanted, wanted
             begin = perf_counter()
             try:
-                image = shown(recording, look, depth)
+                covered = 1.0
+                if isinstance(recording, ArrayRecording):
+                    image, pixels = novel(recording, look)
+                    covered = float(pixels.mean())
+                else:
+                    image = shown(recording, look, depth)
             except (ValueError, MemoryError) as error:
                 self.said.append((str(error), False))
             else:
-                self.sight = Sight(recording, look, image, perf_counter() - begin)
+                self.sight = Sight(recording, look, image, perf_counter() - begin, covered)
             self._woken()
+
+
+def _opened(path: Path) -> Recorded:
+    """What the file turns out to hold; what its reader raises where that is nothing."""
+    from lensbench.app.light_field_file import load_light_field
+    from lensbench.app.lumigraph_file import load_lumigraph
+
+    with suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(path) as archive:
+        if "pictures.npy" in archive.namelist():
+            return ArrayRecording(*load_lumigraph(path))
+    return load_light_field(path)

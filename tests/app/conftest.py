@@ -78,8 +78,13 @@ def drive():
         runner = window.parameters(bench, size)
         runner.fps_idling.enable_idling = False
         runner.fps_idling.fps_max = 0.0
+
+        def patient(ctx) -> None:
+            ctx.engine_io.config_watchdog_warning = ctx.engine_io.config_watchdog_kill_test = 4.0 * PATIENCE
+            test(Hand(ctx, bench))
+
         try:
-            testing.run(test_function=lambda ctx: test(Hand(ctx, bench)), runner_params=runner,
+            testing.run(test_function=patient, runner_params=runner,
                         add_ons_params=immapp.AddOnsParams(with_implot=True))
         finally:
             bench.worker.stop()

@@ -227,6 +227,46 @@ def test_a_plenoptic_camera_is_recorded_by_buttons_and_its_sensor_shown(drive):
     assert drive(use, START).view.messages == []
 
 
+def test_an_array_is_recorded_by_buttons_and_seen_from_elsewhere(drive, tmp_path):
+    def use(hand):
+        desk = hand.bench.light_field
+        hand.picture()
+        open_panel(hand)
+        hand.ctx.item_click("//Light field/**/By array")
+        hand.ctx.item_click("//Light field/**/Views 5")
+        hand.ctx.item_click("//Light field/**/Samples 1")
+        hand.ctx.item_click("//Light field/**/Pixels 320")
+        hand.ctx.item_click("//Light field/**/Record")
+        hand.wait(lambda: desk.worker.recording is not None, "the array")
+        shown(hand)
+        assert desk.sight.covered == 1.0
+        hand.drag(hand.at("**/Array pad", 0.5, 0.5), hand.at("**/Array pad", 0.6, 0.45))
+        shown(hand)
+        x, y, forwards = desk.look.place
+        assert x == pytest.approx(3.0, abs=0.5) and y == pytest.approx(1.5, abs=0.5)     # pinholes to 10 mm, room to 15
+        array = desk.worker.recording.array
+        moved = np.eye(4)
+        moved[:2, 3] = x, y
+        there = replace(array.camera, world_from_camera=array.camera.placement() @ moved)
+        assert np.array_equal(desk.sight.image, array.seen_by(there).picture) and desk.sight.covered > 0.98
+        hand.drag(hand.at("**/Array pad", 0.6, 0.45), hand.at("**/Array pad", 0.98, 0.45))
+        shown(hand)
+        assert desk.sight.covered < 0.5             # beside the array
+        hand.drag(hand.at("**/Forwards", 0.5, 0.5), hand.at("**/Forwards", 0.6, 0.5))
+        hand.ctx.item_click("//Light field/**/Things plane")
+        shown(hand)
+        assert desk.look.place[2] > 0.0 and desk.look.surface == "plane" and hand.settings == START
+        desk.worker.save(tmp_path / "array.npz")
+        hand.wait(lambda: desk.worker.task is None, "the file")
+        before = desk.worker.recording
+        desk.worker.open(tmp_path / "array.npz")
+        hand.wait(lambda: desk.worker.recording is not before, "the file that was opened")
+        shown(hand)
+        assert np.array_equal(desk.worker.recording.array.pictures, array.pictures)
+
+    assert drive(use, START).view.messages == ["The light field was saved as array.npz"]
+
+
 def test_what_cannot_be_recorded_is_said_and_a_recording_can_be_given_up(drive):
     def use(hand):
         desk = hand.bench.light_field
