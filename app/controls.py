@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
-from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
 from lensbench import lenses
@@ -22,7 +22,7 @@ from lensbench.app.focus_popup import focus_popup
 from lensbench.app.reach import with_equivalent_film, with_film, with_layout, with_model, with_projection, within_reach
 from lensbench.app.rings import ring_count, rings
 from lensbench.app.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, REAL, Settings
-from lensbench.app.toggles import toggles
+from lensbench.app.toggles import angle, toggles
 from lensbench.app.viewpoint import at_home
 from lensbench.polynomial import DEGREES
 
@@ -151,13 +151,7 @@ def _combo(label: str, value: str, tooltip: str, content: Callable[[], None], wi
         imgui.end_combo()
     else:
         imgui.set_item_tooltip(tooltip)
-    icon = icons_fontawesome_6.ICON_FA_ANGLE_DOWN
-    theme.small()
-    size = imgui.calc_text_size(icon)
-    imgui.get_window_draw_list().add_text(
-        ImVec2(corner.x + room - size.x - theme.em(0.6), corner.y + 0.5 * (imgui.get_frame_height() - size.y)),
-        theme.packed(colour.dim), icon)
-    imgui.pop_font()
+    angle(corner, room)
 
 
 @lru_cache(maxsize=1)

@@ -26,10 +26,11 @@ from lensbench.app.spaces_panel import spaces_panel
 from lensbench.app.status import status_bar
 
 if TYPE_CHECKING:
+    from lensbench.app.atlas.surveyor import Surveyor
     from lensbench.app.session import Bench
 
 PANELS = ("Controls", "Read-outs", "Spaces", "Render", "Section", "Circle of confusion", "Plan", "Exit pupil",
-          "Falloff", "Models", "Light field")
+          "Falloff", "Models", "Light field", "Stability")
 
 
 def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSplit]:
@@ -51,6 +52,7 @@ class Panels:
 
     def __init__(self, bench: "Bench"):
         self._bench = bench
+        self._surveyor: Surveyor | None = None          # of the atlas, from when it is first looked at
         self._field = 0.7                               # the film point that looks at the lens, part of the lit film
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
@@ -61,7 +63,8 @@ class Panels:
             self._docked("Controls", "Left", self.guarded("Controls", self._controls)),
             self._docked("Read-outs", "LeftBottom", self.guarded("Read-outs", self._readouts), first=True),
             self._docked("Spaces", "LeftBottom", self.guarded("Spaces", self._spaces)),
-            self._docked("Section", "Bottom", self._section_window, False),
+            self._docked("Section", "Bottom", self._section_window, False, first=True),
+            self._docked("Stability", "Bottom", self.guarded("Stability", self._stability)),
             self._docked("Circle of confusion", "Right", self.guarded("Circle of confusion", self._confusion),
                          first=True),
             self._docked("Plan", "Right", self.guarded("Plan", self._plan)),
@@ -192,6 +195,19 @@ class Panels:
         bench = self._bench
         desk = bench.light_field
         desk.look = light_field_panel(bench.edited, desk.look, desk.form, desk.worker, bench.easel.strip)
+
+    def _stability(self) -> None:
+        from lensbench.app.atlas.surveyor import Surveyor
+        from lensbench.app.stability_panel import stability_panel
+
+        if self._surveyor is None:
+            self._surveyor = Surveyor(self._bench.woken)
+        stability_panel(self._surveyor)
+
+    def closed(self) -> None:
+        """The window is about to go: nothing is measured any more."""
+        if self._surveyor is not None:
+            self._surveyor.cancel()
 
     def dialogs(self) -> None:
         """What stands over the panels."""

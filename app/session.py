@@ -93,6 +93,7 @@ class Bench:
     def closed(self) -> None:
         """The window is about to go."""
         self.export.cancel()
+        self.panels.closed()
         self.light_field.worker.stop()
         self.charts.stop()
         self.worker.stop()

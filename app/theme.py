@@ -87,6 +87,10 @@ LIGHT = Palette(
     dead=_c("7a7a7a"), glass_outline=_c("5b7386"), grid=(0.0, 0.0, 0.0, 0.10), warning=_c("a01c00"),
 )
 
+# Of the curves of a chart, apart for every eye, in the order of the charts in files; amber is not among them
+_TINTS = {True: tuple(map(_c, ("ee7a24", "cc79a7", "56b4e9", "22b98d", "b9b53a", "a3d4f2", "f2f2f2", "969696"))),
+          False: tuple(map(_c, ("c25200", "a34d7d", "0072b2", "007f5c", "6d6a10", "2f8cc0", "0c0c0c", "6e6e6e")))}
+
 # Over the picture, in either theme: what lies before and behind the focus
 NEARER, FARTHER = DARK.field0, _c("cc79a7")
 
@@ -96,6 +100,11 @@ _chosen = DARK
 def colours() -> Palette:
     """The palette of the theme in use."""
     return _chosen
+
+
+def tints() -> tuple[Colour, ...]:
+    """Eight colours for the curves of a chart."""
+    return _TINTS[_chosen.dark]
 
 
 def choose(dark: bool) -> None:

@@ -1,9 +1,9 @@
-"""A row of flat buttons of which one is pressed in: a choice among few, without a list to open."""
+"""A row of flat buttons of which one is pressed in: a choice among few, without a list to open; and a list's mark."""
 
 from collections.abc import Hashable, Mapping
 from typing import TypeVar
 
-from imgui_bundle import imgui
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 from lensbench.app import theme
 
@@ -29,3 +29,14 @@ def toggles(label: str, names: Mapping[Key, str], value: Key, tips: Mapping[Key,
         imgui.pop_style_color(2)
         imgui.set_item_tooltip(tips[key])
     return value
+
+
+def angle(corner: ImVec2, width: float) -> None:
+    """A small angle at the right of an opened or closed list that was drawn there, in place of a button."""
+    colour, icon = theme.colours(), icons_fontawesome_6.ICON_FA_ANGLE_DOWN
+    theme.small()
+    size = imgui.calc_text_size(icon)
+    imgui.get_window_draw_list().add_text(
+        ImVec2(corner.x + width - size.x - theme.em(0.6), corner.y + 0.5 * (imgui.get_frame_height() - size.y)),
+        theme.packed(colour.dim), icon)
+    imgui.pop_font()

@@ -121,7 +121,7 @@ def hyperfocal() -> Stress:
 
 def far_focus() -> Stress:
     """The near limit as the focus goes to infinity."""
-    values = np.logspace(2.0, 308.0, 52)
+    values = np.logspace(2.0, 100.0, 50)
 
     def truth(focus: float) -> Fraction:
         f, s = Fraction(FOCAL_LENGTH), Fraction(focus)
@@ -137,8 +137,8 @@ def far_focus() -> Stress:
         OWN: lambda focus: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus, BLUR)[0]}
     return Stress("Depth of field of a far focus", "Focus", "mm", values, "Near limit", "%", 0.1, THOUSANDTH,
                   _rows(values.tolist(), forms, truth),
-                  "As it is printed the formula overflows, and at infinity is none; divided by the distance it takes "
-                  "infinity as it comes.")
+                  "As it is printed the formula overflows, and at infinity is no number; divided by the distance it "
+                  "takes infinity as it comes.")
 
 
 # Depth in numbers

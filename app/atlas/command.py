@@ -34,6 +34,7 @@ def stability(arguments: argparse.Namespace) -> int:
     from lensbench.app.atlas.domains import domains, save_domains
     from lensbench.app.atlas.families import FAMILIES
     from lensbench.app.atlas.plots import DOMAINS, INDEX, file_name, save_index, save_plot
+    from lensbench.app.atlas.stress import told
     from lensbench.app.printing import print_json, progress
 
     folder = None if arguments.output is None else _made(Path(arguments.output))
@@ -41,7 +42,7 @@ def stability(arguments: argparse.Namespace) -> int:
     wanted = [(family, measure) for family, stresses in FAMILIES.items()
               if not arguments.families or family in arguments.families for measure in stresses.values()]
     found: list[tuple[str, Stress]] = []
-    with progress() as show:
+    with progress() as show, told(lambda part: show((len(found) + part) / len(wanted))):
         for family, measure in wanted:
             show(len(found) / len(wanted))
             found.append((family, measure()))
@@ -91,7 +92,7 @@ def _table(found: "list[tuple[str, Stress]]") -> list[str]:
                   f"limit {said(stress.limit, stress.measure_unit)}, {stress.why}"]
         for curve, words in group:
             lines.append(line(words))
-            if curve.switch and words[2] != "never":
+            if curve.own and curve.switch and words[2] != "never":
                 lines.append(f"      there: {curve.switch}")
     return [*lines, "", "* the program relies on it; the others stand there to compare"]
 

@@ -16,13 +16,17 @@ if TYPE_CHECKING:
 
 SIZE = (8.0, 4.2)                       # inches
 INDEX, DOMAINS = "index.md", "models-domains"
-ORDER = ("vermilion", "purple", "blue", "green", "olive", "sky", "black", "grey")
+TINTS = ("vermilion", "purple", "blue", "green", "olive", "sky", "black", "grey")
 
 
 def colours(stress: Stress) -> dict[str, str]:
     """The colour of each method: single and double precision share one."""
-    names = dict.fromkeys(base(curve) for curve in stress.curves)
-    return {name: COLOURS[ORDER[i % len(ORDER)]] for i, name in enumerate(names)}
+    return dict(zip(order(stress), (COLOURS[tint] for tint in TINTS), strict=False))
+
+
+def order(stress: Stress) -> list[str]:
+    """The methods without their precisions, each once."""
+    return list(dict.fromkeys(base(curve) for curve in stress.curves))
 
 
 def base(curve: Curve) -> str:
@@ -98,7 +102,7 @@ def save_index(found: list[tuple[str, Stress]], folder: Path, suffix: str, domai
         for curve in stress.curves:
             safe, fails, returns = stress.words(curve)
             method = f"**{curve.name}**" if curve.own else curve.name
-            switch = f"; {curve.switch}" if curve.switch and fails != "never" else ""
+            switch = f"; {curve.switch}" if curve.own and curve.switch and fails != "never" else ""
             lines.append(f"| {method} | {safe} | {fails} | {returns}{switch} |")
         lines.append("")
     if domains:

@@ -8,7 +8,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.atlas.exact import exact, exactly, floats, root
 from lensbench.app.atlas.intersection import PRECISIONS
-from lensbench.app.atlas.stress import LOST, Curve, Stress, curve
+from lensbench.app.atlas.stress import LOST, Curve, Stress, curve, paced
 from lensbench.blocktracer import tracer
 from lensbench.driver import Program
 from lensbench.lanes import WEIGHT, L, M, N, X, Y, Z
@@ -105,7 +105,7 @@ def measured(incidences: np.ndarray) -> tuple[Curve, ...]:
     turn = 2.0 * math.pi * np.arange(TURNS) / TURNS
     results: dict[str, list[float | str]] = {}
     with exactly():
-        for angle in np.radians(incidences):
+        for angle in paced(np.radians(incidences)):
             tilted = np.stack([math.sin(angle) * np.cos(turn), math.sin(angle) * np.sin(turn),
                                np.full(TURNS, math.cos(angle))], 1)
             for real, precision in PRECISIONS:

@@ -5,11 +5,16 @@ method is safe up to the last value before its first failure; what it says beyon
 shown, and not trusted.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from math import isfinite
+from typing import TypeVar
 
 import numpy as np
+
+Value = TypeVar("Value")
 
 LOST = "weight 0"               # what a stage makes of a ray that does not arrive, for whatever reason
 
@@ -120,3 +125,25 @@ def said(value: float, unit: str) -> str:
     mantissa, _, power = f"{float(number):g}".partition("e")
     number = f"{mantissa}e{int(power)}" if power else mantissa
     return f"{number}{'' if unit in ('°', '') else ' '}{unit}"
+
+
+_listener: ContextVar[Callable[[float], None] | None] = ContextVar("listener", default=None)
+
+
+@contextmanager
+def told(listener: Callable[[float], None]) -> Iterator[None]:
+    """Whoever goes through `paced` values within this thread tells the listener what part is done; it may raise."""
+    token = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(token)
+
+
+def paced(values: Sequence[Value]) -> Iterator[Value]:
+    """The values of a stress one by one, for those who wait: see `told`."""
+    listener = _listener.get()
+    for done, value in enumerate(values):
+        if listener is not None:
+            listener(done / len(values))
+        yield value

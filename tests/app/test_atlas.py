@@ -30,7 +30,6 @@ def verdicts(title: str):
 @pytest.mark.parametrize("family, title", ROWS)
 def test_a_method_that_the_program_relies_on_never_gives_what_is_no_number(family, title):
     found = row(family, title)
-    assert found.title == title and len(found.values) == len(set(found.values.tolist()))
     steps = np.diff(found.values)
     assert (steps > 0.0).all() or (steps < 0.0).all()                   # from easy to hard, one way
     assert {len(curve.errors) for curve in found.curves} == {len(found.values)}
@@ -41,7 +40,6 @@ def test_a_method_that_the_program_relies_on_never_gives_what_is_no_number(famil
             assert not returned or returned in TYPED or returned.endswith("Error"), curve.name
         verdict = found.verdict(curve)
         assert np.isfinite(verdict.worst) and verdict.worst <= found.limit
-        assert verdict.safe_up_to is not None
         assert verdict.fails_at is None or curve.switch, f"{curve.name} fails: what does the program do there?"
 
 
