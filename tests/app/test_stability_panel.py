@@ -7,6 +7,7 @@ import pytest
 
 from lensbench.app import stability_panel
 from lensbench.app.atlas import surveyor as surveying
+from lensbench.app.atlas.families import FAMILIES
 from lensbench.app.atlas.stress import Stress, curve, paced
 from lensbench.app.atlas.surveyor import Surveyor
 from tests.app.stand import drive as drive_panel
@@ -30,6 +31,9 @@ def wait(ctx, what, frames=3000):
 
 
 def test_families_and_stresses_are_chosen_and_measured_and_a_method_says_what_becomes_of_it(drive, tmp_path):
+    for title in (SPHERES, FIRST[1]):                           # compiled before the window opens
+        FAMILIES["Intersection"][title]()
+
     def use(hand):
         hand.picture()
         hand.ctx.window_focus("//Stability")
