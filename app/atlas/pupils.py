@@ -228,14 +228,15 @@ def _curves(places: Sequence[Place], methods: dict[str, Callable[[Place], Aim]])
 
 
 def _stresses(title: str, axis: str, unit: str, values: np.ndarray, note: str,
-              found: Callable[[], dict[str, list[Result]]], linear: bool = False) -> dict[str, Callable[[], Stress]]:
-    """The two of one run: the light, and the samples."""
+              found: Callable[[], dict[str, list[Result]]], linear: bool = False,
+              switch: str = "") -> dict[str, Callable[[], Stress]]:
+    """The two of one run: the light, and the samples. switch: what the program does where its own method fails."""
     once = lru_cache(maxsize=1)(found)
 
     def stress(light: bool) -> Stress:
         curves: tuple[Curve, ...] = tuple(
-            curve(name, [each.light if light else each.waste for each in results], name in OWN)
-            for name, results in once().items())
+            curve(name, [each.light if light else each.waste for each in results], name in OWN,
+                  switch if name in OWN else "") for name, results in once().items())
         what, limit, why = (("Light", LIGHT, "a hundredth: a step that the eye may see in an even sky") if light
                             else ("Efficiency of the samples", WASTE, "half of them are blocked"))
         return Stress(f"{title}: {'light' if light else 'samples'}", axis, unit, values, what, "", limit, why, curves,
@@ -298,6 +299,7 @@ STRESSES: dict[str, Callable[[], Stress]] = {
     **_stresses("Film too large", "Half the film's diagonal, of the circle of light", "", SIZES,
                 "At nine tenths of the circle of light; 64 boxes for a larger film are each wider.", _size),
     **_stresses("A region that falls in pieces", "Part of the field left to where the light ends", "", LAST,
-                "Miyamoto's fisheye: a hole opens in the region and parts it.", _split),
+                "Miyamoto's fisheye: a hole opens in the region and parts it.", _split,
+                switch="what light is left in the last hundredth of the field is up to a fiftieth off"),
     **_stresses("Cylinders", "Film point from the axis, diagonally", "mm", ACROSS,
                 "An anamorphic lens: no turn about the axis maps its regions onto each other.", _cylinders, True)}
