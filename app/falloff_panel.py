@@ -37,6 +37,9 @@ class Frame:
     shown: str = "curve"
 
 
+EVERY_WAY = "These plots go by the distance from the film's centre. This lens has a cylinder or toroid: its light " \
+            "and its shape change with the direction as well"
+
 _frame = Frame()
 
 
@@ -72,6 +75,9 @@ def falloff_panel(settings: Settings) -> None:
         return
     try:
         stand = setup(settings)
+        if not stand.lens.is_rotationally_symmetric:
+            _say(EVERY_WAY)
+            return
         found = falling(stand)
     except (ValueError, OSError) as error:
         _say(str(error))

@@ -11,7 +11,7 @@ from lensbench.glass import D_LINE
 from lensbench.prescription import Lens
 from lensbench.pupil_grid import PupilGrid
 
-SOLVED = (0.4284, 0.4991, 0.6223)       # µm: Chebyshev's nodes in 1 / λ², from FIRST to LAST
+SOLVED = (0.44, D_LINE, 0.64)           # µm; the first picture of the d line has one of them already
 FIRST, LAST = 0.42, 0.651               # the wavelengths that a picture sees
 
 
@@ -22,8 +22,13 @@ class PupilColours:
         self._film = lens, film_distance, half_width, half_height
 
     @cached_property
+    def _at_d_line(self) -> PupilGrid:
+        return PupilGrid.of(*self._film)
+
+    @cached_property
     def _solved(self) -> list[PupilGrid]:
-        return [PupilGrid.of(*self._film, wavelength) for wavelength in SOLVED]
+        return [self._at_d_line if wavelength == D_LINE else PupilGrid.of(*self._film, wavelength)
+                for wavelength in SOLVED]
 
     @property
     def _alike(self) -> bool:
@@ -32,9 +37,11 @@ class PupilColours:
     def at(self, wavelength: float) -> PupilGrid:
         """The grid of a wavelength (µm).
 
-        Solved for itself at the d line, where no picture sees it, and where the light ends for some colours alone.
+        Solved for itself where no picture sees it, and where the light ends for some colours alone.
         """
-        if wavelength == D_LINE or not FIRST <= wavelength <= LAST or not self._alike:
+        if wavelength == D_LINE:
+            return self._at_d_line
+        if not FIRST <= wavelength <= LAST or not self._alike:
             return PupilGrid.of(*self._film, wavelength)
         w, nodes = wavelength**-2, [solved**-2 for solved in SOLVED]
         shares = [prod((w - other) / (node - other) for other in nodes if other != node) for node in nodes]

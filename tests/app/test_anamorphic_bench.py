@@ -11,6 +11,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app import section
 from lensbench.app.cli import main
+from lensbench.app.falloff_panel import EVERY_WAY
 from lensbench.app.image_circle import dark_corners
 from lensbench.app.pupil_panel import UPWARDS
 from lensbench.app.readings import readings, setup
@@ -60,8 +61,9 @@ def test_info_tells_both_sections(capsys):
 def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, monkeypatch):
     path, words = tmp_path / "squeeze.zmx", []
     lenses.save(replace(lenses.load(NAME), name="Squeeze"), path)
-    colour, add = imgui.text_colored, imgui.ImDrawList.add_text
+    colour, dim, add = imgui.text_colored, imgui.text_disabled, imgui.ImDrawList.add_text
     monkeypatch.setattr(imgui, "text_colored", lambda tint, text: words.append(text) or colour(tint, text))
+    monkeypatch.setattr(imgui, "text_disabled", lambda text: words.append(text) or dim(text))
     monkeypatch.setattr(imgui.ImDrawList, "add_text",
                         lambda draw, *given: words.append(given[-1]) or add(draw, *given))
 
@@ -74,6 +76,10 @@ def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, mon
         words.clear()
         hand.ctx.yield_(3)
         assert {section.ONE_OF_TWO, UPWARDS, "Focal length across", "Foci across, up"} <= set(words)
+        hand.ctx.window_focus("//Falloff")
+        hand.ctx.yield_(3)
+        assert EVERY_WAY in words
+        hand.ctx.window_focus("//Exit pupil")
 
         # The rings turn it, and the picture follows; the film can be drawn away from the lens
         squeezed = hand.bench.worker.newest().image.copy()
