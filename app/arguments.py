@@ -52,7 +52,7 @@ NAMED = (                       # options of their fields' names
     "hole_diameter", "position", "yaw", "pitch", "end_position", "end_yaw", "end_pitch", "duration", "moment",
     "shutter", "shutter_ramp", "readout", "readout_direction", "medium", "visibility", "fog_light", "wet", "blades",
     "blade_rotation", "roundness", "exposing", "metering", "iso", "noise", "full_well", "quantum_efficiency",
-    "read_noise", "dispersion", "focusing", "samples", "seed", "view", "exposure", "tone")
+    "read_noise", "dispersion", "focusing", "splats", "samples", "seed", "view", "exposure", "tone")
 PICTURES = (".png", ".exr", ".ppm")      # that carry their settings
 
 
@@ -173,6 +173,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--degree", type=int, choices=DEGREES, help="of the polynomial model")
     add("--dispersion", choices=DISPERSIONS, help="colour errors of the lens: traced where its glasses are known "
         "(auto), on (an error where they are not), or off")
+    add("--splats", action=argparse.BooleanOptionalAction, default=None,
+        help="trace small lights from their own side, so that their blur is smooth at once (by default), or not")
     add("--film", type=option(read_film), metavar="FILM",
         help="width x height in mm, such as 36x24, or a format's name, such as aps-c")
     add("--size", type=option(read_size), metavar="WxH",

@@ -22,6 +22,7 @@ from lensbench.app.printing import print_json, progress
 
 SCREENSHOT = "lensbench-window.png"     # where there is no display
 LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libXext.so.6")
+PIXELS = 960                            # across a picture, for intrinsics: as the bench has it
 PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6"     # that bring them, on Debian and Ubuntu
 
 
@@ -247,6 +248,10 @@ def _info(arguments: argparse.Namespace) -> int:
               else f"{data['nearest_focus'] / 1000.0:.3f} m"),
              ("Field of view on 36 × 24, h × v, diagonal",
               f"{view['horizontal']:.1f}° × {view['vertical']:.1f}°, {view['diagonal']:.1f}°")]
+    if data["intrinsics"]:
+        pixels = data["intrinsics"]
+        rows.append((f"Intrinsics at {pixels['width']} × {pixels['height']} pixels of that film",
+                     f"fx {pixels['fx']:.2f}, fy {pixels['fy']:.2f}, cx {pixels['cx']:.2f}, cy {pixels['cy']:.2f}"))
     print(", ".join(str(word) for word in (data["name"] or arguments.lens, data["kind"], data["year"]) if word))
     print("\n".join([*(f"{label:46}{text}" for label, text in rows), *station_lines(data["positions"])]))
     print("".join(f"Found: {finding}\n" for finding in data["findings"]), end="")
@@ -279,8 +284,26 @@ def _lens_data(lens) -> dict[str, Any]:
         "nearest_focus": nearest,
         "field_of_view": {axis: math.degrees(lb.field_of_view(abs(fo.efl), film, axis))
                           for axis in ("horizontal", "vertical", "diagonal")},
+        "intrinsics": _intrinsics(lens, film),
         "findings": list(lens.findings),
     }
+
+
+def _intrinsics(lens, film) -> dict[str, float] | None:
+    """Focal length and principal point in pixels, of a film of PIXELS across, focused at infinity.
+
+    None where the lens forms no image there, and of one with cylinders, which has two focal lengths.
+    """
+    import lensbench as lb
+
+    if not lens.is_rotationally_symmetric:
+        return None
+    film = replace(film, pixels_x=PIXELS, pixels_y=round(PIXELS * film.height / film.width))
+    try:
+        found = lb.LensCamera(lens, film).intrinsics
+    except (lb.FocusError, lb.CameraError):
+        return None
+    return {"width": film.pixels_x, "height": film.pixels_y, **found._asdict()}
 
 
 def _lenses(arguments: argparse.Namespace) -> int:

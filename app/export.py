@@ -157,7 +157,7 @@ def render(settings: Settings, progress: Callable[[float], object] = lambda frac
         choice = lb.choose_model(view, scene)
         view = choice.applied(view)
         told(choice)
-    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view)
+    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view, splat=settings.splats)
     threads = threads or os.cpu_count() or 1
     stopped = Event()
     batch = 1

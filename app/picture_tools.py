@@ -12,23 +12,36 @@ from lensbench.app.settings import Settings
 fa = icons_fontawesome_6
 
 
-
 def picture_tools(settings: Settings, picture: Picture, view: View) -> Settings:
     """Draw the row; the settings as its tools have left them."""
-    pixel = theme.scale()
     corner, width = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
     height = round(theme.em(1.9))
-    imgui.set_cursor_screen_pos(ImVec2(corner.x + 8.0 * pixel, corner.y + round(0.5 * (height - theme.em(1.45)))))
+    imgui.set_cursor_screen_pos(ImVec2(corner.x + 8.0 * theme.scale(),
+                                       corner.y + round(0.5 * (height - theme.em(1.45)))))
+    _size_tools(view)
+    _gap()
+    settings = _looking_tools(settings, view)
+    imgui.same_line(0.0, 2.0 * theme.scale())
+    _gap()
+    _render_tools(picture, view)
+    settings = _told(settings, picture, corner, width, height)
+    imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
+    imgui.dummy(ImVec2(0.0, 0.0))
+    imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
+    return settings
 
-    # How large
+
+def _size_tools(view: View) -> None:
+    """How large the picture is shown."""
     if _tool(fa.ICON_FA_EXPAND + "  Fit###Fit", "Show the whole picture (F)", view.zoom is None):
         view.zoom, view.centre = None, (0.5, 0.5)
     if _tool("100 %###100 %", "One pixel of the picture for one of the screen (1)\n"
              "Ctrl + wheel zooms, Ctrl + drag moves the picture", view.zoom is not None and abs(view.zoom - 1) < 1e-6):
         view.zoom = 1.0
-    _gap()
 
-    # What a click does, and what is laid over the picture
+
+def _looking_tools(settings: Settings, view: View) -> Settings:
+    """What a click does, what is laid over the picture and what is shown; the settings as chosen."""
     if _tool(fa.ICON_FA_CROSSHAIRS + "###Focus pick", "Click in the picture to focus there\n\n"
              "Drag to orbit about what is in focus, Shift or right drag to pan, wheel to dolly", view.focus_pick):
         view.focus_pick = not view.focus_pick
@@ -54,10 +67,11 @@ def picture_tools(settings: Settings, picture: Picture, view: View) -> Settings:
     if _below_tool("Comparison menu", 15.0):
         settings = comparison_menu(settings, view.pinned, view)
         imgui.end_popup()
-    imgui.same_line(0.0, 2.0 * theme.scale())
-    _gap()
+    return settings
 
-    # The render
+
+def _render_tools(picture: Picture, view: View) -> None:
+    """What is done with the render."""
     if _tool((fa.ICON_FA_PLAY if picture.paused else fa.ICON_FA_PAUSE) + "###Pause",
              "Go on rendering (Space)" if picture.paused else "Hold the render (Space)", picture.paused):
         view.requests.add("pause")
@@ -67,9 +81,12 @@ def picture_tools(settings: Settings, picture: Picture, view: View) -> Settings:
         view.requests.add("screenshot")
     if _tool(fa.ICON_FA_FLOPPY_DISK + "###Export", "Export at any size and number of samples (Ctrl + E)", False):
         view.requests.add("export")
-    left = imgui.get_item_rect_max().x + 12.0 * pixel
 
-    # What is shown, from the right as far as there is room; a click opens the menu that sets it
+
+def _told(settings: Settings, picture: Picture, corner: ImVec2, width: float, height: float) -> Settings:
+    """What is shown, from the right as far as there is room; a click opens the menu that sets it."""
+    pixel = theme.scale()
+    left = imgui.get_item_rect_max().x + 12.0 * pixel
     theme.small()
     of = picture.recorded or settings
     texts = [f"{of.pixels_x} × {of.pixels_y}"]
@@ -93,9 +110,6 @@ def picture_tools(settings: Settings, picture: Picture, view: View) -> Settings:
     if imgui.begin_popup("Picture menu"):
         settings = picture_menu(settings)
         imgui.end_popup()
-    imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
-    imgui.dummy(ImVec2(0.0, 0.0))
-    imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
     return settings
 
 

@@ -99,6 +99,7 @@ class Settings:
     model: str = "auto"                     # a key of MODELS
     degree: int = 9                         # of the fitted polynomial: one of DEGREES
     dispersion: str = "auto"                # of the models that follow the real lens: a key of DISPERSIONS
+    splats: bool = True                     # whether small lights are traced from their own side
     film_width: float = 36.0
     film_height: float = 24.0
     crop: float = 1.0                       # part of the film that is used, (0, 1]: the field of view

@@ -39,9 +39,9 @@ def spaces_panel(settings: Settings, at: tuple[float, float], depth: NDArray[np.
         imgui.text_disabled(str(error))
         imgui.pop_text_wrap_pos()
         return False
-    wanted = _intrinsics(of)
-    _table([*rows(of, at, depth), *_object(settings, of, at, depth), *_values(settings, at, image), *_pixels(of)])
-    return wanted
+    text, pixels = intrinsics(of), _pixels(of)
+    pitch = _table([*rows(of, at, depth), *_object(settings, of, at, depth), *_values(settings, at, image), *pixels])
+    return text is not None and _kept(text, len(pixels) * pitch, pitch)
 
 
 @lru_cache(maxsize=2)
@@ -161,10 +161,13 @@ def _values(settings: Settings, at: tuple[float, float], image: NDArray[np.float
              "What was found of the samples, as an EXR holds it")]
 
 
-def _table(table: list[Row]) -> None:
+def _table(table: list[Row]) -> float:
+    """Draw the rows, as close as they have to be; returns how far they are apart."""
     width, line = imgui.get_content_region_avail().x, imgui.get_text_line_height()
     colour, draw = theme.colours(), imgui.get_window_draw_list()
-    pitch, first, unit = round(1.26 * line), theme.em(4.6), theme.em(1.9)
+    first, unit = theme.em(4.6), theme.em(1.9)
+    room = (imgui.get_content_region_avail().y - theme.em(0.4)) / len(table)
+    pitch = math.floor(min(max(room, 0.92 * line), 1.26 * line))        # closer where the panel is low
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
     for name, numbers, unit_text, meaning in table:
         corner = imgui.get_cursor_screen_pos()
@@ -179,6 +182,7 @@ def _table(table: list[Row]) -> None:
             draw.add_text(ImVec2(math.floor(x), y), theme.packed(colour.dim if value == NONE else colour.strong), value)
         draw.add_text(ImVec2(corner.x + width - unit + round(0.45 * line), y), theme.packed(colour.dim), unit_text)
     imgui.pop_style_var()
+    return pitch
 
 
 # Intrinsics
@@ -201,31 +205,28 @@ def intrinsics(of: lb.Camera) -> str | None:
 
 
 def _pixels(of: lb.Camera) -> list[Row]:
-    """The intrinsics as rows; none of a camera that is not projective."""
+    """The intrinsics as rows."""
     try:
         found = of.intrinsics
     except lb.CameraError:
-        return []
+        return [("Intrinsics", (NONE,), "", "Focal length and principal point: none, this camera is not projective")]
     return [("fx, fy", (number(found.fx, 1), number(found.fy, 1)), "px",
              "Intrinsics: the focal length in pixels across and down; of a lens, that of its first order"),
             ("cx, cy", (number(found.cx, 1), number(found.cy, 1)), "px",
              "Intrinsics: the principal point, where the axis meets the picture")]
 
 
-def _intrinsics(of: lb.Camera) -> bool:
-    """What can be done with the intrinsics; whether they are to be saved."""
-    text = intrinsics(of)
-    if text is None:
-        imgui.align_text_to_frame_padding()
-        imgui.text_disabled("No intrinsics: this camera is not projective")
-        return False
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled("Intrinsics")
-    imgui.same_line(theme.em(5.6))
-    if imgui.button(fa.ICON_FA_COPY + "  Copy###Copy intrinsics"):
+def _kept(text: str, up: float, height: float) -> bool:
+    """Buttons beside the intrinsics, so far up from here; whether these are to be saved."""
+    after = imgui.get_cursor_screen_pos()
+    imgui.set_cursor_screen_pos(ImVec2(after.x + theme.em(4.0), after.y - up))
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(theme.em(0.25), 0.0))
+    if imgui.button(fa.ICON_FA_COPY + "###Copy intrinsics", ImVec2(0.0, height)):
         imgui.set_clipboard_text(text)
     imgui.set_item_tooltip("Copy intrinsics and pose as JSON")
-    imgui.same_line()
-    wanted = imgui.button(fa.ICON_FA_FLOPPY_DISK + "  Save…###Save intrinsics")
+    imgui.same_line(0.0, theme.em(0.2))
+    wanted = imgui.button(fa.ICON_FA_FLOPPY_DISK + "###Save intrinsics", ImVec2(0.0, height))
     imgui.set_item_tooltip("Save intrinsics and pose as JSON")
+    imgui.pop_style_var()
+    imgui.set_cursor_screen_pos(after)
     return wanted

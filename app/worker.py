@@ -301,7 +301,7 @@ class Worker:
 
         job.pass_samples = 1
         job.rendering = lb.Rendering(job.camera, job.scene, seed=job.settings.seed, view=job.settings.sample_view,
-                                     splat=job.splat)
+                                     splat=job.splat and job.settings.splats)
 
     def _choose(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
         """Have the automatic model chosen; where it is another than that of the first pass, begin anew with it."""
