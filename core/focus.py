@@ -13,7 +13,8 @@ image falls on that film, up to the nearest of their stations and no further.
 
 A lens with cylinders or toroids focuses the light of its section x–z at one place and that of y–z at another, which
 come apart as the object comes nearer (`section_foci`). Its film stands between, where the whole pupil has the least
-rms blur: paraxially at the mean of the two, each weighted by the square of its cone's slope.
+rms blur: paraxially at the mean of the two, each weighted by the square of its cone's slope. Where one section alone
+converges, the film stands at its focus, which is a line.
 """
 
 from collections.abc import Callable
@@ -205,13 +206,17 @@ def _travel(at_infinity: Lens, method: str) -> tuple[float, float]:
 
 def _imager(lens: Lens, method: str) -> Callable[[float], float]:
     """Nearness (1/mm) of an axis point before the first vertex → last vertex to plane of its least rms blur (mm)."""
+    converging = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section).efl < inf]
+    which = converging or list(range(len(lens.sections)))           # what a section only spreads, no film can gather
     if method == "real":
+        axes = [0, 1] if lens.is_rotationally_symmetric else which
+
         def of_rays(nearness: float) -> float:
             places, slopes, weights = pupil_rays(lens, np.array([nearness]))
-            return _sharpest(places[0], slopes[0], weights[0, :, None])
+            return _sharpest(places[0][:, axes], slopes[0][:, axes], weights[0, :, None])
         return of_rays
 
-    rays = [_axial_ray(section) for section in lens.sections]
+    rays = [_axial_ray(lens.sections[k]) for k in which]
 
     def of_sections(nearness: float) -> float:
         if len(rays) == 1:                              # the stop does not count

@@ -99,6 +99,9 @@ def test_a_lens_of_rotation_has_one_focus_and_a_cylinder_focuses_a_line():
         film = lb.film_distance(cylinder, math.inf)
         assert film == pytest.approx(1.0 / (0.5 * 0.02) - 2.0 / 1.5, rel=1e-12)        # n′ f / n less the glass
         foci = lb.section_foci(cylinder, math.inf, film)
+        near = [lb.film_distance(cylinder, 500.0, method) for method in ("paraxial", "real")]
+        assert near[0] == pytest.approx(lb.film_distance(cylinder.section("x" if across else "y"), 500.0), rel=1e-9)
+        assert near[1] == pytest.approx(near[0], rel=0.01)             # spherical aberration
         assert (foci.index(math.inf) == 0) == (across == 0.0) and film in [pytest.approx(focus) for focus in foci]
 
 
