@@ -3,6 +3,7 @@
 # make lint    style (ruff) and types (mypy)
 # make fuzz    2,000 mishaps of bytes and of lines for every sample of a lens file (half an hour; LENSBENCH_LENS_FILES=FOLDER
 #              adds files of your own); `make test` runs its short form
+# make choices 200 cameras at random: is the model that is chosen good enough, and the simplest that is? (a quarter of an hour)
 # make peers   the same rays through the same lenses in rayoptics, Optiland and batoid, in an environment of its own
 #
 # Another Python: make PYTHON=python3.13 run. The user's own pip configuration is used as it is.
@@ -12,7 +13,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6
 
-.PHONY: run test lint fuzz peers needs clean
+.PHONY: run test lint fuzz choices peers needs clean
 
 run: $(VENV)/.installed
 	@$(BIN)/lensbench
@@ -29,6 +30,9 @@ lint: $(VENV)/.installed-test
 
 fuzz: $(VENV)/.installed-test
 	$(BIN)/python -m pytest trials/test_fuzz.py
+
+choices: $(VENV)/.installed-test
+	$(BIN)/python -m pytest -s trials/test_choices.py
 
 # The peers need half a gigabyte, so that they stay out of the environment of the tests
 peers:

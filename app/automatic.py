@@ -7,7 +7,7 @@ begins anew with it.
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lensbench.app.settings import MOTION, PLACE, Settings
+from lensbench.app.settings import Settings
 
 if TYPE_CHECKING:
     from lensbench.accuracy import Choice
@@ -22,7 +22,7 @@ class Chosen(NamedTuple):
 
 def weighed(settings: Settings) -> Settings:
     """What a choice depends on: everything else is set to its default."""
-    return settings.picture.plain(*MOTION, *PLACE, "seed", "view", "visibility", "fog_light")
+    return settings.picture.plain("yaw", "pitch", "end_yaw", "end_pitch", "seed", "view", "visibility", "fog_light")
 
 
 def is_automatic(settings: Settings) -> bool:

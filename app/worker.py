@@ -7,8 +7,6 @@ replaced by a later one.
 """
 
 import math
-import os
-import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -21,8 +19,8 @@ from numpy.typing import NDArray
 
 from lensbench.app.automatic import Chosen, is_automatic, judged, provisional, weighed
 from lensbench.app.settings import Settings
+from lensbench.app.threads import lower_priority, thread_count
 
-NICE = 10                   # of the rendering threads, so that the window keeps its pace
 PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
 FIRST_SECONDS = 0.15        # a first pass may take, once begun: a hand that never rests sees pictures all the same
 HOLD_SECONDS = 0.07         # after a restart, that a frame may be held for its first picture
@@ -82,20 +80,6 @@ def prepare(settings: Settings) -> tuple[Any, Any]:
     from lensbench.app.scene_file import find_scene
 
     return camera(settings), find_scene(settings.scene)
-
-
-def lower_priority() -> None:
-    """Let the calling thread alone step back behind the window, where the system can do that."""
-    if sys.platform == "linux":
-        try:
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
-        except OSError:                         # not allowed here: as it was
-            pass
-
-
-def thread_count() -> int:
-    """The cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Worker:

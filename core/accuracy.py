@@ -23,6 +23,7 @@ from lensbench.scene import Scene
 
 KEEP = 0.8                                  # of a tolerance: a simpler model must be this good to take over
 LADDER = (("pinhole", 0), ("thin", 0), ("thick", 0), *(("polynomial", degree) for degree in DEGREES), ("trace", 0))
+CLOSE = 0.1                                 # of the nearest depth: no camera is taken to have come nearer
 BLOCKS, TIMES = 4, 7                        # of rays for a timing, and how often: the least counts
 
 
@@ -77,21 +78,26 @@ def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = 0.5, to
                  previous: Choice | None = None) -> Choice:
     """The first model of the ladder whose picture of this scene is within the tolerances of the traced lens.
 
-    For the camera's film, focus and aperture, and for the depths of the scene (`depth_range`). previous: the choice for
-    settings just before; where it is still good, a simpler model takes over only when it is well within the tolerances,
+    For the camera's film, focus and aperture, and for the depths of the scene (`depth_range`, which is told from the
+    world's origin: of a camera that stands elsewhere, as much nearer and farther). previous: the choice for settings
+    just before; where it is still good, a simpler model takes over only when it is well within the tolerances,
     so that the choice does not flicker. A lens without rotational symmetry is traced, and no polynomial is
     fitted to one with blades. CameraError for tolerances that are not positive.
     """
     if not (tolerance_px > 0.0 and tolerance_stops > 0.0):
         raise CameraError("tolerances must be positive: pixels, and stops")
-    judge = Judge(camera, scene.depth_range)
+    near, far = scene.depth_range
+    away = max(float(np.linalg.norm(camera.world_from_camera_at(time)[:3, 3]))
+               for time in (camera.shutter_open, camera.shutter_close))
+    judge = Judge(camera, (max(near - away, CLOSE * near), far + away))
     held = -1 if previous is None else LADDER.index((previous.model, previous.degree))
     table: list[Rung] = []
     for place, (model, degree) in enumerate(LADDER):
-        rung = judge.rung(model, degree)
-        table.append(rung)
         share = KEEP if place < held else 1.0
-        if rung.error_px <= share * tolerance_px and rung.error_stops <= share * tolerance_stops:
+        limits = share * tolerance_px, share * tolerance_stops
+        rung = judge.rung(model, degree, limits)
+        table.append(rung)
+        if rung.error_px <= limits[0] and rung.error_stops <= limits[1]:
             break
     return Choice(*rung[:4], tuple(table), judge)
 

@@ -20,16 +20,19 @@ from lensbench.cameras.lens import LensCamera
 from lensbench.cameras.rays import CameraError
 from lensbench.driver import Program
 from lensbench.glass import D_LINE
-from lensbench.lanes import BLUE, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.lanes import BLUE, MARGIN, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
 from lensbench.polynomial import Polynomial
 from lensbench.prescription import LensError
 from lensbench.pupil_table import PupilTable
 from lensbench.spectrum import WAVELENGTHS
 
-FIELDS = np.array([0.0, 0.4, 0.7, 0.9, 1.0])        # film radii, of half the diagonal
+FIELDS = np.array([0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.98])    # film radii, of half the diagonal
 TURNS, REACHES = 12, 4                      # rays of one region: around it, and from its centre to its rim
 STEP = 1e-4                                 # of half the diagonal: for the derivative along the film
 STEEPEST = 0.2                              # cosine: beyond it a depth along the axis counts as a distance
+RIM = 1.01                                  # (r / semi-diameter)² up to which a ray of a region is not beyond its edge
+BETWEEN = 1.1, 1.1                          # pixels and stops there, over those at the fields that are looked at
+COARSE = 0.045                              # of a region's half width: where they move less, no ray is traced again
 LIT = 0.98                                  # of the radius where the light ends: so far out a model is judged
 HUES = (D_LINE, WAVELENGTHS[RED][4], WAVELENGTHS[BLUE][4])
 
@@ -69,22 +72,35 @@ class Judge:
     camera: LensCamera
     depths: tuple[float, float]
 
-    def rung(self, model: str, degree: int = 0) -> Rung:
-        """The errors of a model."""
+    def rung(self, model: str, degree: int = 0, limits: tuple[float, float] = (math.inf, math.inf)) -> Rung:
+        """The errors of a model. limits: pixels and stops beyond which it need not be known by how much it fails."""
         if model == "trace":
             return Rung(model, 0, 0.0, 0.0, "")
         if why := self._refusal(model):
             return Rung(model, degree, math.inf, math.inf, why)
         try:
-            if model == "polynomial":
-                fit = Polynomial.fit(self.camera.lens, self.camera.film_distance, self.table, degree,
-                                     distance=self.camera.focus_distance)
-                lines = Program([fit.step], np.float64).run(self._given, [X, Y, Z, L, M, N], self._aims.shape[1])
-                return self._compared(model, degree, lines, self._weights)
-            ideal = self.camera.ideal(model)
-            return self._compared(model, 0, *self._rays_of(ideal), self._offset(model, ideal))
+            if model != "polynomial":
+                ideal = self.camera.ideal(model)
+                return self._compared(model, 0, *self._rays_of(ideal), [self._true, *self._hues],
+                                      self._offset(model, ideal))
+            rung = self._fitted(degree, D_LINE, self._true)
+            for wavelength, true in zip(HUES[1:], self._hues if _within(rung, limits) else [], strict=False):
+                other = self._fitted(degree, wavelength, true)
+                if other.error_px > rung.error_px:
+                    rung = other._replace(error_stops=max(rung.error_stops, other.error_stops))
+            return rung
         except (CameraError, LensError) as error:
             return Rung(model, degree, math.inf, math.inf, str(error))
+
+    def _fitted(self, degree: int, wavelength: float, true: Moments) -> Rung:
+        """The errors of a polynomial for one wavelength."""
+        fit = Polynomial.fit(self.camera.lens, self.camera.film_distance, self.table, degree, wavelength,
+                             self.camera.focus_distance)
+        lines = Program([fit.step], np.float64).run(self._given, [X, Y, Z, L, M, N], self._aims.shape[1])
+        rung = self._compared("polynomial", degree, lines, self._weights, [true])
+        if wavelength == D_LINE:
+            return rung
+        return rung._replace(worst=f"in {'red' if wavelength == HUES[1] else 'blue'} light, {rung.worst}")
 
     def _refusal(self, model: str) -> str:
         """Why the model cannot be had at all; "" where it can."""
@@ -92,8 +108,10 @@ class Judge:
             return "the lens has a cylinder or toroid"
         if model == "polynomial" and not self.camera.lens.iris.is_round:
             return "no polynomial knows where rays meet the blades of the stop"
-        if not self._weights[0].sum() > 0.0:
+        if not self._true_weights[0].sum() > 0.0:
             return "no light comes through this lens"
+        if model == "polynomial" and self.table.coarseness > COARSE:
+            return "the exit-pupil regions move too far between the film radii of their table"
         if model != "polynomial" and self.table.dark_beyond < self.camera.film.diagonal / 2.0:
             return "the film's corners are dark, and this model lights them"
         return ""
@@ -136,15 +154,21 @@ class Judge:
         return {X: film, L: l, M: m, N: n, WEIGHT: weight}
 
     def _lines(self, wavelength: float) -> np.ndarray:
-        """(6, rays) the rays of the lens in front of it, camera frame."""
+        """(7, rays) the rays of the lens in front of it, camera frame, and the MARGIN by which they came there."""
         steps = round_through(self.camera.lens, self.camera.film_distance, wavelength)
-        return Program(steps, np.float64).run(self._given, [X, Y, Z, L, M, N], self._aims.shape[1])
+        return Program(steps, np.float64).run(self._given, [X, Y, Z, L, M, N, MARGIN], self._aims.shape[1])
 
     @cached_property
     def _weights(self) -> np.ndarray:
-        """(fields, rays) of the lens's light."""
+        """(fields, rays) of the light that the regions promise."""
         share = NODES[2]
         return self._aims[4, :len(FIELDS) * len(share)].reshape(len(FIELDS), -1) * share
+
+    @cached_property
+    def _true_weights(self) -> np.ndarray:
+        """(fields, rays) of the light that comes through."""
+        return np.where(self._true_lines[6, :self._weights.size].reshape(self._weights.shape) <= RIM, self._weights,
+                        0.0)
 
     def _rays_of(self, lens: Gaussian) -> tuple[np.ndarray, np.ndarray]:
         """Rays of an ideal lens by like nodes of its disk, and its middles, and their weights."""
@@ -198,10 +222,9 @@ class Judge:
 
         By the derivative along the radius, and by the turn about the axis.
         """
-        x, _, z = self._seen(self._true_lines[:, -self._film.size:], 3)
+        x, _, z = self._seen(self._true_lines[:6, -self._film.size:], 3)
         along = np.stack([x[..., 1] - x[..., 2], z[..., 1] - z[..., 2]]) / (2.0 * self._step)
-        square = (along**2).sum(0)
-        radii = self._radii
+        square, radii = (along**2).sum(0), self._radii
         across = np.where(radii > 0.0, np.abs(x[..., 0]) / np.maximum(radii, 1e-30), np.sqrt(square))
         return along / square, across
 
@@ -215,7 +238,7 @@ class Judge:
     def _moments(self, lines: np.ndarray, weights: np.ndarray) -> Moments:
         """Of the blurs that these rays of the regions make."""
         rays = weights.shape[1]
-        x, y, z = self._seen(lines[:, :weights.size], rays)
+        x, y, z = self._seen(lines[:6, :weights.size], rays)
         per_mm, across = self._scales
         share = weights / weights.sum(1)[:, None]
         place = x * per_mm[0][..., None] + z * per_mm[1][..., None]
@@ -225,7 +248,7 @@ class Judge:
 
     @cached_property
     def _true(self) -> Moments:
-        return self._moments(self._true_lines, self._weights)
+        return self._moments(self._true_lines, self._true_weights)
 
     @cached_property
     def _hues(self) -> list[Moments]:
@@ -233,12 +256,14 @@ class Judge:
         camera = self.camera if self.camera.follows_rays else replace(self.camera, model="trace")
         if not camera.disperses:
             return []
-        return [self._moments(self._lines(wavelength), self._weights) for wavelength in HUES[1:]]
+        return [self._moments(self._lines(wavelength), self._true_weights) for wavelength in HUES[1:]]
 
-    def _compared(self, model: str, degree: int, lines: np.ndarray, weights: np.ndarray, offset: float = 0.0) -> Rung:
+    def _compared(self, model: str, degree: int, lines: np.ndarray, weights: np.ndarray, truths: list[Moments],
+                  offset: float = 0.0) -> Rung:
+        """The errors of rays with these weights; the first of the truths is that of their own wavelength."""
         blur = self._moments(lines, weights)
         worst_px, said = 0.0, ""
-        for k, true in enumerate([self._true, *([] if degree else self._hues)]):
+        for k, true in enumerate(truths):
             shift = np.abs(blur.middle - true.middle)
             spread = np.hypot(blur.along - true.along, blur.across - true.across)
             names = ("lateral colour", "colour blur") if k else ("distortion", "blur off by")
@@ -246,22 +271,39 @@ class Judge:
                 depth, field = divmod(int(np.argmax(error)), error.shape[1])
                 pixels = float(error[depth, field]) / self.camera.film.pitch
                 if not pixels <= (2.0 * worst_px if k else worst_px):
-                    said = f"{what} {pixels:.2g} px {self._place(field)}"
+                    said = f"{what} {BETWEEN[0] * pixels:.2g} px {self._place(field)}"
                 if not pixels <= worst_px:
                     worst_px = pixels
-        light, true_light = weights.sum(1), self._weights.sum(1)
+        # Of a wall, which is as bright as the film is lit; and of a light, which is as much brighter as it is larger
         with np.errstate(divide="ignore", invalid="ignore"):
-            stops = np.abs(np.log2(light / light[0] * true_light[0] / true_light) + offset)
-        worst_stops = float(stops.max())
+            light = np.log2(weights.sum(1) / self._true_weights.sum(1))
+            size = self._stretched(blur.middle - truths[0].middle)
+            wall, spot = (np.abs(each - each[..., :1] + offset) for each in (light[None], light - size))
+        stops = np.concatenate([wall, spot]).max(0)
+        worst_px, worst_stops = BETWEEN[0] * worst_px, BETWEEN[1] * float(stops.max())
         if math.isnan(worst_px) or math.isnan(worst_stops):
             return Rung(model, degree, math.inf, math.inf, "some rays are lost")
         if worst_px <= 10.0 * worst_stops:
             said = f"brightness off by {worst_stops:.2g} stops {self._place(int(np.argmax(stops)))}"
         return Rung(model, degree, worst_px, worst_stops, said)
 
+    def _stretched(self, shift: np.ndarray) -> np.ndarray:
+        """(depths, fields) log2 of how much larger the lens shows what a model shows with its middles shifted so (mm).
+
+        Along the radius by what the shift adds from field to field, and around the axis by its part of the radius.
+        """
+        r = self._radii
+        along = np.gradient(shift, r, axis=1, edge_order=2)
+        around = np.concatenate([along[:, :1], shift[:, 1:] / r[1:]], 1)
+        return np.log2(np.maximum((1.0 + along) * (1.0 + around), 1e-30))
+
     def _place(self, field: int) -> str:
-        part = FIELDS[field] * self._radii[-1] / (self.camera.film.diagonal / 2.0)
-        return "on the axis" if part == 0.0 else "at the corner" if part > 0.99 else f"at {part:.1f} of the field"
+        part = self._radii[field] / (self.camera.film.diagonal / 2.0)
+        return "on the axis" if part == 0.0 else "at the corner" if part > 0.95 else f"at {part:.1f} of the field"
+
+
+def _within(rung: Rung, limits: tuple[float, float]) -> bool:
+    return rung.error_px <= limits[0] and rung.error_stops <= limits[1]
 
 
 def _nodes() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -45,15 +45,17 @@ from lensbench.lanes import (
     rows,
     stage,
 )
+from lensbench.normal_equations import solved
 from lensbench.paraxial import FirstOrder, first_order
 from lensbench.prescription import Lens, LensError
 from lensbench.pupil_table import PupilTable
 
 DEGREES = (3, 5, 7, 9, 11)
 HEAD = 5                    # numbers before the coefficients
-RIDGE = 1e-14               # of the normal equations' diagonal: a pivot is not let below
+LEAST = 0.02                # of a ray's share
 SLACK = 1.05                # (r / semi-diameter)² up to which a ray beyond the rim still serves the fit
-JUDGES = 131                # rays on which the error is measured
+JUDGES = 127                # rays on which the error is measured; with those of degree 9, one block of lanes
+EVENLY = 0.6                # how far the rays' weights go from Chebyshev's (0) to their share of film and pupil (1)
 SPREAD = (0.7548776662466927, 0.5698402909980532)       # whose multiples fill a square evenly: 1/ρ, 1/ρ² of ρ³ = ρ + 1
 FARTHEST = 20.0             # × the lens's length: an entrance pupil beyond it is no place to measure from
 
@@ -85,15 +87,7 @@ class Polynomial:
         if not lens.is_rotationally_symmetric:
             raise LensError("a polynomial is fitted in rotation invariants, and this lens has a cylinder or toroid")
         n, low = degree // 2, _low(degree // 2)
-
-        # Rays for the fit, crowding towards the edge of the field, and others between them to judge it by
-        grid = np.meshgrid(np.sin(np.linspace(0.0, 0.5 * math.pi, 2 * n + 3)),
-                           np.sin(0.5 * math.pi * np.arange(1, n + 2) / (n + 1)),
-                           (np.arange(n + 3) + 0.5) / (n + 3), indexing="ij")
-        k = np.arange(JUDGES)
-        judges = np.sqrt((k + 0.5) / JUDGES), np.sqrt(k * SPREAD[0] % 1.0), k * SPREAD[1] % 1.0
-        places = [np.concatenate([fit.ravel(), judge]) for fit, judge in zip(grid, judges, strict=True)]
-        judged = np.arange(len(places[0])) >= len(places[0]) - JUDGES
+        places, shares = _places(n)
         film, aim = _aimed(table, *places)
         fo = first_order(lens, wavelength)
         centre = _centre(lens, fo)
@@ -106,17 +100,21 @@ class Polynomial:
         reach = max(float(np.hypot(*v).max()), 1e-30)
         v /= reach
         a, b, c = u * u, v[0] ** 2 + v[1] ** 2, u * v[0]
-        use = ~judged & (margin < SLACK)
+        fits = slice(0, len(shares))
+        use = margin[fits] < SLACK
         if use.sum() < 2 * terms(n):
             raise LensError("too little light passes this lens for a polynomial to be fitted: open the stop")
+        shares, ray = np.where(use, shares, 0.0), np.where(margin < math.inf, ray, 0.0)
         high, few = _basis(a, b, c, n), _basis(a, b, c, low)
         point, direction = ray[:3], ray[3:]
         nearness = 1.0 / (distance - lens.length - film_distance + centre)
-        towards = _solved(high[use], u[use], v[:, use], (direction + nearness * point)[:, use])
-        points = _solved(few[use], u[use], v[:, use], point[:, use])
+        given = shares, u[fits], v[:, fits]
+        towards = solved(high[fits], *given, (direction + nearness * point)[:, fits])
+        points = solved(few[fits], *given, point[:, fits])
 
         # The error on the rays that were held out: of objects in focus, and at infinity
-        seen = judged & (margin <= 1.0)
+        seen = np.nonzero(margin <= 1.0)[0]
+        seen = seen[seen >= len(shares)]
         from_there = _assembled(few[seen], points, u[seen], v[:, seen])
         there = _assembled(high[seen], towards, u[seen], v[:, seen]) - nearness * from_there
         off, beside = there / np.sqrt((there**2).sum(0)) - direction[:, seen], from_there - point[:, seen]
@@ -125,13 +123,30 @@ class Polynomial:
         numbers = [-film_distance / reach, (1.0 - drift) / reach, 1.0 / table.radius,
                    centre - lens.length - film_distance, nearness]
         return cls(degree, np.concatenate([numbers, *towards, *points]),
-                   float(np.sqrt((error**2).mean())) if seen.any() else math.inf,
-                   float(error.max()) if seen.any() else math.inf)
+                   float(np.sqrt((error**2).mean())) if seen.size else math.inf,
+                   float(error.max()) if seen.size else math.inf)
 
     @property
     def step(self) -> Step:
         """The step from an aimed ray at the film to the ray in front of the lens."""
         return Step(_kernel(self.degree // 2), self.numbers)
+
+
+@cache
+def _places(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """(3, rays) where a fit looks: shares of the film's radius, of a region's, and along its rim; (fits,) weights.
+
+    The first rays crowd towards the edges of field and pupil, and stand for the less of the light; the last JUDGES lie
+    between them, to judge the fit by.
+    """
+    grid = np.meshgrid(np.sin(np.linspace(0.0, 0.5 * math.pi, 2 * n + 3)),
+                       np.sin(0.5 * math.pi * np.arange(1, n + 2) / (n + 1)),
+                       (np.arange(n + 3) + 0.5) / (n + 3), indexing="ij")
+    r, reach, turn = (each.ravel() for each in grid)
+    shares = r * reach * np.sqrt(np.maximum((1.0 - r * r) * (1.0 - reach * reach), 0.0))
+    k = np.arange(JUDGES)
+    judges = np.stack([np.sqrt((k + 0.5) / JUDGES), np.sqrt(k * SPREAD[0] % 1.0), k * SPREAD[1] % 1.0])
+    return np.concatenate([np.stack([r, reach, turn]), judges], 1), np.maximum(shares, LEAST) ** EVENLY
 
 
 def terms(n: int) -> int:
@@ -208,60 +223,6 @@ def _behind(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float
     """Film mm per radian of an object's place seen from the centre, paraxially; nearness: 1 / its distance."""
     efl = lens.front_index * fo.efl
     return efl / (1.0 + nearness * (fo.front_principal - centre - efl))
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def _solved(basis, u, v, wanted):
-    """The polynomials of a vector field (3, rays) along u (rays,), along v (2, rays) and along z: (3, terms).
-
-    The normal equations, of the first two together, by Cholesky's method; a pivot that rounding has
-    made nothing is held up. (A thread of its own for the sums would cost more than the sums.)
-    """
-    rays, k = basis.shape
-    across, plain = np.zeros((2 * k, 2 * k + 1)), np.zeros((k, k + 1))      # with the right side as the last column
-    for r in range(rays):
-        row = basis[r]
-        a, b, c = u[r] * u[r], v[0, r] * v[0, r] + v[1, r] * v[1, r], u[r] * v[0, r]
-        along_u, along_v = u[r] * wanted[0, r], v[0, r] * wanted[0, r] + v[1, r] * wanted[1, r]
-        for i in range(k):
-            x = row[i]
-            for j in range(i + 1):
-                y = x * row[j]
-                plain[i, j] += y
-                across[i, j] += a * y
-                across[k + i, k + j] += b * y
-            for j in range(k):
-                across[k + i, j] += c * x * row[j]
-            plain[i, k] += x * wanted[2, r]
-            across[i, 2 * k] += along_u * x
-            across[k + i, 2 * k] += along_v * x
-    found = np.empty((3, k))
-    _cholesky(across)
-    _cholesky(plain)
-    found[0], found[1], found[2] = across[:k, 2 * k], across[k:, 2 * k], plain[:, k]
-    return found
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def _cholesky(m):
-    """Solve in place: the lower half of m (n, n + 1) is a positive matrix, its last column becomes the solution."""
-    n = m.shape[0]
-    for i in range(n):
-        least = RIDGE * m[i, i]
-        for j in range(i + 1):
-            total = m[i, j]
-            for k in range(j):
-                total -= m[i, k] * m[j, k]
-            m[i, j] = math.sqrt(max(total, least)) if i == j else total / m[j, j]
-        total = m[i, n]
-        for k in range(i):
-            total -= m[i, k] * m[k, n]
-        m[i, n] = total / m[i, i]
-    for i in range(n - 1, -1, -1):
-        total = m[i, n]
-        for k in range(i + 1, n):
-            total -= m[k, i] * m[k, n]
-        m[i, n] = total / m[i, i]
 
 
 def _assembled(basis, polynomials, u, v) -> np.ndarray:

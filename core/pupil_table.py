@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from lensbench.glass import D_LINE
 from lensbench.lanes import (
@@ -34,13 +35,16 @@ from lensbench.lanes import (
     rows,
     stage,
 )
+from lensbench.paraxial import first_order
 from lensbench.prescription import Lens
 from lensbench.pupil_islands import enclosed
-from lensbench.pupil_rim import REACH, solve
+from lensbench.pupil_rim import REACH, passes, solve, span
 
 RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
 POINTS = 41                     # solved on the upper half of each rim
 GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
+LOOKS, ROUNDS, FEW = 24, 3, 5   # film radii in one look for where the light ends, looks, points of their rims
+NEARLY = 0.95                   # of the radius where the light ends
 SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
 
 
@@ -68,29 +72,24 @@ class PupilTable:
 
         widened: by SPREAD, for a camera that traces what it samples; or else of the regions' own area.
         """
-        tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter)
+        # Of the stop, or of the region itself where the film stands close behind the lens
+        cone = 0.5 / first_order(lens, wavelength).f_number or math.inf
+        tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter, film_distance * cone)
 
-        def solved(radii, accuracy=tolerance):
-            return solve(lens, film_distance, radii, POINTS, accuracy, wavelength)
+        def solved(radii):
+            return solve(lens, film_distance, radii, POINTS, tolerance, wavelength)
 
         film_radius = max(film_radius, 1e-30)           # a film that is a point has a ring of its own all the same
-        end, dark = 4.0 * film_radius, math.inf
+        dark = _dark_beyond(lens, film_distance, film_radius, wavelength)
+        end = 4.0 * film_radius
+        if 0.0 < dark < math.inf:                       # spread the rings to where the light ends
+            film_radius = end = dark
         radii = _ring_radii(film_radius, end)
         centres, rims = solved(radii)
-        lit = np.nonzero(rims[:, 0, 0] > rims[:, -1, 0])[0]
-        if lit.size and lit[-1] < RINGS - 1:    # find where the light ends, spread the rings to there
-            low, high = radii[lit[-1]], radii[lit[-1] + 1]
-            for _ in range(3):
-                between = np.linspace(low, high, 18)[1:-1]
-                alive = np.nonzero(solved(between)[1][:, 0, 0] > 0.0)[0]
-                last = alive[-1] if alive.size else -1
-                low, high = (between[last] if last >= 0 else low), (between[last + 1] if last < 15 else high)
-            film_radius = end = dark = high
-            radii = _ring_radii(high, high)
-            centres, rims = solved(radii)
+        if end == dark:
             centres[-1] = centres[-2]
         centres, rims = enclosed(lens, film_distance, radii, centres, rims, tolerance, wavelength)
-        return cls(film_distance, film_radius, end, dark if lit.size else 0.0,
+        return cls(film_distance, film_radius, end, dark,
                    _equal_areas(_widened(centres, rims)) if widened else _filled(rims), centres)
 
     def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -98,6 +97,17 @@ class PupilTable:
         place = (1.0 - np.sqrt(np.maximum(1.0 - film_radius / self.end, 0.0))) * self._scale
         inner = np.minimum(place.astype(int), RINGS - 2)
         return inner, place - inner
+
+    @property
+    def coarseness(self) -> float:
+        """How far regions between two rings may lie from a straight line between these, as a part of their half width.
+
+        Along the meridian, at worst, up to nearly where the light ends.
+        """
+        ends = self.centres[:, None] + self.outline[:, [0, -1], 0]
+        half, off = 0.5 * (ends[1:-1, 0] - ends[1:-1, 1]), np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0
+        counts = (half > 0.0) & (_ring_radii(self.radius, self.end)[1:-1] < NEARLY * self.dark_beyond)
+        return float(np.max(off[counts] / half[counts], initial=0.0))
 
     @property
     def _scale(self) -> float:
@@ -142,6 +152,31 @@ class PupilTable:
             (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.centres]))
 
 
+def _dark_beyond(lens: Lens, film_distance: float, film_radius: float, wavelength: float) -> float:
+    """The film radius beyond which no light falls; inf where it reaches film_radius, 0 where there is none at all."""
+    rough = 0.05 * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter)
+
+    def lit(radii: np.ndarray) -> int:
+        """The last of the radii that is lit; −1: none."""
+        rims = solve(lens, film_distance, radii, FEW, rough, wavelength)[1]
+        return int(np.max(np.nonzero(rims[:, 0, 0] > rims[:, -1, 0])[0], initial=-1))
+
+    corner = np.array([film_radius])
+    low, high = span(lens, film_distance, corner)
+    heights = low + (high - low) * (np.arange(B) + 0.5) / B         # one block of rays mostly says that there is light
+    if passes(lens, film_distance, corner, heights[None], wavelength).any():
+        return math.inf
+    between = np.linspace(0.0, film_radius, LOOKS)
+    for _ in range(ROUNDS):
+        last = lit(between)
+        if last < 0:
+            return 0.0
+        if between[last] == film_radius:
+            return math.inf
+        between = np.linspace(between[last], between[min(last + 1, LOOKS - 1)], LOOKS)
+    return float(between[-1])
+
+
 def _ring_radii(radius: float, end: float) -> np.ndarray:
     """(RINGS,) film radii 0 … radius, ever denser towards `end`."""
     last = 1.0 - math.sqrt(1.0 - radius / end)
@@ -173,19 +208,26 @@ def _filled(rims: np.ndarray) -> np.ndarray:
     return corners * np.sqrt(area / np.where(chords > 0.0, chords, 1.0))[:, None, None]
 
 
-def _equal_areas(rims: np.ndarray) -> np.ndarray:
+@njit(cache=True, error_model="numpy", nogil=True)
+def _equal_areas(rims):
     """(rings, points, 2) of the rims → (rings, SECTORS + 1, 2) corners at equal areas along the same chords."""
-    x, y = rims[..., 0], rims[..., 1]
-    cross = x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]
-    area = np.concatenate([np.zeros((len(rims), 1)), np.cumsum(cross, 1)], 1)
-    wanted = area[:, -1:] * np.linspace(0.0, 1.0, SECTORS + 1)
-    chord = np.clip((area[:, None] <= wanted[..., None]).sum(2) - 1, 0, rims.shape[1] - 2)
-    before, after = (np.take_along_axis(area, chord + k, 1) for k in (0, 1))
-    part = np.clip((wanted - before) / np.where(after > before, after - before, 1.0), 0.0, 1.0)
-    share = np.where(after > before, part, 0.0)[..., None]
-    corners = np.take_along_axis(rims, chord[..., None], 1) * (1.0 - share) + (
-        np.take_along_axis(rims, chord[..., None] + 1, 1) * share)
-    return np.where(area[:, -1, None, None] > 0.0, corners, 0.0)
+    rings, points, _ = rims.shape
+    corners, area = np.zeros((rings, SECTORS + 1, 2)), np.zeros(points)
+    for ring in range(rings):
+        rim = rims[ring]
+        for i in range(1, points):
+            area[i] = area[i - 1] + rim[i - 1, 0] * rim[i, 1] - rim[i, 0] * rim[i - 1, 1]
+        if area[points - 1] > 0.0:
+            i = 0
+            for k in range(SECTORS + 1):
+                wanted = area[points - 1] * k / SECTORS
+                while i < points - 2 and area[i + 1] <= wanted:
+                    i += 1
+                share = (wanted - area[i]) / (area[i + 1] - area[i]) if area[i + 1] > area[i] else 0.0
+                share = min(max(share, 0.0), 1.0)
+                for axis in range(2):
+                    corners[ring, k, axis] = rim[i, axis] * (1.0 - share) + rim[i + 1, axis] * share
+    return corners
 
 
 _NODES = SECTORS + 1
