@@ -153,7 +153,7 @@ def test_the_model_is_chosen_by_hand_and_followed_along_the_aperture(drive, tmp_
         bar = hand.box("**/Automatic model")
         assert bar.max.x - bar.min.x > 0.4 * 1280.0 and bar.max.x < 1280.0
         hand.ctx.mouse_move("**/Automatic model")
-        hand.ctx.sleep(1.0)
+        hand.ctx.sleep_no_skip(1.0, 0.05)
         hand.photograph(tmp_path / "bar.png")
 
     assert drive(use, replace(PART, model="trace")).view.messages == []
