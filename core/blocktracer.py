@@ -35,6 +35,7 @@ SURFACE = 7             # numbers of any surface: kind, gap, curvature, rim: 1 /
 MORE = {SPHERE: 0, CONIC: 1, EVEN: 1 + HIGHEST_POWER // 2, ASPHERE: 1 + TERMS, TOROID: 1}     # k and terms, or c_x
 EVENS, ALL = SURFACE + MORE[EVEN], SURFACE + MORE[ASPHERE]
 STEPS = (3, 6)          # of Newton's method from the conic, in float32 and in float64
+MORE_STEPS = 5          # in a block of which some ray still moves
 STILL = 1e-8            # (last step / h)² that is taken for convergence: the next would be as its square
 NEAR_EQUATOR = 1e-4     # of 1 − (1 + k) c² r²: Newton goes no nearer, or farther
 
@@ -208,6 +209,17 @@ def _begin(lanes, p, s, c, k):
 
 
 @stage
+def _still(lanes, p, s):
+    """Whether Newton's method has come to rest for every ray: A1 holds the last step."""
+    real = lanes.dtype.type
+    last, limit = rows(lanes)[A1], real(STILL) * p[s + 4] / p[s + 3]
+    moving = 0
+    for i in range(B):
+        moving += 1 if last[i] * last[i] > limit else 0         # a lost ray is NaN, and moves no more
+    return moving == 0
+
+
+@stage
 def _even(lanes, p, s):
     """Through an asphere of even powers: Newton's method on z = sag(r²), then the refraction.
 
@@ -223,7 +235,9 @@ def _even(lanes, p, s):
     g, h, j, o, q = p[s + 13], p[s + 14], p[s + 15], p[s + 16], p[s + 17]
     curl = (real(1) + k) * c * c
     _begin(lanes, p, s, c, k)
-    for _ in range(STEPS[lanes.itemsize // 8] + 1):
+    for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
+        if step > STEPS[lanes.itemsize // 8] and _still(lanes, p, s):
+            break
         for i in range(B):
             x, y, z = X_[i] + T_[i] * L_[i], Y_[i] + T_[i] * M_[i], Z_[i] + T_[i] * N_[i]
             r2 = x * x + y * y
@@ -253,7 +267,9 @@ def _asphere(lanes, p, s):
     c, unit, k = p[s + 2], p[s + 3], p[s + 7]
     curl = (real(1) + k) * c * c
     _begin(lanes, p, s, c, k)
-    for _ in range(STEPS[lanes.itemsize // 8] + 1):
+    for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
+        if step > STEPS[lanes.itemsize // 8] and _still(lanes, p, s):
+            break
         for i in range(B):
             x, y = X_[i] + T_[i] * L_[i], Y_[i] + T_[i] * M_[i]
             SX[i] = math.sqrt((x * x + y * y) * unit)
@@ -289,7 +305,9 @@ def _toroid(lanes, p, s):
     T_, H_, SX, SY = row[A0], row[A1], row[A2], row[A3]
     c, across = p[s + 2], p[s + 7]
     _begin(lanes, p, s, real(0.5) * (c + across), real(0))
-    for _ in range(STEPS[lanes.itemsize // 8] + 1):
+    for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
+        if step > STEPS[lanes.itemsize // 8] and _still(lanes, p, s):
+            break
         for i in range(B):
             x, y, z = X_[i] + T_[i] * L_[i], Y_[i] + T_[i] * M_[i], Z_[i] + T_[i] * N_[i]
             bend_x, bend_y = across * x, c * y

@@ -354,7 +354,8 @@ def test_a_failure_of_the_program_ends_with_1_and_one_line(monkeypatch, capsys):
 
 
 NEVER_DONE = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)        # what runs in the background is born to ignore it
 from lensbench.app import cli, export
 add = export.lb.Rendering.add
 def told(*given):
