@@ -292,7 +292,8 @@ def _cylinders() -> dict[str, list[Result]]:
 
 STRESSES: dict[str, Callable[[], Stress]] = {
     **_stresses("Field up to the dark", "Part of the field left to where the light ends", "", FIELD,
-                "The region shrinks to a sliver and then to nothing. A paraxial disk knows no rims.", _field),
+                "The region shrinks to a sliver and then to nothing. A paraxial disk knows no rims.", _field,
+                switch="in the last thousandth of the field half of the samples are blocked; no light is lost"),
     **_stresses("Pupil as the stop closes", "Stop, of the full one", "", STOPS,
                 "15 mm from the axis. Random rays seldom find a small region; what is found in none is taken to be "
                 "everywhere.", _stop),
