@@ -266,8 +266,8 @@ def oblique() -> Stress:
                       switch="the ray is blocked, and the reference tracer finds it")
     return replace(_stress("Oblique rays on a strong asphere", "Tilt of the rays", "°", values, curves,
                            "The r^10 term falls by 2 mm a mm at the rim. Full steps land on a second crossing, or on "
-                           "none; the blocks take a fixed number of steps, and block the ray that has not come to "
-                           "rest."), linear=True)
+                           "none; the blocks go on while a ray of theirs moves, up to a few steps more, and block "
+                           "the one that has not come to rest then."), linear=True)
 
 
 STRESSES: dict[str, Callable[[], Stress]] = {

@@ -80,7 +80,9 @@ def test_full_newton_steps_land_on_the_wrong_crossing_where_halved_ones_do_not()
     assert found["Newton to 1e-6 mm, float64"].returns.startswith("place of the hit off by")
     assert found["Newton, halved steps, float64"].fails_at is None
     assert found["Newton, halved steps, float32"].fails_at is None
-    assert found["Newton in blocks, float32"].returns == LOST                   # and never a wrong place
+    for real in ("float32", "float64"):                                         # it may be blocked, never wrong
+        blocks = found[f"Newton in blocks, {real}"]
+        assert blocks.fails_at is None or blocks.returns == LOST and blocks.fails_at > 65.0
     assert verdicts("Strong aspheres")["Newton in blocks, float32"].fails_at is None
 
 
