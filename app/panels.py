@@ -132,6 +132,10 @@ class Panels:
 
     def _window(self, name: str, padding: float, draw: Callable[[], None]) -> None:
         """A window of its own margin, that neither scrolls nor folds."""
+        panel = hello_imgui.get_runner_params().docking_params.dockable_window_of_name(name)
+        if panel is not None and panel.focus_window_at_next_frame:      # hello_imgui does so in windows it begins alone
+            panel.focus_window_at_next_frame = False
+            imgui.set_next_window_focus()
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(padding, padding))
         flags = imgui.WindowFlags_
         shown, _ = imgui.begin(name, None, flags.no_scrollbar | flags.no_scroll_with_mouse | flags.no_collapse)
