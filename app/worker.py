@@ -23,7 +23,7 @@ from lensbench.app.threads import lower_priority, thread_count
 
 PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
 FIRST_SECONDS = 0.15        # a first pass may take, once begun: a hand that never rests sees pictures all the same
-HOLD_SECONDS = 0.07         # after a restart, that a frame may be held for its first picture
+HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its first picture
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
 
