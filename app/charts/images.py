@@ -80,7 +80,7 @@ def _followed(way: Way, camera: lb.LensCamera, scene: Scene, truth: np.ndarray, 
     rendering = lb.Rendering(replace(camera, model=way.model), scene, seed, steps=placing, splat=way.splat)
     spent = time.perf_counter() - start
     found: list[tuple[float, float]] = []
-    while spent < longest or len(found) < FEWEST:
+    while 2.0 * spent < longest or len(found) < FEWEST:         # the next step takes as long as all before
         start = time.perf_counter()
         rendering.add(max(rendering.samples, 1))
         spent += time.perf_counter() - start
