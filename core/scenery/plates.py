@@ -131,124 +131,196 @@ def _along(seen, k, ax, ay, az):
 
 
 @stage
+def _footprint(lanes, q):
+    """A7, A8: the sides of the footprint in u and v.  q: the numbers of the plate."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    dx, dy, dz, foot, spread = row[L], row[M], row[N], row[FOOT], row[SPREAD]
+    met, wide_u, wide_v = row[A0], row[A7], row[A8]
+    ux, uy, uz, ax, ay, az, bx, by, bz = q[4], q[5], q[6], q[7], q[8], q[9], q[10], q[11], q[12]
+    half_a, half_b = q[26], q[27]
+    for i in range(B):
+        steep = real(1) / (dx[i] * ux + dy[i] * uy + dz[i] * uz)
+        wide = abs(foot[i] + met[i] * spread[i])
+        wide_u[i] = wide / half_a * stretch(real, (dx[i] * ax + dy[i] * ay + dz[i] * az) * half_a, steep)
+        wide_v[i] = wide / half_b * stretch(real, (dx[i] * bx + dy[i] * by + dz[i] * bz) * half_b, steep)
+
+
+@stage
+def _checker(lanes, q):
+    """A3: which of the two colours, 0 or 1, or as much of the second as the footprint sees.  q: as for _footprint."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u, v, second, wide_u, wide_v = row[A1], row[A2], row[A3], row[A7], row[A8]
+    columns, lines = q[23], q[24]
+    half_columns, half_lines = real(0.5) * columns, real(0.5) * lines
+    for i in range(B):
+        ka, kb = (u[i] + real(1)) * half_columns, (v[i] + real(1)) * half_lines
+        k = np.floor(ka) + np.floor(kb)
+        sharp = contrast(real, abs(ka - np.floor(ka + real(0.5))), wide_u[i] * half_columns) * contrast(
+            real, abs(kb - np.floor(kb + real(0.5))), wide_v[i] * half_lines)
+        second[i] = real(0.5) + (real(2) * (k * real(0.5) - np.floor(k * real(0.5))) - real(0.5)) * sharp
+
+
+@stage
+def _grid(lanes, q):
+    """A3, see _checker, of lines round cells."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u, v, second, wide_u, wide_v = row[A1], row[A2], row[A3], row[A7], row[A8]
+    columns, lines, line, half_a, half_b = q[23], q[24], q[25], q[26], q[27]
+    # lines of the width `line` (mm) round `columns` × `lines` cells, the outermost ones whole and inside
+    wide_a, wide_b = half_a - real(0.5) * line, half_b - real(0.5) * line
+    per_a, per_b = real(0.5) * columns / wide_a, real(0.5) * lines / wide_b
+    for i in range(B):
+        a = lined(real, (u[i] * half_a + wide_a) * per_a, line * per_a, wide_u[i] * half_a * per_a)
+        b2 = lined(real, (v[i] * half_b + wide_b) * per_b, line * per_b, wide_v[i] * half_b * per_b)
+        second[i] = a + b2 - a * b2
+
+
+@stage
+def _star(lanes, q):
+    """A3, see _checker, of sectors round the middle."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u, v, second, wide_u, wide_v = row[A1], row[A2], row[A3], row[A7], row[A8]
+    columns = q[23]
+    # `columns` pairs of sectors; the arc tangent by a polynomial, to 1e-5 rad
+    for i in range(B):
+        a, b2 = abs(u[i]), abs(v[i])
+        small, big = (a, b2) if a < b2 else (b2, a)
+        low = small / (big + real(1e-20))
+        q2 = low * low
+        angle = low * (real(0.99997726) + q2 * (real(-0.33262347) + q2 * (real(0.19354346) + q2 * (
+            real(-0.11643287) + q2 * (real(0.05265332) + q2 * real(-0.01172120))))))
+        angle = real(0.5 * math.pi) - angle if b2 > a else angle
+        angle = real(math.pi) - angle if u[i] < real(0) else angle
+        angle = real(2 * math.pi) - angle if v[i] < real(0) else angle
+        sector = angle * columns * real(1 / math.pi)
+        k = np.floor(sector)
+        du, dv = v[i] * wide_u[i], u[i] * wide_v[i]
+        wide = math.sqrt(du * du + dv * dv) / (a * a + b2 * b2 + real(1e-20)) * columns * real(1 / math.pi)
+        sharp = contrast(real, abs(sector - np.floor(sector + real(0.5))), wide)
+        second[i] = real(0.5) + (real(2) * (k * real(0.5) - np.floor(k * real(0.5))) - real(0.5)) * sharp
+
+
+@stage
+def _ruler(lanes, q):
+    """A3, see _checker, of ticks along an edge."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u, v, second, wide_u = row[A1], row[A2], row[A3], row[A7]
+    columns, line, half_a, half_b = q[23], q[25], q[26], q[27]
+    # ticks every millimetre, 5 and 10 along a, standing on the edge v = −1; `line` is their width in mm
+    for i in range(B):
+        along, high = (u[i] + real(1)) * half_a, (v[i] + real(1)) * half_b
+        per = (real(1) if high < real(0.5) * columns else real(0.2) if high < real(0.75) * columns
+               else real(0.1))
+        ticks = lined(real, along * per, line * per, wide_u[i] * half_a * per)
+        second[i] = ticks if high < columns else real(0)
+
+
+@stage
+def _meet(lanes, q):
+    """A0: the distance to the plate where a ray meets it nearer than anything, else 0; A1, A2: u and v there.
+
+    How many rays do.  q: the numbers of the plate.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz, depth = row[X], row[Y], row[Z], row[L], row[M], row[N], row[DEPTH]
+    met, u, v = row[A0], row[A1], row[A2]
+    cx, cy, cz, ux, uy, uz = q[1], q[2], q[3], q[4], q[5], q[6]
+    ax, ay, az, bx, by, bz, disk = q[7], q[8], q[9], q[10], q[11], q[12], q[13]
+    crossed = np.int32(0)
+    for i in range(B):
+        ox, oy, oz = x[i] - cx, y[i] - cy, z[i] - cz
+        t = -(ox * ux + oy * uy + oz * uz) / (dx[i] * ux + dy[i] * uy + dz[i] * uz)
+        qx, qy, qz = ox + t * dx[i], oy + t * dy[i], oz + t * dz[i]
+        qa, qb = qx * ax + qy * ay + qz * az, qx * bx + qy * by + qz * bz
+        a2, b2 = qa * qa, qb * qb
+        most = a2 if a2 > b2 else b2
+        hit = (most + disk * (a2 + b2 - most) <= real(1)) & (t > real(0)) & (t < depth[i])
+        met[i], u[i], v[i] = t if hit else real(0), qa, qb
+        crossed = np.int32(crossed + np.int32(hit))
+    return crossed
+
+
+@stage
+def _take(lanes, q):
+    """Where a ray has met the plate (A0): distance, normal and surface are those of the plate."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    dx, dy, dz, met = row[L], row[M], row[N], row[A0]
+    depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
+    ux, uy, uz, shine, coat = q[4], q[5], q[6], q[17], q[18]
+    for i in range(B):
+        t = met[i]
+        hit = t > real(0)
+        side = real(-1) if dx[i] * ux + dy[i] * uy + dz[i] * uz > real(0) else real(1)
+        depth[i] = t if hit else depth[i]
+        nx[i] = side * ux if hit else nx[i]
+        ny[i] = side * uy if hit else ny[i]
+        nz[i] = side * uz if hit else nz[i]
+        glow[i] = shine if hit else glow[i]
+        gloss[i] = coat if hit else gloss[i]
+
+
+@stage
+def _paint(lanes, q):
+    """Where a ray has met the plate (A0): its two colours, as much of the second as A3 has."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    red, green, blue, met, second = row[RED], row[GREEN], row[BLUE], row[A0], row[A3]
+    r, g, b, sr, sg, sb = q[14], q[15], q[16], q[20], q[21], q[22]
+    for i in range(B):
+        hit, mix = met[i] > real(0), second[i]
+        red[i] = r + mix * (sr - r) if hit else red[i]
+        green[i] = g + mix * (sg - g) if hit else green[i]
+        blue[i] = b + mix * (sb - b) if hit else blue[i]
+
+
+@stage
 def plates(lanes, p, key):
     """Offer the plates where they are nearer; the normal is turned towards the ray.  p: plate_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
-    red, green, blue = row[RED], row[GREEN], row[BLUE]
-    met, u, v, second, wide_u, wide_v = row[A0], row[A1], row[A2], row[A3], row[A7], row[A8]
-    foot, spread = row[FOOT], row[SPREAD]
+    red, green, blue, met, second = row[RED], row[GREEN], row[BLUE], row[A0], row[A3]
+    er, eg, eb = row[A4], row[A5], row[A6]
     seen = wedge(lanes)
     s = 0
     while s < p.size:
-        size = int(p[s])
-        cx, cy, cz, ux, uy, uz = p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6]
-        ax, ay, az, bx, by, bz, disk = p[s + 7], p[s + 8], p[s + 9], p[s + 10], p[s + 11], p[s + 12], p[s + 13]
-        r, g, b, shine, coat, kind = p[s + 14], p[s + 15], p[s + 16], p[s + 17], p[s + 18], p[s + 19]
-        long_a, long_b = p[s + 26] * p[s + 26], p[s + 27] * p[s + 27]
-        if outside(seen, cx, cy, cz,
-                   abs(_along(seen, 4, ax, ay, az)) * long_a + abs(_along(seen, 4, bx, by, bz)) * long_b,
-                   abs(_along(seen, 7, ax, ay, az)) * long_a + abs(_along(seen, 7, bx, by, bz)) * long_b):
-            s += size
+        q = p[s:s + int(p[s])]
+        s += q.size
+        kind, long_a, long_b = q[19], q[26] * q[26], q[27] * q[27]
+        if outside(seen, q[1], q[2], q[3],
+                   abs(_along(seen, 4, q[7], q[8], q[9])) * long_a + abs(_along(seen, 4, q[10], q[11], q[12])) * long_b,
+                   abs(_along(seen, 7, q[7], q[8], q[9])) * long_a + abs(_along(seen, 7, q[10], q[11], q[12])) * long_b
+                   ) or _meet(lanes, q) == 0:
             continue
-        # where each ray meets the plane
-        crossed = np.int32(0)
-        for i in range(B):
-            ox, oy, oz = x[i] - cx, y[i] - cy, z[i] - cz
-            t = -(ox * ux + oy * uy + oz * uz) / (dx[i] * ux + dy[i] * uy + dz[i] * uz)
-            qx, qy, qz = ox + t * dx[i], oy + t * dy[i], oz + t * dz[i]
-            qa, qb = qx * ax + qy * ay + qz * az, qx * bx + qy * by + qz * bz
-            a2, b2 = qa * qa, qb * qb
-            most = a2 if a2 > b2 else b2
-            hit = (most + disk * (a2 + b2 - most) <= real(1)) & (t > real(0)) & (t < depth[i])
-            met[i], u[i], v[i] = t if hit else real(0), qa, qb
-            crossed = np.int32(crossed + np.int32(hit))
-        texels = p[s + PLATE:s + size]
-        sr, sg, sb = p[s + 20], p[s + 21], p[s + 22]
-        columns, lines, line, half_a, half_b, further = (p[s + 23], p[s + 24], p[s + 25], p[s + 26], p[s + 27],
-                                                         p[s + 28])
-        s += size
-        if crossed == 0:
-            continue
-        for i in range(B):
-            t = met[i]
-            hit = t > real(0)
-            side = real(-1) if dx[i] * ux + dy[i] * uy + dz[i] * uz > real(0) else real(1)
-            depth[i] = t if hit else depth[i]
-            nx[i] = side * ux if hit else nx[i]
-            ny[i] = side * uy if hit else ny[i]
-            nz[i] = side * uz if hit else nz[i]
-            glow[i] = shine if hit else glow[i]
-            gloss[i] = coat if hit else gloss[i]
-        # the sides of the footprint in u and v
+        _take(lanes, q)
         if kind != PLAIN:
-            for i in range(B):
-                steep = real(1) / (dx[i] * ux + dy[i] * uy + dz[i] * uz)
-                wide = abs(foot[i] + met[i] * spread[i])
-                wide_u[i] = wide / half_a * stretch(real, (dx[i] * ax + dy[i] * ay + dz[i] * az) * half_a, steep)
-                wide_v[i] = wide / half_b * stretch(real, (dx[i] * bx + dy[i] * by + dz[i] * bz) * half_b, steep)
-        # which of the two colours
-        if kind == PLAIN:
-            for i in range(B):
-                second[i] = real(0)
-        elif kind == CHECKER:
-            half_columns, half_lines = real(0.5) * columns, real(0.5) * lines
-            for i in range(B):
-                ka, kb = (u[i] + real(1)) * half_columns, (v[i] + real(1)) * half_lines
-                k = np.floor(ka) + np.floor(kb)
-                sharp = contrast(real, abs(ka - np.floor(ka + real(0.5))), wide_u[i] * half_columns) * contrast(
-                    real, abs(kb - np.floor(kb + real(0.5))), wide_v[i] * half_lines)
-                second[i] = real(0.5) + (real(2) * (k * real(0.5) - np.floor(k * real(0.5))) - real(0.5)) * sharp
-        elif kind == GRID:
-            # lines of the width `line` (mm) round `columns` × `lines` cells, the outermost ones whole and inside
-            wide_a, wide_b = half_a - real(0.5) * line, half_b - real(0.5) * line
-            per_a, per_b = real(0.5) * columns / wide_a, real(0.5) * lines / wide_b
-            for i in range(B):
-                a = lined(real, (u[i] * half_a + wide_a) * per_a, line * per_a, wide_u[i] * half_a * per_a)
-                b2 = lined(real, (v[i] * half_b + wide_b) * per_b, line * per_b, wide_v[i] * half_b * per_b)
-                second[i] = a + b2 - a * b2
-        elif kind == STAR:
-            # `columns` pairs of sectors; the arc tangent by a polynomial, to 1e-5 rad
-            for i in range(B):
-                a, b2 = abs(u[i]), abs(v[i])
-                small, big = (a, b2) if a < b2 else (b2, a)
-                q = small / (big + real(1e-20))
-                q2 = q * q
-                angle = q * (real(0.99997726) + q2 * (real(-0.33262347) + q2 * (real(0.19354346) + q2 * (
-                    real(-0.11643287) + q2 * (real(0.05265332) + q2 * real(-0.01172120))))))
-                angle = real(0.5 * math.pi) - angle if b2 > a else angle
-                angle = real(math.pi) - angle if u[i] < real(0) else angle
-                angle = real(2 * math.pi) - angle if v[i] < real(0) else angle
-                sector = angle * columns * real(1 / math.pi)
-                k = np.floor(sector)
-                du, dv = v[i] * wide_u[i], u[i] * wide_v[i]
-                wide = math.sqrt(du * du + dv * dv) / (a * a + b2 * b2 + real(1e-20)) * columns * real(1 / math.pi)
-                sharp = contrast(real, abs(sector - np.floor(sector + real(0.5))), wide)
-                second[i] = real(0.5) + (real(2) * (k * real(0.5) - np.floor(k * real(0.5))) - real(0.5)) * sharp
-        elif kind == RULER:
-            # ticks every millimetre, 5 and 10 along a, standing on the edge v = −1; `line` is their width in mm
-            for i in range(B):
-                along, high = (u[i] + real(1)) * half_a, (v[i] + real(1)) * half_b
-                per = (real(1) if high < real(0.5) * columns else real(0.2) if high < real(0.75) * columns
-                       else real(0.1))
-                ticks = lined(real, along * per, line * per, wide_u[i] * half_a * per)
-                second[i] = ticks if high < columns else real(0)
+            _footprint(lanes, q)
         if kind == IMAGE:
-            _image(lanes, texels, further)
-            er, eg, eb = row[A4], row[A5], row[A6]
+            _image(lanes, q[PLATE:], q[28])
             for i in range(B):
                 hit = met[i] > real(0)
-                red[i] = r * er[i] if hit else red[i]
-                green[i] = g * eg[i] if hit else green[i]
-                blue[i] = b * eb[i] if hit else blue[i]
+                red[i] = q[14] * er[i] if hit else red[i]
+                green[i] = q[15] * eg[i] if hit else green[i]
+                blue[i] = q[16] * eb[i] if hit else blue[i]
+            continue
+        if kind == CHECKER:
+            _checker(lanes, q)
+        elif kind == GRID:
+            _grid(lanes, q)
+        elif kind == STAR:
+            _star(lanes, q)
+        elif kind == RULER:
+            _ruler(lanes, q)
         else:
             for i in range(B):
-                hit, mix = met[i] > real(0), second[i]
-                red[i] = r + mix * (sr - r) if hit else red[i]
-                green[i] = g + mix * (sg - g) if hit else green[i]
-                blue[i] = b + mix * (sb - b) if hit else blue[i]
+                second[i] = real(0)
+        _paint(lanes, q)
 
 
 @stage
