@@ -2,9 +2,7 @@
 
 from dataclasses import replace
 
-from imgui_bundle import imgui
-
-from lensbench.app import theme
+from lensbench.app.choices import one_of, small_note
 from lensbench.app.readings import colours
 from lensbench.app.settings import DISPERSIONS, Settings
 
@@ -25,14 +23,6 @@ def can_disperse(settings: Settings) -> bool:
 
 def dispersion_popup(settings: Settings) -> Settings:
     """Draw the popup's content; the settings as they have been set."""
-    imgui.text_disabled("Dispersion")
-    for key, name in DISPERSIONS.items():
-        if imgui.radio_button(name, key == settings.dispersion):
-            settings = replace(settings, dispersion=key)
-        imgui.set_item_tooltip(TIPS[key])
-    imgui.push_text_wrap_pos(0.0)
-    theme.small()
-    imgui.text_disabled(colours(settings).why)
-    imgui.pop_font()
-    imgui.pop_text_wrap_pos()
+    settings = replace(settings, dispersion=one_of("Dispersion", DISPERSIONS, TIPS, settings.dispersion))
+    small_note(colours(settings).why)
     return settings

@@ -2,9 +2,7 @@
 
 from dataclasses import replace
 
-from imgui_bundle import imgui
-
-from lensbench.app import theme
+from lensbench.app.choices import one_of, small_note
 from lensbench.app.focusing import words
 from lensbench.app.readings import setup
 from lensbench.app.settings import FOCUSINGS, Settings
@@ -18,17 +16,9 @@ TIPS = {
 
 def focus_popup(settings: Settings) -> Settings:
     """Draw the popup's content; the settings as they have been set."""
-    imgui.text_disabled("Focus")
-    for key, name in FOCUSINGS.items():
-        if imgui.radio_button(name, key == settings.focusing):
-            settings = replace(settings, focusing=key)
-        imgui.set_item_tooltip(TIPS[key])
-    imgui.push_text_wrap_pos(0.0)
-    theme.small()
+    settings = replace(settings, focusing=one_of("Focus", FOCUSINGS, TIPS, settings.focusing))
     try:
-        imgui.text_disabled(words(setup(settings).focusing))
+        small_note(words(setup(settings).focusing))
     except (ValueError, OSError) as error:
-        imgui.text_disabled(str(error))
-    imgui.pop_font()
-    imgui.pop_text_wrap_pos()
+        small_note(str(error))
     return settings

@@ -8,6 +8,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from lensbench.app.light_field_look import Recording
     from lensbench.app.settings import Settings
 
@@ -68,19 +70,12 @@ def read_place(text: str) -> tuple[float, float]:
 
 
 def _capture(arguments: argparse.Namespace) -> int:
-    from lensbench.app.arguments import settings_from
     from lensbench.app.cli import UsageError
-    from lensbench.app.export import replacing
-    from lensbench.app.light_field_file import checked_suffix, save_light_field
+    from lensbench.app.light_field_file import save_light_field
 
     if arguments.microlens_f_number is not None and not arguments.microlenses:
         raise UsageError("--microlens-f-number goes with --microlenses N")
-    settings = settings_from(arguments)
-    if arguments.samples is None and arguments.settings is None:
-        settings = replace(settings, samples=16)
-    path = checked_suffix(arguments.output)
-    with replacing(path, keep=False) as part:           # the place is tried before the work begins
-        part.touch()
+    settings, path = begun(arguments)
     begin = perf_counter()
     recording = _by_microlenses(arguments, settings) if arguments.microlenses else _by_lens(arguments, settings)
     save_light_field(path, recording)
@@ -115,6 +110,21 @@ def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Rec
           f"them used, {100.0 * plenoptic.spilled:.0f} % of the light spilled")
     raw = plenoptic.expose(scene, settings.samples, settings.seed, told=told)
     return Recording(raw.decoded(), settings, raw)
+
+
+def begun(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
+    """What is to be recorded, and the file for it; its place is tried before the work begins."""
+    from lensbench.app.arguments import settings_from
+    from lensbench.app.array_file import checked_suffix
+    from lensbench.app.export import replacing
+
+    settings = settings_from(arguments)
+    if arguments.samples is None and arguments.settings is None:
+        settings = replace(settings, samples=16)
+    path = checked_suffix(arguments.output)
+    with replacing(path, keep=False) as part:
+        part.touch()
+    return settings, path
 
 
 def told(share: float) -> bool:

@@ -7,78 +7,54 @@ the f-number of those, `microlenses`. Not compressed: noise does not shrink, and
 the disk gives it.
 """
 
-import json
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.export import ExportError, replacing
+from lensbench.app.array_file import load_arrays, save_arrays
+from lensbench.app.export import ExportError
 from lensbench.app.light_field_look import Recording
 from lensbench.app.optics import camera
 from lensbench.app.settings import Settings
 
-SUFFIX = ".npz"
-VIEWS = ("light", "coverage", "reach", "settings")
-SENSOR = ("raw", "white", "behind", "microlenses", "settings")
+VIEWS = ("light", "coverage", "reach")
+SENSOR = ("raw", "white", "behind", "microlenses")
 
 
 def save_light_field(path: str | Path, recording: Recording) -> None:
     """Write what was recorded; ExportError where that cannot be."""
-    path, raw, field = checked_suffix(path), recording.raw, recording.field
-    text = np.array(json.dumps(recording.settings.to_dict(), allow_nan=False))
-    with replacing(path) as part, part.open("wb") as file:
-        if raw is None:
-            np.savez(file, light=field.light, coverage=field.coverage, reach=field.reach, fill=field.fill,
-                     settings=text)
-        else:
-            np.savez(file, raw=raw.picture, white=raw.white, behind=raw.camera.pixels,
-                     microlenses=raw.camera.microlens_f_number, settings=text)
-
-
-def checked_suffix(path: str | Path) -> Path:
-    """The path of a light field; ExportError for another suffix."""
-    path = Path(path)
-    if path.suffix.lower() != SUFFIX:
-        raise ExportError(f"{path}: light fields are written as {SUFFIX}")
-    return path
+    raw, field = recording.raw, recording.field
+    if raw is None:
+        save_arrays(path, recording.settings, light=field.light, coverage=field.coverage, reach=field.reach,
+                    fill=field.fill)
+    else:
+        save_arrays(path, recording.settings, raw=raw.picture, white=raw.white, behind=raw.camera.pixels,
+                    microlenses=raw.camera.microlens_f_number)
 
 
 def load_light_field(path: str | Path) -> Recording:
     """Read what save_light_field wrote. ExportError: not there, not a light field, cut short; what loading its lens
     raises where that is gone.
     """
-    path = Path(path)
-    try:
-        if not zipfile.is_zipfile(path) and path.is_file():
-            raise ExportError(f"{path}: this is no light field, or one that was cut short")
-        with np.load(path, allow_pickle=False) as archive:
-            names = set(archive.files) if isinstance(archive, np.lib.npyio.NpzFile) else set()
-            known = SENSOR if "raw" in names else VIEWS
-            if set(known) - names:
-                raise ExportError(f"{path}: this is no light field of lensbench")
-            found = {name: archive[name] for name in known}
-            fill = float(archive["fill"]) if "fill" in names else 1.0           # as older files have it
-    except ExportError:
-        raise
-    except OSError as error:
-        raise ExportError(f"{path}: {error.strerror or error}") from error
-    except (ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
-        raise ExportError(f"{path}: this light field is cut short or damaged ({error})") from error
-    try:
-        settings = Settings.from_dict(json.loads(str(found["settings"])))
-    except (ValueError, TypeError) as error:
-        raise ExportError(f"{path}: {error}") from error
-    recording = _of_sensor(found, settings) if "raw" in found else _of_views(found, fill, settings)
+    found, settings = load_arrays(Path(path), "light field", "capture", _wanted)
+    recording = _of_sensor(found, settings) if "raw" in found else _of_views(found, settings)
     if recording is None:
         raise ExportError(f"{path}: the views of this light field are not those of its settings")
     return recording
 
 
-def _of_views(found: dict[str, np.ndarray], fill: float, settings: Settings) -> Recording | None:
+def _wanted(names: set[str]) -> tuple[str, ...]:
+    known = SENSOR if "raw" in names else VIEWS
+    if set(known) - names:
+        return ()
+    return (*known, "fill") if "fill" in names else known
+
+
+def _of_views(found: dict[str, np.ndarray], settings: Settings) -> Recording | None:
     """None where the arrays do not belong together."""
     light, coverage, reach, film = found["light"], found["coverage"], float(found["reach"]), settings.film
+    fill = float(found.get("fill", 1.0))                        # older files have none
     if (light.dtype not in (np.float16, np.float32) or coverage.dtype != light.dtype or light.ndim != 5
             or light.shape[2:] != (3, film.pixels_y, film.pixels_x)
             or coverage.shape != (*light.shape[:2], *light.shape[3:]) or not reach > 0.0 or not 0.0 <= fill <= 1.0):

@@ -44,20 +44,12 @@ def add_lumigraph_options(kinds) -> None:
 
 def _array(arguments: argparse.Namespace) -> int:
     import lensbench as lb
-    from lensbench.app.arguments import settings_from
-    from lensbench.app.export import replacing
-    from lensbench.app.light_field_command import told
-    from lensbench.app.light_field_file import checked_suffix
+    from lensbench.app.light_field_command import begun, told
     from lensbench.app.lumigraph_file import save_lumigraph
     from lensbench.app.optics import camera
     from lensbench.app.scene_file import find_scene
 
-    settings = settings_from(arguments)
-    if arguments.samples is None and arguments.settings is None:
-        settings = replace(settings, samples=16)
-    path = checked_suffix(arguments.output)
-    with replacing(path, keep=False) as part:           # the place is tried before the work begins
-        part.touch()
+    settings, path = begun(arguments)
     across, down = arguments.views
     size = lb.light_field_bytes(settings.film, arguments.views)
     print(f"{across} × {down} pinholes of {settings.pixels_x} × {settings.pixels_y} pixels: {size / 1e6:.4g} MB")

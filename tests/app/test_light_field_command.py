@@ -128,7 +128,7 @@ def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
         np.savez(fake, **{**archive, "coverage": np.zeros((2, 3, 5, 5), np.float16)})
     for arguments, says in (
             (["refocus", str(cut)], "cut short"), (["refocus", str(tmp_path / "no.npz")], "No such file"),
-            (["refocus", str(other)], "no light field of lensbench"),
+            (["refocus", str(other)], "lightfield capture records one"),
             (["refocus", str(fake)], "not those of its settings"),
             (["refocus", str(recorded), "--f-number", "1"], "was not recorded"),
             (["refocus", str(recorded), "--view", "x"], "two numbers"),
