@@ -100,7 +100,7 @@ def block_against_scalar() -> Iterator[tuple[str, float, str]]:
 def fused() -> Iterator[tuple[str, float, str]]:
     """Whole samples: double Gauss traced in full, ten spheres, floor, sky, sun without shadows, 640 × 360."""
     scene, camera = benchmark_scene(), lb.LensCamera(lenses.load(LENS), FILM, 1200.0)
-    steps = [*sampler(FILM.pixels_x, lit=False), *camera.steps(), *scene.steps(shadows=False)]
+    steps = [*sampler(FILM.pixels_x, FILM.pixels_y, lit=False), *camera.steps(), *scene.steps(shadows=False)]
     count = -(-FILM.pixels_x * FILM.pixels_y // lanes.B)
     sums, bench = np.zeros((count, 3 * lanes.B), np.float32), lanes.bench()
     grown = {step.kernel.__name__: Program(steps[:i + 1]) for i, step in enumerate(steps)}
@@ -172,7 +172,7 @@ def sampling() -> Iterator[tuple[str, float, str]]:
     """How many samples white noise needs for the error of the default samples at 4, 16, 64 and 256."""
     for name in ("soft", "still-life"):
         camera, scene = scenes()[name]
-        steps = samplers(camera.film.pixels_x)
+        steps = samplers(camera.film)
         found = gains(dict(squares(camera, scene, COUNTS, {way: steps[way] for way in (DEFAULT, WHITE)})))
         for count, gain in found[DEFAULT].items():
             yield f"gain over white noise at {count}, {name}", gain, "×"

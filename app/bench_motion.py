@@ -45,7 +45,7 @@ def _ratio(pair, shadows: bool) -> float:
     works: dict[str, Callable[[], object]] = {}
     for name, (camera, scene) in zip(("first", "second"), pair, strict=True):
         timed = camera.moves or scene.moves
-        program = Program([*sampler(FILM.pixels_x, lit=shadows, timed=timed), *camera.steps(timed=timed),
+        program = Program([*sampler(FILM.pixels_x, FILM.pixels_y, lit=shadows, timed=timed), *camera.steps(timed=timed),
                            *scene.steps(shadows, camera.shutter_open)])
         sums = np.zeros((middle + BLOCKS, 3 * lanes.B), np.float32)
         works[name] = partial(program.expose, sums, bench, middle, middle + BLOCKS, 0, 1, np.uint32(0))

@@ -111,13 +111,14 @@ def resolved(camera: Camera, scene: Scene) -> Camera:
 
 def ray_times(cameras: list[LensCamera]) -> tuple[float, ...]:
     """What a ray of each camera takes, ns: float32, one thread, from raster and pupil to the camera frame."""
-    before = sampler(cameras[0].film.pixels_x, lit=False)
+    film = cameras[0].film
+    before = sampler(film.pixels_x, film.pixels_y, lit=False)
     programs = [Program(before), *(Program([*before, camera.film_step, *camera.camera_steps()]) for camera in cameras)]
-    lanes, film = bench(), np.zeros((BLOCKS, 3 * B), np.float32)
+    lanes, sums = bench(), np.zeros((BLOCKS, 3 * B), np.float32)
     least = [math.inf] * len(programs)
     for _ in range(TIMES):
         for i, program in enumerate(programs):
             start = perf_counter()
-            program.expose(film, lanes, 0, BLOCKS, 0, 1, np.uint32(0))
+            program.expose(sums, lanes, 0, BLOCKS, 0, 1, np.uint32(0))
             least[i] = min(least[i], perf_counter() - start)
     return tuple((seconds - least[0]) / (BLOCKS * B) * 1e9 for seconds in least[1:])

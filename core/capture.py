@@ -26,10 +26,10 @@ from lensbench.pupil_table import PupilTable
 from lensbench.sampling import sampler
 from lensbench.scene import Scene
 from lensbench.spectrum import WAVELENGTHS, channel, part
+from lensbench.strips import number_of_strips
 
 TOP = 60000.0           # the greatest radiance that a half float is given
 FILL = 0.5              # the side of the part of a pixel that a view's samples fill
-STRIP = 32              # pixels across the strips of which a view is made: blocks are then compact, and alike
 SIDE = 33               # film radii at which a lens is asked how far its pupil reaches
 
 
@@ -161,9 +161,9 @@ class Recorder:
 
     @property
     def width(self) -> int:
-        """Of a strip, in pixels: all alike, about STRIP."""
+        """Of a strip, in pixels: all alike, and none wider than those of which a film is made."""
         w = self.camera.film.pixels_x
-        return -(-w // -(-w // STRIP))
+        return -(-w // number_of_strips(w))
 
     def strip(self, left: int, aims: Callable[[float], list[Step]], fill: float, aside, first: int,
               number: int) -> np.ndarray:
@@ -206,7 +206,8 @@ class Recorder:
                                                       for name, row in WAVELENGTHS.items()]
         made = []
         for wavelength, ending in lines:
-            aim = [*sampler(self.width, lit=self.shadows, timed=timed), before, *clock, *aims(wavelength), *camera.port]
+            aim = [*sampler(self.width, camera.film.pixels_y, lit=self.shadows, timed=timed), before, *clock,
+                   *aims(wavelength), *camera.port]
             program = Program([*aim, Step(covering, np.zeros(blocks * B)), *camera.carried, *after, *ending])
             made.append((program, program.data[program.ends[len(aim)]:program.ends[len(aim) + 1]]))
         return made

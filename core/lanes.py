@@ -1,8 +1,8 @@
 """The workbench: what a stage is, and where it finds the samples that it works on.
 
 A *lane* is one sample on its way from a pixel to a colour. B lanes travel
-together as a *block*: B consecutive pixels of the flattened film, one sample
-each. All that is known of a block lies in one flat array, cut into rows of B
+together as a *block*: a compact piece of the film (`strips`), a sample for each
+pixel. All that is known of a block lies in one flat array, cut into rows of B
 numbers; a row holds one quantity for every lane. A *stage* reads some rows and
 writes others, and a picture is a list of stages.
 

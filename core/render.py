@@ -17,6 +17,7 @@ from lensbench.sampling import sampler
 from lensbench.scene import Scene
 from lensbench.spectrum import WAVELENGTHS, channel, part
 from lensbench.splats import Splats
+from lensbench.strips import unrolled
 from lensbench.views import AVERAGED, arrivals, view_steps
 
 BAND = 16               # blocks that a thread takes at a time
@@ -54,7 +55,7 @@ class Rendering:
         self.samples = 0
         self._timed = camera.moves or scene.moves
         timed = self._timed or view == "time"
-        self._before = sampler(film.pixels_x, lit=shadows, timed=timed) if steps is None else [*steps]
+        self._before = sampler(film.pixels_x, film.pixels_y, lit=shadows, timed=timed) if steps is None else [*steps]
         if filtered and scene.is_patterned and not view:
             self._before.append(spread_step(camera, real))
         splats = Splats(camera, scene, self.seed, real) if splat and not view else None
@@ -136,13 +137,16 @@ class Rendering:
         if self._arrived is not None:
             return self._picture(self._sums) / np.maximum(self._picture(self._arrived), np.float32(1))
         counted = self.samples - 1 if self._disperses and self.samples > 1 else self.samples
-        mean = self._picture(self._sums) * (1.0 / max(counted, 1))
-        return np.ascontiguousarray(mean if self._splats is None else mean + self._splats.image(), dtype=np.float32)
+        mean = self._picture(self._sums)
+        mean *= 1.0 / max(counted, 1)
+        if self._splats is not None:
+            mean += self._splats.image()
+        return mean.astype(np.float32, copy=False)
 
     def _picture(self, sums: np.ndarray) -> np.ndarray:
         """Sums by blocks as a picture: (h, w, 3)."""
         h, w = self.shape
-        return sums.reshape(-1, 3, B).transpose(0, 2, 1).reshape(-1, 3)[:w * h].reshape(h, w, 3)
+        return unrolled(sums.reshape(-1, 3, B).transpose(0, 2, 1).reshape(-1, 3), w, h)
 
 
 def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threads: int | None = None) -> np.ndarray:

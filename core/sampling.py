@@ -19,6 +19,7 @@ import numpy as np
 from numba import njit, uint32
 
 from lensbench.lanes import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
+from lensbench.strips import WIDE, add_corners, onward, walked
 
 # Primitive polynomials and first direction numbers of dimensions 1 … (dimension 0 is van der Corput's).
 _JOE_KUO = [(1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)), (3, 2, (1, 1, 1)), (4, 1, (1, 1, 3, 3)),
@@ -44,8 +45,11 @@ def _directions() -> np.ndarray:
 
 
 _SOBOL = _directions()
-_TILE = np.ascontiguousarray(np.load(Path(__file__).parent / "blue_noise_keys_64.npy").transpose(2, 0, 1)).reshape(-1)
-_TILE_SIZE = np.uint64(64 * 64)
+CHUNK = 16              # lanes that are written at a time: a row has as many to spare
+_TILE = np.load(Path(__file__).parent / "blue_noise_keys_64.npy").transpose(2, 0, 1)
+_TILE = np.concatenate([_TILE, _TILE[:, :, :WIDE]], 2)          # a line of a strip begins anywhere in it
+_TILE_PITCH, _TILE_SIZE = np.uint64(_TILE.shape[2]), np.uint64(_TILE[0].size)
+_TILE = np.ascontiguousarray(_TILE).reshape(-1)
 
 _u = np.uint32
 
@@ -87,33 +91,34 @@ def sobol(k, d, seed):
 
 @stage
 def pixels(lanes, p, key):
-    """One sample in each pixel of the block: raster X, Y and the place in the pupil U0, U1. p: pixels across."""
+    """One sample in each pixel of the block: raster X, Y and the place in the pupil U0, U1. p: pixels across, down."""
     real = lanes.dtype.type
     row = rows(lanes)
     u0, u1, x, y = row[U0], row[U1], row[X], row[Y]
-    width = p[0]
-    columns = np.uint32(width)
-    top, left = key[PIXEL] // columns, key[PIXEL] % columns
+    w, h = np.int64(p[0]), np.int64(p[1])
     k, seed = key[SAMPLE], key[SEED]
     d0, d1 = sobol(k, PUPIL, seed), sobol(k, PUPIL + 1, seed)
     d2, d3 = sobol(k, RASTER, seed), sobol(k, RASTER + 1, seed)
     unit = real(1 / 16777216)
+    strip, left, end, column, line = walked(np.int64(key[PIXEL]), w, h)
     i = np.uint64(0)
-    while i < np.uint64(B):             # a run of pixels that lie in one line of the film and of the tile
-        column, line = left % columns, top + left // columns
-        across = np.uint64(column & _u(63))
-        run = min(np.uint64(B) - i, np.uint64(columns - column), np.uint64(64) - across)
-        j = np.uint64(line & _u(63)) * np.uint64(64) + across
-        x0, y0 = real(np.int32(column)), real(np.int32(line))
-        for q in range(run):
-            a, b = _TILE[j + q], _TILE[j + q + _TILE_SIZE]
-            c, d = _TILE[j + q + _TILE_SIZE * np.uint64(2)], _TILE[j + q + _TILE_SIZE * np.uint64(3)]
-            u0[i + q] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
-            u1[i + q] = real(np.int32(uint32(b ^ d1) >> _u(8))) * unit
-            x[i + q] = real(np.int32(q)) + real(np.int32(uint32(c ^ d2) >> _u(8))) * unit + x0
-            y[i + q] = real(np.int32(uint32(d ^ d3) >> _u(8))) * unit + y0
+    while i < np.uint64(B):             # a line of a strip in whole registers: what is too much, the next writes over
+        run = np.uint64(end - column)
+        j = np.uint64(line & 63) * _TILE_PITCH + np.uint64(column & 63)
+        for q in range(0, min(run, np.uint64(B) - i), CHUNK):
+            at, tile = i + np.uint64(q), j + np.uint64(q)
+            x0, y0 = real(np.int32(column + q)), real(np.int32(line))
+            for e in range(CHUNK):
+                m = np.uint64(e)
+                a, b = _TILE[tile + m], _TILE[tile + m + _TILE_SIZE]
+                c, d = _TILE[tile + m + _TILE_SIZE * np.uint64(2)], _TILE[tile + m + _TILE_SIZE * np.uint64(3)]
+                u0[at + m] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
+                u1[at + m] = real(np.int32(uint32(b ^ d1) >> _u(8))) * unit
+                x[at + m] = real(np.int32(e)) + real(np.int32(uint32(c ^ d2) >> _u(8))) * unit + x0
+                y[at + m] = real(np.int32(uint32(d ^ d3) >> _u(8))) * unit + y0
         i += run
-        left += uint32(run)
+        strip, left, end, line = onward(strip, left, end, line, w, h)
+        column = left
 
 
 @stage
@@ -150,11 +155,6 @@ def independent(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     u0, u1, x, y, v0, v1, time = row[U0], row[U1], row[X], row[Y], row[V0], row[V1], row[TIME]
-    width = p[0]
-    columns = np.uint32(width)
-    top, left = key[PIXEL] // columns, key[PIXEL] % columns
-    turn, begin = real(1) / width, real(np.int32(left)) + real(0.5)
-    line = real(np.int32(top))
     start = mix(uint32(key[SEED] * _u(0x9E3779B9) + key[SAMPLE]))
     unit = real(1 / 16777216)
     step = _u(0x9E3779B9)
@@ -163,18 +163,17 @@ def independent(lanes, p, key):
         b = mix(uint32(a + step))
         c = mix(uint32(b + step))
         d = mix(uint32(c + step))
-        across = begin + real(np.int32(i))
-        down = np.floor(across * turn)
         u0[i] = real(np.int32(a >> _u(8))) * unit
         u1[i] = real(np.int32(b >> _u(8))) * unit
-        x[i] = across - down * width - real(0.5) + real(np.int32(c >> _u(8))) * unit
-        y[i] = line + down + real(np.int32(d >> _u(8))) * unit
+        x[i] = real(np.int32(c >> _u(8))) * unit
+        y[i] = real(np.int32(d >> _u(8))) * unit
     for i in range(B):
         e = mix(uint32(mix(uint32(mix(uint32(key[PIXEL] + uint32(i))) + start)) ^ _u(0x68E31DA4)))
         f = mix(uint32(e + step))
         v0[i] = real(np.int32(e >> _u(8))) * unit
         v1[i] = real(np.int32(f >> _u(8))) * unit
         time[i] = real(np.int32(mix(uint32(f + step)) >> _u(8))) * unit
+    add_corners(lanes, p, key)
 
 
 def _first_points() -> np.ndarray:
@@ -231,8 +230,8 @@ def unit_square(places, real) -> np.ndarray:
     return np.minimum(places, np.nextafter(places.dtype.type(1), places.dtype.type(0)))
 
 
-def sampler(pixels_x: int, lit: bool, timed: bool = False) -> list[Step]:
-    """The steps that place the samples of a film; lit: the scene samples its lights; timed: something moves."""
-    steps = [Step(pixels, [pixels_x])]
+def sampler(w: int, h: int, lit: bool, timed: bool = False) -> list[Step]:
+    """The steps that place the samples of w × h pixels; lit: the scene samples its lights; timed: something moves."""
+    steps = [Step(pixels, [w, h])]
     steps += [Step(lights, [])] if lit else []
     return [*steps, Step(moments, [])] if timed else steps

@@ -15,7 +15,7 @@ GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
 
 # The layers of the core, the lowest first: a file knows its own layer and those below
 LAYERS = (
-    {"lanes", "driver", "disk", "turn", "interpolation", "roots", "normal_equations"},
+    {"lanes", "driver", "strips", "disk", "turn", "interpolation", "roots", "normal_equations"},
     {"transform", "motion", "shutter", "spaces", "formats", "sampling", "film", "glass", "surfaces", "spectrum",
      "positions", "iris", "sensor", "exposure"},
     {"prescription", "scene", "scenery"},
@@ -27,7 +27,7 @@ LAYERS = (
     {"render"},
     {"analysis", "lightfield", "capture", "lumigraph", "plenoptic", "shear", "depth", "distortion"},
 )
-WORKBENCH = {"lanes", "driver", "disk", "turn"}
+WORKBENCH = {"lanes", "driver", "strips", "disk", "turn"}
 KNOW_THE_WORKBENCH_ALONE = {"transform", "shutter", "sampling", "film", "scene", "scenery"}
 
 

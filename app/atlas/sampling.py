@@ -79,7 +79,7 @@ def lost_light() -> Stress:
 @lru_cache(maxsize=2)
 def _numbers(kernel) -> np.ndarray:
     """(SAMPLES, B, 2) places in the pupil of B pixels."""
-    program = Program([Step(kernel, [B])], np.float64)
+    program = Program([Step(kernel, [B, 1])], np.float64)
     film, lanes = np.zeros((1, 3 * B)), bench(np.float64)
     found = np.empty((SAMPLES, B, 2))
     for k in range(SAMPLES):

@@ -151,7 +151,8 @@ def _fused(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[s
     """The cost of a whole sample by each model, before the scene of the benchmark without shadows; ns."""
     film = lb.Film(camera.film.width, camera.film.height, *PIXELS)
     blocks = -(-film.pixels_x * film.pixels_y // B)
-    before, after = [*sampler(film.pixels_x, lit=False), film.step], benchmark_scene().steps(shadows=False)
+    before = [*sampler(film.pixels_x, film.pixels_y, lit=False), film.step]
+    after = benchmark_scene().steps(shadows=False)
     works: dict[str, Callable[[], object]] = {}
     for model in models:
         program = Program([*before, *model.steps, *after], model.real)

@@ -8,8 +8,10 @@ the lattice sequence); Cranley and Patterson 1976 (a shift of each pixel's own).
 import numpy as np
 from numba import njit, uint32
 
+from lensbench.film import Film
 from lensbench.lanes import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
 from lensbench.sampling import independent, mix, sampler, sobol
+from lensbench.strips import add_corners
 
 _u = np.uint32
 DEFAULT, WHITE = "one scrambled net, blue-noise keys (the program's)", "white noise"
@@ -27,22 +29,6 @@ def _seeded(pixel, seed, d):
 
 
 @njit(inline="always")
-def _add_corners(lanes, key, width):
-    """To raster X, Y in the pixel the pixel's own place."""
-    real = lanes.dtype.type
-    row = rows(lanes)
-    x, y = row[X], row[Y]
-    columns = np.uint32(width)
-    top, left = real(np.int32(key[PIXEL] // columns)), real(np.int32(key[PIXEL] % columns)) + real(0.5)
-    turn = real(1) / width
-    for i in range(B):
-        across = left + real(np.int32(i))
-        down = np.floor(across * turn)
-        x[i] += across - down * width - real(0.5)
-        y[i] += top + down
-
-
-@njit(inline="always")
 def _shift(lanes, key, d, step):
     """Dimension d: the step, from a place of each pixel's own."""
     real = lanes.dtype.type
@@ -55,10 +41,9 @@ def _shift(lanes, key, d, step):
 
 @stage
 def recurrence(lanes, p, key):
-    """Sample k is k golden steps from a place of the pixel's own. p: pixels across."""
+    """Sample k is k golden steps from a place of the pixel's own."""
     for d in range(USED):
         _shift(lanes, key, d, uint32(key[SAMPLE] * _STEPS[d]))
-    _add_corners(lanes, key, p[0])
 
 
 @stage
@@ -69,7 +54,6 @@ def lattice(lanes, p, key):
         turned = uint32(turned | uint32((key[SAMPLE] >> _u(b)) & _u(1)) << _u(31 - b))
     for d in range(USED):
         _shift(lanes, key, d, uint32(turned * _LATTICE[d]))
-    _add_corners(lanes, key, p[0])
 
 
 @stage
@@ -82,15 +66,16 @@ def scrambled(lanes, p, key):
         for i in range(B):
             own = _seeded(key[PIXEL] + uint32(i), key[SEED], 0)
             out[i] = real(np.int32(sobol(key[SAMPLE], d, own) >> _u(8))) * unit
-    _add_corners(lanes, key, p[0])
 
 
-def samplers(pixels_x: int, timed: bool = False) -> dict[str, list[Step]]:
+def samplers(film: Film, timed: bool = False) -> dict[str, list[Step]]:
     """The steps of every sampler by its name, the default first. timed: something moves."""
+    w, h = size = film.pixels_x, film.pixels_y
+    corners = Step(add_corners, size)
     return {
-        DEFAULT: sampler(pixels_x, lit=True, timed=timed),
-        "Sobol, scrambled for each pixel": [Step(scrambled, [pixels_x])],
-        "rank-1 lattice, shifted": [Step(lattice, [pixels_x])],
-        "additive recurrence, shifted": [Step(recurrence, [pixels_x])],
-        WHITE: [Step(independent, [pixels_x])],
+        DEFAULT: sampler(w, h, lit=True, timed=timed),
+        "Sobol, scrambled for each pixel": [Step(scrambled, []), corners],
+        "rank-1 lattice, shifted": [Step(lattice, []), corners],
+        "additive recurrence, shifted": [Step(recurrence, []), corners],
+        WHITE: [Step(independent, size)],
     }

@@ -75,11 +75,11 @@ def sampling_panels(names: list[str], told: Callable[[float], bool] = lambda _: 
     say no.
     """
     costs = {name: time.each(BLOCKS * B).least for name, time in in_turn(
-        {name: streamed(placing, {}) for name, placing in samplers(FILM.pixels_x).items()}, 0.05).items()}
+        {name: streamed(placing, {}) for name, placing in samplers(FILM).items()}, 0.05).items()}
     wanted = {name: what for name, what in scenes().items() if not names or name in names}
     panels = []
     for i, (key, (camera, scene)) in enumerate(wanted.items()):
-        found, steps = {}, samplers(FILM.pixels_x, scene.moves)
+        found, steps = {}, samplers(FILM, scene.moves)
         for j, (name, errors) in enumerate(squares(camera, scene, COUNTS, steps)):
             found[name] = errors
             go_on(told, (i + (j + 1) / len(steps)) / len(wanted))

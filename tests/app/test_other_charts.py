@@ -16,24 +16,26 @@ from lensbench.app.charts.samplers import DEFAULT, WHITE, samplers
 from lensbench.app.charts.sampling import COUNTS, gains, soft_scene, squares
 from lensbench.app.cli import main
 from lensbench.driver import Program, perform
-from lensbench.lanes import KEYS, PITCH, SAMPLE, TIME, U0, U1, V0, V1, B, X, Y, bench
+from lensbench.lanes import KEYS, PITCH, SAMPLE, TIME, U0, U1, V0, V1, B, Step, X, Y, bench
+from lensbench.strips import add_corners
 
-WIDTH = 37
+NARROW = lb.Film(3.0, 2.0, 37, 25)
 
 
 def film(width=36.0, height=24.0):
     return lb.Film(width, height, 180, 120)
 
 
-@pytest.mark.parametrize("name", list(samplers(WIDTH, True)))
+@pytest.mark.parametrize("name", list(samplers(NARROW, True)))
 def test_every_sampler_fills_its_pixel_and_all_squares(name):
-    program, lanes, key = Program(samplers(WIDTH, True)[name], np.float64), bench(np.float64), np.zeros(KEYS, np.uint32)
+    program, lanes = Program(samplers(NARROW, True)[name], np.float64), bench(np.float64)
+    key = np.zeros(KEYS, np.uint32)
     found = np.empty((64, 7, B))
     for key[SAMPLE] in range(64):
         perform(lanes, program.code, program.gated, program.data, program.ends, key)
         found[key[SAMPLE]] = lanes.reshape(-1, PITCH)[[X, Y, U0, U1, V0, V1, TIME], :B]
-    found[:, 0] -= np.arange(B) % WIDTH
-    found[:, 1] -= np.arange(B) // WIDTH
+    size, zero = [NARROW.pixels_x, NARROW.pixels_y], np.zeros(B)
+    found[:, :2] -= Program([Step(add_corners, size)]).run({X: zero, Y: zero}, [X, Y], B)
     numbers = found.transpose(1, 0, 2)
     assert numbers.min() >= 0.0 and numbers.max() < 1.0
     # The mean of n independent ones is off by 0.29 / √n, here five times
@@ -45,7 +47,7 @@ def test_every_sampler_fills_its_pixel_and_all_squares(name):
 
 def test_a_net_gains_on_white_noise_and_white_noise_does_not():
     camera, scene = soft_scene()
-    steps = samplers(camera.film.pixels_x)
+    steps = samplers(camera.film)
     found = gains(dict(squares(camera, scene, COUNTS, {name: steps[name] for name in (DEFAULT, WHITE)}, 2048)))
     # The goals of the default, and of white noise what the spread of three pictures allows
     assert all(gain >= least for gain, least in zip(found[DEFAULT].values(), (2.0, 3.0, 4.5, 6.0), strict=True))

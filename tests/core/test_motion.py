@@ -248,7 +248,7 @@ def test_what_stands_still_while_the_shutter_is_open_costs_nothing():
 def moments(camera, samples):
     """Seconds since shutter_open at which the samples of every pixel pass: (samples, pixels)."""
     film = camera.film
-    program = Program([*sampler(film.pixels_x, lit=False, timed=True), camera.clock], np.float64)
+    program = Program([*sampler(film.pixels_x, film.pixels_y, lit=False, timed=True), camera.clock], np.float64)
     blocks = -(-film.pixels_x * film.pixels_y // B)
     out, lanes = np.empty((samples, blocks * B)), bench(np.float64)
     for k in range(samples):

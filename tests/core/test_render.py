@@ -129,7 +129,7 @@ def test_the_picture_converges_faster_than_white_noise():
         rendering.add(64)
         return float(np.sqrt(((np.minimum(rendering.image(), 4.0) - np.minimum(truth, 4.0)) ** 2).mean()))
 
-    assert error(sampler(150, lit=True)) < 0.75 * error([Step(independent, [150])])
+    assert error(sampler(150, 100, lit=True)) < 0.75 * error([Step(independent, [150, 100])])
 
 
 def test_depth_is_the_distance_along_the_axis_and_sky_is_infinite():

@@ -7,14 +7,18 @@ from lensbench.disk import concentric
 from lensbench.driver import Program
 from lensbench.lanes import PITCH, U0, U1, V0, V1, B, Step, X, Y, bench
 from lensbench.sampling import DIMENSIONS, independent, lights, pixels, sobol
+from lensbench.strips import add_corners
 
 COUNT = 256
 
 
 def points(kernel, pixel: int = 0, seed: int = 0, count: int = COUNT, width: int = 640) -> np.ndarray:
-    """(count, 6) of one pixel: place in it, in the pupil, on a light."""
-    program = Program([Step(kernel, [width]), Step(lights, [])] if kernel is pixels else [Step(kernel, [width])],
-                      np.float64)
+    """(count, 6) of one pixel, counted line by line: place in it, in the pupil, on a light."""
+    size, n = [width, 40], width * 40
+    program = Program([Step(kernel, size), Step(lights, [])] if kernel is pixels else [Step(kernel, size)], np.float64)
+    corners = Program([Step(add_corners, size)]).run({X: np.zeros(n), Y: np.zeros(n)}, [X, Y], n)
+    line, column = divmod(pixel, width)
+    pixel = int(np.flatnonzero((corners == [[column], [line]]).all(0))[0])
     film = np.zeros((pixel // B + 1, 3 * B))
     rows, lanes = [], bench(np.float64)
     for k in range(count):
@@ -22,8 +26,7 @@ def points(kernel, pixel: int = 0, seed: int = 0, count: int = COUNT, width: int
         at = pixel % B
         rows.append([lanes[row * PITCH + at] for row in (X, Y, U0, U1, V0, V1)])
     out = np.array(rows)
-    out[:, 0] -= pixel % width
-    out[:, 1] -= pixel // width
+    out[:, :2] -= [column, line]
     return out
 
 

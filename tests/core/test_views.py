@@ -106,7 +106,7 @@ def concentric(u, v):
 
 def test_a_view_is_rendered_as_any_picture_and_one_that_is_none_is_refused():
     of = camera()
-    rendering = lb.Rendering(of, SCENE, steps=[Step(independent, [60])], view="time")
+    rendering = lb.Rendering(of, SCENE, steps=[Step(independent, [of.film.pixels_x, of.film.pixels_y])], view="time")
     rendering.add(64)
     rendering.add(64)
     image = rendering.image()
