@@ -1,4 +1,4 @@
-"""200 cameras at random: images of lights through the chosen model are those through the lens, and no simpler one does.
+"""400 cameras at random: images of lights through the chosen model are those through the lens, and no simpler one does.
 
 Prints the confusion table of docs/benchmark.md: the chosen model against the simplest that passes by the images. The
 short form, of ten cameras, is in tests/core/test_accuracy.py.
@@ -11,12 +11,12 @@ import lensbench as lb
 from lensbench.accuracy import LADDER
 from tests.core.point_lights import setting, verdict
 
-SETTINGS = 200
+SETTINGS = 400
 NAMES = {("polynomial", degree): f"poly {degree}" for _, degree in LADDER} | {
     (model, 0): model for model, degree in LADDER if not degree}
 
 
-def test_the_choice_is_right_for_two_hundred_cameras_and_seldom_too_careful():
+def test_the_choice_is_right_for_four_hundred_cameras_and_seldom_too_careful():
     table, wrong = Counter(), []
     scene = lb.builtin_scene("room")
     for seed in range(SETTINGS):
