@@ -1,21 +1,15 @@
 """The circle of confusion of every pixel, for the overlays: from the depth map by the thin lens's formula.
 
 With s measured from the front principal plane and u = 1/s the diameter is
-c = A f |u_focus − u| / (1 − f u_focus), A the diameter of the entrance pupil: linear in u, so that the shader
-gets reciprocal distances.
+c = A f |u_focus − u| / (1 − f u_focus), A the diameter of the entrance pupil: linear in u.
 """
 
 import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lensbench.app.readings import blur_limit, optical, readings, setup
 from lensbench.app.settings import LENSLESS, Settings
-
-CLOSEST = 1.0                   # mm: what lies nearer counts as this near
 
 
 @dataclass(frozen=True)
@@ -34,11 +28,6 @@ class Blur:
             return _blur(optical(settings))
         except (ValueError, OSError, ZeroDivisionError):
             return cls()
-
-    def reciprocal(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """1/mm from the front principal plane, of depths (h, w) in mm from the film; 0 for the sky and the dark."""
-        distance = np.maximum(depth - np.float32(self.offset), np.float32(CLOSEST))
-        return np.nan_to_num(np.float32(1.0) / distance, nan=0.0, posinf=0.0)
 
 
 @lru_cache(maxsize=16)

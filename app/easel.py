@@ -19,7 +19,7 @@ from lensbench.app.light_field_look import note, picture_settings
 from lensbench.app.light_field_worker import Sight
 from lensbench.app.picture import Picture, Pinned, View
 from lensbench.app.picture_marks import Mark
-from lensbench.app.screen import Development, Screen, softening
+from lensbench.app.screen import SQUARES, Development, Screen, softening
 from lensbench.app.settings import LOOK, Settings
 from lensbench.app.worker import News, Worker
 
@@ -43,7 +43,7 @@ class Easel:
         self._strip_of: Any = None                      # what that screen holds
         self._difference: tuple[Any, Difference | None] = (None, None)     # what it is of, and itself
         self._deep: News | None = None                  # the newest with a depth map
-        self._loaded: Any = None                        # what the screen holds of it
+        self._loaded: Any = None                        # what the screen holds
         self._shares: tuple[Any, Any] = (None, None)    # the histogram, and what it was made of
 
     def open(self) -> None:
@@ -87,7 +87,7 @@ class Easel:
             self._strip_of = of
             self._strip_screen.load(image)
         texture = self._strip_screen.developed(Development(settings.exposure, settings.tone))
-        self._strip_screen.enlarge_by_pixels(True)
+        self._strip_screen.draw_at(SQUARES)
         return texture
 
     def pin(self, present: Settings) -> bool:
@@ -121,18 +121,21 @@ class Easel:
         news, screen, waiting = self.shown, self._screen, self._worker.waiting
         if news is None or screen is None:
             return Picture(waiting=waiting, first=True)
+        depth = self._distances(settings, news)
         of = (id(news.image), news.settings.view, look(settings))
         if of != self._light_of:
             self._light_of, self.light = of, _light(news, settings)
-            screen.load(self.light)
-        texture = screen.developed(self._development(settings, view, news, screen))
+        if (of, id(depth)) != self._loaded:
+            self._loaded = (of, id(depth))
+            screen.load(self.light, depth)
+        texture = screen.developed(self._development(settings, view, news, depth is not None))
         pinned, difference = None, None
         if settings.compare != "off" and self.pinned is not None and self._pinned_screen is not None:
             pinned = self._other(self.pinned, self._pinned_screen, settings, view)
             if settings.compare == "difference" and screen.size == pinned.size:
                 difference = self._difference_of(self.pinned.image, self.light)
                 texture = screen.apart(self._pinned_screen, difference.scale)
-        screen.enlarge_by_pixels(view.scale >= 2.0)
+        screen.draw_at(view.scale)
         shares = None
         if view.histogram:
             curve = "raw" if news.raw else settings.tone
@@ -156,7 +159,7 @@ class Easel:
         """The picture A, with its own look."""
         own = news.settings
         texture = screen.developed(Development(own.exposure, "raw" if news.raw else own.tone))
-        screen.enlarge_by_pixels(view.scale >= 2.0)
+        screen.draw_at(view.scale)
         return Pinned(texture, screen.size, news.samples, own)
 
     def _difference_of(self, a: NDArray[np.float32], b: NDArray[np.float32]) -> Difference:
@@ -167,24 +170,25 @@ class Easel:
         assert found is not None
         return found
 
-    def _development(self, settings: Settings, view: View, news: News, screen: Screen) -> Development:
+    def _distances(self, settings: Settings, news: News) -> NDArray[np.float32] | None:
+        """The depth map that the shaders need: for overlays, and to hide the noise of the first passes."""
+        if self._deep is None or self.sight is not None or news.raw:
+            return None
+        wanted = softening(news.samples) > 0.0 or settings.overlay in ("coc", "peaking")
+        return self._deep.depth if wanted else None
+
+    def _development(self, settings: Settings, view: View, news: News, deep: bool) -> Development:
         """What the shaders need: the look as it is set, the blur of the settings that the picture was made with."""
         if news.raw:
             return Development(0.0, "raw")
         if self.sight is not None:
             overlay = settings.overlay if settings.overlay == "clipping" else "none"
             return Development(settings.exposure, settings.tone, overlay, stripe=_stripe(view))
-        blur, share = Blur.of(news.settings), softening(news.samples)
-        depth = self._deep.depth if self._deep is not None else None
-        if depth is not None and (share > 0.0 or settings.overlay in ("coc", "peaking")):
-            key = (id(depth), blur.offset)
-            if key != self._loaded:
-                screen.load_depth(blur.reciprocal(depth))
-                self._loaded = key
+        blur = Blur.of(news.settings)
         amber, nearer, farther = ((c[0], c[1], c[2]) for c in (theme.DARK.amber, theme.NEARER, theme.FARTHER))
-        return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus,
-                           max(blur.sharp, 1.0), _stripe(view),
-                           amber, nearer, farther, share if self._loaded else 0.0)
+        return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus, blur.offset,
+                           max(blur.sharp, 1.0), _stripe(view), amber, nearer, farther,
+                           softening(news.samples) if deep else 0.0)
 
 
 def _stripe(view: View) -> float:

@@ -60,29 +60,29 @@ class Panels:
     def windows(self) -> list[hello_imgui.DockableWindow]:
         """All of them, for hello_imgui."""
         return [
-            self._docked("Controls", "Left", self.guarded("Controls", self._controls)),
-            self._docked("Read-outs", "LeftBottom", self.guarded("Read-outs", self._readouts), first=True),
-            self._docked("Spaces", "LeftBottom", self.guarded("Spaces", self._spaces)),
-            self._docked("Section", "Bottom", self._section_window, False, first=True),
-            self._docked("Stability", "Bottom", self.guarded("Stability", self._stability)),
-            self._docked("Circle of confusion", "Right", self.guarded("Circle of confusion", self._confusion),
-                         first=True),
-            self._docked("Plan", "Right", self.guarded("Plan", self._plan)),
-            self._docked("Exit pupil", "RightBottom", self.guarded("Exit pupil", self._pupil), first=True),
-            self._docked("Falloff", "RightBottom", self.guarded("Falloff", self._falloff)),
-            self._docked("Models", "RightBottom", self.guarded("Models", self._models)),
-            self._docked("Light field", "RightBottom", self.guarded("Light field", self._light_field)),
-            self._docked("Render", "MainDockSpace", self._render_window, False),
+            self._docked("Controls", "Left", self._controls),
+            self._docked("Read-outs", "LeftBottom", self._readouts, first=True),
+            self._docked("Spaces", "LeftBottom", self._spaces),
+            self._docked("Section", "Bottom", self._section, first=True, padding=4.0),
+            self._docked("Stability", "Bottom", self._stability),
+            self._docked("Circle of confusion", "Right", self._confusion, first=True),
+            self._docked("Plan", "Right", self._plan),
+            self._docked("Exit pupil", "RightBottom", self._pupil, first=True),
+            self._docked("Falloff", "RightBottom", self._falloff),
+            self._docked("Models", "RightBottom", self._models),
+            self._docked("Light field", "RightBottom", self._light_field),
+            self._docked("Render", "MainDockSpace", self._render, padding=0.0),
         ]
 
-    def _docked(self, label: str, dock: str, draw: Callable[[], None],
-                begun: bool = True, first: bool = False) -> hello_imgui.DockableWindow:
-        """A panel; begun: hello_imgui begins its window, with the margin of the style. first: of the tabs there."""
-        panel = hello_imgui.DockableWindow(label, dock, draw, can_be_closed_=False)
-        panel.call_begin_end = begun
+    def _docked(self, label: str, dock: str, draw: Callable[[], None], first: bool = False,
+                padding: float | None = None) -> hello_imgui.DockableWindow:
+        """A panel. first: of the tabs there; padding: a margin of its own, and then it does not scroll."""
+        shown = self.guarded(label, draw)
+        panel = hello_imgui.DockableWindow(label, dock, lambda: self._window(label, shown, padding),
+                                           can_be_closed_=False)
+        panel.call_begin_end = False
         panel.focus_window_at_next_frame = first
         panel.remember_is_visible = self._bench.remember
-        panel.imgui_window_flags = imgui.WindowFlags_.no_collapse
         return panel
 
     def guarded(self, name: str, draw: Callable[[], None]) -> Callable[[], None]:
@@ -118,30 +118,29 @@ class Panels:
                 self._bench.hurry()
         return call
 
-    def _render_window(self) -> None:
-        """The render, in the central node without a tab."""
-        one = imgui.WindowClass()
-        one.dock_node_flags_override_set = imgui.internal.DockNodeFlagsPrivate_.no_tab_bar
-        imgui.set_next_window_class(one)
-        imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*theme.colours().ground))
-        self._window("Render", 0.0, self._render)
-        imgui.pop_style_color()
-
-    def _section_window(self) -> None:
-        self._window("Section", 4.0 * theme.scale(), self._section)
-
-    def _window(self, name: str, padding: float, draw: Callable[[], None]) -> None:
-        """A window of its own margin, that neither scrolls nor folds."""
+    def _window(self, name: str, draw: Callable[[], None], padding: float | None) -> None:
+        """A panel in its window: the render's, in the central node, has no tab; see `_docked`."""
         panel = hello_imgui.get_runner_params().docking_params.dockable_window_of_name(name)
         if panel is not None and panel.focus_window_at_next_frame:      # hello_imgui does so in windows it begins alone
             panel.focus_window_at_next_frame = False
             imgui.set_next_window_focus()
-        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(padding, padding))
-        flags = imgui.WindowFlags_
-        shown, _ = imgui.begin(name, None, flags.no_scrollbar | flags.no_scroll_with_mouse | flags.no_collapse)
+        if name == "Render":
+            one = imgui.WindowClass()
+            one.dock_node_flags_override_set = imgui.internal.DockNodeFlagsPrivate_.no_tab_bar
+            imgui.set_next_window_class(one)
+        c, flags = theme.colours(), imgui.WindowFlags_.no_collapse
+        ground = c.ground if name == "Render" else (*c.panel[:3], 0.0 if _in_the_dock(name) else 1.0)
+        imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*ground))
+        margin = imgui.get_style().window_padding
+        if padding is not None:
+            margin = ImVec2(padding * theme.scale(), padding * theme.scale())
+            flags = flags | imgui.WindowFlags_.no_scrollbar | imgui.WindowFlags_.no_scroll_with_mouse
+        imgui.push_style_var(imgui.StyleVar_.window_padding, margin)
+        shown, _ = imgui.begin(name, None, flags)
         imgui.pop_style_var()
+        imgui.pop_style_color()
         if shown:
-            self.guarded(name, draw)()
+            draw()
         imgui.end()
 
     def _render(self) -> None:
@@ -228,6 +227,14 @@ class Panels:
         """The line at the bottom."""
         bench = self._bench
         status_bar(bench.edited, bench.easel.news, bench.view)
+
+
+def _in_the_dock(name: str) -> bool:
+    """Whether a panel lies in the window's own dock, and does not float above others."""
+    window = imgui.internal.find_window_by_name(name)
+    if window is None:
+        return True
+    return window.dock_node is not None and imgui.internal.dock_node_get_root_node(window.dock_node).is_dock_space()
 
 
 def _recover(state: imgui.internal.ErrorRecoveryState) -> None:

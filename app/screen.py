@@ -1,7 +1,8 @@
 """The picture on the graphics card: a linear film goes in, a texture ready for the screen comes out.
 
 Knows moderngl and nothing of the window. Textures hold the picture's first row
-first, so that imgui shows them upright without turning.
+first, so that imgui shows them upright without turning. The picture's alpha is how far what a pixel sees lies
+before the film, mm: the shaders tell from it how far it is out of focus.
 """
 
 from dataclasses import dataclass, replace
@@ -17,6 +18,7 @@ TONES = {"none": 0, "filmic": 1, "agx": 2, "raw": 3}
 OVERLAYS = {"none": 0, "coc": 1, "peaking": 2, "clipping": 3}
 SOFTENING = 0.35            # radius of the first passes' softening, of the circle of confusion's diameter
 SOFTENED_SAMPLES = 16       # from here on the picture is shown as it is
+SQUARES = 2.0               # pixels of the screen: from this size on those of the picture are squares
 
 Rgb = tuple[float, float, float]
 
@@ -25,8 +27,8 @@ Rgb = tuple[float, float, float]
 class Development:
     """All that the shaders need beside the picture; two equal ones give the same screen.
 
-    The circle of confusion in pixels is coc_gain |1/s − coc_focus|, s (mm) being the distance from the front principal
-    plane and coc_focus the reciprocal of the one in focus.
+    The circle of confusion in pixels is coc_gain |1/(s − coc_offset) − coc_focus|, s (mm) being the distance from the
+    film, coc_offset that of the front principal plane and coc_focus the reciprocal of what is in focus from there.
     """
 
     exposure: float = 0.0
@@ -34,6 +36,7 @@ class Development:
     overlay: str = "none"
     coc_gain: float = 0.0
     coc_focus: float = 0.0
+    coc_offset: float = 0.0
     sharp: float = 1.5
     stripe: float = 6.0
     amber: Rgb = (0.91, 0.64, 0.24)
@@ -53,6 +56,7 @@ class _Target:
     def __init__(self, context: moderngl.Context, size: tuple[int, int], components: int, dtype: str):
         self.texture = _texture(context, size, components, dtype)
         self.framebuffer = context.framebuffer([self.texture])
+        self.is_reduced = False                 # there are smaller copies of what is in it
 
 
 class Screen:
@@ -62,7 +66,8 @@ class Screen:
         self._context = context
         self._programs: dict[tuple[str, ...], moderngl.VertexArray] = {}
         self._picture: moderngl.Texture | None = None
-        self._depth = context.texture((1, 1), 1, np.zeros(1, np.float32).tobytes(), dtype="f4")
+        self._texels = np.zeros((0, 0, 4), np.float32)      # of the picture, on their way
+        self._depth: NDArray[np.float32] | None = None      # that they hold
         self._soft: _Target | None = None
         self._shown: _Target | None = None
         self._apart: _Target | None = None
@@ -75,26 +80,26 @@ class Screen:
         """Pixels across and down; (0, 0) before the first picture."""
         return (0, 0) if self._picture is None else self._picture.size
 
-    def load(self, image: NDArray[np.float32]) -> None:
-        """Take a linear picture (h, w, 3)."""
+    def load(self, image: NDArray[np.float32], depth: NDArray[np.float32] | None = None) -> None:
+        """Take a linear picture (h, w, 3), and how far before the film its pixels look (mm): of any size, NaN is dark.
+
+        Without a depth everything is infinitely far.
+        """
         height, width = image.shape[:2]
         if self._picture is None or self._picture.size != (width, height):
             self._release()
-            self._picture = _texture(self._context, (width, height), 3)
-            self._soft = _Target(self._context, (width, height), 3, "f2")
+            self._picture = _texture(self._context, (width, height), 4)
+            self._soft = _Target(self._context, (width, height), 4, "f4")
             self._shown = _Target(self._context, (width, height), 4, "f1")
-        self._picture.write(np.ascontiguousarray(image, np.float32))
+            self._texels = np.full((height, width, 4), np.inf, np.float32)
+            self._depth = None
+        self._texels[..., :3] = image
+        if depth is not self._depth:
+            self._texels[..., 3] = np.inf if depth is None else np.nan_to_num(_resized(depth, (height, width)),
+                                                                               nan=np.inf, posinf=np.inf)
+            self._depth = depth
+        self._picture.write(self._texels)
         self._loaded += 1
-        self._done = None
-
-    def load_depth(self, reciprocal: NDArray[np.float32]) -> None:
-        """Take the reciprocal distances (h, w) from the front principal plane, 1/mm; 0 is infinitely far."""
-        height, width = reciprocal.shape
-        if self._depth.size != (width, height):
-            self._depth.release()
-            self._depth = _texture(self._context, (width, height), 1)
-            self._depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._depth.write(np.ascontiguousarray(reciprocal, np.float32))
         self._done = None
 
     def developed(self, development: Development) -> int:
@@ -106,16 +111,16 @@ class Screen:
             source = self._picture
             if development.share > 0.0 and development.coc_gain > 0.0:
                 self._draw(self._program("soften.frag"), self._soft, source, coc_gain=development.coc_gain,
-                           coc_focus=development.coc_focus, share=development.share)
+                           coc_focus=development.coc_focus, coc_offset=development.coc_offset,
+                           share=development.share)
                 source = self._soft.texture
             develop = self._program("develop.frag", f"#define TONE {TONES[development.tone]}\n",
                                     f"#define OVERLAY {OVERLAYS[development.overlay]}\n", tone.glsl_constants())
             self._draw(develop, self._shown, source, gain=2.0 ** development.exposure,
                        coc_gain=development.coc_gain, coc_focus=development.coc_focus,
-                       sharp=development.sharp, stripe=development.stripe,
+                       coc_offset=development.coc_offset, sharp=development.sharp, stripe=development.stripe,
                        amber=development.amber, nearer=development.nearer, farther=development.farther)
             before.use()
-            self._shown.texture.build_mipmaps()
             self._done = replace(development)
         return self._shown.texture.glo
 
@@ -135,7 +140,6 @@ class Screen:
         other._picture.use(2)
         self._draw(self._program("difference.frag"), self._apart, self._picture, other=2, gain=1.0 / scale)
         before.use()
-        self._apart.texture.build_mipmaps()
         return self._apart.texture.glo
 
     def read(self) -> NDArray[np.uint8]:
@@ -154,12 +158,16 @@ class Screen:
         pixels = target.framebuffer.read(components=3, alignment=1)
         return np.frombuffer(pixels, np.uint8).reshape(height, width, 3)
 
-    def enlarge_by_pixels(self, whole: bool) -> None:
-        """Show the pixels of an enlarged picture as squares, or blend between them."""
-        above = moderngl.NEAREST if whole else moderngl.LINEAR
+    def draw_at(self, scale: float) -> None:
+        """Be drawn with so many pixels of the screen for each of the picture's: far enlarged they are squares."""
+        above = moderngl.NEAREST if scale >= SQUARES else moderngl.LINEAR
         for target in (self._shown, self._apart):
-            if target is not None:
-                target.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, above)
+            if target is None:
+                continue
+            if scale < 1.0 and not target.is_reduced:
+                target.texture.build_mipmaps()
+                target.is_reduced = True
+            target.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR if scale < 1.0 else moderngl.LINEAR, above)
 
     def _program(self, name: str, *inserted: str) -> moderngl.VertexArray:
         """A compiled shader of the package, with lines inserted after its version; made once."""
@@ -172,11 +180,11 @@ class Screen:
 
     def _draw(self, array: moderngl.VertexArray, target: _Target, source: moderngl.Texture, **uniforms) -> None:
         target.framebuffer.use()
+        target.is_reduced = False
         self._context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         source.use(0)
-        self._depth.use(1)
         program = array.program
-        for name, value in {"picture": 0, "depth": 1, **uniforms}.items():
+        for name, value in {"picture": 0, **uniforms}.items():
             uniform = program.get(name, None)
             if isinstance(uniform, moderngl.Uniform):
                 uniform.value = value
@@ -190,6 +198,12 @@ class Screen:
                 target.texture.release()
                 target.framebuffer.release()
         self._apart = None
+
+
+def _resized(depth: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """A depth map of another size: of each pixel that of the nearest."""
+    rows, columns = ((2 * np.arange(n) + 1) * m // (2 * n) for n, m in zip(shape, depth.shape, strict=True))
+    return depth if depth.shape == shape else depth[np.ix_(rows, columns)]
 
 
 def _source(name: str) -> str:

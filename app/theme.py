@@ -183,13 +183,17 @@ def style_imgui() -> None:
 
 
 def colour_imgui() -> None:
-    """The colours of imgui's own items."""
+    """The colours of imgui's own items.
+
+    A window has no ground of its own: the screen is cleared to the colour of the panels, which costs a processor that
+    draws less than to fill them again and again. What floats above others has to fill itself.
+    """
     c, style = colours(), imgui.get_style()
     col = imgui.Col_
     clear: Colour = (0.0, 0.0, 0.0, 0.0)
     veil = (0.0, 0.0, 0.0, 0.45) if c.dark else (0.0, 0.0, 0.0, 0.25)
     table = {
-        col.text: c.text, col.text_disabled: c.dim, col.window_bg: c.panel, col.child_bg: clear, col.popup_bg: c.popup,
+        col.text: c.text, col.text_disabled: c.dim, col.window_bg: clear, col.child_bg: clear, col.popup_bg: c.popup,
         col.border: c.splitter, col.border_shadow: clear,
         col.frame_bg: c.frame, col.frame_bg_hovered: c.frame_hovered, col.frame_bg_active: c.frame_active,
         col.title_bg: c.ground, col.title_bg_active: c.ground, col.title_bg_collapsed: c.ground,
@@ -218,6 +222,8 @@ def colour_imgui() -> None:
     }
     for index, colour in table.items():
         style.set_color_(index, ImVec4(*colour))
+    if hello_imgui.is_using_hello_imgui():
+        hello_imgui.get_runner_params().imgui_window_params.background_color = ImVec4(*c.panel)
 
 
 def style_implot() -> None:

@@ -1,8 +1,8 @@
 #version 330
 // Develop the picture: exposure, tone curve, sRGB, and what is laid over it.
 //
-// in   picture   linear radiance, relative, RGB; the picture's first row first
-//      depth     reciprocal distance from the front principal plane, 1/mm; 0 is infinitely far
+// in   picture   linear radiance, relative, RGB, and in alpha how far what is seen lies before the film, mm; the
+//                picture's first row first
 //      gain      2^exposure
 // out  sRGB in [0, 1]
 //
@@ -19,15 +19,14 @@
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
 
 uniform sampler2D picture;
-uniform sampler2D depth;
 uniform float gain;
-uniform float coc_gain;                 // pixels · mm:  CoC = coc_gain |1/depth − coc_focus|, a diameter
+uniform float coc_gain;                 // pixels · mm:  CoC = coc_gain |1/(distance − coc_offset) − coc_focus|, a diameter
 uniform float coc_focus;                // 1/mm
+uniform float coc_offset;               // mm
 uniform float sharp;                    // diameter in pixels below which a thing counts as in focus
 uniform float stripe;                   // width of a zebra stripe, pixels of the picture
 uniform vec3 amber, nearer, farther;    // colours of what is in focus, before and behind it, sRGB
 
-in vec2 place;
 out vec4 colour;
 
 vec3 hable(vec3 x) {
@@ -68,9 +67,9 @@ vec3 developed(ivec2 at) {
     return srgb(clamp(rgb, 0.0, 1.0));
 }
 
-// The circle of confusion in pixels, negative for what lies before the focus.
-float circle(vec2 at) {
-    return coc_gain * (coc_focus - texture(depth, at).r);
+// The circle of confusion in pixels, negative for what lies before the focus; nearer than 1 mm counts as 1 mm.
+float circle(ivec2 at) {
+    return coc_gain * (coc_focus - 1.0 / max(texelFetch(picture, at, 0).a - coc_offset, 1.0));
 }
 
 void main() {
@@ -80,7 +79,7 @@ void main() {
 
     // Circle of confusion: colour tells the side, its strength tells the size on a log scale from 1 to 64 pixels.
 #if OVERLAY == COC
-    float c = circle(place);
+    float c = circle(pixel);
     float strength = clamp(log2(max(abs(c), 1.0)) / 6.0, 0.0, 1.0);
     vec3 side = c < 0.0 ? nearer : farther;
     vec3 veil = abs(c) < sharp ? amber : mix(vec3(0.5), side, 0.25 + 0.75 * strength);
@@ -94,7 +93,7 @@ void main() {
     float below = dot(developed(pixel + ivec2(0, 1)), LUMINANCE);
     float above = dot(developed(pixel - ivec2(0, 1)), LUMINANCE);
     float edge = length(vec2(right - left, below - above));
-    float focused = 1.0 - smoothstep(0.5 * sharp, sharp, abs(circle(place)));
+    float focused = 1.0 - smoothstep(0.5 * sharp, sharp, abs(circle(pixel)));
     rgb = mix(mix(rgb, vec3(grey), 0.6), amber, focused * smoothstep(0.06, 0.16, edge));
 #endif
 

@@ -1,43 +1,44 @@
 #version 330
 // Hide the noise of the first passes where the lens blurs anyway.
 //
-// in   picture   linear radiance, relative, RGB; the picture's first row first
-//      depth     reciprocal distance from the front principal plane, 1/mm; 0 is infinitely far
+// in   picture   linear radiance, relative, RGB, and in alpha how far what is seen lies before the film, mm; the
+//                picture's first row first
 //      share     radius of the softening per pixel of the circle of confusion's diameter; fades to 0 with the samples
-// out  linear radiance
+// out  the same, softened
+//
+// One texel holds both colour and distance: where a processor draws, fetching them is what takes the time.
 
 const int TAPS = 6;
 const float LARGEST = 6.0;              // pixels
 const float GOLDEN = 2.39996323;        // radians
 
 uniform sampler2D picture;
-uniform sampler2D depth;
-uniform float coc_gain;                 // pixels · mm:  CoC = coc_gain |1/depth − coc_focus|
+uniform float coc_gain;                 // pixels · mm:  CoC = coc_gain |1/(distance − coc_offset) − coc_focus|
 uniform float coc_focus;                // 1/mm
+uniform float coc_offset;               // mm
 uniform float share;
 
-out vec3 light;
+out vec4 light;
 
-// The radius of the softening at a pixel.
-float reach(ivec2 at) {
-    vec2 scale = vec2(textureSize(depth, 0)) / vec2(textureSize(picture, 0));
-    float reciprocal = texelFetch(depth, ivec2((vec2(at) + 0.5) * scale), 0).r;
-    return min(share * coc_gain * abs(reciprocal - coc_focus), LARGEST);
+// The radius of the softening where what is seen is so far away; nearer than 1 mm counts as 1 mm.
+float reach(float distance) {
+    return min(share * coc_gain * abs(1.0 / max(distance - coc_offset, 1.0) - coc_focus), LARGEST);
 }
 
 void main() {
     ivec2 here = ivec2(gl_FragCoord.xy), last = textureSize(picture, 0) - 1;
-    float radius = reach(here);
-    vec3 sum = texelFetch(picture, here, 0).rgb;
+    vec4 middle = texelFetch(picture, here, 0);
+    float radius = reach(middle.a);
+    vec3 sum = middle.rgb;
     float weight = 1.0;
     for (int i = 0; i < TAPS; ++i) {
         float r = radius * sqrt((float(i) + 0.5) / float(TAPS));
         vec2 turn = vec2(cos(GOLDEN * float(i)), sin(GOLDEN * float(i)));
-        ivec2 there = clamp(here + ivec2(round(r * turn)), ivec2(0), last);
+        vec4 there = texelFetch(picture, clamp(here + ivec2(round(r * turn)), ivec2(0), last), 0);
         // A neighbour in focus must not bleed into what is blurred.
-        float w = smoothstep(0.0, 1.0, reach(there) / max(r, 0.5));
-        sum += w * texelFetch(picture, there, 0).rgb;
+        float w = smoothstep(0.0, 1.0, reach(there.a) / max(r, 0.5));
+        sum += w * there.rgb;
         weight += w;
     }
-    light = sum / weight;
+    light = vec4(sum / weight, middle.a);
 }

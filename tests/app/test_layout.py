@@ -1,10 +1,11 @@
-"""The first layout, on a plain screen and on one twice as fine."""
+"""The layout: the first, on a plain screen and on one twice as fine, and panels that float."""
 
 import pytest
-from imgui_bundle import hello_imgui, imgui, immapp
+from imgui_bundle import ImVec2, hello_imgui, imgui, immapp
 from imgui_bundle.immapp import testing
+from PIL import Image
 
-from lensbench.app import window
+from lensbench.app import theme, window
 
 from .conftest import SMALL
 
@@ -30,3 +31,20 @@ def test_the_columns_are_as_wide_as_their_text_needs(factor):
         bench.worker.stop()
     assert seen["factor"] == factor
     assert 17.0 < seen["Controls"] < 23.0 and 18.0 < seen["Exit pupil"] < 31.0
+
+
+def test_a_panel_that_floats_hides_what_is_below_it(drive, tmp_path):
+    def test(hand):
+        hand.picture()
+        hand.ctx.dock_clear("Plan")
+        hand.ctx.yield_(2)
+        hand.ctx.window_move("Plan", ImVec2(500, 200))
+        hand.ctx.yield_(2)
+        window = imgui.internal.find_window_by_name("Plan")
+        at = int(window.pos.x + 0.5 * window.size.x), int(window.pos.y + window.size.y) - 4
+        hand.photograph(tmp_path / "window.png")
+        panel = tuple(round(255.0 * part) for part in theme.colours().panel[:3])
+        with Image.open(tmp_path / "window.png") as picture:
+            assert picture.getpixel(at) == panel
+
+    drive(test)

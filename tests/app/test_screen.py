@@ -66,9 +66,8 @@ def test_an_infinite_or_negative_light_is_shown_as_white_or_black(screen):
 
 def test_what_is_in_focus_is_amber_and_the_sides_of_it_differ(screen):
     image = np.full((1, 3, 3), 0.5, np.float32)
-    screen.load(image)
-    screen.load_depth(np.array([[1 / 500.0, 1 / 1000.0, 0.0]], np.float32))
-    screen.developed(Development(overlay="coc", coc_gain=20_000.0, coc_focus=1 / 1000.0))
+    screen.load(image, np.array([[600.0, 1100.0, np.inf]], np.float32))
+    screen.developed(Development(overlay="coc", coc_gain=20_000.0, coc_focus=1 / 1000.0, coc_offset=100.0))
     near, sharp, far = screen.read()[0].astype(float)
     assert sharp[0] > sharp[1] > sharp[2]
     assert near[2] > near[0] and far[0] > far[1]
@@ -77,9 +76,8 @@ def test_what_is_in_focus_is_amber_and_the_sides_of_it_differ(screen):
 def test_peaking_marks_an_edge_in_focus_and_not_one_out_of_focus(screen):
     image = np.full((8, 16, 3), 0.1, np.float32)
     image[:, 8:] = 0.6
-    screen.load(image)
-    for reciprocal, marked in ((1 / 1000.0, True), (1 / 300.0, False)):
-        screen.load_depth(np.full((8, 16), reciprocal, np.float32))
+    for distance, marked in ((1000.0, True), (300.0, False)):
+        screen.load(image, np.full((8, 16), distance, np.float32))
         screen.developed(Development(overlay="peaking", coc_gain=20_000.0, coc_focus=1 / 1000.0))
         edge = screen.read()[4, 8].astype(float) / 255.0
         assert bool(np.abs(edge - AMBER).max() < 0.02) is marked
@@ -98,15 +96,26 @@ def test_the_zebra_covers_the_clipped_and_nothing_else(screen):
 def test_softening_keeps_a_plane_in_focus_as_it_is_and_fades_with_the_samples(screen):
     generator = np.random.default_rng(1)
     image = generator.random((32, 32, 3), np.float32)
-    screen.load(image)
-    screen.load_depth(np.full((32, 32), 1 / 1000.0, np.float32))
+    screen.load(image, np.full((32, 32), 1000.0, np.float32))
     setting = {"tone": "none", "coc_gain": 20_000.0, "coc_focus": 1 / 1000.0}
     screen.developed(Development(**setting))
     plain = screen.read().astype(int)
     screen.developed(Development(**setting, share=softening(1)))
     assert np.abs(screen.read().astype(int) - plain).max() <= 1
-    screen.load_depth(np.full((32, 32), 1 / 500.0, np.float32))
+    screen.load(image, np.full((32, 32), 500.0, np.float32))
     screen.developed(Development(**setting, share=softening(1)))
     soft = screen.read()[8:24, 8:24]
     assert soft.std() < 0.5 * plain[8:24, 8:24].std()
     assert softening(1) == 0.35 and softening(16) == 0.0 and softening(400) == 0.0
+
+
+@pytest.mark.parametrize("overlay", ["coc", "peaking"])
+def test_the_sky_and_the_dark_count_as_infinitely_far_and_a_map_of_another_size_is_spread(screen, overlay):
+    image = np.random.default_rng(2).random((6, 8, 3), np.float32)
+    shown = []
+    for depth in (np.array([[1000.0, np.inf], [-5.0, np.nan]], np.float32),
+                  np.array([[1000.0, 1e12], [0.0, 1e12]], np.float32).repeat(3, 0).repeat(4, 1)):
+        screen.load(image, depth)
+        screen.developed(Development(overlay=overlay, coc_gain=20_000.0, coc_focus=1 / 1000.0, share=softening(1)))
+        shown.append(screen.read().copy())
+    assert (shown[0] == shown[1]).all() and np.ptp(shown[0]) > 50
