@@ -1,4 +1,9 @@
-"""Least squares for a vector field that is rotation invariant: the normal equations of three polynomials."""
+"""Least squares for vector fields that are rotation invariant: polynomials of three invariants, fitted and summed.
+
+A field is F u + G v along the film and H along the axis, F, G and H polynomials of a = u·u, b = v·v and c = u·v. The
+product of two monomials is a monomial: so every number of the normal equations is one of the moments
+Σ w aⁱ bʲ cᵏ, of which there are few.
+"""
 
 import math
 
@@ -6,69 +11,136 @@ import numpy as np
 from numba import njit
 
 RIDGE = 1e-14               # of the normal equations' diagonal: a pivot is not let below
-TOGETHER = 4                # rays whose sums are taken at once
+_FAST = {"contract", "reassoc", "nsz"}
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def solved(basis, weights, u, v, wanted):
-    """The polynomials of a vector field (3, rays) along u (rays,), along v (2, rays) and along z: (3, terms).
+@njit(cache=True, error_model="numpy", nogil=True)
+def place(i, j, k, n):
+    """Where aⁱ bʲ cᵏ stands among the monomials up to the total degree n: in the order that the kernel sums them."""
+    p, q, r = n - i, n - i - j, n - i - j - k
+    return p * (p + 1) * (p + 2) // 6 + q * (q + 1) // 2 + r
 
-    The normal equations, of the first two together, by Cholesky's method; a pivot that rounding has
-    made nothing is held up. (A thread of its own for the sums would cost more than the sums.)
+
+@njit(cache=True, error_model="numpy", nogil=True, fastmath=_FAST)
+def _sums(abc, weights, fields, n, low):
+    """The moments (2 n + 2)³ up to the degree 2 n + 1, and the right sides of the fields: (3, terms) and (3, terms).
+
+    abc: (3, rays); fields: (6, rays), the parts along u, v and z of a field of degree n, then of one of degree low.
     """
-    rays, k = basis.shape
+    rays, top = weights.size, 2 * n + 2
+    moments = np.zeros((top, top, top))
+    high_right, low_right = np.zeros((3, place(0, 0, 0, n) + 1)), np.zeros((3, place(0, 0, 0, low) + 1))
+    of_a, of_ab, row = weights.copy(), np.empty(rays), np.empty(rays)
+    for i in range(top):
+        for r in range(rays):
+            of_ab[r] = of_a[r]
+            of_a[r] *= abc[0, r]
+        for j in range(top - i):
+            for r in range(rays):
+                row[r] = of_ab[r]
+                of_ab[r] *= abc[1, r]
+            for k in range(top - i - j):
+                for of in range(2):
+                    degree, right = (n, high_right) if of == 0 else (low, low_right)
+                    if i + j + k <= degree:
+                        t = place(i, j, k, degree)
+                        x, y, z = 0.0, 0.0, 0.0
+                        for r in range(rays):
+                            x += row[r] * fields[3 * of, r]
+                            y += row[r] * fields[3 * of + 1, r]
+                            z += row[r] * fields[3 * of + 2, r]
+                        right[0, t], right[1, t], right[2, t] = x, y, z
+                total = 0.0
+                for r in range(rays):
+                    total += row[r]
+                    row[r] *= abc[2, r]
+                moments[i, j, k] = total
+    return moments, high_right, low_right
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _solved(moments, right, n):
+    """The polynomials along u, along v and along z, (3, terms), whose normal equations these are.
+
+    The first two together, by Cholesky's method; a pivot that rounding has made nothing is held up.
+    """
+    k = right.shape[1]
+    of_a, of_b, of_c = np.empty(k, np.int64), np.empty(k, np.int64), np.empty(k, np.int64)
+    for i in range(n + 1):
+        for j in range(n + 1 - i):
+            for m in range(n + 1 - i - j):
+                t = place(i, j, m, n)
+                of_a[t], of_b[t], of_c[t] = i, j, m
     across, plain = np.zeros((2 * k, 2 * k + 1)), np.zeros((k, k + 1))      # with the right side as the last column
-    x, w, f = np.empty((TOGETHER, k)), np.empty(TOGETHER), np.empty((3, TOGETHER))
-    for first in range(0, rays, TOGETHER):
-        for q in range(TOGETHER):
-            r = min(first + q, rays - 1)
-            x[q], w[q] = basis[r], weights[r] if first + q < rays else 0.0
-            f[0, q] = u[r] * u[r]
-            f[1, q] = v[0, r] * v[0, r] + v[1, r] * v[1, r]
-            f[2, q] = u[r] * v[0, r]
-            along_u = w[q] * u[r] * wanted[0, r]
-            along_v = w[q] * (v[0, r] * wanted[0, r] + v[1, r] * wanted[1, r])
-            along_z = w[q] * wanted[2, r]
-            for i in range(k):
-                across[i, 2 * k] += along_u * x[q, i]
-                across[k + i, 2 * k] += along_v * x[q, i]
-                plain[i, k] += along_z * x[q, i]
-        x0, x1, x2, x3 = x[0], x[1], x[2], x[3]
-        for i in range(k):
-            w0, w1, w2, w3 = w[0] * x0[i], w[1] * x1[i], w[2] * x2[i], w[3] * x3[i]
-            one, upper, lower, mixed = plain[i], across[i], across[k + i, k:], across[k + i]
-            for j in range(i + 1):
-                y0, y1, y2, y3 = w0 * x0[j], w1 * x1[j], w2 * x2[j], w3 * x3[j]
-                one[j] += (y0 + y1) + (y2 + y3)
-                upper[j] += (f[0, 0] * y0 + f[0, 1] * y1) + (f[0, 2] * y2 + f[0, 3] * y3)
-                lower[j] += (f[1, 0] * y0 + f[1, 1] * y1) + (f[1, 2] * y2 + f[1, 3] * y3)
-                mixed[j] += (f[2, 0] * y0 + f[2, 1] * y1) + (f[2, 2] * y2 + f[2, 3] * y3)
-    for i in range(k):
-        across[k:k + i, i] = across[k + i, :i]              # of a symmetric block, the other half
-    found = np.empty((3, k))
+    for s in range(k):
+        for t in range(k):
+            i, j, m = of_a[s] + of_a[t], of_b[s] + of_b[t], of_c[s] + of_c[t]
+            plain[s, t] = moments[i, j, m]
+            across[s, t] = moments[i + 1, j, m]
+            across[s, k + t] = moments[i, j, m + 1]
+            across[k + s, k + t] = moments[i, j + 1, m]
+        across[s, 2 * k], across[k + s, 2 * k], plain[s, k] = right[0, s], right[1, s], right[2, s]
     _cholesky(across)
     _cholesky(plain)
-    found[0], found[1], found[2] = across[:k, 2 * k], across[k:, 2 * k], plain[:, k]
+    found = np.empty((3, k))
+    for s in range(k):
+        found[0, s], found[1, s], found[2, s] = across[s, 2 * k], across[k + s, 2 * k], plain[s, k]
     return found
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+@njit(cache=True, error_model="numpy", nogil=True, fastmath=_FAST)
 def _cholesky(m):
-    """Solve in place: the lower half of m (n, n + 1) is a positive matrix, its last column becomes the solution."""
+    """Solve in place: the upper half of m (n, n + 1) is a positive matrix, its last column becomes the solution."""
     n = m.shape[0]
+    least = np.empty(n)
     for i in range(n):
-        least = RIDGE * m[i, i]
-        for j in range(i + 1):
-            total = m[i, j]
-            for k in range(j):
-                total -= m[i, k] * m[j, k]
-            m[i, j] = math.sqrt(max(total, least)) if i == j else total / m[j, j]
-        total = m[i, n]
-        for k in range(i):
-            total -= m[i, k] * m[k, n]
-        m[i, n] = total / m[i, i]
-    for i in range(n - 1, -1, -1):
-        total = m[i, n]
+        least[i] = RIDGE * m[i, i]
+    for i in range(n):
+        row = m[i]
+        share = 1.0 / math.sqrt(max(row[i], least[i]))
+        for j in range(i, n + 1):
+            row[j] *= share
+        row[i] = 1.0 / share
         for k in range(i + 1, n):
-            total -= m[k, i] * m[k, n]
-        m[i, n] = total / m[i, i]
+            other, factor = m[k], row[k]
+            for j in range(k, n + 1):
+                other[j] -= factor * row[j]
+    for i in range(n - 1, -1, -1):
+        row = m[i]
+        total = row[n]
+        for k in range(i + 1, n):
+            total -= row[k] * m[k, n]
+        row[n] = total / row[i]
+
+
+def solved(abc: np.ndarray, weights: np.ndarray, fields: np.ndarray, n: int, low: int) -> tuple[np.ndarray, np.ndarray]:
+    """The polynomials of two vector fields: (3, terms) of degree n, and (3, terms) of degree low ≤ n.
+
+    abc: (3, rays) the invariants, the first of them u² and the second v·v for a u that lies along the film's x.
+    fields: (6, rays), each field's u·f, v·f and its part along z.
+    """
+    moments, high_right, low_right = _sums(abc, weights, fields, n, low)
+    return _solved(moments, high_right, n), _solved(moments, low_right, low)
+
+
+@njit(cache=True, error_model="numpy", nogil=True, fastmath=_FAST)
+def summed(abc, polynomials, n):
+    """(3, rays) the sums of three polynomials (3, terms) of degree n."""
+    rays = abc.shape[1]
+    of_a, of_ab, row, out = np.ones(rays), np.empty(rays), np.empty(rays), np.zeros((3, rays))
+    for i in range(n + 1):
+        for r in range(rays):
+            of_ab[r] = of_a[r]
+            of_a[r] *= abc[0, r]
+        for j in range(n + 1 - i):
+            for r in range(rays):
+                row[r] = of_ab[r]
+                of_ab[r] *= abc[1, r]
+            for k in range(n + 1 - i - j):
+                t = place(i, j, k, n)
+                for r in range(rays):
+                    out[0, r] += polynomials[0, t] * row[r]
+                    out[1, r] += polynomials[1, t] * row[r]
+                    out[2, r] += polynomials[2, t] * row[r]
+                    row[r] *= abc[2, r]
+    return out

@@ -72,6 +72,13 @@ def ray_matrix(lens: Lens, start: int, end: int, wavelength: float = D_LINE) -> 
 
 def first_order(lens: Lens, wavelength: float = D_LINE) -> FirstOrder:
     """First-order data of the lens at a wavelength (µm)."""
+    known = lens.known.get(("first order", wavelength))
+    if known is None:
+        known = lens.known["first order", wavelength] = _first_order(lens, wavelength)
+    return known
+
+
+def _first_order(lens: Lens, wavelength: float) -> FirstOrder:
     n = lens.indices(wavelength)
     last, n_film = len(lens.surfaces), n[-1]
 

@@ -45,7 +45,7 @@ from lensbench.lanes import (
     rows,
     stage,
 )
-from lensbench.normal_equations import solved
+from lensbench.normal_equations import solved, summed
 from lensbench.paraxial import FirstOrder, first_order
 from lensbench.prescription import Lens, LensError
 from lensbench.pupil_table import PupilTable
@@ -57,6 +57,7 @@ SLACK = 1.05                # (r / semi-diameter)² up to which a ray beyond the
 JUDGES = 127                # rays on which the error is measured; with those of degree 9, one block of lanes
 EVENLY = 0.6                # how far the rays' weights go from Chebyshev's (0) to their share of film and pupil (1)
 SPREAD = (0.7548776662466927, 0.5698402909980532)       # whose multiples fill a square evenly: 1/ρ, 1/ρ² of ρ³ = ρ + 1
+DRIFTS = 17                 # film points between which the middles of the regions are followed
 FARTHEST = 20.0             # × the lens's length: an entrance pupil beyond it is no place to measure from
 
 
@@ -88,43 +89,25 @@ class Polynomial:
             raise LensError("a polynomial is fitted in rotation invariants, and this lens has a cylinder or toroid")
         n, low = degree // 2, _low(degree // 2)
         places, shares = _places(n)
-        film, aim = _aimed(table, *places)
+        film, aim, drift = _aimed(table.outline, table.centres, table.radius, table.end, table.scale, *places)
         fo = first_order(lens, wavelength)
         centre = _centre(lens, fo)
-        ray, margin = _traced(lens, film_distance, film, aim, centre, wavelength)
-
-        # What the invariants are made of
-        drift = _drift(table)
-        u = film / table.radius
-        v = aim - [drift * film, 0.0 * film]
-        reach = max(float(np.hypot(*v).max()), 1e-30)
-        v /= reach
-        a, b, c = u * u, v[0] ** 2 + v[1] ** 2, u * v[0]
-        fits = slice(0, len(shares))
-        use = margin[fits] < SLACK
-        if use.sum() < 2 * terms(n):
+        eye = centre - lens.length - film_distance
+        lines = _traced(lens, film_distance, film, aim, wavelength)
+        nearness = 1.0 / (distance + eye)
+        abc, weights, fields, v, reach, served = _invariants(film, aim, lines, shares, table.radius, drift, eye,
+                                                             nearness)
+        if served < 2 * terms(n):
             raise LensError("too little light passes this lens for a polynomial to be fitted: open the stop")
-        shares, ray = np.where(use, shares, 0.0), np.where(margin < math.inf, ray, 0.0)
-        high, few = _basis(a, b, c, n), _basis(a, b, c, low)
-        point, direction = ray[:3], ray[3:]
-        nearness = 1.0 / (distance - lens.length - film_distance + centre)
-        given = shares, u[fits], v[:, fits]
-        towards = solved(high[fits], *given, (direction + nearness * point)[:, fits])
-        points = solved(few[fits], *given, point[:, fits])
+        towards, points = solved(abc, weights, fields, n, low)
 
-        # The error on the rays that were held out: of objects in focus, and at infinity
-        seen = np.nonzero(margin <= 1.0)[0]
-        seen = seen[seen >= len(shares)]
-        from_there = _assembled(few[seen], points, u[seen], v[:, seen])
-        there = _assembled(high[seen], towards, u[seen], v[:, seen]) - nearness * from_there
-        off, beside = there / np.sqrt((there**2).sum(0)) - direction[:, seen], from_there - point[:, seen]
+        # The error on the rays that were held out
+        held = np.ascontiguousarray(abc[:, len(shares):])
+        rms, worst = _errors(film, lines, v, table.radius, summed(held, towards, n), summed(held, points, low),
+                             nearness, len(shares))
         behind = _behind(lens, fo, nearness, centre)
-        error = np.sqrt(np.maximum(((off + nearness * beside) ** 2).sum(0), (off**2).sum(0))) * behind
-        numbers = [-film_distance / reach, (1.0 - drift) / reach, 1.0 / table.radius,
-                   centre - lens.length - film_distance, nearness]
-        return cls(degree, np.concatenate([numbers, *towards, *points]),
-                   float(np.sqrt((error**2).mean())) if seen.size else math.inf,
-                   float(error.max()) if seen.size else math.inf)
+        numbers = [-film_distance / reach, (1.0 - drift) / reach, 1.0 / table.radius, eye, nearness]
+        return cls(degree, np.concatenate([numbers, towards.ravel(), points.ravel()]), rms * behind, worst * behind)
 
     @property
     def step(self) -> Step:
@@ -159,51 +142,105 @@ def _low(n: int) -> int:
     return min(n, max(n - 1, 2))
 
 
-@cache
-def _powers(n: int) -> np.ndarray:
-    """(3, terms) powers of a, b and c, in the order that the kernel sums them."""
-    return np.array([(n - i, i - j, j - k) for i in range(n + 1) for j in range(i + 1) for k in range(j + 1)]).T
-
-
-def _basis(a, b, c, n: int) -> np.ndarray:
-    """(rays, terms) monomials."""
-    powers = np.ones((3, n + 1, len(a)))
-    for q in range(1, n + 1):
-        powers[:, q] = powers[:, q - 1] * (a, b, c)
-    i, j, k = _powers(n)
-    return (powers[0, i] * powers[1, j] * powers[2, k]).T
-
-
-def _aimed(table: PupilTable, radii, reach, turn) -> tuple[np.ndarray, np.ndarray]:
+@njit(cache=True, error_model="numpy", nogil=True)
+def _aimed(outline, centres, radius, end, scale, radii, reach, turn):
     """Rays from film points at the share `radii` of the table's radius to its regions' upper halves.
 
-    reach: from the region's centre (0) to its rim (1); turn: along the rim, 0 … 1. Returns the film points' x
-    (n,) and the points on the plane of the rear vertex (2, n), mm.
+    outline … scale: the table's. reach: from the region's centre (0) to its rim (1); turn: along the rim, 0 … 1.
+    Returns the film points' x (n,) and the points on the plane of the rear vertex (2, n), mm; and how far the middle of
+    the regions moves for each mm that the film point does, along a straight line.
     """
-    film = radii * table.radius
-    ring, inner = table.ring(film)
-    t = turn * (table.outline.shape[1] - 1)
-    corner = np.minimum(t.astype(int), table.outline.shape[1] - 2)
+    last, sectors = centres.size - 2, outline.shape[1] - 1
+    film, aim = radii * radius, np.empty((2, radii.size))
+    for q in range(radii.size):
+        ring, f = _between(film[q], end, scale, last)
+        t = turn[q] * sectors
+        k = min(int(t), sectors - 1)
+        g = t - k
+        for axis in range(2):
+            inner = outline[ring, k, axis] * (1.0 - g) + outline[ring, k + 1, axis] * g
+            outer = outline[ring + 1, k, axis] * (1.0 - g) + outline[ring + 1, k + 1, axis] * g
+            aim[axis, q] = reach[q] * (inner * (1.0 - f) + outer * f)
+        aim[0, q] += centres[ring] * (1.0 - f) + centres[ring + 1] * f
+    above, below = 0.0, 0.0
+    for q in range(DRIFTS):
+        at = radius * q / (DRIFTS - 1)
+        ring, f = _between(at, end, scale, last)
+        above += (centres[ring] * (1.0 - f) + centres[ring + 1] * f) * at
+        below += at * at
+    return film, aim, above / below
 
-    def along(which):
-        f = (t - corner)[:, None]
-        return table.outline[which, corner] * (1.0 - f) + table.outline[which, corner + 1] * f
 
-    x, y = (reach[:, None] * (along(ring) * (1.0 - inner)[:, None] + along(ring + 1) * inner[:, None])).T
-    return film, np.stack([x + table.centres[ring] * (1.0 - inner) + table.centres[ring + 1] * inner, y])
+@njit(inline="always")
+def _between(film_radius, end, scale, last):
+    """Between which rings of the table a film radius lies: the inner one, and the share of the next."""
+    place = (1.0 - math.sqrt(max(1.0 - film_radius / end, 0.0))) * scale
+    ring = min(int(place), last)
+    return ring, place - ring
 
 
-def _traced(lens: Lens, film_distance: float, film, aim, centre: float, wavelength: float):
-    """(6, n) the point nearest to (0, 0, centre) on each ray in front, from there, and its direction; margins (n,)."""
-    n = len(film)
+def _traced(lens: Lens, film_distance: float, film: np.ndarray, aim: np.ndarray, wavelength: float) -> np.ndarray:
+    """(7, n) the rays in front, X … N in the camera's frame, and their MARGIN."""
     x, y = aim[0] - film, aim[1]
     size = 1.0 / np.sqrt(x * x + y * y + film_distance**2)
     given = {X: film, L: x * size, M: y * size, N: -film_distance * size}
-    out = Program(round_through(lens, film_distance, wavelength), np.float64).run(given, [X, Y, Z, L, M, N, MARGIN], n)
-    point, direction = out[:3], out[3:6]
-    point[2] -= centre - lens.length - film_distance
-    point -= (point * direction).sum(0) * direction
-    return out[:6], np.where(np.isfinite(out[:6]).all(0), out[6], math.inf)
+    return Program(round_through(lens, film_distance, wavelength), np.float64).run(
+        given, [X, Y, Z, L, M, N, MARGIN], len(film))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _invariants(film, aim, lines, shares, radius, drift, eye, nearness):
+    """What is fitted: of all rays the invariants (3, n); of the first ones weights (fits,) and fields (6, fits).
+
+    And v (2, n), its reach in mm, and how many rays serve the fit. The places of lines (7, n) become the points of
+    the rays that are nearest to the eye, from there; what does not arrive has an infinite margin.
+    """
+    rays, fits = film.size, shares.size
+    v, abc, weights, fields = np.empty((2, rays)), np.empty((3, rays)), np.zeros(fits), np.zeros((6, fits))
+    reach, served = 1e-30, 0
+    for r in range(rays):
+        v[0, r], v[1, r] = aim[0, r] - drift * film[r], aim[1, r]
+        reach = max(reach, math.sqrt(v[0, r] ** 2 + v[1, r] ** 2))
+    for r in range(rays):
+        u, vx, vy = film[r] / radius, v[0, r] / reach, v[1, r] / reach
+        v[0, r], v[1, r] = vx, vy
+        abc[0, r], abc[1, r], abc[2, r] = u * u, vx * vx + vy * vy, u * vx
+        x, y, z, dx, dy, dz = lines[0, r], lines[1, r], lines[2, r] - eye, lines[3, r], lines[4, r], lines[5, r]
+        along = x * dx + y * dy + z * dz
+        x, y, z = x - along * dx, y - along * dy, z - along * dz
+        lines[0, r], lines[1, r], lines[2, r] = x, y, z
+        if not (math.isfinite(along) and lines[6, r] < math.inf):
+            lines[6, r] = math.inf
+        elif r < fits and lines[6, r] < SLACK:
+            weights[r] = shares[r]
+            served += 1
+            fields[3, r], fields[4, r], fields[5, r] = u * x, vx * x + vy * y, z
+            x, y, z = dx + nearness * x, dy + nearness * y, dz + nearness * z
+            fields[0, r], fields[1, r], fields[2, r] = u * x, vx * x + vy * y, z
+    return abc, weights, fields, v, reach, served
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _errors(film, lines, v, radius, there, here, nearness, first):
+    """How far off (rms, worst, in radians) the rays from the first on are: of objects in focus, and at infinity.
+
+    there, here: (3, …) the polynomials' sums at those rays, of directions to objects in focus and of places.
+    """
+    total, worst, seen = 0.0, 0.0, 0
+    for r in range(first, film.size):
+        if lines[6, r] <= 1.0:
+            q, u, vx, vy = r - first, film[r] / radius, v[0, r], v[1, r]
+            px, py, pz = here[0, q] * u + here[1, q] * vx, here[1, q] * vy, here[2, q]
+            dx, dy = there[0, q] * u + there[1, q] * vx - nearness * px, there[1, q] * vy - nearness * py
+            dz = there[2, q] - nearness * pz
+            size = math.sqrt(dx * dx + dy * dy + dz * dz)
+            dx, dy, dz = dx / size - lines[3, r], dy / size - lines[4, r], dz / size - lines[5, r]
+            far = dx * dx + dy * dy + dz * dz
+            dx, dy = dx + nearness * (px - lines[0, r]), dy + nearness * (py - lines[1, r])
+            dz += nearness * (pz - lines[2, r])
+            square = max(dx * dx + dy * dy + dz * dz, far)
+            total, worst, seen = total + square, max(worst, square), seen + 1
+    return (math.sqrt(total / seen), math.sqrt(worst)) if seen else (math.inf, math.inf)
 
 
 def _centre(lens: Lens, fo: FirstOrder) -> float:
@@ -212,23 +249,10 @@ def _centre(lens: Lens, fo: FirstOrder) -> float:
     return z if abs(z) < FARTHEST * lens.length else 0.0
 
 
-def _drift(table: PupilTable) -> float:
-    """How far the middle of the regions moves for each mm that the film point does, along a straight line."""
-    film = table.radius * np.linspace(0.0, 1.0, 17)
-    ring, inner = table.ring(film)
-    return float((table.centres[ring] * (1.0 - inner) + table.centres[ring + 1] * inner) @ film / (film @ film))
-
-
 def _behind(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float:
     """Film mm per radian of an object's place seen from the centre, paraxially; nearness: 1 / its distance."""
     efl = lens.front_index * fo.efl
     return efl / (1.0 + nearness * (fo.front_principal - centre - efl))
-
-
-def _assembled(basis, polynomials, u, v) -> np.ndarray:
-    """(3, rays) the vector field again."""
-    along_u, along_v, along_z = (basis @ q for q in polynomials)
-    return np.stack([along_u * u + along_v * v[0], along_v * v[1], along_z])
 
 
 # The stage

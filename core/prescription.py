@@ -8,7 +8,9 @@ surface is z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import isfinite
+from typing import Any
 
 import numpy as np
 
@@ -68,7 +70,7 @@ class Surface:
         """Curvature at the vertex in the section y–z (1/mm), with that of an r² term."""
         return self.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
 
-    @property
+    @cached_property
     def shape(self) -> np.ndarray:
         """The surface as the kernels of `surfaces` read it."""
         return shape(self.curvature, self.conic, self.aspheric, self.curvature_x, self.semi_diameter)
@@ -155,7 +157,7 @@ class Lens:
         """The stop's shape, for a stop of radius 1."""
         return Iris(self.blades, self.blade_rotation, self.roundness)
 
-    @property
+    @cached_property
     def is_rotationally_symmetric(self) -> bool:
         """Whether no surface is a cylinder or a toroid; blades do not count."""
         return all(surface.curvature_x is None for surface in self.surfaces)
@@ -176,7 +178,7 @@ class Lens:
         """The lenses of its sections: x–z and y–z, or of a rotationally symmetric one itself alone."""
         return (self,) if self.is_rotationally_symmetric else (self.section("x"), self.section("y"))
 
-    @property
+    @cached_property
     def vertices(self) -> tuple[float, ...]:
         """The z of every vertex (mm, lens frame): 0, then the running sum of the gaps."""
         z, places = 0.0, []
@@ -192,7 +194,16 @@ class Lens:
 
     def indices(self, wavelength: float = D_LINE) -> tuple[float, ...]:
         """Index before the first surface, then after each: one more than surfaces. Wavelength in µm."""
-        return (self.front_index, *(surface.glass.index(wavelength) for surface in self.surfaces))
+        known = self.known.get(("indices", wavelength))
+        if known is None:
+            known = self.front_index, *(surface.glass.index(wavelength) for surface in self.surfaces)
+            self.known["indices", wavelength] = known
+        return known
+
+    @cached_property
+    def known(self) -> dict[tuple[str, float], Any]:
+        """What has been worked out of this lens, which never changes, by name and wavelength."""
+        return {}
 
     def scaled(self, factor: float) -> "Lens":
         """The same lens made `factor` times as large."""

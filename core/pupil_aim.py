@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lensbench.blocktracer import tracer
-from lensbench.driver import Program, stage_address
+from lensbench.driver import Program
 from lensbench.glass import D_LINE
-from lensbench.lanes import KEYS, L, M, N, X, Y, bench
+from lensbench.lanes import L, M, N, X, Y
+from lensbench.margins import Machine, machine, margins
 from lensbench.paraxial import first_order
 from lensbench.prescription import Lens
-from lensbench.pupil_rim import margins, span
+from lensbench.pupil_rim import span
 
 ROUNDS = 30             # of Newton's method, with the steps that it takes back
 STEP = 1e-5             # × the rear semi-diameter, for the slopes of the map
@@ -35,21 +36,19 @@ class Aim:
     lens: Lens
     film_distance: float
     wavelength: float = D_LINE
-    machine: tuple = field(init=False)          # what `margins` and `rims` trace with
+    machine: Machine = field(init=False)        # what `margins` and `rims` trace with
     _to_stop: Program = field(init=False)
 
     def __post_init__(self):
-        whole = tracer(self.lens, self.film_distance, self.wavelength)
         behind = slice(0, len(self.lens.surfaces) - self.lens.stop_index)
         to_stop = Program([tracer(self.lens, self.film_distance, self.wavelength, part=behind)], np.float64)
-        object.__setattr__(self, "machine", (bench(np.float64), stage_address(whole.kernel, np.float64),
-                                             whole.parameters, np.zeros(KEYS, np.uint32)))
+        object.__setattr__(self, "machine", machine(self.lens, self.film_distance, self.wavelength))
         object.__setattr__(self, "_to_stop", to_stop)
 
     def levels(self, film: np.ndarray, rear: np.ndarray) -> np.ndarray:
         """Root margins (n,), inf where a ray does not come through."""
         out = np.empty(len(film))
-        margins(*_columns(film), *_columns(rear), self.film_distance, out, len(film), *self.machine)
+        margins(*_columns(film), *_columns(rear), self.film_distance, out, self.machine, 0.0)
         return out
 
     def lit(self, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

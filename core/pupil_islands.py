@@ -6,24 +6,29 @@ the pieces: every ray is traced, so what is blocked between them costs samples
 and no light. Lens frame, mm.
 """
 
+import math
+
 import numpy as np
+from numba import njit
 
 from lensbench.glass import D_LINE
+from lensbench.margins import Machine, margins
 from lensbench.prescription import Lens
-from lensbench.pupil_rim import passes, solve
+from lensbench.pupil_rim import ROUGH, solve
 
 LOOKS = 96              # points of the meridian in the search for pieces
+EVENLY = np.arange(LOOKS) + 0.5
 NEIGHBOURS = 4          # film radii to either side whose regions say where pieces can be
 
 
 def enclosed(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray,
-             tolerance: float, wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
+             tolerance: float, by: Machine, wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
     """The centres (n,) and rims (n, m, 2) of `solve` for rising radii, with an outline about regions in pieces.
 
     The radii beside such a one get the outline about its pieces and their own region, so that no light is
     lost between them.
     """
-    pieces = _pieces(lens, film_distance, radii, centres, rims, tolerance, wavelength)
+    pieces = _pieces(lens, film_distance, radii, centres, rims, tolerance, by, wavelength)
     if not pieces:
         return centres, rims
     centres, rims = centres.copy(), rims.copy()
@@ -41,33 +46,44 @@ def enclosed(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.nd
 
 
 def _pieces(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray,
-            tolerance: float, wavelength: float) -> dict[int, np.ndarray]:
+            tolerance: float, by: Machine, wavelength: float) -> dict[int, np.ndarray]:
     """Points (p, 2) on the outermost pieces of each radius whose meridian begins to pass light more than once.
 
     Or once, where no region had been found.
     """
-    # Look where light is, for this radius or for its neighbours
-    lit = rims[:, 0, 0] > rims[:, -1, 0]
-    left, right = np.where(lit, centres + rims[:, -1, 0], np.inf), np.where(lit, centres + rims[:, 0, 0], -np.inf)
-    beside = np.arange(len(radii))[:, None] + np.arange(-NEIGHBOURS, NEIGHBOURS + 1)
-    beside = np.clip(beside, 0, len(radii) - 1)
-    low, high = left[beside].min(1), right[beside].max(1)
-    low, high = np.where(low < high, low, 0.0), np.where(low < high, high, 0.0)
-    step = (high - low) / LOOKS
-    along = low[:, None] + step[:, None] * (np.arange(LOOKS) + 0.5)
-    light = passes(lens, film_distance, radii, along, wavelength)
-    begins = np.diff(light, axis=1, prepend=False) & light
+    n, lit = len(radii), rims[:, 0, 0] > rims[:, -1, 0]
+    low, step = _where_light_is(centres + rims[:, -1, 0], centres + rims[:, 0, 0], lit)
+    along, film, margin = (low[:, None] + step[:, None] * EVENLY).ravel(), np.repeat(radii, LOOKS), np.empty(n * LOOKS)
+    margins(film, 0.0 * film, along, 0.0 * film, film_distance, margin, by, ROUGH)
+    light = (margin <= 1.0).reshape(n, LOOKS)
+    split = (light[:, 1:] & ~light[:, :-1]).sum(1) + light[:, 0] > lit
     # Solve the outermost pieces, each from a look at itself alone
     pieces = {}
-    for k in np.nonzero(begins.sum(1) > lit)[0]:
+    for k in np.flatnonzero(split):
+        along = low[k] + step[k] * EVENLY
+        begins = np.diff(light[k], prepend=False) & light[k]
         points = []
-        for begin in {np.argmax(begins[k]), LOOKS - 1 - np.argmax(begins[k, ::-1])}:
+        for begin in {np.argmax(begins), LOOKS - 1 - np.argmax(begins[::-1])}:
             end = begin + np.append(light[k, begin:], False).argmin()
-            span = along[k, begin] - step[k], along[k, end - 1] + step[k]
-            centre, rim = solve(lens, film_distance, radii[k:k + 1], rims.shape[1], tolerance, wavelength, span)
+            span = along[begin] - step[k], along[end - 1] + step[k]
+            centre, rim = solve(lens, film_distance, radii[k:k + 1], rims.shape[1], tolerance, wavelength, span, by)
             points.append(rim[0] + [centre[0], 0.0])
         pieces[int(k)] = np.concatenate(points)
     return pieces
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _where_light_is(left, right, lit):
+    """Where each meridian (n,) is looked at, for this radius's region or its neighbours': its low end, and the step."""
+    low, step = np.zeros(lit.size), np.zeros(lit.size)
+    for k in range(lit.size):
+        least, most = math.inf, -math.inf
+        for j in range(max(k - NEIGHBOURS, 0), min(k + NEIGHBOURS + 1, lit.size)):
+            if lit[j]:
+                least, most = min(least, left[j]), max(most, right[j])
+        if least < most:
+            low[k], step[k] = least, (most - least) / LOOKS
+    return low, step
 
 
 def _upper_hull(points: np.ndarray) -> np.ndarray:

@@ -35,15 +35,16 @@ from lensbench.lanes import (
     rows,
     stage,
 )
+from lensbench.margins import Machine, machine, margins
 from lensbench.paraxial import first_order
 from lensbench.prescription import Lens
 from lensbench.pupil_islands import enclosed
-from lensbench.pupil_rim import REACH, passes, solve, span
+from lensbench.pupil_rim import REACH, ROUGH, aimed, looked, rear_rim, shadows, solve
 
 RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
 POINTS = 41                     # solved on the upper half of each rim
 GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
-LOOKS, ROUNDS, FEW = 24, 3, 5   # film radii in one look for where the light ends, looks, points of their rims
+LOOKS, ROUNDS = 24, 3           # film radii in one look for where the light ends, and looks
 NEARLY = 0.95                   # of the radius where the light ends
 SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
 
@@ -75,26 +76,24 @@ class PupilTable:
         # Of the stop, or of the region itself where the film stands close behind the lens
         cone = 0.5 / first_order(lens, wavelength).f_number or math.inf
         tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter, film_distance * cone)
-
-        def solved(radii):
-            return solve(lens, film_distance, radii, POINTS, tolerance, wavelength)
-
+        by = machine(lens, film_distance, wavelength)
         film_radius = max(film_radius, 1e-30)           # a film that is a point has a ring of its own all the same
-        dark = _dark_beyond(lens, film_distance, film_radius, wavelength)
+        rim, middle = rear_rim(lens, film_distance), aimed(lens, film_distance, wavelength)
+        dark = _dark_beyond(film_radius, film_distance, rim, middle, by)
         end = 4.0 * film_radius
         if 0.0 < dark < math.inf:                       # spread the rings to where the light ends
             film_radius = end = dark
         radii = _ring_radii(film_radius, end)
-        centres, rims = solved(radii)
+        centres, rims = solve(lens, film_distance, radii, POINTS, tolerance, wavelength, shadows(radii, *rim), by)
         if end == dark:
             centres[-1] = centres[-2]
-        centres, rims = enclosed(lens, film_distance, radii, centres, rims, tolerance, wavelength)
+        centres, rims = enclosed(lens, film_distance, radii, centres, rims, tolerance, by, wavelength)
         return cls(film_distance, film_radius, end, dark,
                    _equal_areas(_widened(centres, rims)) if widened else _filled(rims), centres)
 
     def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Between which rings film radii (n,) lie: the inner one, (n,) below RINGS − 1, and the share of the next."""
-        place = (1.0 - np.sqrt(np.maximum(1.0 - film_radius / self.end, 0.0))) * self._scale
+        place = (1.0 - np.sqrt(np.maximum(1.0 - film_radius / self.end, 0.0))) * self.scale
         inner = np.minimum(place.astype(int), RINGS - 2)
         return inner, place - inner
 
@@ -110,7 +109,7 @@ class PupilTable:
         return float(np.max(off[counts] / half[counts], initial=0.0))
 
     @property
-    def _scale(self) -> float:
+    def scale(self) -> float:
         """Rings per unit of 1 − √(1 − r / end)."""
         return (RINGS - 1) / (1.0 - math.sqrt(1.0 - self.radius / self.end))
 
@@ -146,35 +145,36 @@ class PupilTable:
     def step(self, normaliser: float) -> Step:
         """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
         size, cells = self._grid
-        head = [self.film_distance, self._scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser]
+        head = [self.film_distance, self.scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser]
         return Step(aim, np.concatenate([
             [*head, 2.0 * size / (GRID - 1), -size],
             (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.centres]))
 
 
-def _dark_beyond(lens: Lens, film_distance: float, film_radius: float, wavelength: float) -> float:
-    """The film radius beyond which no light falls; inf where it reaches film_radius, 0 where there is none at all."""
-    rough = 0.05 * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter)
+def _dark_beyond(film_radius: float, film_distance: float, rim: tuple[np.ndarray, np.ndarray, float], middle: float,
+                 by: Machine) -> float:
+    """The film radius beyond which no light falls; inf where it reaches film_radius, 0 where there is none at all.
 
-    def lit(radii: np.ndarray) -> int:
-        """The last of the radii that is lit; −1: none."""
-        rims = solve(lens, film_distance, radii, FEW, rough, wavelength)[1]
-        return int(np.max(np.nonzero(rims[:, 0, 0] > rims[:, -1, 0])[0], initial=-1))
-
-    corner = np.array([film_radius])
-    low, high = span(lens, film_distance, corner)
+    rim: the last surface's; middle: where the paraxial exit pupil is seen, as a multiple of the film radius.
+    """
+    corner, zero, level = np.full(B, film_radius), np.zeros(B), np.empty(B)
+    low, high = shadows(corner[:1], *rim)
     heights = low + (high - low) * (np.arange(B) + 0.5) / B         # one block of rays mostly says that there is light
-    if passes(lens, film_distance, corner, heights[None], wavelength).any():
+    margins(corner, zero, heights, zero, film_distance, level, by, ROUGH)
+    if (level <= 1.0).any():
         return math.inf
-    between = np.linspace(0.0, film_radius, LOOKS)
+    inner, outer = 0.0, film_radius
     for _ in range(ROUNDS):
-        last = lit(between)
+        between = np.linspace(inner, outer, LOOKS)
+        low, high = shadows(between, *rim)
+        _, level = looked(between, film_distance, low, high, middle * between, by)
+        last = int(np.max(np.flatnonzero(level < 1.0), initial=-1))
         if last < 0:
             return 0.0
         if between[last] == film_radius:
             return math.inf
-        between = np.linspace(between[last], between[min(last + 1, LOOKS - 1)], LOOKS)
-    return float(between[-1])
+        inner, outer = between[last], between[min(last + 1, LOOKS - 1)]
+    return float(outer)
 
 
 def _ring_radii(radius: float, end: float) -> np.ndarray:
@@ -198,14 +198,22 @@ def _widened(centres: np.ndarray, rims: np.ndarray) -> np.ndarray:
     return widened
 
 
-def _filled(rims: np.ndarray) -> np.ndarray:
+@njit(cache=True, error_model="numpy", nogil=True)
+def _filled(rims):
     """Corners at equal areas, that together have the area of the regions and not of their chords."""
     corners = _equal_areas(rims)
-    angle, r2 = np.arctan2(rims[..., 1], rims[..., 0]), (rims**2).sum(2)
-    area = (0.5 * (r2[:, 1:] + r2[:, :-1]) * np.diff(angle)).sum(1)
-    x, y = corners[..., 0], corners[..., 1]
-    chords = (x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]).sum(1)
-    return corners * np.sqrt(area / np.where(chords > 0.0, chords, 1.0))[:, None, None]
+    for ring in range(rims.shape[0]):
+        rim, corner, area, chords = rims[ring], corners[ring], 0.0, 0.0
+        angle, r2 = math.atan2(rim[0, 1], rim[0, 0]), rim[0, 0] ** 2 + rim[0, 1] ** 2
+        for i in range(1, rim.shape[0]):
+            before, r2_before = angle, r2
+            angle, r2 = math.atan2(rim[i, 1], rim[i, 0]), rim[i, 0] ** 2 + rim[i, 1] ** 2
+            area += 0.5 * (r2 + r2_before) * (angle - before)
+        for k in range(SECTORS):
+            chords += corner[k, 0] * corner[k + 1, 1] - corner[k + 1, 0] * corner[k, 1]
+        if chords > 0.0:
+            corner *= math.sqrt(area / chords)
+    return corners
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

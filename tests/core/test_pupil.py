@@ -8,7 +8,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.pupil_rim import solve
+from lensbench.margins import machine, margins
+from lensbench.pupil_rim import ROUGH, solve
 from lensbench.pupil_table import RINGS, PupilTable
 from tests.core.oracles import DATA, REFERENCE
 from tests.core.oracles import lens as reference_lens
@@ -125,6 +126,44 @@ def test_where_the_reference_tracer_finds_light_through_a_small_stop_the_region_
         lit = (lb.trace(lens, [r, 0.0, lens.length + distance], way).fate == lb.Fate.PASSED).any()
         assert found > 0.0 or not lit
     assert area[0] > 0.0
+
+
+@pytest.mark.parametrize("name", [*SHAPES, "lib-us7558005a"])
+@pytest.mark.parametrize("stop", [1.0, 0.1, 0.01])
+def test_margins_in_single_precision_are_as_near_as_is_said(name, stop):
+    """Of rays about the rims of regions all over the film; of all lenses, the last one has the largest errors."""
+    lens = lenses.load(name)
+    lens = lens.with_stop_radius(lens.stop.semi_diameter * stop)
+    distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 33)
+    pupil, by = lb.exit_pupil(lens, distance, radii, points=33), machine(lens, distance)
+    share = np.array([0.9, 0.97, 1.0, 1.03])
+    lit = pupil.area > 0.0
+    points = (pupil.centres[lit, None, None, None] * [1.0, 0.0]
+              + share[:, None] * pupil.rims[lit, :, None]).reshape(-1, 2)
+    film, zero = np.repeat(radii[lit], 33 * len(share)), np.zeros(len(points))
+    double, single = np.empty((2, len(points)))
+    for out, error in ((double, math.inf), (single, 0.0)):
+        margins(film, zero, *np.ascontiguousarray(points.T), distance, out, by._replace(error=error), 0.0)
+    near = double < 1.2                 # not those that hardly come through
+    assert near.sum() > 500 and np.abs(single - double)[near].max() < by.error
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_first_look_in_single_precision_leads_to_the_same_rims(name):
+    """Each rim to a thousandth of the axis's, as a camera solves it: the first look only says where to look closely."""
+    lens = lenses.load(name)
+    distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 33)
+    by = machine(lens, distance)
+    assert by.error < ROUGH
+    (centre, rim), (single_centre, single_rim) = (
+        solve(lens, distance, radii, 257, 1e-8, by=by._replace(error=error)) for error in (math.inf, by.error))
+    # Where the light ends, a thousandth of a millimetre decides; else chords alone differ, as the points lie elsewhere
+    lit = rim[:, 0, 0] > 0.01 * rim[0, 0, 0]
+    for ends in (0, -1):
+        there, here = centre + rim[:, ends, 0], single_centre + single_rim[:, ends, 0]
+        np.testing.assert_allclose(here[lit], there[lit], atol=1e-7)
+    area, single = ((r[:, :-1, 0] * r[:, 1:, 1] - r[:, 1:, 0] * r[:, :-1, 1]).sum(1) for r in (rim, single_rim))
+    np.testing.assert_allclose(single[lit], area[lit], atol=1e-4 * area[0])
 
 
 def test_a_film_point_that_no_light_reaches_has_an_empty_region():
