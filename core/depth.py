@@ -133,7 +133,7 @@ class _Seen:
 
     def radiance(self, shear: float) -> np.ndarray:
         """(h, w, 3) what all views see on the average, read for this σ."""
-        return (self._field.stacked(shear) / self._whole).transpose(1, 2, 0)
+        return self._field.stacked(shear) / self._whole[..., None]
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})

@@ -91,8 +91,7 @@ class LightField:
         """
         used, weights, shifts, step, scale = self._sheared(distance, f_number, view)
         begins = shifts + (1.0 - scale) * (self._middle - 0.5)
-        picture = added(self._bits, used, begins, scale, weights, step, self.fill) / self._white(used, weights)
-        return np.ascontiguousarray(picture.transpose(1, 2, 0))
+        return added(self.light, used, begins, scale, weights, step, self.fill, 1.0 / self._white(used, weights))
 
     def slice(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
         """The same picture by way of the light field's spectrum, of which it is a plane slice: slow, and a check.
@@ -117,8 +116,10 @@ class LightField:
         """Which views (n, 2) an aperture takes, their weights, their shifts and that across a cell (pixels), and k."""
         shares = self.shares(f_number, view)
         scale, shear = self.shear(max(distance, self.nearest))
-        used = np.argwhere(shares > 0.0)
-        return used, shares[shares > 0.0], self.shifts(shear)[used[:, 0], used[:, 1]], self._step(shear), scale
+        taken = (shares > 0.0) & self._lit
+        taken = taken if taken.any() else shares > 0.0
+        used = np.argwhere(taken)
+        return used, shares[taken], self.shifts(shear)[used[:, 0], used[:, 1]], self._step(shear), scale
 
     def shifts(self, shear: float) -> np.ndarray:
         """(down, across, 2) by how many pixels each view is read aside for this σ, to the right and down."""
@@ -129,9 +130,9 @@ class LightField:
         return 2.0 * self.reach * shear * self._pixels / self.views
 
     def stacked(self, shear: float) -> np.ndarray:
-        """(3, h, w) float32 the sum of all views read aside for this σ, in the picture's recorded scale."""
-        used = np.argwhere(np.ones(self.light.shape[:2], bool))
-        return added(self._bits, used, self.shifts(shear).reshape(-1, 2), 1.0, np.ones(len(used)), self._step(shear),
+        """(h, w, 3) float32 the sum of all views read aside for this σ, in the picture's recorded scale."""
+        used = np.argwhere(self._lit)
+        return added(self.light, used, self.shifts(shear)[self._lit], 1.0, np.ones(len(used)), self._step(shear),
                      self.fill)
 
     @cached_property
@@ -223,9 +224,9 @@ class LightField:
         return 1.0 / inner
 
     @cached_property
-    def _bits(self) -> np.ndarray:
-        """(views down, across, 3, h, w): the light as its bits where it is of half floats."""
-        return self.light.view(np.uint16) if self.light.dtype == np.float16 else self.light
+    def _lit(self) -> np.ndarray:
+        """(down, across) which cells pass any light."""
+        return self.coverage.any((2, 3))
 
     @cached_property
     def _on_axis(self) -> np.ndarray:

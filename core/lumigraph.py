@@ -23,10 +23,10 @@ from numba import njit
 from lensbench.cameras.camera import Camera
 from lensbench.cameras.perspective import PerspectiveCamera
 from lensbench.capture import TOP, checked_views
+from lensbench.halves import half_float
 from lensbench.lightfield import LightFieldError, spread_offsets
 from lensbench.render import depth_map, render
 from lensbench.scene import Scene
-from lensbench.shear import half_float
 from lensbench.spaces import transformed, window_of
 
 PARTS = 2.0             # steps along a ray for each pixel by which its picture moves

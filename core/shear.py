@@ -3,7 +3,8 @@
 The pictures' grids lie aside from each other by many parts of a pixel, so that the pixels of the sum are filled with
 samples as those of a picture are, by taking of each view what lies nearest. Half-way to straight lines between its
 pixels is best: it moves no sample far, and does not blur as those do. What this takes from the fine detail, and
-the shift within a cell of the pupil does, is known, and one short filter gives it back.
+the shift within a cell of the pupil does, is known, and one short filter gives it back. (To enlarge the sum in place of
+the views costs two decibels: it is sampled already, and its edges are finer than its pixels.)
 """
 
 import math
@@ -11,40 +12,44 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numba import njit, types
-from numba.extending import intrinsic
+from numba import njit
+
+from lensbench.halves import bits_of, fetched, stored, unit
 
 TAPS = 6                # pixels to either side that the sharpening of a sum sees
 GAIN = 2.0              # by which it raises the finest detail, at most
 STEEP = 2.0             # how much faster than a straight line the reading between two pixels changes, about its middle
 MANY = 16               # views from which on it does: fewer leave gaps in a pixel
 LOBES = 5               # of the kernel that changes a picture's scale
+BAND = 32               # lines that a thread takes at a time
+CACHE_LINE = 64         # bytes
 
 
-def added(light: np.ndarray, used: np.ndarray, begins: np.ndarray, scale: float, weights: np.ndarray,
-          step, fill: float = 1.0) -> np.ndarray:
-    """(3, h, w) float32 Σ weight · view(begin + scale · pixel), begins (n, 2); beyond a view's edge its last pixel.
+def added(light: np.ndarray, used: np.ndarray, begins: np.ndarray, scale: float, weights: np.ndarray, step,
+          fill: float = 1.0, gain: float = 1.0) -> np.ndarray:
+    """(h, w, 3) float32: gain · Σ weight · view(begin + scale · pixel), begins (n, 2); beyond its edge its last pixel.
 
-    light: (views down, views across, 3, h, w), float32, or half floats as their uint16 bits, never negative; used:
-    which views, (n, 2). A view's own rays are spread over `step` (across, down) pixels, and fill this part of a pixel's
+    light: (views down, views across, 3, h, w), float32, or half floats that are never negative; used: which views,
+    (n, 2). A view's own rays are spread over `step` (across, down) pixels, and fill this part of a pixel's
     side. The sum is that of pixels that are filled.
     """
     h, w = light.shape[3:]
-    out = np.zeros((3, h, w), np.float32)
-    weights = weights.astype(np.float32)
-    threads = os.cpu_count() or 1
-    lines = np.linspace(0, h, threads + 1).astype(int)
-    add = _add_halves if light.dtype == np.uint16 else _add_floats
+    bits, weights = bits_of(light), weights.astype(np.float32)
     steep = np.float32(STEEP if len(used) >= MANY else 1.0)
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(lambda k: add(light, used, begins, scale, steep, weights, out, lines[k], lines[k + 1]),
-                      range(threads)))
-    for axis in (0, 1):
-        parts = begins[:, axis] % 1.0 if scale == 1.0 else (np.arange(len(used)) + 0.5) / len(used)
-        taps = _sharpening(parts, weights, float(steep), abs(step[axis]), fill)
-        if len(taps) > 1:
-            out = _filtered(out if axis == 0 else np.ascontiguousarray(out.transpose(0, 2, 1)), taps)
-            out = out if axis == 0 else np.ascontiguousarray(out.transpose(0, 2, 1))
+    across, down = (_sharpening(begins[:, axis] % 1.0 if scale == 1.0 else (np.arange(len(used)) + 0.5) / len(used),
+                                weights, float(steep), abs(step[axis]), fill) for axis in (0, 1))
+    sums, out = np.zeros((3, h, w), np.float32), np.empty((h, w, 3), np.float32)
+    heavy, gain = weights * unit(bits), np.float32(gain)
+
+    def add(first: int) -> None:
+        _add(bits, used, begins, scale, steep, heavy, sums, first, min(first + BAND, h))
+
+    def sharpen(first: int) -> None:
+        _sharpen(sums, across, down, gain, out, first, min(first + BAND, h))
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        list(pool.map(add, range(0, h, BAND)))
+        list(pool.map(sharpen, range(0, h, BAND)))
     return out
 
 
@@ -75,61 +80,6 @@ def _sharpening(part: np.ndarray, weights: np.ndarray, steep: float, step: float
     return (taps / taps.sum()).astype(np.float32)
 
 
-@intrinsic
-def _number(typing, bits):
-    """The float32 that 32 bits spell."""
-    def build(context, builder, signature, arguments):
-        return builder.bitcast(arguments[0], context.get_value_type(types.float32))
-
-    return types.float32(types.uint32), build
-
-
-@njit(inline="always")
-def half_float(bits):
-    """The float32 that the 16 bits of a half float spell which is not negative, and finite."""
-    return _number(np.uint32(bits) << np.uint32(13)) * np.float32(2.0**112)         # the exponents' different zero
-
-
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
-def _add_halves(light, used, begins, scale, steep, weights, out, first, last):
-    """Lines first … last − 1 of `added` from half floats, which are given as their bits and never negative."""
-    h, w = light.shape[3], light.shape[4]
-    line = np.zeros(w, np.float32)
-    unit = np.float32(2.0**112)                             # the exponents' different zero
-    for channel in range(3):
-        for y in range(first, last):
-            for q in range(len(used)):
-                view = light[used[q, 0], used[q, 1], channel]
-                at = begins[q, 1] + scale * y
-                top = math.floor(at)
-                above, below = view[min(max(top, 0), h - 1)], view[min(max(top + 1, 0), h - 1)]
-                b = _between(np.float32(at - top), steep) * weights[q] * unit
-                a = weights[q] * unit - b
-                for i in range(w):
-                    line[i] = (a * _number(np.uint32(above[i]) << np.uint32(13))
-                               + b * _number(np.uint32(below[i]) << np.uint32(13)))
-                _spread(line, begins[q, 0], scale, steep, out[channel, y])
-
-
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
-def _add_floats(light, used, begins, scale, steep, weights, out, first, last):
-    """Lines first … last − 1 of `added`."""
-    h, w = light.shape[3], light.shape[4]
-    line = np.zeros(w, np.float32)
-    for channel in range(3):
-        for y in range(first, last):
-            for q in range(len(used)):
-                view = light[used[q, 0], used[q, 1], channel]
-                at = begins[q, 1] + scale * y
-                top = math.floor(at)
-                above, below = view[min(max(top, 0), h - 1)], view[min(max(top + 1, 0), h - 1)]
-                b = _between(np.float32(at - top), steep) * weights[q]
-                a = weights[q] - b
-                for i in range(w):
-                    line[i] = a * above[i] + b * below[i]
-                _spread(line, begins[q, 0], scale, steep, out[channel, y])
-
-
 @njit(inline="always")
 def _between(part, steep):
     """How much of the second of two pixels is read at a part of the way to it, float32."""
@@ -138,48 +88,86 @@ def _between(part, steep):
     return f if f < np.float32(1) else np.float32(1)
 
 
-@njit(inline="always")
-def _spread(line, begin, scale, steep, sums):
-    """sums[i] += the line at begin + scale · i, read between its numbers; its ends go on for ever.
+@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
+def _add(light, used, begins, scale, steep, weights, sums, first, last):
+    """Lines first … last − 1 of the sums (3, h, w): each of a view between two of its lines, and there of its pixels.
 
-    Piece by piece, for as long as the whole number of pixels that it is read aside stays the same.
+    As much of the next view is fetched meanwhile: they lie too far apart for the processor to foresee it.
     """
-    w = sums.size
-    low = min(max(int(math.ceil(-begin / scale)), 0), w)
-    high = min(max(int(math.ceil((w - 1 - begin) / scale)), low), w)
-    for i in range(low):
-        sums[i] += line[0]
-    for i in range(high, w):
-        sums[i] += line[w - 1]
-    drift = scale - 1.0
-    i = low
-    while i < high:
-        aside = int(math.floor(begin + scale * i)) - i
-        end = high
-        if drift != 0.0:
-            end = min(max(int(math.ceil((aside + (1.0 if drift > 0.0 else 0.0) - begin) / drift)), i + 1), high)
-        part, grows = np.float32(begin + drift * i - aside), np.float32(drift)
-        here, there, into = line[i + aside:end + aside], line[i + aside + 1:end + aside + 1], sums[i:end]
-        for k in range(into.size):
-            into[k] += here[k] + _between(part + grows * np.float32(k), steep) * (there[k] - here[k])
-        i = end
+    h, w = light.shape[3], light.shape[4]
+    line, parts, runs = np.zeros(w + 1, np.float32), np.zeros(w, np.float32), np.zeros((w + 1, 2), np.int64)
+    one, ahead = np.float32(1), CACHE_LINE // light.itemsize
+    for q in range(len(used)):
+        following = min(q + 1, len(used) - 1)
+        number = _aside(begins[q, 0], scale, steep, parts, runs)
+        for channel in range(3):
+            view = light[used[q, 0], used[q, 1], channel]
+            later = light[used[following, 0], used[following, 1], channel]
+            for y in range(first, last):
+                soon = later[min(max(int(begins[following, 1] + scale * y), 0), h - 1)]
+                for i in range(0, w, ahead):
+                    fetched(soon, i)
+                at = begins[q, 1] + scale * y
+                top = int(math.floor(at))
+                below = _between(np.float32(at - top), steep)
+                above, under = view[min(max(top, 0), h - 1)], view[min(max(top + 1, 0), h - 1)]
+                b = weights[q] * below
+                a = weights[q] - b
+                if below == np.float32(0) or below == one:
+                    nearest = under if below == one else above
+                    for i in range(w):
+                        line[i] = weights[q] * stored(nearest[i])
+                else:
+                    for i in range(w):
+                        line[i] = a * stored(above[i]) + b * stored(under[i])
+                line[w] = line[w - 1]
+                for k in range(number):
+                    begin, end, aside = runs[k, 0], runs[k + 1, 0], runs[k, 1]
+                    here, there = line[begin + aside:end + aside], line[begin + aside + 1:end + aside + 1]
+                    part, into = parts[begin:end], sums[channel, y, begin:end]
+                    for i in range(into.size):
+                        into[i] += here[i] + part[i] * (there[i] - here[i])
+
+
+@njit(inline="always")
+def _aside(begin, scale, steep, parts, runs):
+    """How much of the second of two pixels a line is read at begin + scale · i, and runs of i that lie as far aside.
+
+    Each is its beginning and by how many pixels; after the last the line's end. Returns their number.
+    """
+    w, number = parts.size, 0
+    for i in range(w):
+        at = min(max(begin + scale * i, 0.0), float(w - 1))
+        whole = int(at)
+        parts[i] = _between(np.float32(at - whole), steep)
+        if number == 0 or runs[number - 1, 1] != whole - i:
+            runs[number, 0], runs[number, 1] = i, whole - i
+            number += 1
+    runs[number, 0] = w
+    return number
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
-def _filtered(picture, taps):
-    """(3, h, w) filtered along its lines, whose last pixels go on."""
-    reach, w = len(taps) // 2, picture.shape[2]
-    line, out = np.zeros(w + 2 * reach, np.float32), np.zeros_like(picture)
-    for channel in range(picture.shape[0]):
-        for y in range(picture.shape[1]):
-            source, sums = picture[channel, y], out[channel, y]
-            line[:reach], line[reach + w:] = source[0], source[w - 1]
-            line[reach:reach + w] = source
-            for k in range(len(taps)):
-                tap = taps[k]
+def _sharpen(sums, across, down, gain, out, first, last):
+    """Lines first … last − 1 of the picture (h, w, 3): gain times sums (3, h, w), filtered; their last pixels go on."""
+    _, h, w = sums.shape
+    reach = len(across) // 2
+    line, made = np.zeros(w + 2 * reach, np.float32), np.zeros((3, w), np.float32)
+    for y in range(first, last):
+        for channel in range(3):
+            line[:], made[channel] = np.float32(0), np.float32(0)
+            inner, into = line[reach:reach + w], made[channel]
+            for k in range(len(down)):
+                source, tap = sums[channel, min(max(y + k - len(down) // 2, 0), h - 1)], down[k] * gain
                 for i in range(w):
-                    sums[i] += tap * line[i + k]
-    return out
+                    inner[i] += tap * source[i]
+            line[:reach], line[reach + w:] = line[reach], line[reach + w - 1]
+            for k in range(len(across)):
+                tap, here = across[k], line[k:k + w]
+                for i in range(w):
+                    into[i] += tap * here[i]
+        for i in range(w):
+            out[y, i, 0], out[y, i, 1], out[y, i, 2] = made[0, i], made[1, i], made[2, i]
 
 
 def magnified(picture: np.ndarray, scale: float, middle) -> np.ndarray:

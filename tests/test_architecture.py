@@ -15,7 +15,7 @@ GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
 
 # The layers of the core, the lowest first: a file knows its own layer and those below
 LAYERS = (
-    {"lanes", "driver", "strips", "disk", "turn", "interpolation", "roots", "normal_equations"},
+    {"lanes", "driver", "strips", "disk", "turn", "interpolation", "roots", "normal_equations", "halves"},
     {"transform", "motion", "shutter", "spaces", "formats", "sampling", "film", "glass", "surfaces", "spectrum",
      "positions", "iris", "sensor", "exposure"},
     {"prescription", "scene", "scenery"},
