@@ -92,9 +92,8 @@ class LightFieldDesk:
         behind = self._behind
         if picked is not None:
             self._pick((picked[0] // behind, picked[1] // behind))
-        if self.look.show != "camera":
-            worker.want(self.look)
-        bench.easel.sight = self.sight
+        self.ask()
+        self._show()
         x, y = self.look.pixel
         bench.view.cross = (x * behind + behind // 2, y * behind + behind // 2) \
             if self.look.show in ("view", "rays", "depth") else None
@@ -105,6 +104,20 @@ class LightFieldDesk:
             bench.easel.keep(compared.image, compared.settings)
             bench.view.pinned = compared.settings
             bench.edited = replace(bench.edited, compare="difference")
+
+    def ask(self) -> None:
+        """Have what is looked at shown, from now on."""
+        if self.look.show != "camera":
+            self.worker.want(self.look)
+
+    def await_sight(self) -> None:
+        """Hold the frame for the picture that a hand has just asked for, where it is about to come."""
+        if self.look.show != "camera":
+            self.worker.await_sight()
+            self._show()
+
+    def _show(self) -> None:
+        self._bench.easel.sight = self.sight
 
     def _record(self, present: Settings) -> None:
         form, settings = self.form, self.form.settings(present)

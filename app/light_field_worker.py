@@ -4,6 +4,7 @@ Two threads at most: one for what takes its time, with its progress and Cancel, 
 the newest look counts alone. The window asks, and finds the answers in `recording`, `sight` and `said`.
 """
 
+import math
 import threading
 import zipfile
 from collections.abc import Callable
@@ -22,6 +23,7 @@ from lensbench.app.settings import Settings
 from lensbench.app.worker import prepare
 
 COMPARED = 256                  # samples a pixel of the camera's own picture
+HOLD_SECONDS = 0.1              # that a frame is held at most for the picture of its look
 
 
 class Sight(NamedTuple):
@@ -69,6 +71,9 @@ class FieldWorker:
         self.said: list[tuple[str, bool]] = []      # what is to be told, and whether it tells of something done
         self.task: Task | None = None
         self._wanted: Wanted | None = None
+        self._done: Wanted | None = None            # the newest that has come to a picture, or to an error
+        self._since = 0.0                           # when the newest was asked for
+        self._seconds = math.inf                    # that the picture before took
         self._stopped = False
         self._viewer: threading.Thread | None = None
 
@@ -102,12 +107,25 @@ class FieldWorker:
         """Show the recording so, from now on."""
         if self.recording is None:
             return
+        wanted = self.recording, look.asked, self.found if look.show == "depth" else None
+        if wanted == self._wanted:
+            return
         with self._change:
-            self._wanted = self.recording, look.asked, self.found if look.show == "depth" else None
+            self._wanted, self._since = wanted, perf_counter()
             if self._viewer is None:
                 self._viewer = threading.Thread(target=self._show, name="lensbench light field", daemon=True)
                 self._viewer.start()
             self._change.notify_all()
+
+    def await_sight(self) -> None:
+        """Hold the frame for the picture of the newest look, where it is about to come.
+
+        Not beyond HOLD_SECONDS after it was asked for, and not at all where pictures take longer than that.
+        """
+        with self._change:
+            if self._seconds < HOLD_SECONDS:
+                self._change.wait_for(lambda: self._done == self._wanted or self._stopped,
+                                      max(0.0, self._since + HOLD_SECONDS - perf_counter()))
 
     @property
     def found(self) -> lb.Depth | None:
@@ -219,16 +237,15 @@ class FieldWorker:
     # What is looked at
 
     def _show(self) -> None:
-        done: Wanted | None = None
         while True:
             with self._change:
-                while not self._stopped and self._wanted == done:
+                while not self._stopped and self._wanted == self._done:
                     self._change.wait()
                 if self._stopped:
                     return
                 wanted = self._wanted
             assert wanted is not None
-            done, (recording, look, depth) = wanted, wanted
+            recording, look, depth = wanted
             begin = perf_counter()
             try:
                 covered = 1.0
@@ -241,6 +258,9 @@ class FieldWorker:
                 self.said.append((str(error), False))
             else:
                 self.sight = Sight(recording, look, image, perf_counter() - begin, covered)
+            with self._change:
+                self._done, self._seconds = wanted, perf_counter() - begin
+                self._change.notify_all()
             self._woken()
 
 

@@ -146,6 +146,7 @@ class Panels:
     def _render(self) -> None:
         bench = self._bench
         bench.worker.await_first()
+        bench.light_field.await_sight()
         bench.easel.take(bench.view)            # perhaps there is already one of what the panels before have changed
         bench.edited = render_panel(bench.edited, bench.easel.picture(bench.edited, bench.view), bench.view)
 
@@ -198,6 +199,7 @@ class Panels:
         bench = self._bench
         desk = bench.light_field
         desk.look = light_field_panel(bench.edited, desk.look, desk.form, desk.worker, bench.easel.strip)
+        desk.ask()                              # at once: the other panels take their time to follow
 
     def _stability(self) -> None:
         from lensbench.app.atlas.surveyor import Surveyor
