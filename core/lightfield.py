@@ -147,9 +147,9 @@ class LightField:
         across, middle, down, low = self.camera.film_step.parameters
         return np.array([middle / across, low / down])
 
-    def _white(self, used: np.ndarray, weights: np.ndarray) -> np.float32:
+    def _white(self, used: np.ndarray, weights: np.ndarray) -> float:
         """What these views add up to where the film's centre sees nothing but radiance 1."""
-        return np.float32(max(float(self._on_axis[used[:, 0], used[:, 1]] @ weights), 1e-30))
+        return max(float(self._on_axis[used[:, 0], used[:, 1]] @ weights), 1e-30)
 
     def shear(self, distance: float) -> tuple[float, float]:
         """(k, σ): the ray by the pupil's a and the film's x at this focus met the recording film at k x + σ a, mm."""
@@ -226,7 +226,7 @@ class LightField:
     @cached_property
     def _lit(self) -> np.ndarray:
         """(down, across) which cells pass any light."""
-        return self.coverage.any((2, 3))
+        return np.asarray(self.coverage.any((2, 3)))
 
     @cached_property
     def _on_axis(self) -> np.ndarray:

@@ -39,13 +39,13 @@ def added(light: np.ndarray, used: np.ndarray, begins: np.ndarray, scale: float,
     across, down = (_sharpening(begins[:, axis] % 1.0 if scale == 1.0 else (np.arange(len(used)) + 0.5) / len(used),
                                 weights, float(steep), abs(step[axis]), fill) for axis in (0, 1))
     sums, out = np.zeros((3, h, w), np.float32), np.empty((h, w, 3), np.float32)
-    heavy, gain = weights * unit(bits), np.float32(gain)
+    heavy, raised = weights * unit(bits), np.float32(gain)
 
     def add(first: int) -> None:
         _add(bits, used, begins, scale, steep, heavy, sums, first, min(first + BAND, h))
 
     def sharpen(first: int) -> None:
-        _sharpen(sums, across, down, gain, out, first, min(first + BAND, h))
+        _sharpen(sums, across, down, raised, out, first, min(first + BAND, h))
 
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         list(pool.map(add, range(0, h, BAND)))
