@@ -54,9 +54,10 @@ PITCH = B + 16                  # from a row to the next: not a power of two, or
  TR, TG, TB,                    # what a mirrored path carries on to its next surface
  SR, SG, SB,                    # what a mirrored path has gathered so far
  A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11,  # anyone's scratch: worth nothing after the stage
- H0, H1, H2, H3, H4, H5, H6, H7, H8             # held by a stage while others work in the frame of what moves
- ) = range(52)
-ROWS = 52
+ H0, H1, H2, H3, H4, H5, H6, H7, H8,            # held by a stage while others work in the frame of what moves
+ BEAM,                                          # of no lane, but of all: where the rays of the block can reach
+ ) = range(53)
+ROWS = 53
 
 METAL, GLASS = 2.0, 3.0         # values of GLOSS
 

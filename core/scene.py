@@ -14,6 +14,7 @@ import numpy as np
 
 from lensbench.lanes import BLUE, DEPTH, GREEN, RED, B, Step, rows, stage
 from lensbench.scenery.bounce import bounce
+from lensbench.scenery.bounds import beam
 from lensbench.scenery.coat import SHARP, coat, coat_parameters
 from lensbench.scenery.floor import floor, floor_parameters
 from lensbench.scenery.light import BENDS, RISE0, RISE1, RISE2, RISE4, SMALL, ambient, begin, daylight, finish, settle
@@ -183,6 +184,8 @@ class Scene:
             steps.append(Step(sun_disk, self._sun_disk(max(radius, GLEAM_RADIUS) if gleam else radius)))
         if self.floor is not None:
             steps.append(Step(floor, floor_parameters(self.floor)))
+        if balls or flat or self.moves:
+            steps.append(Step(beam, np.zeros(1)))
         if balls:
             steps.append(Step(spheres, sphere_parameters(*list(zip(*balls, strict=True))[:2])))
         if flat:

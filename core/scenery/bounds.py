@@ -1,15 +1,16 @@
 """What a whole block of rays can reach: a few comparisons for an object in place of B.
 
-A block is a piece of a row of the picture, so its rays fill a thin wedge, and
-the points that they meet a thin box. Least and greatest values are taken of
+A block is a compact piece of the picture, so its rays fill a thin pyramid, and
+the points that they meet a small box. Least and greatest values are taken of
 whole numbers, for the order of such sums does not matter and they run in full registers.
 """
 
 import math
 
 import numpy as np
+from numba import njit
 
-from lensbench.lanes import A0, A1, A2, A3, A4, A5, A6, BLUE, GREEN, RED, B, L, M, N, X, Y, Z, rows, stage
+from lensbench.lanes import A0, A1, A2, A3, A4, A5, A6, BEAM, BLUE, GREEN, RED, B, L, M, N, X, Y, Z, rows, stage
 
 FINE = 1048576.0        # steps of a slope
 STEPS = 8.0             # steps of a millimetre
@@ -17,16 +18,16 @@ MOST = 1 << 30
 
 
 @stage
-def wedge(lanes):
-    """The wedge of the block's rays between two planes that meet near the horizontal: 14 numbers.
+def beam(lanes, p, key):
+    """The pyramid of the block's rays between two pairs of planes: 22 numbers in the row BEAM, for `outside`.
 
-    0: 1 where there is such a wedge, 0 where the rays look too far apart; 1 … 3 a point; 4 … 9 unit axes forward
-    and up, square to the row of the picture; then for all rays, in that frame, the least and the greatest height
-    at the point (mm) and the least and the greatest slope.
+    0: 1 where there is such a beam, 0 where the rays look too far apart; 1 … 3 a point; 4 … 12 unit axes forward,
+    up and right; then for all rays, in that frame, where the rearmost begins (mm), the least and the greatest height
+    at the point (mm), the least and the greatest slope, and the same four to the right.
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    x, y, z, dx, dy, dz, out = row[X], row[Y], row[Z], row[L], row[M], row[N], row[BEAM]
     # the frame of a ray in the middle, or of the first one that has a direction
     k = B // 2
     if not dx[k] * dx[k] + dy[k] * dy[k] + dz[k] * dz[k] > real(0.5):
@@ -38,37 +39,70 @@ def wedge(lanes):
     turn = real(1) / level if level > real(1e-3) else real(0)
     rx, rz = (-fz * turn, fx * turn) if level > real(1e-3) else (real(1), real(0))
     ux, uy, uz = -fy * rz, rz * fx - rx * fz, rx * fy
-    low, high, flat, steep = np.int32(MOST), np.int32(-MOST), np.int32(MOST), np.int32(-MOST)
-    wild = np.int32(0)
+    # of origins and directions what lies along the axes; a lane without a direction is as the first one is
+    most, least = np.int32(MOST), np.int32(-MOST)
+    rear, front, low, high, left, right = most, least, most, least, most, least
+    slow, flat, steep, west, east = most, most, least, most, least
+    step, fine = real(STEPS), real(FINE)
     for i in range(B):
-        ax, ay, az = x[i] - ox, y[i] - oy, z[i] - oz
-        ahead = dx[i] * fx + dy[i] * fy + dz[i] * fz
-        slope = (dx[i] * ux + dy[i] * uy + dz[i] * uz) / ahead
-        height = ax * ux + ay * uy + az * uz - slope * (ax * fx + ay * fy + az * fz)
-        good = (ahead > real(0.1)) & (abs(height) < real(1e6))
-        there = dx[i] * dx[i] + dy[i] * dy[i] + dz[i] * dz[i] > real(0.5)
-        wild = np.int32(wild + np.int32(there & (not good)))
-        h = np.int32(height * real(STEPS) if good else real(0))
-        s = np.int32(slope * real(FINE) if good else real(0))
-        low, high = min(low, h if good else np.int32(MOST)), max(high, h if good else np.int32(-MOST))
-        flat, steep = min(flat, s if good else np.int32(MOST)), max(steep, s if good else np.int32(-MOST))
-    whole = real(1) if (wild == 0) & (low <= high) else real(0)
-    margin = np.int32(2)
-    return (whole, ox, oy, oz, fx, fy, fz, ux, uy, uz,
-            real(np.int32(low - margin)) * real(1 / STEPS), real(np.int32(high + margin)) * real(1 / STEPS),
-            real(np.int32(flat - margin)) * real(1 / FINE), real(np.int32(steep + margin)) * real(1 / FINE))
+        u, v, w = dx[i], dy[i], dz[i]
+        there = u * u + v * v + w * w > real(0.5)
+        ax, ay, az = (x[i] - ox) * step, (y[i] - oy) * step, (z[i] - oz) * step
+        u, v, w = u * fine, v * fine, w * fine
+        off, height, aside = ax * fx + ay * fy + az * fz, ax * ux + ay * uy + az * uz, ax * rx + az * rz
+        ahead, rise, across = u * fx + v * fy + w * fz, u * ux + v * uy + w * uz, u * rx + w * rz
+        n = np.int32(off if there else real(0))
+        rear, front = min(rear, n), max(front, n)
+        n = np.int32(height if there else real(0))
+        low, high = min(low, n), max(high, n)
+        n = np.int32(aside if there else real(0))
+        left, right = min(left, n), max(right, n)
+        slow = min(slow, np.int32(ahead if there else fine))
+        n = np.int32(rise if there else real(0))
+        flat, steep = min(flat, n), max(steep, n)
+        n = np.int32(across if there else real(0))
+        west, east = min(west, n), max(east, n)
+    # a number that is too large has become the least of all
+    known = min(rear, low, left, flat, west) > least
+    out[0] = real(1) if known & (slow > np.int32(0.1 * FINE)) else real(0)
+    out[1], out[2], out[3], out[4], out[5], out[6] = ox, oy, oz, fx, fy, fz
+    out[7], out[8], out[9], out[10], out[11], out[12] = ux, uy, uz, rx, real(0), rz
+    begin, end = _widened(real, rear, front, STEPS)
+    out[13] = begin
+    _side(real, out[14:], begin, end, fine / real(slow), low, high, flat, steep)
+    _side(real, out[18:], begin, end, fine / real(slow), left, right, west, east)
+
+
+@njit(inline="always")
+def _widened(real, low, high, steps):
+    """Least and greatest number, by as much more as was rounded away."""
+    return (real(low) - real(2)) * real(1 / steps), (real(high) + real(2)) * real(1 / steps)
+
+
+@njit(inline="always")
+def _side(real, out, begin, end, per, low, high, flat, steep):
+    """Heights as they are at the point, of places from begin to end, and slopes of directions 1 … 1 / per forward."""
+    low, high = _widened(real, low, high, STEPS)
+    flat, steep = _widened(real, flat, steep, FINE)
+    flat, steep = min(flat, flat * per), max(steep, steep * per)
+    a, b, c, d = begin * flat, begin * steep, end * flat, end * steep
+    out[0], out[1], out[2], out[3] = low - max(a, b, c, d), high - min(a, b, c, d), flat, steep
 
 
 @stage
-def outside(wedge, cx, cy, cz, half_f, half_u):
-    """Whether no ray of the wedge can meet a box: its centre, its half-widths along forward and up."""
-    ax, ay, az = cx - wedge[1], cy - wedge[2], cz - wedge[3]
-    f = ax * wedge[4] + ay * wedge[5] + az * wedge[6]
-    u = ax * wedge[7] + ay * wedge[8] + az * wedge[9]
+def outside(seen, cx, cy, cz, half_f, half_u, half_r):
+    """Whether no ray of a `beam`, its row, can meet a box: its centre, its half-widths along forward, up and right."""
+    ax, ay, az = cx - seen[1], cy - seen[2], cz - seen[3]
+    f = ax * seen[4] + ay * seen[5] + az * seen[6]
+    u = ax * seen[7] + ay * seen[8] + az * seen[9]
+    r = ax * seen[10] + az * seen[12]
     near, far = f - half_f, f + half_f
-    down = wedge[10] + min(near * wedge[12], far * wedge[12], near * wedge[13], far * wedge[13])
-    up = wedge[11] + max(near * wedge[12], far * wedge[12], near * wedge[13], far * wedge[13])
-    return ((down > u + half_u) | (up < u - half_u)) & (wedge[0] > 0)       # NaN, from an endless box: not outside
+    down = seen[14] + min(near * seen[16], far * seen[16], near * seen[17], far * seen[17])
+    up = seen[15] + max(near * seen[16], far * seen[16], near * seen[17], far * seen[17])
+    left = seen[18] + min(near * seen[20], far * seen[20], near * seen[21], far * seen[21])
+    right = seen[19] + max(near * seen[20], far * seen[20], near * seen[21], far * seen[21])
+    missed = (down > u + half_u) | (up < u - half_u) | (left > r + half_r) | (right < r - half_r) | (far < seen[13])
+    return missed & (seen[0] > 0)                                   # NaN, from an endless box: not outside
 
 
 @stage

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from lensbench.lanes import (
+    BEAM,
     DEPTH,
     H0,
     H1,
@@ -21,6 +22,7 @@ from lensbench.lanes import (
     H4,
     H5,
     H6,
+    H7,
     NX,
     NY,
     NZ,
@@ -35,7 +37,7 @@ from lensbench.lanes import (
     rows,
     stage,
 )
-from lensbench.scenery.bounds import outside, wedge
+from lensbench.scenery.bounds import beam, outside
 from lensbench.scenery.objects import Plate, Sphere, triple
 from lensbench.scenery.plates import plate_frame, plate_parameters, plates
 from lensbench.scenery.spheres import sphere_parameters, spheres
@@ -183,15 +185,16 @@ def span(lanes):
 
 @stage
 def moving(lanes, p, key):
-    """Offer the things that move where they are nearer.  p: moving_parameters."""
+    """Offer the things that move where they are nearer, after `beam`.  p: moving_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, time = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TIME]
     depth = row[DEPTH]
-    hx, hy, hz, ex, ey, ez, near = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6]
-    seen, (early, late) = wedge(lanes), span(lanes)
+    hx, hy, hz, ex, ey, ez, near, seen = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6], row[H7]
+    early, late = span(lanes)
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
+        seen[i] = row[BEAM][i]
     s, last, current = 0, 0, real(-1)
     while s < p.size:
         size, balls, which, here = int(p[s]), int(p[s + 1]), p[s + 2], s + 3
@@ -199,7 +202,7 @@ def moving(lanes, p, key):
         cx, cy, cz, wide, wx, wy, wz = whereabouts(real, p, here, early, late)
         s += size
         if outside(seen, cx, cy, cz, wide + abs(wx * seen[4] + wy * seen[5] + wz * seen[6]),
-                   wide + abs(wx * seen[7] + wy * seen[8] + wz * seen[9])):
+                   wide + abs(wx * seen[7] + wy * seen[8] + wz * seen[9]), wide + abs(wx * seen[10] + wz * seen[12])):
             continue
         if which != current:
             if current >= real(0):
@@ -209,6 +212,7 @@ def moving(lanes, p, key):
                 x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
                                                                 ex[i], ey[i], ez[i])
                 near[i] = depth[i]
+            beam(lanes, p, key)
             last, current = here, which
         if balls > 0:
             spheres(lanes, p[first:first + balls], key)

@@ -20,6 +20,7 @@ from lensbench.lanes import (
     A6,
     A7,
     A8,
+    BEAM,
     BENT,
     BLUE,
     DEPTH,
@@ -43,7 +44,7 @@ from lensbench.lanes import (
     rows,
     stage,
 )
-from lensbench.scenery.bounds import outside, wedge
+from lensbench.scenery.bounds import outside
 from lensbench.scenery.footprint import contrast, lined, stretch
 from lensbench.scenery.spheres import gloss_of
 
@@ -125,9 +126,10 @@ def _texels(reduced: np.ndarray) -> np.ndarray:
 
 
 @stage
-def _along(seen, k, ax, ay, az):
-    """A vector's part along one of the wedge's axes."""
-    return seen[k] * ax + seen[k + 1] * ay + seen[k + 2] * az
+def _half(seen, k, q, long_a, long_b):
+    """The half-width of a plate along one of the beam's axes.  q: its numbers; the squares of its half-axes."""
+    return (abs(seen[k] * q[7] + seen[k + 1] * q[8] + seen[k + 2] * q[9]) * long_a
+            + abs(seen[k] * q[10] + seen[k + 1] * q[11] + seen[k + 2] * q[12]) * long_b)
 
 
 @stage
@@ -282,21 +284,19 @@ def _paint(lanes, q):
 
 @stage
 def plates(lanes, p, key):
-    """Offer the plates where they are nearer; the normal is turned towards the ray.  p: plate_parameters."""
+    """Offer the plates where they are nearer, after `beam`; normals turn towards the ray.  p: plate_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     red, green, blue, met, second = row[RED], row[GREEN], row[BLUE], row[A0], row[A3]
     er, eg, eb = row[A4], row[A5], row[A6]
-    seen = wedge(lanes)
+    seen = row[BEAM]
     s = 0
     while s < p.size:
         q = p[s:s + int(p[s])]
         s += q.size
         kind, long_a, long_b = q[19], q[26] * q[26], q[27] * q[27]
-        if outside(seen, q[1], q[2], q[3],
-                   abs(_along(seen, 4, q[7], q[8], q[9])) * long_a + abs(_along(seen, 4, q[10], q[11], q[12])) * long_b,
-                   abs(_along(seen, 7, q[7], q[8], q[9])) * long_a + abs(_along(seen, 7, q[10], q[11], q[12])) * long_b
-                   ) or _meet(lanes, q) == 0:
+        if outside(seen, q[1], q[2], q[3], _half(seen, 4, q, long_a, long_b), _half(seen, 7, q, long_a, long_b),
+                   _half(seen, 10, q, long_a, long_b)) or _meet(lanes, q) == 0:
             continue
         _take(lanes, q)
         if kind != PLAIN:

@@ -1,7 +1,7 @@
 """Spheres, seen from outside: one stage for all of them.
 
 Most spheres are far from every ray of a block: each is first held against the
-block's wedge, then against every ray, and only one that some ray crosses is offered.
+block's beam, then against every ray, and only one that some ray crosses is offered.
 """
 
 import math
@@ -11,6 +11,7 @@ import numpy as np
 from lensbench.lanes import (
     A0,
     A1,
+    BEAM,
     BLUE,
     DEPTH,
     GLASS,
@@ -32,7 +33,7 @@ from lensbench.lanes import (
     rows,
     stage,
 )
-from lensbench.scenery.bounds import outside, wedge
+from lensbench.scenery.bounds import outside
 
 SPHERE = 10             # numbers per sphere: centre (3), radius², radius, colour (3), glow, gloss
 GROUP = 6               # numbers before a group: a sphere round it (centre, radius², radius), how many spheres
@@ -79,18 +80,18 @@ def sphere_parameters(spheres, glows=None) -> np.ndarray:
 
 @stage
 def spheres(lanes, p, key):
-    """Offer the spheres where they are nearer.  p: sphere_parameters."""
+    """Offer the spheres where they are nearer, after `beam`.  p: sphere_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
     red, green, blue, ahead, inside = row[RED], row[GREEN], row[BLUE], row[A0], row[A1]
-    seen = wedge(lanes)
+    seen = row[BEAM]
     s, left = 0, 0
     while s < p.size:
         heading = left == 0
         cx, cy, cz, r2, radius = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4]
-        if outside(seen, cx, cy, cz, radius, radius):
+        if outside(seen, cx, cy, cz, radius, radius, radius):
             s += SPHERE if not heading else GROUP + SPHERE * int(p[s + 5])
             left -= 0 if heading else 1
             continue
