@@ -9,6 +9,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from lensbench.scene import Scene
 from lensbench.scenery.light import INDEX
@@ -97,36 +98,52 @@ def by_ball(through: np.ndarray, points: np.ndarray, balls: np.ndarray) -> tuple
     balls: (n, 5), `Bend.ball`. Unit directions (n, 3); how far they pass from the centre (n,); and by how many
     radians a ray that grazes the ball falls short of the point, 0 or less where the path is there.
     """
-    radius, side = balls[:, 3], balls[:, 4]
-    axis = balls[:, :3] - through
-    near = np.sqrt((axis**2).sum(1))
-    axis = axis / near[:, None]
-    out = points - balls[:, :3]
-    far, along = np.sqrt((out**2).sum(1)), (out * axis).sum(1)
-    across = out - along[:, None] * axis
-    aside = np.sqrt((across**2).sum(1))
-    wanted = -side * np.arctan2(aside, along)
-    metal = side > 0.0
+    found, passing, miss = np.empty((len(points), 3)), np.empty(len(points)), np.empty(len(points))
+    _by_ball(through, points, balls, found, passing, miss)
+    return found, passing, miss
 
-    def turn(theta):
-        """What the angle at the centre has more than half a turn, and its slope."""
-        sine, cosine = np.sin(theta), np.cos(theta)
-        inner = np.where(metal, math.pi / 2.0, np.arcsin(sine / INDEX))
-        p, q = radius * sine / near, radius * sine / far
-        slope = 2.0 * (1.0 - np.where(metal, 0.0, cosine / np.sqrt(INDEX**2 - sine**2)))
-        slope -= radius * cosine * (1.0 / (near * np.sqrt(1.0 - p * p)) + 1.0 / (far * np.sqrt(1.0 - q * q)))
-        return 2.0 * (theta - inner) - np.arcsin(p) - np.arcsin(q), slope
 
-    with np.errstate(invalid="ignore", divide="ignore"):
-        theta = np.zeros(len(points))
+@njit(nogil=True, cache=True, error_model="numpy")
+def _by_ball(through, points, balls, found, passing, miss):
+    """As `by_ball`, into the arrays given."""
+    for i in range(len(points)):
+        cx, cy, cz, radius, side = balls[i, 0], balls[i, 1], balls[i, 2], balls[i, 3], balls[i, 4]
+        ax, ay, az = cx - through[i, 0], cy - through[i, 1], cz - through[i, 2]
+        near = math.sqrt(ax * ax + ay * ay + az * az)
+        ax, ay, az = ax / near, ay / near, az / near
+        bx, by, bz = points[i, 0] - cx, points[i, 1] - cy, points[i, 2] - cz
+        far, along = math.sqrt(bx * bx + by * by + bz * bz), bx * ax + by * ay + bz * az
+        bx, by, bz = bx - along * ax, by - along * ay, bz - along * az
+        aside = math.sqrt(bx * bx + by * by + bz * bz)
+        wanted = -side * math.atan2(aside, along)
+        theta, last = 0.0, -1.0
         for _ in range(ROUNDS):
-            value, slope = turn(theta)
-            theta = np.clip(theta + (wanted - value) / slope, 0.0, math.pi / 2.0)
-        miss = wanted - turn(np.full(len(points), math.pi / 2.0))[0]
-        passing = radius * np.sin(theta)
-        sine = passing / near
-        directions = np.sqrt(1.0 - sine**2)[:, None] * axis + (sine * side / np.maximum(aside, 1e-12))[:, None] * across
-    return directions, passing, miss
+            if theta == last:
+                break
+            value, slope = _turned(theta, side > 0.0, radius, near, far)
+            last, theta = theta, theta + (wanted - value) / slope
+            if theta < 0.0:                     # and what is no number stays none
+                theta = 0.0
+            elif theta > math.pi / 2.0:
+                theta = math.pi / 2.0
+        miss[i] = wanted - _turned(math.pi / 2.0, side > 0.0, radius, near, far)[0]
+        passing[i] = radius * math.sin(theta)
+        sine = passing[i] / near
+        c, s = math.sqrt(1.0 - sine * sine), sine * side / max(aside, 1e-12)
+        found[i, 0], found[i, 1], found[i, 2] = c * ax + s * bx, c * ay + s * by, c * az + s * bz
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _turned(theta, metal, radius, near, far):
+    """What the angle at a ball's centre has more than half a turn, and its slope; theta: where the ball is met."""
+    sine, cosine = math.sin(theta), math.cos(theta)
+    p, q = radius * sine / near, radius * sine / far
+    inner, bending = math.pi / 2.0, 0.0
+    if not metal:
+        inner, bending = math.asin(sine / INDEX), cosine / math.sqrt(INDEX**2 - sine * sine)
+    slope = 2.0 * (1.0 - bending)
+    slope -= radius * cosine * (1.0 / (near * math.sqrt(1.0 - p * p)) + 1.0 / (far * math.sqrt(1.0 - q * q)))
+    return 2.0 * (theta - inner) - math.asin(p) - math.asin(q), slope
 
 
 def directions(through: np.ndarray, points: np.ndarray, balls: np.ndarray) -> np.ndarray:

@@ -134,19 +134,14 @@ class Rendering:
 
     def image(self) -> np.ndarray:
         """The mean of the samples so far: float32 (h, w, 3), linear, a fresh array."""
+        h, w = self.shape
         if self._arrived is not None:
-            return self._picture(self._sums) / np.maximum(self._picture(self._arrived), np.float32(1))
+            return unrolled(self._sums, w, h) / np.maximum(unrolled(self._arrived, w, h), np.float32(1))
         counted = self.samples - 1 if self._disperses and self.samples > 1 else self.samples
-        mean = self._picture(self._sums)
-        mean *= 1.0 / max(counted, 1)
+        mean = unrolled(self._sums, w, h, 1.0 / max(counted, 1))
         if self._splats is not None:
             mean += self._splats.image()
         return mean.astype(np.float32, copy=False)
-
-    def _picture(self, sums: np.ndarray) -> np.ndarray:
-        """Sums by blocks as a picture: (h, w, 3)."""
-        h, w = self.shape
-        return unrolled(sums.reshape(-1, 3, B).transpose(0, 2, 1).reshape(-1, 3), w, h)
 
 
 def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threads: int | None = None) -> np.ndarray:

@@ -189,13 +189,13 @@ def _hiding(balls: np.ndarray, radii: np.ndarray, half: list[np.ndarray], away: 
 
 def _pictures(camera: Camera, way: WayBack, seen: _Seen) -> _Pictures:
     """How large they are, how much of that is due to the light's own size, and how many rays they take."""
-    front = seen.front
-    middle, image = _images(way, seen, front.best)
+    front, back = seen.front, Program(way.bounding)
+    middle, image = _images(back, seen, front.best)
     steady = np.isfinite(image).all((1, 2))
     low, high = middle.copy(), middle.copy()
     for k in (0, 1) if way.radius > 0.0 else ():
         for part in (-0.5, 0.5):
-            there, other = _images(way, seen, front.middles + part * front.axes[:, k])
+            there, other = _images(back, seen, front.middles + part * front.axes[:, k])
             with np.errstate(invalid="ignore"):
                 steady &= (np.abs(other - image) < STEADY).all((1, 2))
             there = 2.0 * there - middle                # from half of the pupil to all of it
@@ -210,15 +210,18 @@ def _pictures(camera: Camera, way: WayBack, seen: _Seen) -> _Pictures:
     return _Pictures(image, own, own / whole, beside, steady, density, density * whole / front.passing)
 
 
-def _images(way: WayBack, seen: _Seen, through: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Raster points (n, 2) of lights by rays through these points (n, 3), and their half-axes there (n, 2, 2)."""
+def _images(back: Program, seen: _Seen, through: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Raster points (n, 2) of lights by rays through these points (n, 3), and their half-axes there (n, 2, 2).
+
+    back: from such a ray to the raster.
+    """
     n = len(through)
     points = np.concatenate([seen.centres, seen.centres + seen.rights, seen.centres + seen.ups])
     through = np.tile(through, (3, 1))
     d = -directions(through, points, np.tile(seen.balls, (3, 1)))
     given = {X: through[:, 0], Y: through[:, 1], X + 2: through[:, 2], X + 3: d[:, 0], X + 4: d[:, 1], X + 5: d[:, 2],
              WEIGHT: np.ones(3 * n)}
-    raster = Program(way.bounding).run(given, [X, Y], 3 * n).T.astype(float)
+    raster = back.run(given, [X, Y], 3 * n).T.astype(float)
     return raster[:n], np.stack([raster[n:2 * n] - raster[:n], raster[2 * n:] - raster[:n]], 1)
 
 

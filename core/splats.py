@@ -61,6 +61,7 @@ from lensbench.spectrum import WAVELENGTHS, channel, part
 TASK = 8                # blocks that a thread takes at a time
 OFTEN, RARELY = 4, 4    # first passes of a picture that have splats, and of how many later ones one has
 SELDOM = 8              # of those, of which a light that seems hidden is traced in one
+LOOK = 8                # lights that it looks for at a time, to see whether they are hidden
 LIST = 128              # tasks whose samples are listed before they are added to the film
 TURN = 19               # points of a light from one ray's first to the next ray's: without a common divisor of POINTS
 NO_IMAGE = np.zeros((2, 2), np.float32)
@@ -82,12 +83,16 @@ class Splats:
         self._across, self._down = film.pixels_x, film.pixels_y
         self._sums = np.zeros((film.pixels_x * film.pixels_y if self._chosen else 0, 3), np.float32)
         self._passes = 0
-        settled = self._settled() if self._chosen else []
-        share = min(1.0, budget(camera) / B / max(sum(chosen.blocks for chosen in settled), 1))
-        self._chosen = [chosen.traced(max(1, round(chosen.blocks * share)), chosen.every) for chosen in settled]
-        self._programs.clear()              # of the numbers before
+        self._is_settled = not self._chosen
 
-    def _settled(self) -> list[Sighting]:
+    def _settle(self, pool: Executor, threads: int) -> None:
+        """See which lights are hidden, and share the rays out among them. With the first pass: its threads help."""
+        settled = self._settled(pool, threads)
+        share = min(1.0, budget(self._camera) / B / max(sum(chosen.blocks for chosen in settled), 1))
+        self._chosen = [chosen.traced(max(1, round(chosen.blocks * share)), chosen.every) for chosen in settled]
+        self._is_settled = True
+
+    def _settled(self, pool: Executor, threads: int) -> list[Sighting]:
         """The lights as they are, or with more rays that each stand for themselves where some are blocked."""
         numbers = np.concatenate([chosen.numbers for chosen in self._chosen])
         numbers = numbers.reshape(-1, LIGHT)
@@ -96,8 +101,15 @@ class Splats:
         hidden, how = np.zeros(len(numbers), np.int64), np.array([chosen.how for chosen in self._chosen])
         for kind in np.unique(how):
             program = Program(self._outward(kind, True, numbers.ravel()), self._real)
-            _look(hidden, np.nonzero(how == kind)[0], bench(self._real), program.code, program.gated, program.data,
-                  program.ends, numbers[:, MARK], lights)
+            which, turns = np.nonzero(how == kind)[0], count(0, LOOK)
+
+            def look(_: int, program=program, which=which, turns=turns) -> None:
+                lanes = bench(self._real)
+                while (first := next(turns)) < len(which):
+                    _look(hidden, which[first:first + LOOK], lanes, program.code, program.gated, program.data,
+                          program.ends, numbers[:, MARK], lights)
+
+            list(pool.map(look, range(threads)))
         settled = []
         for chosen, blocked in zip(self._chosen, hidden, strict=True):
             if blocked == B:                            # for what may peep out
@@ -161,6 +173,8 @@ class Splats:
 
         afresh: what there was so far is forgotten. False where `wanted` said no on the way.
         """
+        if not self._is_settled:
+            self._settle(pool, threads)
         if afresh:
             self._sums[:] = 0.0
             self._passes = 0

@@ -59,12 +59,25 @@ def add_corners(lanes, p, key):
         column = left
 
 
-def unrolled(values: np.ndarray, w: int, h: int) -> np.ndarray:
-    """Values (n, c) of pixels in this order as a picture (h, w, c); n may be more than there are pixels."""
-    picture = np.empty((h, w, values.shape[1]), values.dtype)
-    n = number_of_strips(w)
-    for strip in range(n):
-        left, right = strip * w // n, (strip + 1) * w // n
-        part = values[left * h:right * h].reshape(h, right - left, -1)
-        picture[:, left:right] = part[::-1] if strip % 2 else part
+def unrolled(sums: np.ndarray, w: int, h: int, scale: float = 1.0) -> np.ndarray:
+    """Several sums of every pixel by blocks, (n, c B) in this order, as a picture (h, w, c), each times `scale`."""
+    picture = np.empty((h, w, sums.shape[1] // B), sums.dtype)
+    _unroll(sums, sums.dtype.type(scale), picture)
     return picture
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _unroll(sums, scale, picture):
+    h, w, colours = picture.shape
+    strip, left, end, _, line = walked(0, w, h)
+    k, column = 0, left
+    while k < w * h:
+        block, i = k // B, k % B
+        run = min(B - i, end - column)
+        for colour in range(colours):
+            for q in range(run):
+                picture[line, column + q, colour] = sums[block, colour * B + i + q] * scale
+        k, column = k + run, column + run
+        if column == end:
+            strip, left, end, line = onward(strip, left, end, line, w, h)
+            column = left

@@ -66,12 +66,13 @@ def ray_slopes(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength
 
 def _closed_form(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength: float) -> np.ndarray | None:
     """As ray_slopes, where the camera knows its slopes on the film and stands still while a ray is taken."""
+    if camera.film_slopes(np.zeros((0, 2)), np.zeros((0, 3))) is None:
+        return None                             # before rays are followed for it
     n = len(given[X])
     film = Program([camera.film_step], dtype).run(given, [X, Y], n).T.astype(float)
     rays = Program([camera.film_step, *camera.camera_steps(wavelength)], dtype).run(given, _RAY, n).T.astype(float)
     slopes = camera.film_slopes(film, rays[:, 3:6])
-    if slopes is None:
-        return None
+    assert slopes is not None
     across, _, down, _ = camera.film_step.parameters
     slopes = slopes * np.array([-across, down])[:, None, None]
     if camera.has_port:
@@ -104,43 +105,47 @@ def _by_differences(camera: "Camera", given: dict[int, np.ndarray], dtype, wavel
     n = len(given[X])
     steps = camera.steps(wavelength, timed)
     film = next(k for k, step in enumerate(steps) if step.kernel is camera.film_step.kernel) + 1
-    whole, aim_distance = Program(steps, dtype), camera.aim_distance
-    if aim_distance is not None:
+    aim_distance = camera.aim_distance
+    if aim_distance is None:
+        whole = Program(steps, dtype)
+    else:
         to_film, onward = Program(steps[:film], dtype), Program(steps[film + 1:], dtype)
         x, y, l, m, n_ = Program(steps[:film + 1], dtype).run(given, [X, Y, L, M, N], n).astype(float)
         rear = np.stack([x - l / n_ * aim_distance, y - m / n_ * aim_distance])
 
-    def rays(dx: float, dy: float) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 6) rays of raster points shifted by so many pixels, and which of them arrive."""
-        shifted = {**given, X: given[X] + dx, Y: given[Y] + dy}
+    def rays(h: float) -> tuple[np.ndarray, np.ndarray]:
+        """(2, 2, n, 6) rays of raster points shifted by h pixels right and left, down and up, and which arrive."""
+        shifts = h * np.array([[[1.0, 0.0], [-1.0, 0.0]], [[0.0, 1.0], [0.0, -1.0]]])
+        m = 4 * n
+        shifted = {row: np.tile(values, 4) for row, values in given.items()}
+        shifted[X], shifted[Y] = ((shifts[..., k, None] + given[row]).ravel() for k, row in enumerate((X, Y)))
         if aim_distance is None:
-            out = whole.run(shifted, _RAY, n)
+            out = whole.run(shifted, _RAY, m)
         else:
-            x, y, time = to_film.run(shifted, [X, Y, TIME], n).astype(float)
-            way = np.stack([rear[0] - x, rear[1] - y, np.full(n, -aim_distance)])
+            x, y, time = to_film.run(shifted, [X, Y, TIME], m).astype(float)
+            way = np.stack([np.tile(rear[0], 4) - x, np.tile(rear[1], 4) - y, np.full(m, -aim_distance)])
             way /= np.sqrt((way * way).sum(0))
-            out = onward.run({X: x, Y: y, L: way[0], M: way[1], N: way[2], TIME: time, WEIGHT: np.ones(n)}, _RAY, n)
-        return out[:6].T.astype(float), (out[6] > 0.0) & np.isfinite(out[:6]).all(0)
+            out = onward.run({X: x, Y: y, L: way[0], M: way[1], N: way[2], TIME: time, WEIGHT: np.ones(m)}, _RAY, m)
+        arrive = (out[6] > 0.0) & np.isfinite(out[:6]).all(0)
+        return out[:6].T.astype(float).reshape(2, 2, n, 6), arrive.reshape(2, 2, n)
 
-    found, middle = np.full((2, n, 6), np.nan), None
-    for axis in range(2):
-        todo = np.ones(n, bool)
-        for h in _widths(camera, dtype):
-            (up, up_ok), (down, down_ok) = (rays(k * h * (1 - axis), k * h * axis) for k in (1, -1))
-            ok = todo & up_ok & down_ok
-            found[axis, ok] = (up[ok] - down[ok]) / (2 * h)
+    found, todo, middle = np.full((2, n, 6), np.nan), np.ones((2, n), bool), None
+    for h in _widths(camera, dtype):
+        near, near_ok = rays(h)
+        ok = todo & near_ok.all(1)
+        found[ok] = (near[:, 0][ok] - near[:, 1][ok]) / (2 * h)
+        todo &= ~ok
+        if not todo.any():
+            break
+        # to one side
+        middle = rays(0.0)[0][0] if middle is None else middle
+        far, far_ok = rays(2 * h)
+        for side, k in enumerate((1, -1)):
+            ok = todo & near_ok[:, side] & far_ok[:, side]
+            found[ok] = (4 * near[:, side][ok] - far[:, side][ok] - 3 * middle[ok]) / (2 * k * h)
             todo &= ~ok
-            if not todo.any():
-                break
-            # to one side
-            middle = rays(0.0, 0.0)[0] if middle is None else middle
-            for near, near_ok, k in ((up, up_ok, 1), (down, down_ok, -1)):
-                far, far_ok = rays(2 * k * h * (1 - axis), 2 * k * h * axis)
-                ok = todo & near_ok & far_ok
-                found[axis, ok] = (4 * near[ok] - far[ok] - 3 * middle[ok]) / (2 * k * h)
-                todo &= ~ok
-            if not todo.any():
-                break
+        if not todo.any():
+            break
     return found
 
 

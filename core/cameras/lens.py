@@ -200,6 +200,16 @@ class LensCamera(Camera):
 
         Each wavelength has its own exit-pupil regions and, with relative weights, is 1 on the axis.
         """
+        if wavelength not in self._known_steps:
+            self._known_steps[wavelength] = self._new_steps(wavelength)
+        return list(self._known_steps[wavelength])
+
+    @cached_property
+    def _known_steps(self) -> dict[float, list[Step]]:
+        """A picture asks for the same ones several times, and a polynomial is fitted for them."""
+        return {}
+
+    def _new_steps(self, wavelength: float) -> list[Step]:
         if self.follows_rays:
             table, normaliser = self._sampled(wavelength)
             if self.is_traced or isinstance(table, PupilGrid):
