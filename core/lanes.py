@@ -46,6 +46,8 @@ PITCH = B + 16                  # from a row to the next: not a power of two, or
  WEIGHT,                        # what the camera lets through: 0 where the ray is lost
  MARGIN,                        # greatest (r / semi-diameter)² on the way through a lens; NaN or > 1 is blocked
  FOOT, SPREAD,                  # of a pixel, or its part: side where the ray begins (mm), and by how much a mm adds
+ DISK, FAN,                     # of the pupil, or its part: radius where the ray begins (mm), and by how much a mm adds
+ OX, OY, OZ,                    # in these radii: from the ray through the middle of such parts to the ray itself
  DEPTH, NX, NY, NZ,             # the nearest surface: distance along the ray (mm) and unit normal towards the ray
  GLOW,                          # above 0 where RED, GREEN, BLUE are emitted radiance, else they are albedo
  GLOSS,                         # 0 matte, (0, 1] a clear coat over it, METAL, GLASS
@@ -56,8 +58,8 @@ PITCH = B + 16                  # from a row to the next: not a power of two, or
  A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11,  # anyone's scratch: worth nothing after the stage
  H0, H1, H2, H3, H4, H5, H6, H7, H8,            # held by a stage while others work in the frame of what moves
  BEAM,                                          # of no lane, but of all: where the rays of the block can reach
- ) = range(53)
-ROWS = 53
+ ) = range(58)
+ROWS = 58
 
 METAL, GLASS = 2.0, 3.0         # values of GLOSS
 

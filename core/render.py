@@ -10,8 +10,9 @@ import numpy as np
 from lensbench.accuracy import resolved
 from lensbench.cameras.camera import Camera
 from lensbench.cameras.differentials import spread_step
+from lensbench.cameras.pupil_part import pupil_steps
 from lensbench.driver import Program
-from lensbench.lanes import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, X, Y, Z, bench
+from lensbench.lanes import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, Step, X, Y, Z, bench
 from lensbench.motion import AnimatedTransform
 from lensbench.sampling import sampler
 from lensbench.scene import Scene
@@ -56,12 +57,17 @@ class Rendering:
         self._timed = camera.moves or scene.moves
         timed = self._timed or view == "time"
         self._before = sampler(film.pixels_x, film.pixels_y, lit=shadows, timed=timed) if steps is None else [*steps]
-        if filtered and scene.is_patterned and not view:
-            self._before.append(spread_step(camera, real))
+        part: list[Step] = []
+        if filtered and not view:
+            if scene.is_patterned or scene.is_rough:
+                self._before.append(spread_step(camera, real))
+            if scene.is_rough:
+                size, part = pupil_steps(camera, real)
+                self._before += size
         splats = Splats(camera, scene, self.seed, real) if splat and not view else None
         self._splats = splats if splats is not None and not splats.is_empty else None
         taken = None if self._splats is None else self._splats.taken
-        self._after = scene.steps(shadows, camera.shutter_open, taken, camera.medium)
+        self._after = [*part, *scene.steps(shadows, camera.shutter_open, taken, camera.medium)]
         self._camera, self._real = camera, real
         self._disperses = camera.disperses and not view
         seen = view_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from lensbench.lanes import BLUE, DEPTH, GREEN, RED, B, Step, rows, stage
-from lensbench.scenery.bounce import bounce
+from lensbench.scenery.bounce import bounce, carry_part
 from lensbench.scenery.bounds import beam
 from lensbench.scenery.coat import SHARP, coat, coat_parameters
 from lensbench.scenery.floor import floor, floor_parameters
@@ -69,6 +69,11 @@ class Scene:
     def is_patterned(self) -> bool:
         """Whether anything in it has a pattern, which looks different from where a pixel is larger."""
         return self.floor is not None or any(plate.material.pattern is not None for plate in self.plates)
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether any coat mirrors lights roughly: its gleams are averaged over what a sample stands for."""
+        return any(gloss < SHARP for gloss in self._glosses)
 
     def steps(self, shadows: bool = True, opening: float = 0.0, taken: Taken | None = None,
               medium: Medium | None = None) -> list[Step]:
@@ -208,7 +213,7 @@ class Scene:
                                       last)
             moved = moving_mirrored(_in_motion([*bulbs, *panels]), opening)
             steps.append(Step(moving_coat, after(numbers, moved)) if moved.size else Step(coat, numbers))
-        if any(g < SHARP for g in self._glosses):
+        if self.is_rough:
             lights = [o for o in self.objects if o.material.shines and o.material.pattern is None]
             lights = sorted(lights, key=_brightness, reverse=True)[:GLEAMS]
             numbers = sheen_parameters(self._mirrored, _still(lights))
@@ -303,9 +308,10 @@ def _steps(scene: Scene, shadows: bool, opening: float, taken: Taken | None,
     if mirrors:
         glows = [SMALL if o != other and o.material.pattern is None else float(o.material.shines)
                  for o, other in zip(scene.objects, taken.later, strict=True)]
+        part = [Step(carry_part, np.zeros(1))] if scene.is_rough else []
         met = scene._geometry(opening, gleam=True, glows=glows, bent=taken.later)
         for k in range(BOUNCES):
-            onward = [Step(bounce, np.zeros(1)), *met, *fog, *scene._coats(k == BOUNCES - 1, opening),
+            onward = [*part, Step(bounce, np.zeros(1)), *met, *fog, *scene._coats(k == BOUNCES - 1, opening),
                       Step(settle, np.zeros(1)), *light]
             steps += [step._replace(gated=True) for step in onward]
     return (*steps, Step(finish, np.zeros(1)))

@@ -8,6 +8,8 @@ from lensbench.lanes import (
     ALIVE,
     BENT,
     DEPTH,
+    DISK,
+    FAN,
     FOOT,
     GLASS,
     GLOSS,
@@ -16,6 +18,9 @@ from lensbench.lanes import (
     NX,
     NY,
     NZ,
+    OX,
+    OY,
+    OZ,
     SPREAD,
     TB,
     TG,
@@ -42,7 +47,7 @@ def bounce(lanes, p, key):
     Metal mirrors. A glass ball is passed in one step, in closed form: refraction in, the chord 2 R cos θ′,
     refraction out at the same angle. A pane is passed straight. A path that ends has no direction: it meets nothing.
     It is BENT where GLOW is below 0. The footprint of a pixel grows on with the length of the path, as it does
-    behind plane mirrors.
+    behind plane mirrors; a ball of glass spreads it as it does near its middle.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -87,4 +92,27 @@ def bounce(lanes, p, key):
         size = real(1) / math.sqrt(qx * qx + qy * qy + qz * qz)
         x[i], y[i], z[i] = px if on else x[i], py if on else y[i], pz if on else z[i]
         dx[i], dy[i], dz[i] = qx * size if on else real(0), qy * size if on else real(0), qz * size if on else real(0)
-        foot[i] += t * spread[i] if on else real(0)
+        # the footprint: a glass ball is a thin lens in its middle, of the focal length n R / (2 (n − 1))
+        radius = gloss[i] - real(GLASS) if ball else real(0)
+        inside = foot[i] + (t + radius) * spread[i]
+        wider = spread[i] - (inside * real(2 * (INDEX - 1) / INDEX) / radius if ball else real(0))
+        foot[i], spread[i] = inside + radius * wider if on else foot[i], wider if on else spread[i]
+
+
+@stage
+def carry_part(lanes, p, key):
+    """DISK, FAN, OX, OY, OZ as they are behind metal and glass: before `bounce`, which does so to FOOT and SPREAD."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
+    disk, fan, ox, oy, oz = row[DISK], row[FAN], row[OX], row[OY], row[OZ]
+    for i in range(B):
+        radius = gloss[i] - real(GLASS)
+        ball = radius > real(0)
+        power = real(2 * (INDEX - 1) / INDEX) / radius if ball else real(0)
+        radius = radius if ball else real(0)
+        within = disk[i] + (depth[i] + radius) * fan[i]
+        fan[i] -= within * power
+        disk[i] = within + radius * fan[i]
+        off = real(2) * (ox[i] * nx[i] + oy[i] * ny[i] + oz[i] * nz[i]) if gloss[i] < real(GLASS) else real(0)
+        ox[i], oy[i], oz[i] = ox[i] - off * nx[i], oy[i] - off * ny[i], oz[i] - off * nz[i]

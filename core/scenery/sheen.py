@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numba import njit
 
 from lensbench.lanes import (
     A0,
@@ -11,16 +12,29 @@ from lensbench.lanes import (
     A3,
     A4,
     A5,
+    A6,
+    A7,
+    A8,
+    A9,
+    A10,
+    A11,
     BLUE,
     DEPTH,
+    DISK,
+    FAN,
+    FOOT,
     GLOSS,
     GREEN,
     NX,
     NY,
     NZ,
+    OX,
+    OY,
+    OZ,
     RED,
     SB,
     SG,
+    SPREAD,
     SR,
     TB,
     TG,
@@ -41,6 +55,8 @@ from lensbench.scenery.plates import plate_frame
 
 SKY = 12                # numbers of sky_parameters
 GLEAM = 7               # numbers per light: centre, area of its disk / π, radiance (3)
+FLATTEST, FARTHEST = 0.1, 0.9       # cosine of the ray through the middle over the sample's, at the least; and how much
+                                    # longer or shorter it may be, over the length
 
 
 def sheen_parameters(sky, lights) -> np.ndarray:
@@ -75,9 +91,29 @@ def sheen(lanes, p, key):
     sheen_close(lanes)
 
 
+@njit(inline="always")
+def swept(real, place2, reach2, width2):
+    """1 / (1 + x² / w²)² on average over all places from x − h to x + h; given x², h² and w².
+
+    A sine of spherical caps, J = (1 − q / √(q² + 4 w² h²)) / 2 with q = w² + x² − h², is that lobe where h is small and
+    a box where w is; its integral over x is π/2 h² / (w k), k² = 1 + t (3/4 + (π² / 64) t) / (1 + t / 4) within a
+    hundredth, with t = h² / w².
+    """
+    q = width2 + place2 - reach2
+    root = math.sqrt(q * q + real(4) * width2 * reach2)
+    outside, inside = real(2) * width2 * width2 / (root * (root + q)), real(0.5) * width2 * (root - q) / (root * reach2)
+    t = reach2 / width2
+    size2 = real(1) + t * (real(0.75) + real(math.pi**2 / 64) * t) / (real(1) + real(0.25) * t)
+    return math.sqrt(size2) * (outside if q > real(0) else inside)
+
+
 @stage
 def sheen_open(lanes, p):
-    """The points that mirror, A0 A1 A2, and what they mirror of the sky, A3 A4 A5. Returns how many there are."""
+    """The points that mirror, A0 A1 A2, and what they mirror of the sky, A3 A4 A5. Returns how many there are.
+
+    They are those of the rays through the middles of the parts of the pupil that samples stand for: until sheen_close
+    L, M, N are the directions of these, A6 A7 A8 those of the samples.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
@@ -88,9 +124,26 @@ def sheen_open(lanes, p):
         many = np.int32(many + np.int32((gloss[i] > real(0)) & (gloss[i] < real(SHARP))))
     if many == 0:
         return many
+    disk, fan, ox, oy, oz, kept_x, kept_y, kept_z = (row[DISK], row[FAN], row[OX], row[OY], row[OZ], row[A6], row[A7],
+                                                     row[A8])
     for i in range(B):
-        t = depth[i]
-        hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
+        ux, uy, uz, vx, vy, vz, t = nx[i], ny[i], nz[i], dx[i], dy[i], dz[i], depth[i]
+        kept_x[i], kept_y[i], kept_z[i] = vx, vy, vz
+        view = -(vx * ux + vy * uy + vz * uz)
+        # the ray through the middle, and where it meets the plane; where that is over the horizon, the ray itself
+        wx, wy, wz = vx - fan[i] * ox[i], vy - fan[i] * oy[i], vz - fan[i] * oz[i]
+        size = real(1) / math.sqrt(wx * wx + wy * wy + wz * wz)
+        wx, wy, wz = wx * size, wy * size, wz * size
+        fall = -(wx * ux + wy * uy + wz * uz)
+        aside = disk[i] + t * fan[i]
+        sx, sy, sz = aside * ox[i], aside * oy[i], aside * oz[i]
+        more = -(sx * ux + sy * uy + sz * uz) / fall
+        steep = (fall > real(FLATTEST) * view) & (abs(more) < real(FARTHEST) * t)
+        hx[i] = x[i] + t * vx + (more * wx - sx if steep else real(0))
+        hy[i] = y[i] + t * vy + (more * wy - sy if steep else real(0))
+        hz[i] = z[i] + t * vz + (more * wz - sz if steep else real(0))
+        dx[i], dy[i], dz[i] = wx if steep else vx, wy if steep else vy, wz if steep else vz
+    for i in range(B):
         view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
         edge = real(1) - (view if view > real(0) else real(0))
         edge2 = edge * edge
@@ -106,11 +159,18 @@ def sheen_open(lanes, p):
 
 @stage
 def sheen_lights(lanes, p):
-    """Add lights to A3 A4 A5.  p: GLEAM numbers for each."""
+    """Add lights to A3 A4 A5, each on average over the part of pupil and pixel.  p: GLEAM numbers for each."""
     real = lanes.dtype.type
     row = rows(lanes)
-    dx, dy, dz, gloss, nx, ny, nz = row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ]
-    hx, hy, hz, r, g, b = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
+    dx, dy, dz, gloss, nx, ny, nz, depth = (row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ], row[DEPTH])
+    hx, hy, hz, r, g, b, ax, ay, az = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A9], row[A10],
+                                       row[A11])
+    disk, fan, foot, spread = row[DISK], row[FAN], row[FOOT], row[SPREAD]
+    for i in range(B):
+        # across, in the plane
+        a, c, e = dy[i] * nz[i] - dz[i] * ny[i], dz[i] * nx[i] - dx[i] * nz[i], dx[i] * ny[i] - dy[i] * nx[i]
+        size = real(1) / math.sqrt(a * a + c * c + e * e + real(1e-20))
+        ax[i], ay[i], az[i] = a * size, c * size, e * size
     for s in range(0, p.size, GLEAM):
         cx, cy, cz, size, er, eg, eb = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6]
         for i in range(B):
@@ -127,12 +187,22 @@ def sheen_lights(lanes, p):
             tilt = (slant + view) / long                    # cos δ; cos θ is half of `long`
             tilt2 = tilt * tilt
             area = size * inverse * inverse / (real(2) * long * tilt2 * tilt)      # of slopes, over π
+            # the slope, across and along, and how far the part reaches across, along: less by the cosine
+            per = real(1) / (slant + view)
+            across = (qx * ax[i] + qy * ay[i] + qz * az[i]) * per
+            across2 = across * across
+            along2 = (real(1) - tilt2) / tilt2 - across2
+            pupil, pixel = inverse * (disk[i] + depth[i] * fan[i]) + fan[i], (
+                inverse * (foot[i] + depth[i] * spread[i]) + spread[i])
+            reach2 = (pupil * pupil + real(1 / 3) * pixel * pixel) * per * per
             wide = alpha * alpha + area
-            fall = real(1) + (real(1) - tilt2) / (tilt2 * wide)
+            deep = wide + reach2 * view * view
+            fall = real(1) + along2 / deep
             edge = real(1) - real(0.5) * long
             edge2 = edge * edge
             f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
-            share = f * area * real(0.5) * long / (wide * fall * fall * tilt * (view if view > slant else slant))
+            share = f * area * real(0.5) * long * swept(real, across2, real(0.75) * reach2, wide * fall) / (
+                math.sqrt(wide * deep) * fall * fall * tilt * (view if view > slant else slant))
             share = share if (slant > real(0)) & (view > real(0)) else real(0)
             r[i] += share * er
             g[i] += share * eg
@@ -147,8 +217,9 @@ def sheen_close(lanes):
     dx, dy, dz, gloss, nx, ny, nz = row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ]
     red, green, blue, tr, tg, tb, sr, sg, sb = (row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB],
                                                 row[SR], row[SG], row[SB])
-    r, g, b = row[A3], row[A4], row[A5]
+    r, g, b, kept_x, kept_y, kept_z = row[A3], row[A4], row[A5], row[A6], row[A7], row[A8]
     for i in range(B):
+        dx[i], dy[i], dz[i] = kept_x[i], kept_y[i], kept_z[i]
         coated = (gloss[i] > real(0)) & (gloss[i] < real(SHARP))
         sr[i] += tr[i] * r[i] if coated else real(0)
         sg[i] += tg[i] * g[i] if coated else real(0)
