@@ -123,7 +123,7 @@ def pupil_reach(camera: Camera) -> float:
     film = film[film <= table.radius]
     ring, inner = table.ring(film)
     rim = table.outline[ring + np.rint(inner).astype(int)]
-    slope = (rim[..., 0] + table.centres[ring + np.rint(inner).astype(int)][:, None] - film[:, None])
+    slope = rim[..., 0] + (table.centre(film) - film)[:, None]
     u = slope / camera.film_distance - lens.approach_film * film[:, None]
     v = rim[..., 1] / camera.film_distance
     return float(np.hypot(u, v).max() / abs(lens.approach_pupil))

@@ -89,7 +89,8 @@ class Polynomial:
             raise LensError("a polynomial is fitted in rotation invariants, and this lens has a cylinder or toroid")
         n, low = degree // 2, _low(degree // 2)
         places, shares = _places(n)
-        film, aim, drift = _aimed(table.outline, table.centres, table.radius, table.end, table.scale, *places)
+        film, aim, drift = _aimed(table.outline, table.course, table.offsets, table.radius, table.end, table.scale,
+                                   *places)
         fo = first_order(lens, wavelength)
         centre = _centre(lens, fo)
         eye = centre - lens.length - film_distance
@@ -143,17 +144,17 @@ def _low(n: int) -> int:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _aimed(outline, centres, radius, end, scale, radii, reach, turn):
+def _aimed(outline, course, offsets, radius, end, scale, radii, reach, turn):
     """Rays from film points at the share `radii` of the table's radius to its regions' upper halves.
 
     outline … scale: the table's. reach: from the region's centre (0) to its rim (1); turn: along the rim, 0 … 1.
     Returns the film points' x (n,) and the points on the plane of the rear vertex (2, n), mm; and how far the middle of
     the regions moves for each mm that the film point does, along a straight line.
     """
-    last, sectors = centres.size - 2, outline.shape[1] - 1
+    sectors = outline.shape[1] - 1
     film, aim = radii * radius, np.empty((2, radii.size))
     for q in range(radii.size):
-        ring, f = _between(film[q], end, scale, last)
+        ring, f, middle = _middle(film[q], course, offsets, end, scale)
         t = turn[q] * sectors
         k = min(int(t), sectors - 1)
         g = t - k
@@ -161,22 +162,23 @@ def _aimed(outline, centres, radius, end, scale, radii, reach, turn):
             inner = outline[ring, k, axis] * (1.0 - g) + outline[ring, k + 1, axis] * g
             outer = outline[ring + 1, k, axis] * (1.0 - g) + outline[ring + 1, k + 1, axis] * g
             aim[axis, q] = reach[q] * (inner * (1.0 - f) + outer * f)
-        aim[0, q] += centres[ring] * (1.0 - f) + centres[ring + 1] * f
+        aim[0, q] += middle
     above, below = 0.0, 0.0
     for q in range(DRIFTS):
         at = radius * q / (DRIFTS - 1)
-        ring, f = _between(at, end, scale, last)
-        above += (centres[ring] * (1.0 - f) + centres[ring + 1] * f) * at
+        above += _middle(at, course, offsets, end, scale)[2] * at
         below += at * at
     return film, aim, above / below
 
 
 @njit(inline="always")
-def _between(film_radius, end, scale, last):
-    """Between which rings of the table a film radius lies: the inner one, and the share of the next."""
-    place = (1.0 - math.sqrt(max(1.0 - film_radius / end, 0.0))) * scale
-    ring = min(int(place), last)
-    return ring, place - ring
+def _middle(r, course, offsets, end, scale):
+    """Between which rings of the table a film radius lies: the inner one, the share of the next; and their centre."""
+    place = (1.0 - math.sqrt(max(1.0 - r / end, 0.0))) * scale
+    ring = min(int(place), offsets.size - 2)
+    f, t = place - ring, (r / end) ** 2
+    middle = r * (course[0] + t * (course[1] + t * course[2]))
+    return ring, f, middle + offsets[ring] * (1.0 - f) + offsets[ring + 1] * f
 
 
 def _traced(lens: Lens, film_distance: float, film: np.ndarray, aim: np.ndarray, wavelength: float) -> np.ndarray:

@@ -252,18 +252,18 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     radii = np.ascontiguousarray(film_radii, float)
     n, zero = radii.size, np.zeros(radii.size)
     reach = REACH * lens.surfaces[-1].semi_diameter
-    size = min(reach, REACH * lens.stop.semi_diameter)
+    size = size_of_regions(lens, film_distance, wavelength)
     low, high = span(lens, film_distance, radii) if within is None else (np.full(n, x) for x in within)
     centre, level = looked(radii, film_distance, low, high, radii * aimed(lens, film_distance, wavelength), by)
     lit = level < 1.0
 
-    # A rough rim from a first centre gives the centroid, where that is in the region
+    # A rough rim from a first centre gives the centroid, if that is in the region; on the axis it is known
     turn_x, turn_y = _half_turn()
     rough, start = np.zeros((n, ROUGH_POINTS)), np.repeat(0.6 * reach * (1.0 - level), ROUGH_POINTS)
     cosine, sine = np.tile(turn_x, (n, 1)), np.tile(turn_y, (n, 1))
     rims(radii, zero, centre, zero, level, cosine, sine, start.reshape(n, ROUGH_POINTS), film_distance, reach,
          ROUGH * size, rough, by, ROUGH)
-    middle, there = _centroids(centre, rough, turn_x, turn_y), np.empty(n)
+    middle, there = np.where(radii > 0.0, _centroids(centre, rough, turn_x, turn_y), 0.0), np.empty(n)
     margins(radii, zero, middle, zero, film_distance, there, by, 0.0)
     inside = lit & (there < 1.0)
     middle, level = np.where(inside, middle, centre), np.where(inside, there, level)
@@ -284,6 +284,12 @@ def _half_turn() -> tuple[np.ndarray, np.ndarray]:
     sine = np.sin(angle)
     sine[-1] = 0.0
     return np.cos(angle), sine
+
+
+def size_of_regions(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
+    """What regions are at most about as large as, mm: the last surface, the stop, or the cone of light on its way."""
+    cone = 0.5 / first_order(lens, wavelength).f_number or math.inf
+    return REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter, film_distance * cone)
 
 
 def aimed(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:

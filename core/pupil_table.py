@@ -36,16 +36,17 @@ from lensbench.lanes import (
     stage,
 )
 from lensbench.margins import Machine, machine, margins
-from lensbench.paraxial import first_order
 from lensbench.prescription import Lens
 from lensbench.pupil_islands import enclosed
-from lensbench.pupil_rim import REACH, ROUGH, aimed, looked, rear_rim, shadows, solve
+from lensbench.pupil_rim import ROUGH, aimed, looked, rear_rim, shadows, size_of_regions, solve
 
 RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
 POINTS = 41                     # solved on the upper half of each rim
+TOLERANCE = 2e-4                # of the rims, of the regions' size
 GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
 LOOKS, ROUNDS = 24, 3           # film radii in one look for where the light ends, and looks
 NEARLY = 0.95                   # of the radius where the light ends
+STEADY = 0.015                  # of a half width: regions that move so evenly from ring to ring need no course
 SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
 
 
@@ -54,7 +55,9 @@ class PupilTable:
     """The regions of RINGS film radii, each cut into 2 SECTORS triangles of equal area, for a camera to sample.
 
     outline: (RINGS, SECTORS + 1, 2) corners in the upper half, from the region's
-    centre; centres: (RINGS,). Ring k stands where 1 − √(1 − r / end) is k / (RINGS − 1)
+    centre; that lies at (c₀ + c₁ t + c₂ t²) r, t = (r / end)², and what the rings' `offsets` (RINGS,) add to it.
+    course: those c, 0 but where a small stop's regions move by much of their size from ring to ring. Ring k stands
+    where 1 − √(1 − r / end) is k / (RINGS − 1)
     of what it is at the last: the rings crowd towards a radius `end` where the light
     ends, for there a region shrinks as a root. No light falls beyond dark_beyond.
     """
@@ -64,7 +67,8 @@ class PupilTable:
     end: float
     dark_beyond: float
     outline: np.ndarray
-    centres: np.ndarray
+    course: np.ndarray
+    offsets: np.ndarray
 
     @classmethod
     def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE,
@@ -73,9 +77,7 @@ class PupilTable:
 
         widened: by SPREAD, for a camera that traces what it samples; or else of the regions' own area.
         """
-        # Of the stop, or of the region itself where the film stands close behind the lens
-        cone = 0.5 / first_order(lens, wavelength).f_number or math.inf
-        tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter, film_distance * cone)
+        tolerance = TOLERANCE * size_of_regions(lens, film_distance, wavelength)
         by = machine(lens, film_distance, wavelength)
         film_radius = max(film_radius, 1e-30)           # a film that is a point has a ring of its own all the same
         rim, middle = rear_rim(lens, film_distance), aimed(lens, film_distance, wavelength)
@@ -85,11 +87,10 @@ class PupilTable:
             film_radius = end = dark
         radii = _ring_radii(film_radius, end)
         centres, rims = solve(lens, film_distance, radii, POINTS, tolerance, wavelength, shadows(radii, *rim), by)
-        if end == dark:
-            centres[-1] = centres[-2]
         centres, rims = enclosed(lens, film_distance, radii, centres, rims, tolerance, by, wavelength)
+        course, offsets = _course(radii, end, dark, centres, rims)
         return cls(film_distance, film_radius, end, dark,
-                   _equal_areas(_widened(centres, rims)) if widened else _filled(rims), centres)
+                   _equal_areas(_widened(offsets, rims)) if widened else _filled(rims), course, offsets)
 
     def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Between which rings film radii (n,) lie: the inner one, (n,) below RINGS − 1, and the share of the next."""
@@ -97,16 +98,19 @@ class PupilTable:
         inner = np.minimum(place.astype(int), RINGS - 2)
         return inner, place - inner
 
+    def centre(self, film_radius: np.ndarray) -> np.ndarray:
+        """(n,) x from which the region of film points (r, 0), r in film_radius (n,), is told."""
+        inner, f = self.ring(film_radius)
+        return (_followed(self.course, film_radius, self.end)
+                + self.offsets[inner] * (1.0 - f) + self.offsets[inner + 1] * f)
+
     @property
     def coarseness(self) -> float:
-        """How far regions between two rings may lie from a straight line between these, as a part of their half width.
+        """How far regions between two rings may lie from where these say, as a part of their half width.
 
         Along the meridian, at worst, up to nearly where the light ends.
         """
-        ends = self.centres[:, None] + self.outline[:, [0, -1], 0]
-        half, off = 0.5 * (ends[1:-1, 0] - ends[1:-1, 1]), np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0
-        counts = (half > 0.0) & (_ring_radii(self.radius, self.end)[1:-1] < NEARLY * self.dark_beyond)
-        return float(np.max(off[counts] / half[counts], initial=0.0))
+        return _coarseness(_ring_radii(self.radius, self.end), self.dark_beyond, self.offsets, self.outline)
 
     @property
     def scale(self) -> float:
@@ -126,8 +130,7 @@ class PupilTable:
         corners = corners * (2.0 * size / (GRID - 1)) - size
         off = r > 1e-6
         cosine, sine = np.where(off, film_xy.T / np.where(off, r, 1.0), [[1.0], [0.0]])
-        x = rear_xy[:, 0] * cosine + rear_xy[:, 1] * sine - (
-            self.centres[inner] + f * (self.centres[inner + 1] - self.centres[inner]))
+        x = rear_xy[:, 0] * cosine + rear_xy[:, 1] * sine - self.centre(r)
         y = np.abs(rear_xy[:, 1] * cosine - rear_xy[:, 0] * sine)
         # The last corner that it lies beyond, counter-clockwise
         beyond = corners[..., 0] * y[:, None] - corners[..., 1] * x[:, None] >= 0.0
@@ -145,10 +148,10 @@ class PupilTable:
     def step(self, normaliser: float) -> Step:
         """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
         size, cells = self._grid
-        head = [self.film_distance, self.scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser]
+        head = [self.film_distance, self.scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser, *self.course]
         return Step(aim, np.concatenate([
             [*head, 2.0 * size / (GRID - 1), -size],
-            (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.centres]))
+            (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.offsets]))
 
 
 def _dark_beyond(film_radius: float, film_distance: float, rim: tuple[np.ndarray, np.ndarray, float], middle: float,
@@ -183,12 +186,45 @@ def _ring_radii(radius: float, end: float) -> np.ndarray:
     return end * (1.0 - (1.0 - np.linspace(0.0, last, RINGS)) ** 2)
 
 
-def _widened(centres: np.ndarray, rims: np.ndarray) -> np.ndarray:
+def _course(radii: np.ndarray, end: float, dark: float, centres: np.ndarray,
+            rims: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The course that the regions' centres take across the film, if they need one, and the offsets from it.
+
+    As near to all of them as it can be, in their own half widths. Beyond the light nothing moves.
+    """
+    half = 0.5 * (rims[:, 0, 0] - rims[:, -1, 0])
+    lit = half > 0.0
+    dark_from = int(np.max(np.flatnonzero(lit), initial=-1)) + 1
+    centres[dark_from:] = centres[dark_from - 1] if dark_from else 0.0
+    if _coarseness(radii, dark, centres, rims) <= STEADY:
+        return np.zeros(3), centres
+    t, weight = (radii[lit] / end) ** 2, 1.0 / half[lit]
+    terms = np.stack([t**0, t, t * t], 1) * radii[lit, None]
+    course = np.linalg.lstsq(terms * weight[:, None], centres[lit] * weight, rcond=None)[0]
+    offsets = centres - _followed(course, radii, end)
+    offsets[dark_from:] = offsets[dark_from - 1]
+    return course, offsets
+
+
+def _followed(course: np.ndarray, radii: np.ndarray, end: float) -> np.ndarray:
+    t = (radii / end) ** 2
+    return radii * (course[0] + t * (course[1] + t * course[2]))
+
+
+def _coarseness(radii: np.ndarray, dark: float, offsets: np.ndarray, rims: np.ndarray) -> float:
+    """As the table's; the first and the last points of rims are the ends along the meridian."""
+    ends = offsets[:, None] + rims[:, [0, -1], 0]
+    half, off = 0.5 * (ends[1:-1, 0] - ends[1:-1, 1]), np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0
+    counts = (half > 0.0) & (radii[1:-1] < NEARLY * dark)
+    return float(np.max(off[counts] / half[counts], initial=0.0))
+
+
+def _widened(offsets: np.ndarray, rims: np.ndarray) -> np.ndarray:
     """The rims by SPREAD larger, and drawn out along the meridian by what a straight line between two rings may be off.
 
     The latter counts where the stop is so small that a region moves by many times its own size from ring to ring.
     """
-    off, ends = np.zeros(len(centres)), centres[:, None] + rims[:, [0, -1], 0]
+    off, ends = np.zeros(len(offsets)), offsets[:, None] + rims[:, [0, -1], 0]
     off[1:-1] = np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0       # of a straight line from a parabola
     off = np.maximum(np.maximum(off, np.roll(off, 1)), np.roll(off, -1))
     off[rims[:, 0, 0] <= rims[:, -1, 0]] = 0.0          # an empty region stays so
@@ -246,8 +282,8 @@ def aim(lanes, p, key):
     """From a film point X, Y (mm, Z = 0) aim into the region that it sees: L, M, N and WEIGHT.
 
     p: film distance, rings per unit of 1 − √(1 − r / end), 1 / end, the radius
-    beyond which no light falls, 1 / normaliser, the size and origin of the corners' grid, then
-    the table: both coordinates of every corner in one number, and the centres.
+    beyond which no light falls, 1 / normaliser, the course's three numbers, the size and origin of the corners' grid,
+    then the table: both coordinates of every corner in one number, and the offsets.
     The weight holds the exact area of the triangle that was sampled, so that
     neither the interpolation between rings nor the grid leaves an error, or a
     ring in the picture.
@@ -258,8 +294,9 @@ def aim(lanes, p, key):
     ring, between, turn, corner = row[A0], row[A1], row[A2], row[A3]
     inner0, inner1, outer0, outer1 = row[A4], row[A5], row[A6], row[A7]
     centre0, centre1 = row[A8], row[A9]
-    distance, scale, end, dark, gain, cell, origin = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
-    table = p[7:]
+    distance, scale, end, dark, gain, cell, origin = p[0], p[1], p[2], p[3], p[4], p[8], p[9]
+    straight, bent, bent_more = p[5], p[6], p[7]
+    table = p[10:]
     last = real(RINGS - 1.001)
     for i in range(B):
         r = math.sqrt(x[i] * x[i] + y[i] * y[i])
@@ -292,12 +329,14 @@ def aim(lanes, p, key):
         g = turn[i] - np.floor(turn[i])
         h = real(1) - g
         reach = math.sqrt(v[i])
-        a = e * centre0[i] + f * centre1[i] + reach * (h * ax + g * bx)
+        r2 = x[i] * x[i] + y[i] * y[i]
+        r, t = math.sqrt(r2), r2 * end * end
+        middle = e * centre0[i] + f * centre1[i] + r * (straight + t * (bent + t * bent_more))
+        a = middle + reach * (h * ax + g * bx)
         b = reach * (h * ay + g * by)
         b = -b if u[i] >= real(0.5) else b
-        r2 = x[i] * x[i] + y[i] * y[i]
         off = r2 > real(1e-12)                              # on the axis every azimuth is the same
-        inverse = real(1) / math.sqrt(r2 if off else real(1))
+        inverse = real(1) / (r if off else real(1))
         cosine, sine = x[i] * inverse if off else real(1), y[i] * inverse
         dx, dy = a * cosine - b * sine - x[i], a * sine + b * cosine - y[i]
         size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)

@@ -43,17 +43,11 @@ def _light(radius: float, size: float, uv: np.ndarray, turn: float | None) -> tu
     points, area = sampled(place, replace(table, outline=table.outline * size))(uv)
     passed = passing(place, points)
     if turn is not None:
-        middle = np.array([np.interp(radius, _radii(table), table.centres), 0.0])
+        middle = np.array([table.centre(np.array([radius]))[0], 0.0])
         passed_light = passed & ((points - middle) @ [math.cos(turn), math.sin(turn)] > 0.0)
     else:
         passed_light = passed
     return area * passed_light, passed
-
-
-def _radii(table: PupilTable) -> np.ndarray:
-    """The film radius of each ring."""
-    k = np.linspace(0.0, 1.0 - math.sqrt(1.0 - table.radius / table.end), len(table.centres))
-    return table.end * (1.0 - (1.0 - k) ** 2)
 
 
 def _even(n: int = EVEN) -> np.ndarray:

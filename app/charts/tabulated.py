@@ -67,8 +67,8 @@ def tabulated(camera: lb.LensCamera, table: PupilTable) -> Step:
 def _box(table: PupilTable) -> tuple[float, float]:
     """How far the regions reach from the line along which their middles drift (mm), and that drift for a mm of film."""
     film = table.radius * np.linspace(0.0, 1.0, 33)
-    ring, inner = table.ring(film)
-    centres = table.centres[ring] * (1.0 - inner) + table.centres[ring + 1] * inner
+    ring, _ = table.ring(film)
+    centres = table.centre(film)
     drift = float(centres @ film / (film @ film))
     rims = np.maximum(np.abs(table.outline[ring]).max((1, 2)), np.abs(table.outline[ring + 1]).max((1, 2)))
     return float((np.abs(centres - drift * film) + rims).max()), drift

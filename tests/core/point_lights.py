@@ -210,8 +210,7 @@ def through_polynomial(camera, points, sizes, wavelength=D_LINE) -> np.ndarray:
 
 def _centre(table, radii):
     """Of the regions of film points (r, 0), r of either sign."""
-    inner, f = table.ring(np.minimum(np.abs(radii), table.radius))
-    return np.sign(radii) * (table.centres[inner] * (1.0 - f) + table.centres[inner + 1] * f)
+    return np.sign(radii) * table.centre(np.minimum(np.abs(radii), table.radius))
 
 
 def _on_film(camera, film, weights):
@@ -222,8 +221,8 @@ def _on_film(camera, film, weights):
 def _inside(table, film, rear, cell) -> np.ndarray:
     """How much of a cell about a rear point lies in the region that the film point samples: 0 … 1."""
     r = np.hypot(*film.T)
-    inner, f = table.ring(np.minimum(np.nan_to_num(r), table.radius))
-    centre = table.centres[inner] * (1.0 - f) + table.centres[inner + 1] * f
+    within = np.minimum(np.nan_to_num(r), table.radius)
+    (inner, f), centre = table.ring(within), table.centre(within)
     cosine, sine = film.T / np.maximum(r, 1e-12)
     x = rear[:, 0] * cosine + rear[:, 1] * sine - centre
     y = np.abs(rear[:, 1] * cosine - rear[:, 0] * sine)
