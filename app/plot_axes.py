@@ -65,18 +65,20 @@ def polyline(draw: imgui.ImDrawList, points: np.ndarray, colour: int, weight: fl
 
 def pieces(points: np.ndarray, on: float = 0.0, off: float = 0.0) -> list[list[ImVec2]]:
     """What to draw of a curve through pixels (n, 2): its unbroken runs, or dashes of `on` pixels with gaps of `off`."""
-    found = []
+    found: list[list] = []
     for run in _runs(points):
         if on <= 0.0:
-            found.append(run)
+            found.append(run.tolist())
             continue
         lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(run, axis=0).T))])
-        for k in range(min(int(lengths[-1] / (on + off)) + 1, 2000)):
-            start, end = (on + off) * k, min((on + off) * k + on, lengths[-1])
-            inner = (lengths > start) & (lengths < end)
-            marks = np.concatenate([[start], lengths[inner], [end]])
-            found.append(np.stack([np.interp(marks, lengths, run[:, 0]), np.interp(marks, lengths, run[:, 1])], axis=1))
-    return [[ImVec2(x, y) for x, y in piece.tolist()] for piece in found]
+        starts = (on + off) * np.arange(min(int(lengths[-1] / (on + off)) + 1, 2000))
+        ends = np.minimum(starts + on, lengths[-1])
+        corners = [np.interp(marks, lengths, part).tolist() for marks in (starts, ends) for part in run.T]
+        inner, points = np.searchsorted(lengths, starts, "right"), run.tolist()
+        beyond = np.searchsorted(lengths, ends, "left")
+        found += [[(x0, y0), *points[i:j], (x1, y1)]
+                  for x0, y0, x1, y1, i, j in zip(*corners, inner.tolist(), beyond.tolist(), strict=True)]
+    return [[ImVec2(x, y) for x, y in piece] for piece in found]
 
 
 def dashed_line(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int, on: float = 5.0, off: float = 4.0) -> None:

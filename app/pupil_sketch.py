@@ -40,13 +40,17 @@ class BoxSamples:
 @lru_cache(maxsize=64)
 def region(lens: lb.Lens, film_distance: float, film_radius: float) -> Region:
     """The region that passes light from a film point; LensError where the film stands in the lens."""
-    outline = lb.open_region(lens, film_distance, (0.0, film_radius))
-    if not len(outline):
-        return Region(film_radius, outline, (0.0, 0.0, 0.0, 0.0), 0.0)
+    dark = Region(film_radius, np.zeros((0, 2)), (0.0, 0.0, 0.0, 0.0), 0.0)
     if lens.iris.is_round and lens.is_rotationally_symmetric:
         pupil = lb.exit_pupil(lens, film_distance, [film_radius])
+        if not pupil.area[0] > 0.0:
+            return dark
         x0, y0, x1, y1 = (float(v) for v in pupil.bounds[0])
-        return Region(film_radius, outline, (y0, x0, y1, x1), float(pupil.area[0]))
+        x, y = pupil.boundary(0).T                  # of a film point on the x axis
+        return Region(film_radius, np.column_stack([-y, x]), (y0, x0, y1, x1), float(pupil.area[0]))
+    outline = lb.open_region(lens, film_distance, (0.0, film_radius))
+    if not len(outline):
+        return dark
     x, y = outline.T
     area = 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
     return Region(film_radius, outline, (float(x.min()), float(y.min()), float(x.max()), float(y.max())), area)

@@ -79,6 +79,7 @@ class Readings:
     reason: str = ""
 
 
+@lru_cache(maxsize=64)
 def optical(settings: Settings) -> Settings:
     """What lens and film depend on: everything else is set to its default."""
     return settings.plain(*(name for name in LOOK if name != "limit"), *MOTION, *PLACE, "scene", "seed", "view",

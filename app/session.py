@@ -249,10 +249,11 @@ class Bench:
             glfw.post_empty_event()
 
     def hurry(self) -> None:
-        """Send the worker off as soon as one panel has changed the picture: the others take their time to follow."""
+        """Send the worker off as soon as one panel has changed the picture; the others follow beside its first pass."""
         if self.edited.picture != self.history.present.picture:
             with suppress(ValueError):
                 self.worker.restart(self.edited.checked())
+                self.worker.await_set_up()
 
     # Screenshots
 

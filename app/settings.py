@@ -7,7 +7,7 @@ radians, exposure in stops.
 
 import math
 from dataclasses import asdict, dataclass, fields, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from types import UnionType
 from typing import Any, get_args, get_origin
 
@@ -277,13 +277,13 @@ class Settings:
         default = Settings()
         return replace(self, **{name: getattr(default, name) for name in names})
 
-    @property
+    @cached_property
     def picture(self) -> "Settings":
         """What the rendered film depends on: everything else is set to its default."""
         timed = self.moves or self.view == "time"
         return self.plain(*LOOK) if timed else self.plain(*LOOK, *MOTION)
 
-    @property
+    @cached_property
     def aim(self) -> "Settings":
         """What each place of the picture looks at: `picture` without focus and aperture, a little breathing aside."""
         return self.picture.plain("visibility", "fog_light", "focusing", "focus_distance", "f_number", "seed", "view",

@@ -97,6 +97,7 @@ class Worker:
         self._news: News | None = None
         self._shown: News | None = None
         self._failure: Failure | None = None
+        self._set_up_for = 0                    # the generation whose picture is set up
         self._started = perf_counter()
         self._first_seconds = math.inf          # from the restart to the first picture, the last time
         self._chosen: Chosen | None = None      # the automatic model, as it was chosen last
@@ -142,14 +143,22 @@ class Worker:
         failure = self._failure
         return failure if failure is not None and failure.generation == self._generation else None
 
+    def await_set_up(self) -> None:
+        """Hold the frame until the first pass of the present settings is under way: both are Python until then."""
+        self._await(lambda: self._set_up_for == self._generation)
+
     def await_first(self) -> None:
-        """Hold the frame for the first picture of the present settings, where it is about to come.
+        """Hold the frame for the first picture of the present settings, where it is about to come."""
+        self._await(lambda: False)
+
+    def _await(self, enough: Callable[[], bool]) -> None:
+        """Until `enough` or there is a picture.
 
         Not beyond HOLD_SECONDS after the restart, and not at all where pictures take longer than that.
         """
         with self._change:
             if self._first_seconds < HOLD_SECONDS:
-                self._change.wait_for(lambda: self.waiting == 0.0 or self._stopped,
+                self._change.wait_for(lambda: enough() or self.waiting == 0.0 or self._stopped,
                                       max(0.0, self._started + HOLD_SECONDS - perf_counter()))
 
     def shown(self, news: News | None) -> None:
@@ -236,6 +245,9 @@ class Worker:
                 try:
                     if job is None or job.generation != generation:
                         job = self._begun(generation, settings, helper is None)
+                        with self._change:
+                            self._set_up_for = generation
+                            self._change.notify_all()
                     elif helper is not None and helper.poll() is not None:
                         helper = None                           # now small lights can be traced from their own side
                         if small_lights(job.scene.objects):
