@@ -65,7 +65,7 @@ class ArrayRecording:
     @property
     def size(self) -> int:
         """Bytes of memory."""
-        return self.array.pictures.nbytes + self.array.nearness.nbytes
+        return self.array.texels.nbytes
 
     @property
     def half(self) -> tuple[float, float]:

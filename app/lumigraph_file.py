@@ -37,4 +37,6 @@ def load_lumigraph(path: str | Path) -> tuple[lb.Lumigraph, Settings]:
             or not float(spacing) > 0.0 or not float(distance) > 0.0):
         raise ExportError(f"{path}: the pictures of this lumigraph are not those of its settings")
     middle = lb.lumigraph_pinhole(camera(settings))
-    return lb.Lumigraph(middle, float(spacing), float(distance), pictures, nearness), settings
+    texels = np.empty((*nearness.shape, 4), np.float16)
+    texels[..., :3], texels[..., 3] = np.moveaxis(pictures, 2, -1), nearness
+    return lb.Lumigraph(middle, float(spacing), float(distance), texels), settings

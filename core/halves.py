@@ -62,3 +62,53 @@ def fetched(typing, line, place):
         return context.get_dummy_value()
 
     return types.void(line, types.intp), build
+
+
+@intrinsic
+def texels_summed(typing, numbers, places, down, across, at):
+    """Σ down · across · texel (4) over UNIT, of four by four texels, and how far their fourth numbers lie from `at`.
+
+    numbers: half floats as bits; places (4): of the four numbers of the first texel of a line, of which four lie side
+    by side; down, across (4): float32. Sixteen numbers at once, which numba does not see by itself.
+    """
+    def build(context, builder, signature, arguments):
+        array, *fours, middle = arguments
+        bits = context.make_array(signature.args[0])(context, builder, array).data
+        places_, rows, columns = ([builder.extract_value(four, k) for k in range(4)] for four in fours)
+        half = ir.VectorType(ir.IntType(16), 16)
+        whole, real = ir.VectorType(ir.IntType(32), 16), ir.VectorType(ir.FloatType(), 16)
+
+        def spread(scalars) -> ir.Value:
+            found = ir.Constant(real, ir.Undefined)
+            for lane in range(16):
+                found = builder.insert_element(found, scalars[lane // 4], ir.Constant(ir.IntType(32), lane))
+            return found
+
+        def picked(vector, lanes) -> ir.Value:
+            mask = ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), list(lanes))
+            return builder.shuffle_vector(vector, vector, mask)
+
+        def larger(a, b) -> ir.Value:
+            return builder.select(builder.fcmp_ordered(">", a, b), a, b)
+
+        away, summed = spread([middle] * 4), None
+        farthest = None
+        for place, row in zip(places_, rows, strict=True):
+            there = builder.bitcast(builder.gep(bits, [place]), half.as_pointer())
+            line = builder.bitcast(builder.shl(builder.zext(builder.load(there, align=2), whole),
+                                               ir.Constant(whole, [13] * 16)), real)
+            part = builder.fmul(line, spread([row] * 4), flags=("contract",))
+            off = builder.fsub(line, away)
+            off = larger(off, builder.fneg(off))
+            summed = part if summed is None else builder.fadd(summed, part, flags=("contract",))
+            farthest = off if farthest is None else larger(farthest, off)
+        weighed = builder.fmul(summed, spread(columns))
+        eight = builder.fadd(picked(weighed, range(8)), picked(weighed, range(8, 16)))
+        four = builder.fadd(picked(eight, range(4)), picked(eight, range(4, 8)))
+        two = larger(picked(farthest, (3, 7)), picked(farthest, (11, 15)))
+        numbers_ = [builder.extract_element(four, ir.Constant(ir.IntType(32), k)) for k in range(3)]
+        last = larger(*(builder.extract_element(two, ir.Constant(ir.IntType(32), k)) for k in range(2)))
+        return context.make_tuple(builder, signature.return_type, [*numbers_, last])
+
+    four = types.UniTuple(types.float32, 4)
+    return four(numbers, types.UniTuple(types.intp, 4), four, four, types.float32), build

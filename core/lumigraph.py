@@ -18,23 +18,21 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lensbench.cameras.camera import Camera
+from lensbench.cameras.lens import LensCamera
 from lensbench.cameras.perspective import PerspectiveCamera
 from lensbench.capture import TOP, checked_views
-from lensbench.halves import half_float
+from lensbench.halves import bits_of, unit
 from lensbench.lightfield import LightFieldError, spread_offsets
+from lensbench.novel import Pinholes, Surface, look
 from lensbench.render import depth_map, render
 from lensbench.scene import Scene
 from lensbench.spaces import transformed, window_of
 
-PARTS = 2.0             # steps along a ray for each pixel by which its picture moves
-MOST_STEPS = 1024
 MOST_RAYS = 8           # of a pixel, across and down
-GHOST = 0.5             # pixels by which neighbours may disagree before one of them is said to be hidden
-NOTHING, MIDDLE = np.zeros((1, 1, 1, 1), np.float32), np.zeros((1, 1, 2))
-TOWARDS = 1e-6          # the least cosine of a ray with the way to the (s, t) plane
+BAND = 16               # lines of a picture that a thread takes at a time
+NOTHING, NO_RAYS, MIDDLE = np.zeros(0, np.float32), np.zeros((0, 6)), np.zeros((1, 1, 2))
 
 
 class NovelView(NamedTuple):
@@ -49,20 +47,29 @@ class Lumigraph:
     """What `capture_lumigraph` recorded.
 
     camera: the pinhole in the array's middle. spacing: mm between neighbours, distance: mm to the plane (s, t).
-    pictures: (down, across, 3, h, w) float16, linear radiance, the lowest row of pinholes first; nearness: (down,
-    across, h, w) float16, 1 / depth before the pinholes' plane, 1/m, 0 where only sky is seen.
+    texels: (down, across, h, w, 4) float16, the lowest row of pinholes first: linear radiance in three colours, and
+    the nearness, which is 1 / depth before the pinholes' plane, 1/m, 0 where only sky is seen.
     """
 
     camera: PerspectiveCamera
     spacing: float
     distance: float
-    pictures: np.ndarray
-    nearness: np.ndarray
+    texels: np.ndarray
 
     @property
     def views(self) -> tuple[int, int]:
         """Pinholes across and down."""
-        return self.pictures.shape[1], self.pictures.shape[0]
+        return self.texels.shape[1], self.texels.shape[0]
+
+    @property
+    def pictures(self) -> np.ndarray:
+        """(down, across, 3, h, w) the radiance of the texels."""
+        return self.texels[..., :3].transpose(0, 1, 4, 2, 3)
+
+    @property
+    def nearness(self) -> np.ndarray:
+        """(down, across, h, w) that of the texels."""
+        return self.texels[..., 3]
 
     @property
     def places(self) -> np.ndarray:
@@ -94,29 +101,21 @@ class Lumigraph:
         CameraError for a camera that is not projective.
         """
         h, w = camera.film.pixels_y, camera.film.pixels_x
-        many = self._rays(camera)
-        y, x = ((np.arange(size * many) + 0.5) / many for size in (h, w))
-        points = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
-        rays = camera.generate_rays(points, np.broadcast_to(camera.pupil_centre, points.shape), 0.5)
-        planes, begins = self._planes(rays.origins, rays.directions)
-        planes[~(rays.weights > 0.0)] = math.nan
-        near = self._nearness(surface)
-        picture, covered = np.zeros((len(planes), 3), np.float32), np.zeros(len(planes), np.bool_)
-        threads = os.cpu_count() or 1
-        ends = np.linspace(0, len(planes), threads + 1).astype(int)
+        many, own = self._rays(camera), isinstance(surface, str)
+        things, by = self._surface(surface)
+        lines = self._lines(camera)
+        given = NO_RAYS if lines is not None else self._traced(camera, many)
+        lines = np.zeros((6, 3)) if lines is None else lines
+        picture, covered = np.zeros((h, w, 3), np.float32), np.zeros((h, w), np.bool_)
+        texels = bits_of(self.texels).reshape(-1)
 
-        def see(k: int) -> None:
-            here = slice(ends[k], ends[k + 1])
-            ratio = self._ratio(planes[here], begins[here], surface, near)
-            known = near if near is not None and near.ndim == 4 else NOTHING
-            _blend(planes[here], ratio, self.pictures.view(np.uint16), known, self._array, self.offsets, self.raster,
-                   picture[here], covered[here])
+        def see(first: int) -> None:
+            look(lines, given, many, self._pinholes, texels, by, things, own, picture, covered, first,
+                 min(first + BAND, h))
 
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(see, range(threads)))
-        whole = np.asarray(covered.reshape(h, many, w, many).all((1, 3)))
-        mean = picture.reshape(h, many, w, many, 3).mean((1, 3))
-        return NovelView(np.where(whole[..., None], mean, np.float32(0)), whole)
+        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+            list(pool.map(see, range(0, h, BAND)))
+        return NovelView(picture, covered)
 
     def _rays(self, camera: Camera) -> int:
         """How many rays for each pixel, across and down: where its pixels are coarser than those recorded."""
@@ -125,51 +124,67 @@ class Lumigraph:
 
         return min(max(round(pixel(camera) / pixel(self.camera)), 1), MOST_RAYS)
 
-    def _ratio(self, planes: np.ndarray, begins: np.ndarray, surface, near: np.ndarray | None) -> np.ndarray:
-        """D / depth of what rays meet, (n,)."""
-        if near is None:
-            return np.full(len(planes), 1.0 if surface is None else self.distance / float(surface))
-        own = near.ndim == 4
-        tables = near if own else near[None, None]
-        places, offsets = (self._array, self.offsets) if own else (np.array([0.0, 0.0, self.spacing]), MIDDLE)
-        ratio = np.empty(len(planes))
-        _meet(planes, begins, tables, places, offsets, self.raster, float(tables.max()), float(tables.min()), ratio)
-        return ratio
+    def _lines(self, camera: Camera) -> np.ndarray | None:
+        """(6, 3) origin and direction of a camera's rays in the array's frame, linear in the raster's x, y and 1.
+
+        None where they are not.
+        """
+        lens = camera.gaussian
+        if camera.moves or camera.has_port or isinstance(camera, LensCamera) and camera.follows_rays:
+            return None
+        across, middle, down, low = camera.film_step.parameters
+        film = np.array([[-across, 0.0, middle], [0.0, down, -low]])
+        ahead = np.array([[0.0, 0.0, 1.0]])
+        there = np.linalg.inv(self.camera.placement()) @ camera.placement()
+        origins = there[:3, :3] @ np.concatenate([lens.origin_film * film, lens.z * ahead]) + there[:3, 3:] * ahead
+        return np.concatenate([origins, there[:3, :3] @ np.concatenate([lens.slope_film * film, -ahead])])
+
+    def _traced(self, camera: Camera, many: int) -> np.ndarray:
+        """(n, 6) origins and directions of many² rays a pixel, in the array's frame; NaN for those that are blocked."""
+        y, x = ((np.arange(size * many) + 0.5) / many for size in (camera.film.pixels_y, camera.film.pixels_x))
+        points = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
+        rays = camera.generate_rays(points, np.broadcast_to(camera.pupil_centre, points.shape), 0.5)
+        back = np.linalg.inv(self.camera.placement())
+        found = np.concatenate([transformed(back, rays.origins), rays.directions @ back[:3, :3].T], 1)
+        found[~(rays.weights > 0.0)] = math.nan
+        return found
+
+    @cached_property
+    def _pinholes(self) -> Pinholes:
+        """The array, for kernels."""
+        return Pinholes.of(self.places[0, 0], self.spacing, self.raster, self.distance, self.offsets, self._pixels)
+
+    @cached_property
+    def _own(self) -> Surface:
+        """Where each pinhole saw things."""
+        bits, scale = bits_of(self.texels), 1e-3 * self.distance
+        ends = np.array([bits[..., 3].max(), bits[..., 3].min()]).view(np.float16)      # as of whole numbers
+        nearest, farthest = (scale * ends.astype(float)).tolist()
+        return Surface(bits.reshape(-1), 4, 3, scale * float(unit(bits)), nearest, farthest)
 
     @property
-    def _array(self) -> np.ndarray:
-        """The first pinhole's place (2), and the spacing; mm."""
-        return np.array([*self.places[0, 0], self.spacing])
+    def _pixels(self) -> tuple[int, int]:
+        """Of a pinhole's picture, across and down."""
+        return self.texels.shape[3], self.texels.shape[2]
 
-    def _planes(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of rays of the world: (n, 4) u, v, s, t in mm, NaN for those that never meet both planes; where they begin.
-
-        The beginnings (n,) as D / depth before the pinholes, inf behind them.
-        """
-        back = np.linalg.inv(self.camera.placement())
-        o, d = transformed(back, origins), directions @ back[:3, :3].T
-        d = d / np.linalg.norm(d, axis=1)[:, None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            slope = d[:, :2] / np.where(d[:, 2] < -TOWARDS, -d[:, 2], math.nan)[:, None]
-            uv = o[:, :2] + o[:, 2:] * slope
-            begins = np.where(o[:, 2] < 0.0, -self.distance / o[:, 2], math.inf)
-        return np.concatenate([uv, uv + self.distance * slope], 1), begins
-
-    def _nearness(self, surface) -> np.ndarray | None:
-        """D / depth of every pixel of every pinhole, or of the middle's; None for a plane."""
+    def _surface(self, surface) -> tuple[Surface, Pinholes]:
+        """Where things are taken to be, and by which pinholes that is told."""
         if isinstance(surface, str):
             if surface != "recorded":
                 raise LightFieldError(f"surface {surface!r}: a distance, depths of the middle's pixels, or recorded")
-            return self.nearness.astype(np.float32) * np.float32(1e-3 * self.distance)
+            return self._own, self._pinholes
         if surface is None or np.ndim(surface) == 0:
             if surface is not None and not float(surface) > 0.0:
                 raise LightFieldError(f"a surface at {float(surface):g} mm: its distance must be positive")
-            return None
+            flat = 1.0 if surface is None else self.distance / float(surface)
+            return Surface(NOTHING, 1, 0, 1.0, flat, flat), self._pinholes
         depths = np.asarray(surface, np.float32)
-        if depths.shape != self.pictures.shape[3:] or not (depths > 0.0).all():
-            h, w = self.pictures.shape[3:]
+        if depths.shape != self.texels.shape[2:4] or not (depths > 0.0).all():
+            h, w = self.texels.shape[2:4]
             raise LightFieldError(f"depths of the shape {depths.shape}: they must be {h} × {w} positive numbers")
-        return np.float32(self.distance) / depths
+        near = np.float32(self.distance) / depths
+        middle = Pinholes.of((0.0, 0.0), self.spacing, self.raster, self.distance, MIDDLE, self._pixels)
+        return Surface(near.reshape(-1), 1, 0, 1.0, float(near.max()), float(near.min())), middle
 
 
 def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
@@ -228,8 +243,7 @@ def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9,
         raise LightFieldError(f"a plane at {distance:g} mm: the pinholes need one at a finite distance before them")
     across, down = checked_views(camera.film, views, samples, np.float16)
     h, w = camera.film.pixels_y, camera.film.pixels_x
-    blank = np.zeros((down, across, 3, h, w), np.float16)
-    made = Lumigraph(middle, spacing, distance, blank, np.zeros((down, across, h, w), np.float16))
+    made = Lumigraph(middle, spacing, distance, np.zeros((down, across, h, w, 4), np.float16))
     for number, (j, i) in enumerate(np.ndindex(down, across), 1):
         one = array_camera(middle, made.places[j, i], distance, made.offsets[j, i])
         made.pictures[j, i] = np.minimum(render(one, scene, samples, seed + number), TOP).transpose(2, 0, 1)
@@ -237,117 +251,3 @@ def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9,
         if not told(number / (across * down)):
             raise LightFieldError("the capture was given up")
     return made
-
-
-@njit(inline="always")
-def _pixel(near, j, i, s, t, offsets, raster):
-    """D / depth of the pixel of a pinhole that (s, t) lies in; NaN beside its picture."""
-    x = math.floor(s / raster[0] + raster[2] - offsets[j, i, 0])
-    y = math.floor(raster[3] - t / raster[1] - offsets[j, i, 1])
-    if not (0 <= x < near.shape[3] and 0 <= y < near.shape[2]):
-        return math.nan
-    return near[j, i, int(y), int(x)]
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _meet(planes, begins, near, array, offsets, raster, most, least, out):
-    """D / depth where rays meet what the pinhole nearest to each has seen; at the last depth where they never do.
-
-    Along a ray from near to far, as far as it moves by 1 / PARTS of a pixel in the pinhole's picture: it has met the
-    surface where it comes to lie behind it, but not where the surface comes before it all at once.
-    """
-    down, across = near.shape[0], near.shape[1]
-    for k in range(len(planes)):
-        u, v, s, t = planes[k]
-        if not (math.isfinite(u) and math.isfinite(s)):
-            out[k] = 1.0
-            continue
-        i = int(min(max(math.floor((u - array[0]) / array[2] + 0.5), 0), across - 1))
-        j = int(min(max(math.floor((v - array[1]) / array[2] + 0.5), 0), down - 1))
-        du, dv = u - (array[0] + i * array[2]), v - (array[1] + j * array[2])
-        high = min(most, begins[k]) * 1.001
-        moves = max(abs(du) / raster[0], abs(dv) / raster[1]) * (high - least)
-        steps = int(min(math.ceil(moves * PARTS), MOST_STEPS)) + 2
-        step = (least * 0.999 - high) / steps
-        before, found = math.nan, math.nan
-        for m in range(steps + 1):
-            q = high + m * step
-            surface = _pixel(near, j, i, s + du * (q - 1.0), t + dv * (q - 1.0), offsets, raster)
-            if surface == surface:
-                found = surface
-                if q <= surface <= q - 2.0 * step or (before == before and before > 0.0 and q <= surface
-                                                      and surface - (q - step) <= GHOST * raster[0] / array[2]):
-                    break
-            before = q - surface
-        out[k] = found if found == found else 1.0
-
-
-@njit(inline="always")
-def _cubic(f, taps):
-    """Catmull and Rom's: what the pixels at −1, 0, 1 and 2 count at f in [0, 1)."""
-    half, g = np.float32(0.5), np.float32(1) - f
-    taps[0], taps[3] = -half * f * g * g, -half * f * f * g
-    taps[1] = np.float32(1) + f * f * (np.float32(1.5) * f - np.float32(2.5))
-    taps[2] = np.float32(1) + g * g * (np.float32(1.5) * g - np.float32(2.5))
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _blend(planes, ratio, pictures, near, array, offsets, raster, out, covered):
-    """Of the four pinholes about each ray those that see its surface, each by cubics between its pixels there."""
-    down, across, _, h, w = pictures.shape
-    knows = near.shape[3] == w
-    ghost = GHOST * raster[0] / array[2]
-    sums, part = np.zeros(3, np.float32), np.zeros(3, np.float32)
-    across_taps, down_taps = np.zeros(4, np.float32), np.zeros(4, np.float32)
-    for k in range(len(planes)):
-        a, b = (planes[k, 0] - array[0]) / array[2], (planes[k, 1] - array[1]) / array[2]
-        s, t, q = planes[k, 2], planes[k, 3], ratio[k]
-        if not (-1e-6 <= a <= across - 1 + 1e-6 and -1e-6 <= b <= down - 1 + 1e-6):
-            continue
-        left, low = min(max(math.floor(a), 0), max(across - 2, 0)), min(max(math.floor(b), 0), max(down - 2, 0))
-        total = 0.0
-        sums[:] = 0.0
-        # first those that see the surface, by pixels that do; where none does, all
-        for hidden_too in (False, True):
-            if total > 0.0:
-                break
-            for corner in range(4):
-                i, j = int(left) + corner % 2, int(low) + corner // 2
-                if i >= across or j >= down:
-                    continue
-                weight = (1.0 - abs(a - i)) * (1.0 - abs(b - j))
-                if weight <= 1e-6:
-                    continue
-                ps = s + (a - i) * array[2] * (q - 1.0)
-                pt = t + (b - j) * array[2] * (q - 1.0)
-                x = ps / raster[0] + raster[2] - 0.5 - offsets[j, i, 0]
-                y = raster[3] - pt / raster[1] - 0.5 - offsets[j, i, 1]
-                if not (-0.5 <= x <= w - 0.5 and -0.5 <= y <= h - 0.5):
-                    continue
-                if knows and not hidden_too and _pixel(near, j, i, ps, pt, offsets, raster) > q + ghost:
-                    continue
-                x0, y0 = int(math.floor(x)), int(math.floor(y))
-                _cubic(np.float32(x - x0), across_taps)
-                _cubic(np.float32(y - y0), down_taps)
-                taken = np.float32(0)
-                part[:] = 0.0
-                for m in range(4):
-                    row = min(max(y0 + m - 1, 0), h - 1)
-                    for n in range(4):
-                        column = min(max(x0 + n - 1, 0), w - 1)
-                        if knows and not hidden_too and abs(near[j, i, row, column] - q) > ghost:
-                            continue
-                        tap = down_taps[m] * across_taps[n]
-                        taken += tap
-                        for c in range(3):
-                            part[c] += tap * half_float(pictures[j, i, c, row, column])
-                if taken < np.float32(0.3):
-                    continue
-                share = np.float32(weight) / taken
-                for c in range(3):
-                    sums[c] += share * part[c]
-                total += weight
-        if total > 0.0:
-            covered[k] = True
-            for c in range(3):
-                out[k, c] = sums[c] / np.float32(total)

@@ -26,7 +26,7 @@ LAYERS = (
     {"cameras"},
     {"judge", "accuracy", "views", "emission", "fronts", "detours", "sightings", "splats"},
     {"render"},
-    {"analysis", "lightfield", "capture", "lumigraph", "plenoptic", "shear", "depth", "distortion"},
+    {"analysis", "lightfield", "capture", "lumigraph", "novel", "plenoptic", "shear", "depth", "distortion"},
 )
 WORKBENCH = {"lanes", "driver", "strips", "disk", "turn"}
 KNOW_THE_WORKBENCH_ALONE = {"transform", "shutter", "sampling", "film", "scene", "scenery"}

@@ -78,8 +78,7 @@ def waving(depth, views=(3, 3)):
     """A lumigraph of such a wall, by similar triangles."""
     middle = lumigraph_pinhole(pinhole())
     shape = (views[1], views[0], 160, 240)
-    made = Lumigraph(middle, SPACING, 1200.0, np.zeros((*shape[:2], 3, *shape[2:]), np.float16),
-                     np.full(shape, 1e3 / depth, np.float16))
+    made = Lumigraph(middle, SPACING, 1200.0, np.full((*shape, 4), 1e3 / depth, np.float16))
     size = 2.0 * 1200.0 * math.tan(0.096) / 160.0
     y, x = np.mgrid[0:160, 0:240]
     for j, i in np.ndindex(views[1], views[0]):
