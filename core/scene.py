@@ -17,7 +17,20 @@ from lensbench.scenery.bounce import bounce, carry_part
 from lensbench.scenery.bounds import beam
 from lensbench.scenery.coat import SHARP, coat, coat_parameters
 from lensbench.scenery.floor import floor, floor_parameters
-from lensbench.scenery.light import BENDS, RISE0, RISE1, RISE2, RISE4, SMALL, ambient, begin, daylight, finish, settle
+from lensbench.scenery.light import (
+    BENDS,
+    RISE0,
+    RISE1,
+    RISE2,
+    RISE4,
+    SMALL,
+    ambient,
+    begin,
+    daylight,
+    finish,
+    open_light,
+    settle,
+)
 from lensbench.scenery.medium import Medium
 from lensbench.scenery.moving import displaced, motion_parameters, moving, moving_parameters
 from lensbench.scenery.moving_coat import moving_coat, moving_gleams, moving_mirrored, moving_sheen
@@ -31,7 +44,7 @@ from lensbench.scenery.moving_light import (
 )
 from lensbench.scenery.objects import Floor, Plate, Sky, Sphere, Sun, Triple, across, check, unit
 from lensbench.scenery.plates import plate_frame, plate_parameters, plates
-from lensbench.scenery.shadows import caster_parameters, lamp, lamp_parameters, sun
+from lensbench.scenery.shadows import caster_parameters, lamp, lamp_parameters, point_parameters, sun
 from lensbench.scenery.sheen import sheen, sheen_parameters
 from lensbench.scenery.sky import sky, sky_parameters, sun_disk
 from lensbench.scenery.small_lights import Taken
@@ -233,7 +246,10 @@ class Scene:
             casters = caster_parameters(_still(self.spheres), _still(self.plates))
             carried = moving_casters(_in_motion(self.objects), opening)
         around = np.concatenate([self._surround, self.ambient, holding])
-        if _in_motion(balls):
+        if not shadows:
+            around = np.concatenate([around, *(point_parameters(o) for o in _still(self._lamps))])
+            steps = [Step(open_light, around)]
+        elif _in_motion(balls):
             steps = [Step(moving_ambient, after(around, moving_holders(_in_motion(balls), opening, share)))]
         else:
             steps = [Step(ambient, around)]
@@ -242,7 +258,7 @@ class Scene:
             size = math.tan(self.sun.angular_radius)
             shining = np.concatenate([self._sun[:3], right * size, up * size, self._sun[3:], casters])
             steps.append(Step(moving_sun, after(shining, carried)) if carried.size else Step(sun, shining))
-        for o in self._lamps:
+        for o in self._lamps if shadows else _in_motion(self._lamps):
             here = displaced(o, opening)
             shining = np.concatenate([lamp_parameters(here), casters])
             if o.moves or carried.size:

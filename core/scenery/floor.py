@@ -5,6 +5,8 @@ import math
 import numpy as np
 
 from lensbench.lanes import (
+    A0,
+    A1,
     BLUE,
     DEPTH,
     FOOT,
@@ -63,11 +65,19 @@ def floor(lanes, p, key):
     ux, uy, uz, height = p[0], p[1], p[2], p[3]
     ax, ay, az, bx, by, bz, a0, b0 = p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11]
     mr, mg, mb, hr, hg, hb, shine, per = p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19]
-    tile = real(1) / per
+    tile, met, slant = real(1) / per, row[A0], row[A1]
+    many = np.int32(0)
     for i in range(B):
         steep = real(1) / (ux * dx[i] + uy * dy[i] + uz * dz[i])
-        t, near = (height - (ux * x[i] + uy * y[i] + uz * z[i])) * steep, depth[i]
-        hit = (t > real(0)) & (t < near) & (steep < real(0))
+        t = (height - (ux * x[i] + uy * y[i] + uz * z[i])) * steep
+        hit = (t > real(0)) & (t < depth[i]) & (steep < real(0))
+        met[i], slant[i] = t if hit else real(0), steep
+        many = np.int32(many + np.int32(hit))
+    if many == 0:
+        return
+    for i in range(B):
+        t, steep = met[i], slant[i]
+        hit = t > real(0)
         hx, hy, hz = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
         a, b = a0 + ax * hx + ay * hy + az * hz, b0 + bx * hx + by * hy + bz * hz
         k = np.floor(a) + np.floor(b)
@@ -79,7 +89,7 @@ def floor(lanes, p, key):
         sharp = contrast(real, abs(a - np.floor(a + real(0.5))), wide_a) * contrast(
             real, abs(b - np.floor(b + real(0.5))), wide_b)
         side = (real(4) * odd - real(1)) * sharp
-        depth[i] = t if hit else near
+        depth[i] = t if hit else depth[i]
         glow[i] = real(0) if hit else glow[i]
         gloss[i] = shine if hit else gloss[i]
         nx[i] = ux if hit else nx[i]

@@ -49,6 +49,7 @@ RISE0, RISE1, RISE2, RISE4 = 2 / (3 * math.pi), 1 / 3, 1 / (3 * math.pi), 1 / 3 
 INDEX = 1.5             # of glass and coats
 F0 = ((INDEX - 1) / (INDEX + 1)) ** 2
 
+POINT = 10              # numbers of a lamp that casts no shadows
 BENDS, SMALL = -1.0, 2.0        # GLOW of what bends a path away from small lights, and of one of those lights
 
 
@@ -103,6 +104,18 @@ def settle(lanes, p, key):
     dx, dy, dz, nx, ny, nz = row[L], row[M], row[N], row[NX], row[NY], row[NZ]
     glow, gloss, red, green, blue = row[GLOW], row[GLOSS], row[RED], row[GREEN], row[BLUE]
     tr, tg, tb, sr, sg, sb, bent = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[BENT]
+    mirrors = np.int32(0)
+    for i in range(B):
+        r, g, b = red[i] * tr[i], green[i] * tg[i], blue[i] * tb[i]
+        shine = glow[i] > real(0)
+        seen = shine & (glow[i] + bent[i] < real(SMALL + 1))
+        sr[i] += r if seen else real(0)
+        sg[i] += g if seen else real(0)
+        sb[i] += b if seen else real(0)
+        red[i], green[i], blue[i] = real(0) if shine else r, real(0) if shine else g, real(0) if shine else b
+        mirrors = np.int32(mirrors + np.int32(gloss[i] >= real(METAL)))
+    if mirrors == 0:
+        return
     for i in range(B):
         cosine = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
         edge = real(1) - (cosine if cosine > real(0) else real(0))
@@ -111,18 +124,13 @@ def settle(lanes, p, key):
         f = real(F0) + real(1 - F0) * edge5
         clear = (real(1) - f) * (real(1) - f) if gloss[i] > real(GLASS) else (real(1) - f) / (real(1) + f)
         mirror, glass = gloss[i] >= real(METAL), gloss[i] >= real(GLASS)
-        r, g, b = red[i] * tr[i], green[i] * tg[i], blue[i] * tb[i]
-        shine = glow[i] > real(0)
-        seen = shine & (glow[i] + bent[i] < real(SMALL + 1))
-        sr[i] += r if seen else real(0)
-        sg[i] += g if seen else real(0)
-        sb[i] += b if seen else real(0)
+        r, g, b = red[i], green[i], blue[i]
         tr[i] = r * clear if glass else r + edge5 * (tr[i] - r) if mirror else tr[i]
         tg[i] = g * clear if glass else g + edge5 * (tg[i] - g) if mirror else tg[i]
         tb[i] = b * clear if glass else b + edge5 * (tb[i] - b) if mirror else tb[i]
-        red[i] = real(0) if shine | mirror else r
-        green[i] = real(0) if shine | mirror else g
-        blue[i] = real(0) if shine | mirror else b
+        red[i] = real(0) if mirror else r
+        green[i] = real(0) if mirror else g
+        blue[i] = real(0) if mirror else b
 
 
 @stage
@@ -159,6 +167,47 @@ def ambient(lanes, p, key):
     sky_open(lanes)
     sky_held(lanes, p[15:])
     sky_light(lanes, p)
+
+
+@stage
+def open_light(lanes, p, key):
+    """Add the light of the sky, the ambient light and that of lamps, each as a point at its middle, without shadows.
+
+    A plate gives L cos θ cos θ′ A / (π d²), a sphere by its solid angle, L cos θ · 2 (1 − cos θm). p: the 15 numbers of
+    `ambient`, then POINT for each lamp: its middle, unit normal times area / π, radius² (a plate: 0), radiance.
+    """
+    if lit(lanes) == 0:
+        return
+    sky_open(lanes)
+    sky_light(lanes, p)
+    real = lanes.dtype.type
+    row = rows(lanes)
+    nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
+    hx, hy, hz, sr, sg, sb = row[A0], row[A1], row[A2], row[SR], row[SG], row[SB]
+    for s in range(15, p.size, POINT):
+        cx, cy, cz, ux, uy, uz, r2, er, eg, eb = (p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6],
+                                                  p[s + 7], p[s + 8], p[s + 9])
+        if r2 > real(0):
+            for i in range(B):
+                qx, qy, qz = cx - hx[i], cy - hy[i], cz - hz[i]
+                d2 = qx * qx + qy * qy + qz * qz
+                sine2 = r2 / d2 if r2 < d2 else real(1)
+                light = (nx[i] * qx + ny[i] * qy + nz[i] * qz) / math.sqrt(d2)
+                light *= real(2) * sine2 / (real(1) + math.sqrt(real(1) - sine2))
+                light = light if light > real(0) else real(0)
+                sr[i] += red[i] * light * er
+                sg[i] += green[i] * light * eg
+                sb[i] += blue[i] * light * eb
+            continue
+        for i in range(B):
+            qx, qy, qz = cx - hx[i], cy - hy[i], cz - hz[i]
+            per = real(1) / math.sqrt(qx * qx + qy * qy + qz * qz)
+            slant = (nx[i] * qx + ny[i] * qy + nz[i] * qz) * per
+            light = slant * abs(ux * qx + uy * qy + uz * qz) * (per * per * per)
+            light = light if light > real(0) else real(0)
+            sr[i] += red[i] * light * er
+            sg[i] += green[i] * light * eg
+            sb[i] += blue[i] * light * eb
 
 
 @stage

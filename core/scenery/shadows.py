@@ -76,6 +76,12 @@ def lamp_parameters(light) -> np.ndarray:
                      *light.material.colour])
 
 
+def point_parameters(light) -> np.ndarray:
+    """What `open_light` reads of a lamp."""
+    numbers = lamp_parameters(light)
+    return np.array([*numbers[1:4], *(numbers[10:13] * numbers[13] / math.pi), *numbers[14:]])
+
+
 @stage
 def cast(lanes, p):
     """A7, light that arrives at A0 A1 A2 from the unit direction A3 A4 A5 at distance A6, less what stands between."""

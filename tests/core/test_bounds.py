@@ -11,7 +11,7 @@ from lensbench.scenery.bounds import beam, outside
 from tests.core.test_moving_scene import crowd
 from tests.core.test_scene import unit
 
-BLOCKS = 24
+BLOCKS = 120
 
 
 @stage

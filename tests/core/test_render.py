@@ -3,6 +3,7 @@
 import math
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -187,3 +188,13 @@ def test_pixels_need_not_be_square():
     wide = lb.render(camera(film=film), lb.builtin_scene("white-wall"), samples=16)
     assert wide.shape == (100, 75, 3)
     assert film.pitch == pytest.approx(math.sqrt(36.0 / 75 * 24.0 / 100))
+
+
+def test_a_picture_without_shadows_is_lit_from_the_middle_of_lamps_that_move_too():
+    lamp = lb.Disk((0.0, 300.0, -600.0), (0.0, 1.0, 0.2), 150.0, lb.Material((9.0,) * 3, "lamp"))
+    still, moving = (lb.Rendering(camera("pinhole"), lb.Scene("lamp", floor=lb.Floor(-100.0), plates=(disk,)),
+                                  shadows=False)
+                     for disk in (lamp, replace(lamp, velocity=(1e-6, 0.0, 0.0))))
+    still.add(2)
+    moving.add(2)
+    np.testing.assert_allclose(moving.image(), still.image(), rtol=1e-4)

@@ -1,6 +1,7 @@
 """Light on the scenes' surfaces, mirrors, glass and coats: closed forms, quadrature and conservation."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -220,6 +221,30 @@ def test_light_is_counted_once():
     assert shoot(alone.steps(), np.zeros(3), [0.0, -1.0, 0.01])[0] == pytest.approx(0.0)         # only seen
 
 
+@pytest.mark.parametrize("lamp", [
+    lb.Disk((30.0, 500.0, -40.0), (0.3, -0.8, 0.2), 80.0, lb.Material((3.0, 2.0, 1.0), "lamp")),
+    lb.Rectangle((30.0, 500.0, -40.0), (70.0, 0.0, 0.0), (0.0, 20.0, 60.0), lb.Material((3.0, 2.0, 1.0), "lamp")),
+    lb.Sphere((30.0, 500.0, -40.0), 60.0, lb.Material((3.0, 2.0, 1.0), "lamp"))])
+def test_without_shadows_a_lamp_is_a_point_at_its_middle_at_rest_or_not(lamp):
+    """It gives L cos θ cos θ′ A / (π d²), a sphere L cos θ times the solid angle over π that it fills."""
+    ball = lb.Sphere((30.0, 300.0, -40.0), 50.0, lb.Material((1.0,) * 3, "metal"))      # it would stand between
+    scene = lb.Scene("lamp", sky=BLACK, ambient=(0.1,) * 3, spheres=(ball,), plates=(GROUND,))
+    x, z = np.random.default_rng(3).uniform(-300.0, 300.0, (2, 40))
+    to = np.array(lamp.centre) - np.column_stack([x, np.full(40, -100.0), z])
+    d2, cosine = (to**2).sum(1), to[:, 1] / np.sqrt((to**2).sum(1))
+    if isinstance(lamp, lb.Sphere):
+        light = cosine * 2.0 * (1.0 - np.sqrt(1.0 - lamp.radius**2 / d2))
+    else:
+        a, b = (np.array(lamp.right), np.array(lamp.up))
+        normal = np.cross(a, b) * (math.pi if isinstance(lamp, lb.Disk) else 4.0)       # as long as its area
+        light = cosine * abs(to @ normal) / np.sqrt(d2) / (math.pi * d2)
+    o, d = np.column_stack([x, np.full(40, -99.0), z]), [0.0, -1.0, 0.0]
+    kind = "spheres" if isinstance(lamp, lb.Sphere) else "plates"
+    for thing in (lamp, replace(lamp, velocity=(1e-6, 0.0, 0.0))):
+        lit = replace(scene, **{kind: (*getattr(scene, kind), thing)})
+        assert shoot(lit.steps(shadows=False), o, d)[:, 0] == pytest.approx(0.1 + 3.0 * light, rel=1e-6)
+
+
 # Mirrors and glass
 
 def test_a_mirror_shows_what_stands_where_its_image_is():
@@ -307,7 +332,7 @@ def test_a_scene_pays_only_for_what_it_has():
 
     ball = lb.Sphere((0.0, 0.0, -9.0), 1.0)
     plain = lb.Scene("plain", sun=lb.Sun((0.0, 1.0, 0.0)), floor=lb.Floor(), spheres=(ball,))
-    assert kernels(plain, shadows=False) == ["sky", "sun_disk", "floor", "spheres", "daylight"]
+    assert kernels(plain, shadows=False) == ["sky", "sun_disk", "floor", "beam", "spheres", "daylight"]
     assert not {"bounce", "coat", "sheen", "lamp", "plates"} & set(kernels(plain))
     assert kernels(lb.builtin_scene("white-wall")) == ["sky", "daylight"]
 
