@@ -24,7 +24,8 @@ from lensbench.scenery.small_lights import SmallLight, light_points, small_light
 MET = 0.4               # part of the camera's rays in its own picture that meet a light: above it they do better
 DENSITY = 16.0          # rays per pixel of the picture of a light that is a point, in one pass, if there is time
 SHARED_DENSITY = 2.0    # of a light whose rays stand for many
-MANY = 32               # rays that one ray stands for, at the most; no more than the light's own image has pixels
+MANY = 32               # rays that one ray stands for, at the most: a power of two
+EACH = 4.0              # of these, as many for each pixel of the light's own image
 STEADY = 0.1            # pixels: by how much, at the most, the image of a half-axis may change over the pupil
 LEAST = 0.05            # part of that, below which the lights that need the most are left to the camera
 BUDGET = 1.5            # samples of all lights for each pixel of the film, at the most, in one pass
@@ -41,7 +42,7 @@ class Sighting(NamedTuple):
     by: int                     # number of the object that shows it; −1: none
     numbers: np.ndarray
     blocks: int                 # of B rays each, in one pass
-    many: int                   # rays that a ray stands for; 0: none but itself
+    many: int                   # rays that a ray stands for, a power of two; 0: none but itself
     alone: float                # how many times as many rays it takes if each stands for itself
     round: bool                 # whether its places fill the unit disk
     image: np.ndarray           # (2, 2) pixels: x, y of the image of each of the half-axes
@@ -265,7 +266,7 @@ def _sightings(camera: Camera, scene: Scene, small: list[SmallLight], things: li
                                np.column_stack([seen.balls, first]))
     points = light_points(scene.objects)
     how = np.where(seen.balls[:, 3] > 0.0, BALL, np.where(seen.by >= 0, FLAT, STRAIGHT))
-    many = np.where(pictures.steady, np.clip(pictures.own, 1, MANY).astype(int), 0)
+    many = np.where(pictures.steady, 2 ** np.ceil(np.log2(np.clip(EACH * pictures.own, 1, MANY))).astype(int), 0)
     alone, images = (DENSITY / pictures.density).tolist(), pictures.image.astype(np.float32)
     return [Sighting(small[k], *rest) for k, rest in zip(seen.which, zip(
         how.tolist(), by, numbers, blocks.astype(int).tolist(), many.tolist(), alone, seen.disks.tolist(), images,

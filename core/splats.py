@@ -63,7 +63,6 @@ OFTEN, RARELY = 4, 4    # first passes of a picture that have splats, and of how
 SELDOM = 8              # of those, of which a light that seems hidden is traced in one
 LOOK = 8                # lights that it looks for at a time, to see whether they are hidden
 LIST = 128              # tasks whose samples are listed before they are added to the film
-TURN = 19               # points of a light from one ray's first to the next ray's: without a common divisor of POINTS
 NO_IMAGE = np.zeros((2, 2), np.float32)
 
 
@@ -181,7 +180,7 @@ class Splats:
         own = [(_own_number(number), place) for number, place in passes if number < OFTEN or number % RARELY == 0]
         self._passes += len(own)
         tasks = self._tasks([(number, None if place is None else part(number, self._seed)) for number, place in own])
-        lists = np.empty((LIST, 5, TASK * B), np.float32)
+        lists = np.empty((LIST, 6, TASK * B), np.float32)
         counts = np.zeros(LIST, np.int64)
         while listed := list(islice(tasks, LIST)):
             turns = count()
@@ -242,7 +241,7 @@ def _look(hidden, which, lanes, code, gated, data, ends, marks, lights):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _shoot(found, lanes, code, gated, data, ends, light, first, blocks, seed, image, disk):
-    """List x, y, red, green, blue of what reaches the film from so many blocks of a light; returns how many do.
+    """List x, y, red, green, blue, V0 of what reaches the film from so many blocks of a light; returns how many do.
 
     x, y are those of the light's centre, by the image of its half-axes, where that is not 0.
     """
@@ -265,6 +264,7 @@ def _shoot(found, lanes, code, gated, data, ends, light, first, blocks, seed, im
                 found[0, n] = x[i] - a * image[0, 0] - b * image[1, 0]
                 found[1, n] = y[i] - a * image[0, 1] - b * image[1, 1]
                 found[2, n], found[3, n], found[4, n] = w * red[i], w * green[i], w * blue[i]
+                found[5, n] = v0[i]
                 n += 1
     return n
 
@@ -273,21 +273,25 @@ def _shoot(found, lanes, code, gated, data, ends, light, first, blocks, seed, im
 def _drop(sums, found, n, across, top, bottom, image, points, many):
     """Add listed rays to the pixels that they fall on, in the rows top … bottom − 1.
 
-    Each as `many` rays from points of its light, as many further on from ray to ray; many = 0: as itself.
+    Each as `many` rays from points of its light; many = 0: as itself. Which points these are is told by V0, which is
+    spread over the rays together with their places before the lens.
     """
-    step = POINTS // max(many, 1)
-    share = np.float32(1.0 / max(many, 1))
+    aside, tints = np.zeros((POINTS, 2), np.float32), np.ones((POINTS, 3), np.float32)
+    if many > 0:
+        aside[:] = points[:, :1] * image[0] + points[:, 1:2] * image[1]
+        tints[:] = points[:, 2:] * np.float32(1.0 / many)
+    reach = np.abs(aside[:, 1]).max()
+    many = max(many, 1)
+    step = POINTS // many
     for k in range(n):
-        x, y, r, g, b = found[0, k], found[1, k], found[2, k] * share, found[3, k] * share, found[4, k] * share
-        for m in range(max(many, 1)):
-            px, py, pr, pg, pb = x, y, r, g, b
-            if many > 0:
-                j = (k * TURN + m * step) % POINTS
-                px += points[j, 0] * image[0, 0] + points[j, 1] * image[1, 0]
-                py += points[j, 0] * image[0, 1] + points[j, 1] * image[1, 1]
-                pr, pg, pb = r * points[j, 2], g * points[j, 3], b * points[j, 4]
+        x, y, r, g, b = found[0, k], found[1, k], found[2, k], found[3, k], found[4, k]
+        if not ((y + reach >= top) & (y - reach < bottom)):
+            continue
+        begin = int(found[5, k] * np.float32(step))
+        for j in range(begin, POINTS, step):
+            px, py = x + aside[j, 0], y + aside[j, 1]
             if (px >= 0.0) & (px < across) & (py >= top) & (py < bottom):
                 i = int(py) * across + int(px)
-                sums[i, 0] += pr
-                sums[i, 1] += pg
-                sums[i, 2] += pb
+                sums[i, 0] += r * tints[j, 0]
+                sums[i, 1] += g * tints[j, 1]
+                sums[i, 2] += b * tints[j, 2]

@@ -281,6 +281,21 @@ def test_the_points_of_a_light_are_its_own_light():
                 assert (points[:, axis] ** 2 * colour).mean() == pytest.approx(second * mean * radiance, rel=0.06)
 
 
+def test_the_disk_of_a_light_with_a_size_of_its_own_is_as_even_as_that_of_a_point():
+    """Rays stand for many, whose places on the light are spread together with those before the lens."""
+    unevenness = []
+    for size in (3e-4, 4e-3):
+        scene = Scene("one", sky=DARK, spheres=(Sphere((1200.0, 1000.0, -20000.0), size * 20000.0, bright()),))
+        pictures = []
+        for seed in range(12):
+            rendering = lb.Rendering(view("perspective", film=lb.Film(36.0, 24.0, 240, 160)), scene, seed=seed)
+            rendering.add(1)
+            pictures.append(rendering.image()[..., 0].astype(float))
+        mean = np.mean(pictures, 0)
+        unevenness.append(np.std(pictures, 0)[mean > 0.8 * mean.max()].mean() / mean.max())
+    assert unevenness[1] < unevenness[0] < 0.2
+
+
 def test_a_picture_without_patches_that_lie_apart_is_no_small_light():
     random = np.random.default_rng(3)
     wall = Rectangle((0.0, 0.0, -9000.0), (300.0, 0.0, 0.0), (0.0, 300.0, 0.0), Material(
