@@ -153,7 +153,7 @@ def _set_axes(room: ImVec2, chart: Chart, marks: list[Mark], label: str) -> None
         implot.setup_axis(axis, name if roomy else None, AXIS_FLAGS | implot.AxisFlags_.lock)
         implot.setup_axis_scale(axis, implot.Scale_.log10)
         implot.setup_axis_limits(axis, low, high, implot.Cond_.always)
-        values, _ = log_ticks(low, high, length, space)
+        values = [value for value in log_ticks(low, high, length, space)[0] if value > 0.99 * FLOOR]
         implot.setup_axis_ticks(axis, values, [f"{value:.5f}".rstrip("0").rstrip(".") for value in values], False)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from lensbench.app.atlas.known_failures import table
 from lensbench.app.atlas.stress import Curve, Stress, said
-from lensbench.app.charts.drawing import COLOURS, DIM, FAINT, look, plot, save, sheet
+from lensbench.app.charts.drawing import COLOURS, DIM, FAINT, PAPER, look, plot, save, sheet
 from lensbench.app.export import replacing
 
 if TYPE_CHECKING:
@@ -67,6 +67,8 @@ def _axis(name: str, unit: str) -> str:
 
 
 def _draw(axes: "Axes", stress: Stress) -> None:
+    from matplotlib.patheffects import withStroke
+
     tints = colours(stress)
     for curve in stress.curves:
         at, y = stress.failure(curve), drawn(stress, curve)
@@ -79,7 +81,8 @@ def _draw(axes: "Axes", stress: Stress) -> None:
             axes.plot(stress.values[at], level, "x", color=tints[base(curve)], markersize=7.0, markeredgewidth=1.8)
     axes.axhline(stress.limit, color=FAINT, linewidth=1.0, linestyle=":")
     axes.annotate(f"limit {said(stress.limit, stress.measure_unit)}", (0.01, stress.limit), (0, 3),
-                  xycoords=("axes fraction", "data"), textcoords="offset points", color=DIM, fontsize=8.0)
+                  xycoords=("axes fraction", "data"), textcoords="offset points", color=DIM, fontsize=8.0,
+                  path_effects=[withStroke(linewidth=3.0, foreground=PAPER)])
     if not stress.rising:
         axes.invert_xaxis()
 

@@ -238,7 +238,7 @@ def _stresses(title: str, axis: str, unit: str, values: np.ndarray, note: str,
             curve(name, [each.light if light else each.waste for each in results], name in OWN,
                   switch if name in OWN else "") for name, results in once().items())
         what, limit, why = (("Light", LIGHT, "a hundredth: a step that the eye may see in an even sky") if light
-                            else ("Efficiency of the samples", WASTE, "half of them are blocked"))
+                            else ("Share of the samples that pass", WASTE, "half of them are blocked"))
         return Stress(f"{title}: {'light' if light else 'samples'}", axis, unit, values, what, "", limit, why, curves,
                       note, linear)
 

@@ -124,7 +124,7 @@ def _name_marks(axes: "Axes", chart: Chart) -> None:
     """Write the names of the marks beside them, with a leader where there is no room near by."""
     from matplotlib.patheffects import withStroke
 
-    halo = [withStroke(linewidth=2.0, foreground=PAPER)]
+    halo = [withStroke(linewidth=3.5, foreground=PAPER)]
     pixel, marks = axes.figure.dpi / 72.0, [mark for mark in chart.marks if mark.placed]
     at = {mark.name: axes.transData.transform((mark.cost, max(mark.error, chart.floor))) for mark in marks}
     taken = [(x - 4.5 * pixel, y - 4.5 * pixel, x + 4.5 * pixel, y + 4.5 * pixel) for x, y in at.values()]
