@@ -23,7 +23,7 @@ from lensbench.scenery.small_lights import SmallLight, brightnesses, light_point
 
 MET = 0.4               # part of the camera's rays in its own picture that meet a light: above it they do better
 DENSITY = 16.0          # rays per pixel of the picture of a light that is a point, in one pass, if there is time
-SHARED_DENSITY = 2.0    # of a light whose rays stand for many
+SHARED_DENSITY = 0.5    # of a light whose rays stand for many
 MANY = 32               # rays that one ray stands for, at the most: a power of two
 EACH = 4.0              # of these, as many for each pixel of the light's own image
 STEADY = 0.1            # pixels: by how much, at the most, the image of a half-axis may change over the pupil
