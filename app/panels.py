@@ -129,8 +129,8 @@ class Panels:
             one.dock_node_flags_override_set = imgui.internal.DockNodeFlagsPrivate_.no_tab_bar
             imgui.set_next_window_class(one)
         c, flags = theme.colours(), imgui.WindowFlags_.no_collapse
-        ground = c.ground if name == "Render" else (*c.panel[:3], 0.0 if _in_the_dock(name) else 1.0)
-        imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*ground))
+        own = name == "Render" or _in_the_dock(name)    # the render fills its ground itself
+        imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*c.panel[:3], 0.0 if own else 1.0))
         margin = imgui.get_style().window_padding
         if padding is not None:
             margin = ImVec2(padding * theme.scale(), padding * theme.scale())

@@ -55,6 +55,7 @@ class View:
     picked: tuple[int, int] | None = None           # a pixel of a light field that was clicked on, across and down
     pointed: tuple[float, float] | None = None      # the raster point that the mouse was on last
     scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last
+    covered: tuple[float, float, float, float] | None = None    # by the picture: left, top, right, bottom on the screen
     pinned: Settings | None = None                  # those of the picture A
     dragged: bool = False
     requests: set[str] = field(default_factory=set)     # asked of the window: pause, restart, screenshot, export

@@ -6,6 +6,7 @@ last vertex.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
@@ -149,16 +150,15 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
         if abs(seen.film_radius - part * reach) <= SAME * reach:
             own = pair[0]
     if seen.area > 0.0:
-        outline = plot.pixels(seen.outline[:, 0], seen.outline[:, 1])
-        draw.add_convex_poly_filled([ImVec2(x, y) for x, y in outline[::4].tolist()], theme.packed(own, 0.22))
+        outline = _outline(seen, plot)
+        draw.add_convex_poly_filled(outline[::2], theme.packed(own, 0.22))
     for (name_, _), (tint, tint_text), field in zip(FIELDS, tints, fields, strict=True):
         if field.area > 0.0:
-            points = plot.pixels(field.outline[:, 0], field.outline[:, 1])
-            polyline(draw, points[::2], theme.packed(tint), 1.0, closed=True)
+            draw.add_polyline(_outline(field, plot), theme.packed(tint), pixel, imgui.ImDrawFlags_.closed)
             _name(draw, plot, name_, field, tint_text)
     if seen.area <= 0.0:
         return
-    polyline(draw, outline[::2], theme.packed(own), 2.0, closed=True)
+    draw.add_polyline(outline, theme.packed(own), 2.0 * pixel, imgui.ImDrawFlags_.closed)
 
     # pbrt's box, and samples of it: dots that pass, crosses that do not
     x0, y0, x1, y1 = seen.box
@@ -173,14 +173,31 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
     else:
         text(draw, ImVec2(a.x, max(a.y - height - pixel, plot.top)), colour.text, "pbrt's box")
     shown = min(int(abs(b.x - a.x) * abs(b.y - a.y) / (DENSITY * pixel) ** 2), len(samples.points))
-    places, radius, arm = plot.pixels(samples.points[:, 0], samples.points[:, 1]).tolist(), 0.75 * pixel, 2.0 * pixel
+    dots, crosses = _marks(samples, shown, plot, pixel)
     dot, cross = theme.packed(colour.strong, 0.75), theme.packed(colour.dead, 0.9)
-    for (x, y), passes in zip(places[:shown], samples.passes[:shown].tolist(), strict=True):
+    for corners in dots:
+        draw.add_rect_filled(*corners, dot)
+    for ends in crosses:
+        draw.add_line(*ends, cross, pixel)
+
+
+@lru_cache(maxsize=16)
+def _outline(field: Region, plot: PlotMap) -> list[ImVec2]:
+    """Every second point of a region's outline, in pixels."""
+    return [ImVec2(x, y) for x, y in plot.pixels(field.outline[::2, 0], field.outline[::2, 1]).tolist()]
+
+
+@lru_cache(maxsize=4)
+def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tuple[list, list]:
+    """Of the first samples the corners of dots for those that pass, and the ends of crosses' arms for the others."""
+    places, radius, arm = plot.pixels(*samples.points[:shown].T).tolist(), 0.75 * pixel, 2.0 * pixel
+    dots, crosses = [], []
+    for (x, y), passes in zip(places, samples.passes[:shown].tolist(), strict=True):
         if passes:
-            draw.add_rect_filled(ImVec2(x - radius, y - radius), ImVec2(x + radius, y + radius), dot)
+            dots.append((ImVec2(x - radius, y - radius), ImVec2(x + radius, y + radius)))
         else:
-            draw.add_line(ImVec2(x - arm, y - arm), ImVec2(x + arm, y + arm), cross, pixel)
-            draw.add_line(ImVec2(x - arm, y + arm), ImVec2(x + arm, y - arm), cross, pixel)
+            crosses += [(ImVec2(x - arm, y - way * arm), ImVec2(x + arm, y + way * arm)) for way in (1.0, -1.0)]
+    return dots, crosses
 
 
 def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colour: theme.Colour) -> None:

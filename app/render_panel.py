@@ -31,6 +31,32 @@ SLOW = 0.5                      # seconds without a picture, before that is said
 
 def render_panel(settings: Settings, picture: Picture, view: View) -> Settings:
     """Draw the tools and the picture into the current window; the settings as the mouse has left them."""
+    draw = imgui.get_window_draw_list()
+    view.covered = None
+    draw.channels_split(2)
+    draw.channels_set_current(1)
+    try:
+        return _over_ground(settings, picture, view)
+    finally:
+        draw.channels_set_current(0)
+        _ground(draw, view.covered)
+        draw.channels_merge()
+
+
+def _ground(draw: imgui.ImDrawList, covered: tuple[float, float, float, float] | None) -> None:
+    """Fill the window around what the picture covers: a processor that draws would fill that for nothing."""
+    corner, size = imgui.get_window_pos(), imgui.get_window_size()
+    end = ImVec2(corner.x + size.x, corner.y + size.y)
+    left, top, right, bottom = covered if covered is not None else (end.x, end.y, end.x, end.y)
+    draw.push_clip_rect(corner, end)
+    for x0, y0, x1, y1 in ((corner.x, corner.y, end.x, top), (corner.x, top, left, bottom),
+                           (right, top, end.x, bottom), (corner.x, bottom, end.x, end.y)):
+        if x1 > x0 and y1 > y0:
+            draw.add_rect_filled(ImVec2(x0, y0), ImVec2(x1, y1), theme.packed(theme.colours().ground))
+    draw.pop_clip_rect()
+
+
+def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
     settings = picture_tools(settings, picture, view)
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     view.hover = None
@@ -93,6 +119,8 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     end = ImVec2(corner.x + room.x, corner.y + room.y)
     draw.push_clip_rect(corner, end, True)
     draw.add_image(imgui.ImTextureRef(picture.texture), upper, lower)
+    view.covered = (max(upper.x, corner.x), max(upper.y, corner.y), max(min(lower.x, end.x), corner.x),
+                    max(min(lower.y, end.y), corner.y))
 
     # The mouse
     mouse = imgui.get_mouse_pos()

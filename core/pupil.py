@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -50,7 +50,7 @@ class ExitPupil:
 
         By Gauss's rule along every radius of the region and the trapezium rule around it.
         """
-        node, weight = np.polynomial.legendre.leggauss(12)
+        node, weight = _gauss(12)
         total = np.zeros(len(self.rims))
         for t, w in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):
             offset = t * self.rims + np.stack([self.centres - self.film_radii, 0.0 * self.centres], 1)[:, None, :]
@@ -91,6 +91,12 @@ def _integral(rims: np.ndarray, radial) -> np.ndarray:
     """∫ radial(r²) dθ over whole regions, (n,): twice the integral of f r dr from 0 to the rim, for the upper half."""
     value = radial((rims**2).sum(2))
     return ((value[:, 1:] + value[:, :-1]) * 0.5 * np.diff(np.arctan2(rims[..., 1], rims[..., 0]))).sum(1)
+
+
+@cache
+def _gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of Gauss's rule from −1 to 1."""
+    return np.polynomial.legendre.leggauss(points)
 
 
 def _peak(values: np.ndarray) -> float:
@@ -142,7 +148,7 @@ def _cos4_area(outline: np.ndarray, film_distance: float) -> float:
     """∫ cos⁴θ dA in mm² over a region seen from the film's axis point: by Gauss's rule in triangles."""
     if not len(outline):
         return 0.0
-    node, weight = np.polynomial.legendre.leggauss(8)
+    node, weight = _gauss(8)
     after = np.roll(outline, -1, 0)
     twice = outline[:, 0] * after[:, 1] - outline[:, 1] * after[:, 0]
     total = 0.0
