@@ -20,6 +20,8 @@ SOFTENING = 0.35            # radius of the first passes' softening, of the circ
 SOFTENED_SAMPLES = 16       # from here on the picture is shown as it is
 SQUARES = 2.0               # pixels of the screen: from this size on those of the picture are squares
 
+RGB = np.dtype("V12")       # three float32 that are copied as one
+
 Rgb = tuple[float, float, float]
 
 
@@ -66,7 +68,8 @@ class Screen:
         self._context = context
         self._programs: dict[tuple[str, ...], moderngl.VertexArray] = {}
         self._picture: moderngl.Texture | None = None
-        self._texels = np.zeros((0, 0, 4), np.float32)      # of the picture, on their way
+        self._texels = np.zeros((0, 0, 4), np.float32)      # of the picture, on their way,
+        self._colours = np.zeros(0, RGB)                    # and their first three numbers
         self._depth: NDArray[np.float32] | None = None      # that they hold
         self._soft: _Target | None = None
         self._shown: _Target | None = None
@@ -92,8 +95,9 @@ class Screen:
             self._soft = _Target(self._context, (width, height), 4, "f4")
             self._shown = _Target(self._context, (width, height), 4, "f1")
             self._texels = np.full((height, width, 4), np.inf, np.float32)
+            self._colours = np.ndarray(height * width, RGB, self._texels, strides=4 * self._texels.itemsize)
             self._depth = None
-        self._texels[..., :3] = image
+        self._colours[:] = np.ascontiguousarray(image, np.float32).reshape(-1, 3).view(RGB)[:, 0]
         if depth is not self._depth:
             self._texels[..., 3] = np.inf if depth is None else np.nan_to_num(_resized(depth, (height, width)),
                                                                                nan=np.inf, posinf=np.inf)
