@@ -252,9 +252,12 @@ def _centre(lens: Lens, fo: FirstOrder) -> float:
 
 
 def _behind(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float:
-    """Film mm per radian of an object's place seen from the centre, paraxially; nearness: 1 / its distance."""
+    """Film mm per radian of an object's place seen from the centre, paraxially, whichever way up its image stands.
+
+    nearness: 1 / its distance.
+    """
     efl = lens.front_index * fo.efl
-    return efl / (1.0 + nearness * (fo.front_principal - centre - efl))
+    return abs(efl / (1.0 + nearness * (fo.front_principal - centre - efl)))
 
 
 # The stage

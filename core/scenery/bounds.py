@@ -62,8 +62,8 @@ def beam(lanes, p, key):
         flat, steep = min(flat, n), max(steep, n)
         n = np.int32(across if there else real(0))
         west, east = min(west, n), max(east, n)
-    # a number that is too large has become the least of all
-    known = min(rear, low, left, flat, west) > least
+    # a number that is too large has become the least or the greatest of all, as the processor has it
+    known = (min(rear, low, left, flat, west) > least) & (max(front, high, right, steep, east) < most)
     out[0] = real(1) if known & (slow > np.int32(0.1 * FINE)) else real(0)
     out[1], out[2], out[3], out[4], out[5], out[6] = ox, oy, oz, fx, fy, fz
     out[7], out[8], out[9], out[10], out[11], out[12] = ux, uy, uz, rx, real(0), rz

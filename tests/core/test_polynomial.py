@@ -86,6 +86,19 @@ def test_the_stated_error_is_the_error_and_every_degree_is_better_than_the_one_b
     assert all(2.0 * better < worse for worse, better in zip(stated, stated[1:], strict=False))
 
 
+def test_the_error_of_a_lens_that_leaves_the_picture_upright_is_a_length_as_any_others():
+    """A relay behind a lens: its focal length is negative, and degree 9 is nearer than degree 5 all the same."""
+    one = lenses.load("pbrt-dgauss-50mm").surfaces
+    gap = lb.first_order(lenses.load("pbrt-dgauss-50mm")).bfl + 100.0
+    lens = lb.Lens((*one[:-1], replace(one[-1], thickness=gap), *one), 5).with_stop_radius(3.0)
+    order = lb.first_order(lens)
+    assert order.efl < 0.0 < order.bfl
+    table = PupilTable.of(lens, order.bfl, 3.0)
+    found = [Polynomial.fit(lens, order.bfl, table, degree) for degree in (5, 9)]
+    assert all(0.0 < fit.rms < fit.worst for fit in found)
+    assert found[1].rms < 0.1 * found[0].rms and found[1].worst < 0.1 * found[0].worst
+
+
 def test_single_precision_is_within_three_thousandths_of_a_pixel():
     lens, film_distance, table = setup()
     steps = [table.step(1.0), Polynomial.fit(lens, film_distance, table, 9, distance=2000.0).step]
