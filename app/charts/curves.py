@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lensbench.app.charts.drawing import COLOURS, DIM, FAINT, INK, PAPER, look, plot, save, sheet
+from lensbench.app.charts.drawing import COLOURS, DIM, FAINT, INK, PAPER, look, plot, save, sheet, tick_finely
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,6 +88,8 @@ def _draw(axes: "Axes", panel: Panel) -> None:
     axes.margins(y=0.12)
     if panel.ticks:
         axes.set_xticks(panel.ticks)
+    else:
+        tick_finely(axes)
     low, high = axes.get_ylim()
     if high < SHORT * low:
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
