@@ -36,6 +36,8 @@ def add_light_field_options(parser: argparse.ArgumentParser) -> None:
                                 help="by a plenoptic camera: --size counts microlenses, each with N x N pixels behind")
     capture.add_argument("--microlens-f-number", type=option(read_aperture), metavar="N",
                          help="focal length over side of the microlenses; that which matches the lens where left out")
+    capture.add_argument("--moments", type=option(read_count), default=1, metavar="N",
+                         help="equal parts of the exposure to be kept apart, where something moves (1)")
     refocus = kinds.add_parser("refocus", help="A picture from a light field, focused where you like.")
     refocus.set_defaults(command=_refocus)
     refocus.add_argument("field", metavar="FILE.npz", help="what `capture` recorded")
@@ -46,6 +48,8 @@ def add_light_field_options(parser: argparse.ArgumentParser) -> None:
                          help="a part of the recorded aperture; all of it where this is left out")
     refocus.add_argument("--view", type=option(read_place), default=(0.0, 0.0), metavar="U,V",
                          help="the middle of that part, in radii of the pupil, such as 0.5,0 or --view=-0.5,0")
+    refocus.add_argument("--moment", type=option(read_count), metavar="K",
+                         help="of the moments that were kept apart, from 1; all of the exposure where this is left out")
     add_view_options(kinds.add_parser("view", help="What a light field holds: single views, depth, rays, lines."))
     add_lumigraph_options(kinds)
     add_field_chart_options(kinds.add_parser("chart", help="How near refocused light fields come to focused cameras."))
@@ -75,6 +79,8 @@ def _capture(arguments: argparse.Namespace) -> int:
 
     if arguments.microlens_f_number is not None and not arguments.microlenses:
         raise UsageError("--microlens-f-number goes with --microlenses N")
+    if arguments.moments > 1 and arguments.microlenses:
+        raise UsageError("--moments N goes with --views: the sensor of a plenoptic camera adds up its exposure")
     settings, path = begun(arguments)
     begin = perf_counter()
     recording = _by_microlenses(arguments, settings) if arguments.microlenses else _by_lens(arguments, settings)
@@ -90,11 +96,11 @@ def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording"
     from lensbench.app.light_field_look import Recording
     from lensbench.app.worker import prepare
 
-    size = lb.light_field_bytes(settings.film, arguments.views)
+    size = lb.light_field_bytes(settings.film, arguments.views, moments=arguments.moments)
     print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
           f"{size / 1e6:.4g} MB of memory")
     return Recording(lb.capture_light_field(*prepare(settings), arguments.views, settings.samples, settings.seed,
-                                            told=told), settings)
+                                            told=told, moments=arguments.moments), settings)
 
 
 def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
@@ -135,6 +141,7 @@ def told(share: float) -> bool:
 
 
 def _refocus(arguments: argparse.Namespace) -> int:
+    from lensbench.app.cli import UsageError
     from lensbench.app.export import save_picture
     from lensbench.app.light_field_file import load_light_field
 
@@ -142,6 +149,10 @@ def _refocus(arguments: argparse.Namespace) -> int:
     field, settings = recording.field, recording.settings
     wanted = settings.focus_distance if arguments.focus is None else arguments.focus
     distance = max(wanted, field.nearest)
+    if arguments.moment is not None:
+        if arguments.moment > len(field.instants):
+            raise UsageError(f"--moment {arguments.moment}: this light field holds {len(field.instants)}")
+        field = field.instants[arguments.moment - 1]
     picture = field.refocus(distance, arguments.f_number, arguments.view)
     save_picture(arguments.output, picture, replace(settings, focus_distance=distance,
                                                     f_number=arguments.f_number or settings.f_number))

@@ -34,6 +34,7 @@ class Form:
     longer: int = 640                                   # pixels
     microlenses: int = 240                              # along the longer side
     f_number: float | None = None                       # of the microlenses; None: that which matches the lens
+    moments: int = 1                                    # parts of the exposure that are kept apart
     spacing: float = 5.0                                # mm from pinhole to pinhole
     open: bool = False                                  # shown though there is a recording
     requests: set[str] = field(default_factory=set)     # record, cancel, open, save, picture, depth, compare
@@ -46,7 +47,7 @@ class Form:
     def bytes(self, present: Settings) -> int:
         """Of memory that the recording will take."""
         film, square = self.settings(present).film, (self.views, self.views)
-        size = lb.light_field_bytes(film, square)
+        size = lb.light_field_bytes(film, square, moments=self.moments if self.kind == "lens" else 1)
         return size if self.kind != "microlenses" else size + lb.light_field_bytes(film, square, np.float32)
 
     def plenoptic(self, present: Settings) -> lb.PlenopticCamera:
@@ -123,7 +124,7 @@ class LightFieldDesk:
         form, settings = self.form, self.form.settings(present)
         square = form.views, form.views
         if form.kind == "lens":
-            self.worker.record(settings, square)
+            self.worker.record(settings, square, form.moments)
         elif form.kind == "array":
             self.worker.record_array(settings, square, form.spacing)
         else:

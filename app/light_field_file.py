@@ -1,7 +1,8 @@
 """Light fields on disk: numpy's .npz, an archive of plain arrays that every scientific program reads.
 
 In it: `light` (views down, views across, 3, h, w) and `coverage` (down, across, h, w) as recorded, `reach`, `fill`, and
-`settings`, the JSON text that exported pictures carry too; from these the camera is made again. Of a plenoptic camera
+`settings`, the JSON text that exported pictures carry too; from these the camera is made again. Where moments of the
+exposure were kept apart, `moments` (n, views down, views across, 3, h, w). Of a plenoptic camera
 the sensor's picture `raw` (h, w, 3) and its `white` (h, w), the number of pixels behind each microlens, `behind`, and
 the f-number of those, `microlenses`. Not compressed: noise does not shrink, and a light field is opened as fast as
 the disk gives it.
@@ -20,14 +21,16 @@ from lensbench.app.settings import Settings
 
 VIEWS = ("light", "coverage", "reach")
 SENSOR = ("raw", "white", "behind", "microlenses")
+OPTIONAL = ("fill", "moments")
 
 
 def save_light_field(path: str | Path, recording: Recording) -> None:
     """Write what was recorded; ExportError where that cannot be."""
     raw, field = recording.raw, recording.field
     if raw is None:
+        apart = {} if field.moments is None else {"moments": field.moments}
         save_arrays(path, recording.settings, light=field.light, coverage=field.coverage, reach=field.reach,
-                    fill=field.fill)
+                    fill=field.fill, **apart)
     else:
         save_arrays(path, recording.settings, raw=raw.picture, white=raw.white, behind=raw.camera.pixels,
                     microlenses=raw.camera.microlens_f_number)
@@ -48,18 +51,19 @@ def _wanted(names: set[str]) -> tuple[str, ...]:
     known = SENSOR if "raw" in names else VIEWS
     if set(known) - names:
         return ()
-    return (*known, "fill") if "fill" in names else known
+    return (*known, *(name for name in OPTIONAL if name in names))
 
 
 def _of_views(found: dict[str, np.ndarray], settings: Settings) -> Recording | None:
     """None where the arrays do not belong together."""
     light, coverage, reach, film = found["light"], found["coverage"], float(found["reach"]), settings.film
-    fill = float(found.get("fill", 1.0))                        # older files have none
+    fill, moments = float(found.get("fill", 1.0)), found.get("moments")         # older files have none
     if (light.dtype not in (np.float16, np.float32) or coverage.dtype != light.dtype or light.ndim != 5
             or light.shape[2:] != (3, film.pixels_y, film.pixels_x)
-            or coverage.shape != (*light.shape[:2], *light.shape[3:]) or not reach > 0.0 or not 0.0 <= fill <= 1.0):
+            or coverage.shape != (*light.shape[:2], *light.shape[3:]) or not reach > 0.0 or not 0.0 <= fill <= 1.0
+            or moments is not None and (moments.dtype != light.dtype or moments.shape[1:] != light.shape)):
         return None
-    return Recording(lb.LightField(camera(settings), reach, light, coverage, fill), settings)
+    return Recording(lb.LightField(camera(settings), reach, light, coverage, fill, moments=moments), settings)
 
 
 def _of_sensor(found: dict[str, np.ndarray], settings: Settings) -> Recording | None:

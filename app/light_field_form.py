@@ -11,6 +11,7 @@ from lensbench.app.settings import Settings
 from lensbench.app.toggles import toggles
 
 fa = icons_fontawesome_6
+MOMENTS = (1, 2, 4, 8)
 VIEWS, SAMPLES, SIDES, MICROLENSES = (5, 9, 13, 17), (1, 4, 16, 64), (320, 480, 640, 960), (120, 160, 240, 320)
 KIND_TIPS = {
     "lens": "Each cell of the pupil has a whole picture of its own taken: the best light field there is",
@@ -42,6 +43,10 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
     if form.kind != "microlenses":
         form.longer = toggles("Pixels", {n: f"{n}" for n in SIDES}, form.longer, dict.fromkeys(
             SIDES, "Along the longer side of each view"), 4.4)
+        if form.kind == "lens":
+            form.moments = toggles("Moments", {n: f"{n}" for n in MOMENTS}, form.moments, dict.fromkeys(
+                MOMENTS, "Equal parts of the exposure that are kept apart, where something moves; each has its part\n"
+                         "of the samples. 1: the exposure as a whole"), 4.4)
         if form.kind == "array":
             form.spacing = ring("Spacing", form.spacing, time_scales.lens_radius_scale(100.0, 5.0),
                                 "From pinhole to pinhole, in mm. They stand in a plane about the middle of the "

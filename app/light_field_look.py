@@ -41,13 +41,23 @@ class Recording:
     def size(self) -> int:
         """Bytes of memory."""
         raw = 0 if self.raw is None else self.raw.picture.nbytes + self.raw.white.nbytes
-        return self.field.light.nbytes + self.field.coverage.nbytes + raw
+        moments = 0 if self.field.moments is None else self.field.moments.nbytes
+        return self.field.light.nbytes + self.field.coverage.nbytes + raw + moments
+
+    def during(self, moment: int) -> lb.LightField:
+        """The light of one of the moments that were kept apart; of the whole exposure for −1, or where none were."""
+        return self.field if moment < 0 or self.field.moments is None else self.field.instants[moment]
 
     @property
     def pupil_radius(self) -> float:
         """On the plane of the paraxial exit pupil, mm for 1 of u; negative where the stop is seen upside down."""
         lens = self.field.camera.gaussian
         return -lens.approach_pupil / lens.approach_film if lens.approach_film else math.inf
+
+    def of_moment(self, look: "Look") -> tuple[int, int]:
+        """Which of how many parts of the exposure a look shows."""
+        moments = self.field.moments
+        return (0, 1) if look.moment < 0 or moments is None else (look.moment, len(moments))
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +98,7 @@ class Look:
     pixel: tuple[int, int] = (0, 0)             # of the views, across and down: what the pupil's cells are seen from
     sensor: bool = False                        # of a plenoptic camera: its raw picture, and no single view
     band: int = -1                              # of the three that is looked at; −1: all as a colour
+    moment: int = -1                            # of those that were kept apart; −1: the whole exposure
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)     # by an array, mm: to the right, up, forwards
     surface: str = "recorded"                   # a key of SURFACES; the plane lies at `distance` from the array
     deep: str = "sharp"                         # a key of DEEP
@@ -106,13 +117,13 @@ class Look:
     def asked(self) -> "Look":
         """What the picture depends on: the rest is left out."""
         if self.show == "view":
-            return Look("view", sensor=True) if self.sensor else Look("view", cell=self.cell)
+            return Look("view", sensor=True) if self.sensor else Look("view", cell=self.cell, moment=self.moment)
         if self.show == "depth":
             return Look("depth", deep=self.deep)
         if self.show == "novel":
             return replace(Look("novel", self.distance) if self.surface == "plane" else Look("novel"),
                            place=self.place, surface=self.surface)
-        return Look("focus", self.distance, self.f_number, self.view)
+        return Look("focus", self.distance, self.f_number, self.view, moment=self.moment)
 
     @property
     def coded(self) -> bool:
@@ -153,12 +164,12 @@ def shown(recording: Recording, look: Look, depth: lb.Depth | None) -> NDArray[n
     if look.show == "view" and look.sensor and recording.raw is not None:
         return recording.raw.picture
     if look.show == "view":
-        return recording.field.view(*look.cell)
+        return recording.during(look.moment).view(*look.cell)
     if look.show == "depth" and depth is not None:
         return {"sharp": depth.picture, "depth": depth_codes(depth), "sure": confidence_codes(depth)}[look.deep]
     if look.show == "depth":
         return recording.field.refocus(recording.settings.focus_distance)
-    return recording.field.refocus(look.distance, look.f_number, look.view)
+    return recording.during(look.moment).refocus(look.distance, look.f_number, look.view)
 
 
 def novel(recording: ArrayRecording, look: Look) -> lb.NovelView:
@@ -200,20 +211,37 @@ def note(recording: Recorded, look: Look) -> str:
                 f"{lenses.pixels} × {lenses.pixels} pixels each")
     if look.show == "view":
         u, v = recording.field.places[look.cell[1], look.cell[0]]
-        return f"Light field: the view from {place((u, v))} of the pupil"
+        return f"Light field: the view from {place((u, v))} of the pupil{_when(recording, look)}"
     if look.show == "depth":
         return {"sharp": "Light field: all in focus", "depth": "Light field: depth; what is not sure is dark",
                 "sure": "Light field: how sure the depth is, from black to white"}[look.deep]
     f_number = look.f_number or recording.field.f_number
     off = "" if look.view == (0.0, 0.0) else f", from {place(look.view)}"
-    return f"Light field: focused at {format_distance(look.distance)}, {format_f_number(f_number)}{off}"
+    return (f"Light field: focused at {format_distance(look.distance)}, {format_f_number(f_number)}{off}"
+            f"{_when(recording, look)}")
+
+
+def _when(recording: Recording, look: Look) -> str:
+    """Which moment is looked at, where one is."""
+    moment, number = recording.of_moment(look)
+    return "" if number == 1 else f", moment {moment + 1} of {number}"
 
 
 def radiance(recording: Recording, pixel: tuple[int, int]) -> NDArray[np.float32]:
     """(down, across, 3) what a pixel of the views sees through each cell of the pupil; 0 where no light comes."""
+    return _of_pixel(recording, recording.field.light, pixel)
+
+
+def radiance_over_time(recording: Recording, pixel: tuple[int, int]) -> NDArray[np.float32]:
+    """(moments, down, across, 3) as `radiance`, of the moments that were kept apart; the whole where none were."""
+    field = recording.field
+    return _of_pixel(recording, field.light[None] if field.moments is None else field.moments, pixel)
+
+
+def _of_pixel(recording: Recording, light: NDArray, pixel: tuple[int, int]) -> NDArray[np.float32]:
     x, y = pixel
-    light = recording.field.light[..., y, x].astype(np.float32)
-    covered = recording.field.coverage[:, :, y, x].astype(np.float32)[..., None]
+    light = light[..., y, x].astype(np.float32)
+    covered = np.broadcast_to(recording.field.coverage[:, :, y, x].astype(np.float32)[..., None], light.shape)
     return np.divide(light, covered, np.zeros_like(light), where=covered > 0.0)
 
 

@@ -13,7 +13,7 @@ from lensbench.app.light_field_desk import Form
 from lensbench.app.light_field_form import progress, recording_form, words
 from lensbench.app.light_field_look import SHOWN, ArrayRecording, Look, Recorded, Recording, match, opened, place
 from lensbench.app.light_field_pad import coverage_greys, figures, millimetres, pupil_grid, pupil_pad, pupil_picture
-from lensbench.app.light_field_rays import Strip, rays_body
+from lensbench.app.light_field_rays import Strip, moment_chooser, rays_body
 from lensbench.app.light_field_worker import FieldWorker
 from lensbench.app.ring import ring
 from lensbench.app.settings import Settings
@@ -100,6 +100,7 @@ def _focus(look: Look, recording: Recording, worker: FieldWorker, form: Form) ->
     if f_number != shown:
         look = opened(look, f_number, field)
     imgui.pop_style_var()
+    look = moment_chooser(look, recording)
     look = pupil_pad(look, recording)
     _figures(look, recording, worker)
     _comparison(look, recording, worker, form)
@@ -126,16 +127,14 @@ def _figures(look: Look, recording: Recording, worker: FieldWorker) -> None:
 
 def _comparison(look: Look, recording: Recording, worker: FieldWorker, form: Form) -> None:
     sight = worker.sight
-    central = look.view == (0.0, 0.0)
     ready = worker.task is None and sight is not None and sight.look == look.asked and look.show == "focus"
-    imgui.begin_disabled(not (central and ready))
+    imgui.begin_disabled(not ready)
     if imgui.button("Compare with the camera"):
         form.requests.add("compare")
     imgui.end_disabled()
     if imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled | imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("Render with the camera what is shown here, focused and stopped the same, keep it as A, and "
-                          "show the difference" if central else "The camera has no aperture off the axis: put the "
-                          "viewpoint back to the middle by a double click")
+        imgui.set_tooltip("Render with the camera what is shown here, focused the same, through the same part of its "
+                          "pupil and the same part of its exposure;\nkeep it as A, and show the difference")
     psnr = worker.psnr(look.asked)
     if psnr is not None:
         imgui.same_line()
@@ -162,6 +161,7 @@ def _view(look: Look, recording: Recording, settings: Settings) -> Look:
         if look.sensor:
             _sensor(look, recording, recording.raw, settings)
             return look
+    look = moment_chooser(look, recording)
     words("What each cell passes to the pixel clicked on")
     look = pupil_grid(look, recording, coverage_greys(recording, look.pixel))
     i, j = look.cell

@@ -96,7 +96,7 @@ def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path 
 def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool):
     """Picture and figures of a view, of a line, or of a pixel; large: enlarged to be looked at."""
     from lensbench.app.cli import UsageError
-    from lensbench.app.light_field_look import epipolar, radiance, ray
+    from lensbench.app.light_field_look import epipolar, radiance, radiance_over_time, ray
 
     field, (w, h) = recording.field, (recording.settings.pixels_x, recording.settings.pixels_y)
     across, down = field.views
@@ -126,6 +126,7 @@ def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool)
     return shown, {
         "pixel": [x, y], "mean_radiance": seen.mean((0, 1)).tolist(),
         "coverage": field.coverage[:, :, y, x].astype(float).tolist(), "radiance": seen.astype(float).tolist(),
+        "radiance_over_time": radiance_over_time(recording, (x, y)).astype(float).tolist(),
         "film_mm": [[list(film) for film, _ in row] for row in rays],
         "pupil_mm": [[list(pupil) for _, pupil in row] for row in rays]}
 

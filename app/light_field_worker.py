@@ -18,7 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.light_field_look import ArrayRecording, Look, Recorded, Recording, novel, picture_settings, shown
+from lensbench.app.light_field_look import (
+    ArrayRecording,
+    Look,
+    Recorded,
+    Recording,
+    novel,
+    picture_settings,
+    radius,
+    shown,
+)
 from lensbench.app.settings import Settings
 from lensbench.app.worker import prepare
 
@@ -79,9 +88,9 @@ class FieldWorker:
 
     # The window's side
 
-    def record(self, settings: Settings, views: tuple[int, int]) -> None:
+    def record(self, settings: Settings, views: tuple[int, int], moments: int = 1) -> None:
         """Record what the settings see, with their pixels and samples; the recording there is stays until then."""
-        self._begin("Recording", lambda task: self._record(task, settings, views))
+        self._begin("Recording", lambda task: self._record(task, settings, views, moments))
 
     def expose(self, settings: Settings, pixels: int, f_number: float | None) -> None:
         """Record by a plenoptic camera: its microlenses, of this f-number, stand for the settings' pixels."""
@@ -183,11 +192,11 @@ class FieldWorker:
         self._woken()
         return not (task.cancelled or self._stopped)
 
-    def _record(self, task: Task, settings: Settings, views: tuple[int, int]) -> None:
+    def _record(self, task: Task, settings: Settings, views: tuple[int, int], moments: int) -> None:
         settings = settings.checked()
         camera, scene = prepare(settings)
         field = lb.capture_light_field(camera, scene, views, settings.samples, settings.seed,
-                                       told=lambda share: self._told(task, share))
+                                       told=lambda share: self._told(task, share), moments=moments)
         self.recording = Recording(field, settings)
 
     def _expose(self, task: Task, settings: Settings, pixels: int, f_number: float | None) -> None:
@@ -225,8 +234,14 @@ class FieldWorker:
         from lensbench.app.comparison import decibels
         from lensbench.app.export import render
 
-        settings = replace(picture_settings(sight.recording, sight.look), samples=COMPARED)
-        image = render(settings, lambda share: self._told(task, share), lambda: task.cancelled or self._stopped)
+        look, recording = sight.look, sight.recording
+        settings = replace(picture_settings(recording, look), samples=COMPARED)
+        if isinstance(recording, Recording) and (look.view != (0.0, 0.0) or recording.of_moment(look) != (0, 1)):
+            camera, scene = prepare(replace(settings, f_number=recording.settings.f_number))
+            image = lb.picture_through(camera, scene, look.view, radius(look, recording.field), COMPARED, settings.seed,
+                                       recording.of_moment(look), lambda share: self._told(task, share))
+        else:
+            image = render(settings, lambda share: self._told(task, share), lambda: task.cancelled or self._stopped)
         if image is not None:
             self.compared = Compared(sight, image, settings, decibels(sight.image, image))
 

@@ -55,7 +55,7 @@ from lensbench.cameras.orthographic import OrthographicCamera  # noqa: E402
 from lensbench.cameras.perspective import PerspectiveCamera  # noqa: E402
 from lensbench.cameras.pinhole import PinholeCamera, best_pinhole  # noqa: E402
 from lensbench.cameras.rays import CameraError, Rays  # noqa: E402
-from lensbench.capture import capture_light_field  # noqa: E402
+from lensbench.capture import capture_light_field, picture_through  # noqa: E402
 from lensbench.confusion import (  # noqa: E402
     circle_of_confusion,
     depth_of_field,
@@ -144,6 +144,7 @@ __all__ = [
     "film_extent", "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal",
     "irradiance", "light_field_bytes", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus",
     "open_region",
+    "picture_through",
     "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "section_foci", "seidel", "stopped_down",
     "t_number", "thick_circle_of_confusion", "trace", "transmission", "vignetting", "working_f_number",
 ]

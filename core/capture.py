@@ -6,6 +6,7 @@ lie aside from each other, which fills the pixels again; what was averaged twice
 
 import math
 import os
+import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -17,11 +18,14 @@ import numpy as np
 from lensbench.blocktracer import through
 from lensbench.cameras.camera import Camera
 from lensbench.cameras.lens import LensCamera
+from lensbench.disk import concentric
 from lensbench.driver import Program
 from lensbench.film import Film
 from lensbench.glass import D_LINE
-from lensbench.lanes import PIXEL, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, bench, rows, stage
-from lensbench.lightfield import LightField, LightFieldError, light_field_bytes, spread_offsets
+from lensbench.lanes import PIXEL, TIME, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, bench, rows, stage
+from lensbench.lightfield import LightField, LightFieldError, light_field_bytes, middle_of, spread_offsets
+from lensbench.pupil_grid import PupilGrid
+from lensbench.pupil_nodes import SECTORS
 from lensbench.pupil_table import PupilTable
 from lensbench.sampling import sampler
 from lensbench.scene import Scene
@@ -35,20 +39,25 @@ SIDE = 33               # film radii at which a lens is asked how far its pupil 
 
 def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), samples: int = 16,
                         seed: int = 0, dtype=np.float16, shadows: bool = True, threads: int | None = None,
-                        told: Callable[[float], bool] = lambda share: True) -> LightField:
+                        told: Callable[[float], bool] = lambda share: True, moments: int = 1) -> LightField:
     """Record the light field of a camera that focuses: a projective one with a lens, traced or ideal.
 
     views: across and down; samples: for each pixel of each view, and less where the pupil's edge runs through its
     cell: the pupil is sampled evenly. dtype: float16, or float32 for twice the memory.
-    told: called with the share that is done; the capture is given up where it answers False.
-    LightFieldError for numbers that cannot be, for a camera without an aperture, for more
-    memory than there is, and for a capture that was given up.
+    told: called with the share that is done; the capture is given up where it answers False. moments: equal parts of
+    the exposure that are kept apart, beside their mean; each has its part of the samples.
+    LightFieldError for numbers that cannot be, for a camera without an aperture, for moments where nothing moves, for
+    more memory than there is, and for a capture that was given up.
     """
-    across, down = checked_views(camera.film, views, samples, dtype)
+    across, down = checked_views(camera.film, views, samples, dtype, moments)
+    if moments > 1 and not (camera.moves or scene.moves):
+        raise LightFieldError(f"{moments} moments: nothing moves while the shutter is open, so that all are alike; "
+                              "record one, or choose a longer time, a camera or a scene that moves")
     reach = pupil_reach(camera)
     h, w = camera.film.pixels_y, camera.film.pixels_x
     light = np.zeros((down, across, 3, h, w), dtype)
     coverage = np.zeros((down, across, h, w), dtype)
+    apart = np.zeros((moments, *light.shape), dtype) if moments > 1 else None
     offsets = spread_offsets(across, down)
     recorder = Recorder(camera, scene, shadows, np.uint32(seed & 0xFFFFFFFF))
     done = count(1)
@@ -57,7 +66,7 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     def record(place: tuple[int, int]) -> None:
         j, i = place
         cell = _lit_cell(reach, (across, down), (i, j))
-        number, first = math.ceil(samples * cell.share), (j * across + i) * samples
+        number, first = math.ceil(samples * cell.share / moments), (j * across + i) * samples
 
         def aims(wavelength: float) -> list[Step]:
             return [camera.film_step, *cell_steps(camera, cell, wavelength)]
@@ -65,10 +74,15 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
         for left in range(0, w if number else 0, recorder.width):
             if given_up:
                 return
-            strip = recorder.strip(left, aims, FILL, offsets[j, i], first, number) * np.float32(cell.share)
-            here = slice(left, min(left + recorder.width, w))
-            light[j, i, :, :, here] = np.minimum(strip[:3], TOP)[..., :w - left]
-            coverage[j, i, :, here] = strip[3][..., :w - left]
+            here, mean = slice(left, min(left + recorder.width, w)), np.zeros((4, h, recorder.width), np.float32)
+            for moment in range(moments):
+                strip = recorder.strip(left, aims, FILL, offsets[j, i], first + moment * number, number,
+                                       (moment, moments)) * np.float32(cell.share)
+                mean += strip / np.float32(moments)
+                if apart is not None:
+                    apart[moment, j, i, :, :, here] = np.minimum(strip[:3], TOP)[..., :w - left]
+            light[j, i, :, :, here] = np.minimum(mean[:3], TOP)[..., :w - left]
+            coverage[j, i, :, here] = mean[3][..., :w - left]
         if not told(next(done) / (across * down)):
             given_up.append(place)
 
@@ -76,7 +90,40 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
         list(pool.map(record, [(j, i) for j in range(down) for i in range(across)]))
     if given_up:
         raise LightFieldError("the capture was given up")
-    return LightField(camera, reach, light, coverage, FILL)
+    return LightField(camera, reach, light, coverage, FILL, moments=apart)
+
+
+def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], radius: float, samples: int = 16,
+                    seed: int = 0, moment: tuple[int, int] = (0, 1),
+                    told: Callable[[float], bool] = lambda share: True) -> np.ndarray:
+    """What a camera sees through a round part of its pupil alone, (h, w, 3): what focusing a light field comes near to.
+
+    place and radius of the part in radii of the paraxial exit pupil; moment: which of how many parts of the exposure.
+    LightFieldError as of `capture_light_field`.
+    """
+    checked_views(camera.film, (1, 1), samples, np.float32)
+    pupil_reach(camera)
+    w, h = camera.film.pixels_x, camera.film.pixels_y
+    recorder = Recorder(camera, scene, True, np.uint32(seed & 0xFFFFFFFF))
+    part = Cell((place[0] - radius, place[1] - radius), (2.0 * radius, 2.0 * radius), 1.0)
+    planes = np.zeros((4, h, w), np.float32)
+    done, given_up = count(1), threading.Event()
+
+    def aims(wavelength: float) -> list[Step]:
+        return [camera.film_step, Step(within_disk, []), *cell_steps(camera, part, wavelength)]
+
+    def expose(left: int) -> None:
+        if not given_up.is_set():
+            strip = recorder.strip(left, aims, 1.0, (0.0, 0.0), 0, samples, moment)
+            planes[:, :, left:left + recorder.width] = strip[..., :w - left]
+        if not told(min(next(done) * recorder.width / w, 1.0)):
+            given_up.set()
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        list(pool.map(expose, range(0, w, recorder.width)))
+    if given_up.is_set():
+        raise LightFieldError("the picture was given up")
+    return np.ascontiguousarray(planes[:3].transpose(1, 2, 0) / max(middle_of(planes[3]), 1e-30))
 
 
 def free_memory() -> float:
@@ -87,20 +134,22 @@ def free_memory() -> float:
         return math.inf
 
 
-def checked_views(film: Film, views: tuple[int, int], samples: int, dtype) -> tuple[int, int]:
+def checked_views(film: Film, views: tuple[int, int], samples: int, dtype, moments: int = 1) -> tuple[int, int]:
     """Views across and down; LightFieldError for what cannot be recorded."""
     across, down = (int(number) for number in views)
     if across < 1 or down < 1 or (across, down) != tuple(views):
         raise LightFieldError(f"{views[0]} × {views[1]} views: both must be whole numbers of at least 1")
     if samples < 1:
         raise LightFieldError(f"{samples} samples a pixel: at least 1 is needed")
+    if moments < 1 or int(moments) != moments:
+        raise LightFieldError(f"{moments} moments: a whole number of at least 1 is needed")
     if np.dtype(dtype) not in (np.float16, np.float32):
         raise LightFieldError("a light field is recorded in float16 or float32")
-    size, free = light_field_bytes(film, (across, down), dtype), free_memory()
+    size, free = light_field_bytes(film, (across, down), dtype, moments), free_memory()
     if size > 0.9 * free:
         raise LightFieldError(f"{across} × {down} views of {film.pixels_x} × {film.pixels_y} pixels take "
                               f"{size / 1e9:.3g} GB, more than the {free / 1e9:.3g} GB that are free: record "
-                              "fewer views or pixels")
+                              f"fewer views{' or moments' if moments > 1 else ''} or pixels")
     return across, down
 
 
@@ -109,24 +158,36 @@ def pupil_reach(camera: Camera) -> float:
     lens = camera.gaussian
     if lens.is_hole:
         raise LightFieldError("a pinhole sees from one place alone: record a light field through a lens")
-    if isinstance(camera, LensCamera) and not camera.lens.is_rotationally_symmetric:
-        raise LightFieldError("a light field is recorded through rotationally symmetric lenses: this one has a "
-                              "cylinder or toroid")
     if not (isinstance(camera, LensCamera) and camera.follows_rays):
         if not lens.iris.is_round and lens.origin_film != 0.0:
             raise LightFieldError("without a pupil that all film points share, the ideal models record a light field "
                                   "through a round stop alone: choose the full trace, or no blades")
         return 1.0
-    film = camera.film.diagonal / 2.0 * np.linspace(0.0, 1.0, SIDE)
     table = camera.pupil
-    assert isinstance(table, PupilTable)                    # of a symmetric lens
-    film = film[film <= table.radius]
-    ring, inner = table.ring(film)
+    film, slopes = _rims(table, camera.film.diagonal / 2.0) if isinstance(table, PupilTable) else _between(table)
+    return float(np.hypot(*(slopes - lens.approach_film * film)).max() / abs(lens.approach_pupil))
+
+
+def _rims(table: PupilTable, farthest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Of a symmetric lens film points (2, n, 1) along a radius, and the slopes (2, n, m) from them to its rim."""
+    radii = farthest * np.linspace(0.0, 1.0, SIDE)
+    radii = radii[radii <= table.radius]
+    ring, inner = table.ring(radii)
     rim = table.outline[ring + np.rint(inner).astype(int)]
-    slope = rim[..., 0] + (table.centre(film) - film)[:, None]
-    u = slope / camera.film_distance - lens.approach_film * film[:, None]
-    v = rim[..., 1] / camera.film_distance
-    return float(np.hypot(u, v).max() / abs(lens.approach_pupil))
+    film = np.stack([radii, np.zeros_like(radii)])[..., None]
+    to = np.stack([rim[..., 0] + (table.centre(radii) - radii)[:, None], rim[..., 1]])
+    return film, to / table.film_distance
+
+
+def _between(grid: PupilGrid) -> tuple[np.ndarray, np.ndarray]:
+    """As `_rims`, (2, n) each: of a lens with two planes of symmetry all over a quadrant of its film."""
+    x, y, turn = (axis.ravel() for axis in np.meshgrid(
+        np.linspace(0.0, grid.half_width, SIDE), np.linspace(0.0, grid.half_height, SIDE),
+        (np.arange(4 * SECTORS) + 0.5) / (4 * SECTORS)))
+    l, m, n, weight = Program([grid.step(1.0)], np.float64).run(
+        {X: x, Y: y, U0: turn, U1: np.full_like(turn, 1.0)}, [L, M, N, WEIGHT], len(turn))
+    lit = weight > 0.0
+    return np.stack([x, y])[:, lit], np.stack([l, m])[:, lit] / -n[lit]
 
 
 class Cell(NamedTuple):
@@ -166,18 +227,21 @@ class Recorder:
         return -(-w // number_of_strips(w))
 
     def strip(self, left: int, aims: Callable[[float], list[Step]], fill: float, aside, first: int,
-              number: int) -> np.ndarray:
+              number: int, moment: tuple[int, int] = (0, 1)) -> np.ndarray:
         """(4, h, width) float32: the mean light, and last the mean weight, of samples first … of a number.
 
         left: where the strip begins; aims: the steps from raster X, Y and U0, U1 to the ray, for a wavelength (µm);
-        fill: the part of a pixel's side that is sampled, aside: by what part it lies aside (2).
+        fill: the part of a pixel's side that is sampled, aside: by what part it lies aside (2). moment: which of how
+        many parts of the exposure.
         """
         h = self.camera.film.pixels_y
         blocks = -(-self.width * h // B)
         lanes, sums, seed = bench(), np.zeros((blocks, 3 * B), np.float32), np.uint32((int(self.seed) + left) % 2**32)
         covered = np.zeros(blocks * B, np.float32)
         programs: dict[int | None, list[tuple[Program, np.ndarray]]] = {}
-        before = Step(placed, [fill, left + aside[0], aside[1]])
+        before = [Step(placed, [fill, left + aside[0], aside[1]])]
+        if moment[1] > 1:
+            before.append(Step(during, [1.0 / moment[1], moment[0] / moment[1]]))
         for sample, many, place in self._samples(first, number):
             if place not in programs:
                 programs[place] = self._programs(place, before, aims, blocks)
@@ -196,7 +260,7 @@ class Recorder:
             return [(first, number, None)]
         return [(sample, 1, part(sample, self.seed)) for sample in range(first, first + number)]
 
-    def _programs(self, place: int | None, before: Step, aims: Callable[[float], list[Step]], blocks: int):
+    def _programs(self, place: int | None, before: list[Step], aims: Callable[[float], list[Step]], blocks: int):
         """For a part of the spectrum, or the d line: the programs, with the sums of their weights, (blocks · B,)."""
         camera, scene = self.camera, self.scene
         timed = camera.moves or scene.moves
@@ -206,7 +270,7 @@ class Recorder:
                                                       for name, row in WAVELENGTHS.items()]
         made = []
         for wavelength, ending in lines:
-            aim = [*sampler(self.width, camera.film.pixels_y, lit=self.shadows, timed=timed), before, *clock,
+            aim = [*sampler(self.width, camera.film.pixels_y, lit=self.shadows, timed=timed), *before, *clock,
                    *aims(wavelength), *camera.port]
             program = Program([*aim, Step(covering, np.zeros(blocks * B)), *camera.carried, *after, *ending])
             made.append((program, program.data[program.ends[len(aim)]:program.ends[len(aim) + 1]]))
@@ -232,6 +296,27 @@ def placed(lanes, p, key):
     for i in range(B):
         a, b = np.floor(x[i]) + real(0.5), np.floor(y[i]) + real(0.5)
         x[i], y[i] = a + (x[i] - a) * fill + across, b + (y[i] - b) * fill + down
+
+
+@stage
+def within_disk(lanes, p, key):
+    """U0, U1 of the unit square to those of the disk that just fits into it, evenly."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u, v = row[U0], row[U1]
+    for i in range(B):
+        a, b = concentric(real, u[i], v[i])
+        u[i], v[i] = real(0.5) + real(0.5) * a, real(0.5) + real(0.5) * b
+
+
+@stage
+def during(lanes, p, key):
+    """TIME within a part of the exposure. p: how long that is, and where it begins, of [0, 1)."""
+    row = rows(lanes)
+    time = row[TIME]
+    share, begin = p[0], p[1]
+    for i in range(B):
+        time[i] = begin + share * time[i]
 
 
 @stage

@@ -34,9 +34,13 @@ class LightFieldError(ValueError):
     """A light field that cannot be; the message says what to do."""
 
 
-def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.float16) -> int:
-    """What a light field of so many views across and down will take: three colours and the coverage of every pixel."""
-    return views[0] * views[1] * film.pixels_x * film.pixels_y * 4 * np.dtype(dtype).itemsize
+def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.float16, moments: int = 1) -> int:
+    """What a light field of so many views across and down will take: three colours and the coverage of every pixel.
+
+    And three colours more for each of the moments, where there are several.
+    """
+    numbers = 4 + (3 * moments if moments > 1 else 0)
+    return views[0] * views[1] * film.pixels_x * film.pixels_y * numbers * np.dtype(dtype).itemsize
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +51,8 @@ class LightField:
     float16 or float32. A view's place (u, v): x to the right and y up in the pupil. reach: the grid's
     half side, in radii of the paraxial exit pupil. fill: the part of a pixel's side over which each
     view's samples lie, about its middle. aside: (down, across, 2) by what part of a pixel each view's grid lies aside,
-    to the right and down; None: as `spread_offsets` has it.
+    to the right and down; None: as `spread_offsets` has it. moments: (n, down, across, 3, h, w) the light of equal
+    parts of the exposure one after the other, whose mean `light` is; None where they were not kept apart.
     """
 
     camera: Camera
@@ -56,6 +61,14 @@ class LightField:
     coverage: np.ndarray
     fill: float = 1.0
     aside: np.ndarray | None = None
+    moments: np.ndarray | None = None
+
+    @cached_property
+    def instants(self) -> "tuple[LightField, ...]":
+        """The light field of each moment that was kept apart; itself alone where none were."""
+        if self.moments is None:
+            return (self,)
+        return tuple(replace(self, light=light, moments=None) for light in self.moments)
 
     @property
     def views(self) -> tuple[int, int]:
@@ -231,10 +244,15 @@ class LightField:
     @cached_property
     def _on_axis(self) -> np.ndarray:
         """(down, across) coverage of the cells seen from about the film's centre."""
-        h, w = self.coverage.shape[2:]
-        y, x = max(h // NEAR, 1), max(w // NEAR, 1)
-        near = self.coverage[:, :, (h - y) // 2:(h + y + 1) // 2, (w - x) // 2:(w + x + 1) // 2]
-        return near.astype(float).mean((2, 3))
+        return middle_of(self.coverage)
+
+
+def middle_of(coverage: np.ndarray) -> np.ndarray:
+    """The mean about the film's centre of coverages (…, h, w)."""
+    h, w = coverage.shape[-2:]
+    y, x = max(h // NEAR, 1), max(w // NEAR, 1)
+    near = coverage[..., (h - y) // 2:(h + y + 1) // 2, (w - x) // 2:(w + x + 1) // 2]
+    return np.asarray(near.astype(float).mean((-2, -1)))
 
 
 def spread_offsets(across: int, down: int) -> np.ndarray:

@@ -195,9 +195,13 @@ def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
     """
     lens, film = camera.gaussian, camera.film
     if camera.moves:
-        raise LightFieldError("the camera moves: hold it still to record an array about it")
-    if lens.slope_film == 0.0 or camera.has_port:
-        raise LightFieldError("a lumigraph is recorded by pinholes in air: this camera looks through no one place")
+        raise LightFieldError("the camera moves while the shutter is open, so that its array has no one place: hold it "
+                              "still, or record a light field by the lens")
+    if camera.has_port:
+        raise LightFieldError("through a flat window into water no pinhole sees straight, so that views cannot be put "
+                              "together: record the array in air, or a light field by the lens")
+    if lens.slope_film == 0.0:
+        raise LightFieldError("a lumigraph is recorded by pinholes: this camera looks through no one place")
     place = camera.placement() @ np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0],
                                            [0.0, 0.0, 1.0, lens.z + lens.origin_film / lens.slope_film],
                                            [0.0, 0.0, 0.0, 1.0]])

@@ -147,6 +147,14 @@ def test_the_camera_renders_the_same_picture_and_the_difference_is_shown(drive):
         # The same samples, added up in another order
         assert found == pytest.approx(decibels(desk.sight.image, direct), abs=0.01)
         assert found > 23.0                     # the noise of 25 samples a pixel
+        # From another place in the pupil too
+        hand.drag(hand.at("**/Pupil pad", 0.5, 0.5), hand.at("**/Pupil pad", 0.65, 0.4))
+        shown(hand)
+        before = desk.worker.compared
+        hand.ctx.item_click("//Light field/**/Compare with the camera")
+        hand.wait(lambda: desk.worker.compared is not before, "the camera's picture from there")
+        assert desk.worker.psnr(desk.look.asked) > 20.0
+        assert decibels(desk.sight.image, direct) < desk.worker.psnr(desk.look.asked) - 1.0
 
     assert drive(use, START).view.messages == []
 

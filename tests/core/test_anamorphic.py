@@ -192,7 +192,7 @@ def test_the_density_of_samples_is_told(camera):
 
 
 def test_what_assumes_symmetry_says_so(camera):
-    for model in ("polynomial", "table", "thick", "thin", "pinhole"):
+    for model in ("polynomial", "thick", "thin", "pinhole"):
         with pytest.raises(lb.CameraError, match="choose the full trace"):
             replace(camera, model=model)
     with pytest.raises(lb.CameraError, match="leave its stop round"):
@@ -201,6 +201,4 @@ def test_what_assumes_symmetry_says_so(camera):
         lb.exit_pupil(camera.lens, camera.film_distance, [0.0])
     with pytest.raises(lb.LensError, match="rotationally symmetric"):
         lb.chief_ray(camera.lens, 0.1)
-    with pytest.raises(lb.LightFieldError, match="rotationally symmetric"):
-        lb.capture_light_field(camera, lb.builtin_scene("room"), (2, 2), 1)
     assert lb.choose_model(camera, lb.builtin_scene("room")).model == "trace"

@@ -121,6 +121,56 @@ def test_a_lens_that_disperses_is_recorded_in_colours():
     assert np.ptp(direct[8:-8, 8:-8].mean(0), axis=-1).max() > 0.2 and off(coloured) < 0.15 * off(plain)
 
 
+def test_a_moment_of_the_exposure_is_what_a_shutter_open_then_lets_through():
+    fair, whole = lb.builtin_scene("fairground"), replace(small(), shutter_close=1.0 / 15.0)
+    field = lb.capture_light_field(whole, fair, (9, 9), 24, moments=2)
+    assert field.moments.nbytes + field.light.nbytes + field.coverage.nbytes == lb.light_field_bytes(
+        whole.film, (9, 9), moments=2)
+    mean = field.moments.astype(np.float32).mean(0)
+    # Each is rounded to 11 bits
+    assert np.allclose(mean, field.light.astype(np.float32), rtol=2e-3, atol=1e-6)
+    first, second = (replace(whole, shutter_open=k / 30.0, shutter_close=(k + 1) / 30.0) for k in (0, 1))
+    for instant, then, other in zip(field.instants, (first, second), (second, first), strict=True):
+        again = instant.refocus(1200.0)
+        # As far from a render as the whole exposure, of which it has half the samples
+        assert psnr(again, lb.render(then, fair, 512)) > 36.0
+        assert psnr(again, lb.render(other, fair, 512)) < 30.0
+    with pytest.raises(lb.LightFieldError, match="nothing moves"):
+        lb.capture_light_field(small(), lb.builtin_scene(STILL), (2, 2), 1, moments=2)
+    with pytest.raises(lb.LightFieldError, match="moments: a whole number"):
+        lb.capture_light_field(whole, fair, (2, 2), 1, moments=0)
+
+
+def test_a_lens_with_cylinders_is_focused_afterwards_too():
+    lens, scene, film = lenses.load("lentil-schneider-anamorphic-31-2001"), lb.builtin_scene(STILL), lb.Film(
+        14.4, 12.0, 84, 70)
+    field = lb.capture_light_field(lb.LensCamera(lens, film, 2000.0), scene, (9, 9), 6)
+    direct = lb.render(lb.LensCamera(lens, film, 1500.0), scene, 256)
+    # Most of the picture is finer than these pixels, which costs as much at the distance that was recorded
+    assert psnr(field.refocus(1500.0), direct) > max(29.0, psnr(field.refocus(2000.0), direct) + 5.0)
+    # Its stop is seen round from about the film's middle; no cell that passes light is beyond the grid
+    border = np.concatenate([field._on_axis[[0, -1]].ravel(), field._on_axis[:, [0, -1]].ravel()])
+    assert 1.0 <= field.reach < 1.2 and border.max() < 0.8
+
+
+def test_a_part_of_the_pupil_aside_is_a_lens_that_stands_there():
+    scene, radius, place = lb.builtin_scene(STILL), 8.9, (0.5, -0.25)
+    part = lb.picture_through(small(), scene, place, 0.4, 512)
+    moved = np.eye(4)
+    moved[:2, 3] = place[0] * radius, place[1] * radius
+    # Its window is shifted: it sees the same part of the plane in focus
+    half = math.tan(0.096) * 1200.0
+    x, y = -moved[0, 3] / half, -moved[1, 3] / half
+    aside = replace(small(radius=0.4 * radius), world_from_camera=moved,
+                    window=(x - 1.5, x + 1.5, y - 1.0, y + 1.0))
+    # On its film's side that lens has other angles: what cos⁴ makes of a white world is divided out
+    white = lb.Scene("white", sky=lb.Sky(*[(1.0,) * 3] * 3), enclosed=True)
+    there = lb.render(aside, scene, 512) / lb.render(aside, white, 64)
+    assert psnr(part / lb.picture_through(small(), white, place, 0.4, 64), there) > 38.0
+    field = lb.capture_light_field(small(), scene, (17, 17), 8)
+    assert psnr(field.refocus(1200.0, field.f_number / 0.4, place), part) > 33.0     # a rim of cells
+
+
 def waves(views=(9, 9), dtype=np.float32):
     """A field whose views are one smooth picture at a depth: shifted as the views' places have it."""
     camera = perspective(1200.0)
