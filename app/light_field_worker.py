@@ -238,8 +238,9 @@ class FieldWorker:
         settings = replace(picture_settings(recording, look), samples=COMPARED)
         if isinstance(recording, Recording) and (look.view != (0.0, 0.0) or recording.of_moment(look) != (0, 1)):
             camera, scene = prepare(replace(settings, f_number=recording.settings.f_number))
-            image = lb.picture_through(camera, scene, look.view, radius(look, recording.field), COMPARED, settings.seed,
-                                       recording.of_moment(look), lambda share: self._told(task, share))
+            image: NDArray[np.float32] | None = lb.picture_through(
+                camera, scene, look.view, radius(look, recording.field), COMPARED, settings.seed,
+                recording.of_moment(look), lambda share: self._told(task, share))
         else:
             image = render(settings, lambda share: self._told(task, share), lambda: task.cancelled or self._stopped)
         if image is not None:

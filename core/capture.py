@@ -123,7 +123,7 @@ def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], ra
         list(pool.map(expose, range(0, w, recorder.width)))
     if given_up.is_set():
         raise LightFieldError("the picture was given up")
-    return np.ascontiguousarray(planes[:3].transpose(1, 2, 0) / max(middle_of(planes[3]), 1e-30))
+    return np.ascontiguousarray(planes[:3].transpose(1, 2, 0) / max(float(middle_of(planes[3])), 1e-30))
 
 
 def free_memory() -> float:
