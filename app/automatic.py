@@ -1,8 +1,8 @@
 """The automatic model: which one a picture is taken with, and how that is said.
 
 In the window a choice is made beside the picture: after its first pass, which is that of the choice before where only
-focus or aperture have moved since, and of the full trace otherwise. Where another model is chosen, the picture
-begins anew with it.
+focus, aperture or field of view have moved since, and of the full trace otherwise. Where another model is chosen, the
+picture begins anew with it.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -45,7 +45,8 @@ def provisional(settings: Settings, camera: Any, before: Chosen | None) -> Any:
 
     if before is not None and before.choice.model != "pinhole":
         of = weighed(settings)
-        if replace(of, focus_distance=before.of.focus_distance, f_number=before.of.f_number) == before.of:
+        moved = {name: getattr(before.of, name) for name in ("focus_distance", "f_number", "crop")}
+        if replace(of, **moved) == before.of:
             try:
                 return before.choice.applied(camera)
             except ValueError:                  # it cannot stand before this object

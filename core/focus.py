@@ -52,7 +52,7 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
         moved = focused(lens, focus_distance, method)
         return moved.surfaces[-1].thickness + _travel(moved.at(close=0.0), method)[0]
     if method == "real" or not lens.is_rotationally_symmetric:
-        return _solved_film_distance(lens, focus_distance, _imager(lens, method))
+        return _solved(lens, focus_distance, method)
     fo = _focusable(lens)
     _check_distance(focus_distance, nearest_focus(lens))
     # With T = s + s' between the conjugates and e = s' − f: e² − (T − (n + 1) f) e + n f² = 0, of which the small root
@@ -137,6 +137,12 @@ def section_foci(lens: Lens, focus_distance: float, film_distance: float) -> tup
     rays = [_axial_ray(section)(nearness) for section in lens.sections]
     foci = [-height / slope if slope else inf for height, slope, _ in rays]
     return foci[0], foci[-1]
+
+
+@lru_cache(maxsize=64)
+def _solved(lens: Lens, focus_distance: float, method: str) -> float:
+    """Kept: a camera asks for it, and so does all that is told of its lens, while something else is changed."""
+    return _solved_film_distance(lens, focus_distance, _imager(lens, method))
 
 
 def _solved_film_distance(lens: Lens, focus_distance: float, image: Callable[[float], float]) -> float:
