@@ -3,6 +3,7 @@
 `python -m lensbench.app.bench_window T` prints the seconds from T (time.time()) to the first picture on the screen.
 """
 
+import math
 import os
 import subprocess
 import sys
@@ -13,6 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from lensbench.app.light_field_look import Look
+from lensbench.app.light_field_worker import FieldWorker
 from lensbench.app.settings import Settings
 from lensbench.app.window import Bench, parameters, without_display
 
@@ -97,6 +100,18 @@ def paces() -> list[float]:
 
 def refocused() -> list[float]:
     """Seconds from picture to picture while the refocus ring of 9 × 9 views of 640 × 427 pixels is turned."""
+    return _dragged(lambda worker, settings: worker.record(settings, (9, 9)),
+                    lambda look, now: replace(look, distance=800.0 + 700.0 * now % 1500.0))
+
+
+def moved() -> list[float]:
+    """The same while the viewpoint is dragged about 9 × 9 pinholes of as many pixels, 5 mm apart."""
+    return _dragged(lambda worker, settings: worker.record_array(settings, (9, 9), 5.0),
+                    lambda look, now: replace(look, place=(12.0 * math.sin(now), 8.0 * math.cos(now), 0.0)))
+
+
+def _dragged(record: Callable[[FieldWorker, Settings], None], turned: Callable[[Look, float], Look]) -> list[float]:
+    """Seconds from picture to picture of what is recorded, while a hand never rests."""
     marks: list[float] = []
     seen: list[object] = [None]
 
@@ -104,12 +119,12 @@ def refocused() -> list[float]:
         desk = bench.light_field
         if desk.worker.recording is None:
             if bench.settled(1) and desk.worker.task is None:
-                desk.worker.record(replace(Settings(), pixels_x=640, pixels_y=427, model="trace", samples=1), (9, 9))
+                record(desk.worker, replace(Settings(), pixels_x=640, pixels_y=427, model="trace", samples=1))
         elif desk.sight is not None:
             if desk.sight is not seen[0]:
                 seen[0] = desk.sight
                 marks.append(time.perf_counter())
-            desk.look = replace(desk.look, distance=800.0 + (7.0 * time.perf_counter() * 100.0) % 1500.0)
+            desk.look = turned(desk.look, time.perf_counter())
         return len(marks) > FRAMES
 
     _run(SMALL, watch)
@@ -138,6 +153,7 @@ def window() -> Iterator[tuple[str, float, str]]:
     yield "window frame beside two rendering threads, p95", float(np.percentile(frames, 95)), "ms"
     again = np.array(refocused())
     yield "refocus ring turned: pictures of a light field in the window, median", 1.0 / float(np.median(again)), "/s"
+    yield "viewpoint dragged: pictures of an array in the window, median", 1.0 / float(np.median(moved())), "/s"
     start(cached=True)
     yield "start to first picture, kernels cached", min(start(cached=True) for _ in range(3)), "s"
     yield "start to first picture, first ever", start(cached=False), "s"
