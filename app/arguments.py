@@ -162,7 +162,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     """The options of `view` and `render`."""
     add_lens_options(parser)
     add = parser.add_argument
-    add("--settings", metavar="FILE.toml", help="begin with the settings of this file; other options change them")
+    add("--settings", metavar="FILE", help="begin with the settings of this TOML file or exported "
+        "picture; other options change them")
     add("--focus", type=option(read_distance), metavar="DISTANCE",
         help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given")
     add("--focusing", choices=FOCUSINGS, help="where the film stands for that behind a real lens: paraxially, at the "

@@ -69,7 +69,9 @@ def headline(choice: "Choice", speeds: tuple[float, float] | None) -> list[str]:
     if choice.model != "trace":
         words.append(f"off by {choice.error_px:.2g} px")
         if speeds is not None:
-            words.append(f"{max(speeds[1] - speeds[0], 0.0):.0f} ns a ray saved ({speeds[1] / speeds[0]:.2g} ×)")
+            saved = speeds[1] - speeds[0]
+            words.append(f"{saved:.0f} ns a ray saved ({speeds[1] / speeds[0]:.2g} ×)" if saved >= 0.5 else
+                         "no faster than the full trace here")
     if choice.reason:
         words.append(f"not {choice.reason}")
     return words

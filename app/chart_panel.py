@@ -145,7 +145,7 @@ def _set_axes(room: ImVec2, chart: Chart, marks: list[Mark], label: str) -> None
     roomy = room.x > theme.em(13) and room.y > theme.em(10)
     costs = [mark.cost for mark in marks] or [1.0]
     errors = [max(mark.error, FLOOR) for mark in marks] or [1.0]
-    ends = ((0.6 * min(costs), 2.2 * max(costs)), (0.3 * FLOOR, 4.0 * max(1.0, *errors)))
+    ends = ((0.6 * min(costs), 2.2 * max(costs)), (0.2 * FLOOR, 4.0 * max(1.0, *errors)))
     line = imgui.get_text_line_height()
     for axis, (low, high), name, length, space in (
             (implot.ImAxis_.x1, ends[0], "Cost (ns a ray)", 0.85 * room.x, 2.0 * line),
@@ -218,7 +218,8 @@ def _free(plot: PlotMap, at: ImVec2, name: str, taken: list[tuple[float, float, 
                      (at.x + 0.6 * away, at.y - away - 0.5 * height), (at.x + 0.6 * away, at.y + away - 0.5 * height),
                      (at.x - 0.6 * away - width, at.y - away - 0.5 * height),
                      (at.x - 0.6 * away - width, at.y + away - 0.5 * height),
-                     (at.x - 0.5 * width, at.y - away - height), (at.x - 0.5 * width, at.y + away)):
+                     (at.x - 0.5 * width, at.y - away - height), (at.x - 0.5 * width, at.y + away),
+                     (plot.right - width, at.y - away - height), (plot.right - width, at.y + away)):
             inside = x >= plot.left and x + width <= plot.right and y >= plot.top and y + height <= plot.bottom
             if inside and not any(x < x1 and x + width > x0 and y < y1 and y + height > y0 for x0, y0, x1, y1 in taken):
                 return ImVec2(x, y)

@@ -209,7 +209,8 @@ def _render(arguments: argparse.Namespace) -> int:
                     "seconds": seconds, "samples_per_second": across * down * settings.samples / seconds,
                     "chosen": record(chosen[0]) if chosen else None})
     else:
-        print(f"{arguments.output}: {across} × {down} pixels, {settings.samples} samples each, {seconds:.1f} s")
+        each = f"{settings.samples} sample{'s' if settings.samples > 1 else ''} each"
+        print(f"{arguments.output}: {across} × {down} pixels, {each}, {seconds:.1f} s")
         if chosen:
             print(", ".join(headline(chosen[0], None)))
     return 0

@@ -6,7 +6,7 @@ rest is kept.
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -22,7 +22,7 @@ from lensbench.app.focus_popup import focus_popup
 from lensbench.app.reach import with_equivalent_film, with_film, with_layout, with_model, with_projection, within_reach
 from lensbench.app.rings import ring_count, rings
 from lensbench.app.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, REAL, Settings
-from lensbench.app.toggles import angle, toggles
+from lensbench.app.toggles import Key, angle
 from lensbench.app.viewpoint import at_home
 from lensbench.polynomial import DEGREES
 
@@ -44,9 +44,8 @@ MODEL_TIPS = {
     "bare": "No lens: each place of the sensor sees the whole scene, and no picture forms",
     "environment": "No prescription: every direction from one point, in one picture",
 }
-DEGREE_NAMES = {degree: f"{degree}" for degree in DEGREES}
-DEGREE_TIPS = dict.fromkeys(DEGREES, "Of the polynomial in film point and pupil: the higher, the nearer to the lens "
-                                     "and the slower.\nThe panel Models charts one against the other")
+DEGREE_TIP = "Degree of the polynomial in film point and pupil: the higher, the nearer to the lens and the slower.\n" \
+             "The panel Models charts one against the other"
 
 
 @dataclass
@@ -68,8 +67,6 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     settings = _model(settings)
     if settings.model == "fisheye":
         settings = _projection(settings)
-    if settings.model == "polynomial":
-        settings = replace(settings, degree=toggles("Degree", DEGREE_NAMES, settings.degree, DEGREE_TIPS))
     if settings.model in ("perspective", "fisheye"):
         settings = _fov_axis(settings)
     # The rings stand as far apart as there is room for
@@ -127,19 +124,25 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
 
 
 def _combo(label: str, value: str, tooltip: str, content: Callable[[], None], width: float = 0.0,
-           used: bool = True) -> None:
+           used: bool = True, beside: float = 0.0) -> None:
     """A labelled list: the label dim at the left, a small angle at the right of the value.
 
-    width: the least of the opened list, in em. used: or the value stands dim, too.
+    width: the least of the opened list, in em. used: or the value stands dim. beside: room left for another, in em.
     """
-    colour = theme.colours()
     imgui.align_text_to_frame_padding()
-    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*colour.dim))
+    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*theme.colours().dim))
     imgui.text_unformatted(label)
     imgui.pop_style_color()
     imgui.same_line(theme.em(3.45) + imgui.get_style().window_padding.x)
-    imgui.set_next_item_width(-1.0)
-    corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
+    _list(label, value, tooltip, content, width, used, theme.em(beside))
+
+
+def _list(label: str, value: str, tooltip: str, content: Callable[[], None], width: float = 0.0, used: bool = True,
+          beside: float = 0.0) -> None:
+    """The list of a `_combo` without its label, in what is left of the line but for `beside` pixels."""
+    colour = theme.colours()
+    corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x - beside
+    imgui.set_next_item_width(room)
     if width:
         imgui.set_next_window_size_constraints(ImVec2(theme.em(width), 0.0), ImVec2(theme.em(40.0), theme.em(31.0)))
     imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.text if used else colour.dim)))
@@ -317,12 +320,17 @@ def _model(settings: Settings) -> Settings:
                 chosen = with_model(settings, key)
             imgui.set_item_tooltip(MODEL_TIPS[key])
 
-    _combo("Model", MODELS[settings.model], "How the camera forms the picture", content)
+    fitted = settings.model == "polynomial"
+    _combo("Model", MODELS[settings.model], "How the camera forms the picture", content, beside=3.4 if fitted else 0.0)
+    if fitted:
+        imgui.same_line(0.0, 4.0 * theme.scale())
+        degrees = {degree: f"{degree}" for degree in DEGREES}
+        chosen = replace(chosen, degree=_picked("Degree", settings.degree, degrees, DEGREE_TIP, _list))
     return chosen if chosen == settings else within_reach(chosen)
 
 
-def _choice(label: str, value: str, names: dict[str, str], tooltip: str) -> str:
-    """A list of few names; the key of the one that is chosen."""
+def _picked(label: str, value: Key, names: Mapping[Key, str], tooltip: str, draw: Callable[..., None]) -> Key:
+    """A list of few names, drawn by `_combo` or `_list`; the key of the one that is chosen."""
     chosen = value
 
     def content() -> None:
@@ -331,21 +339,22 @@ def _choice(label: str, value: str, names: dict[str, str], tooltip: str) -> str:
             if imgui.selectable(f"{name}###{key}", key == value)[0]:
                 chosen = key
 
-    _combo(label, names[value], tooltip, content)
+    draw(label, names[value], tooltip, content)
     return chosen
 
 
 def _layout(settings: Settings) -> Settings:
-    chosen = _choice("Layout", settings.layout, LAYOUTS, "How all directions lie in the panorama")
+    chosen = _picked("Layout", settings.layout, LAYOUTS, "How all directions lie in the panorama", _combo)
     return settings if chosen == settings.layout else with_layout(settings, chosen)
 
 
 def _projection(settings: Settings) -> Settings:
-    chosen = _choice("Rule", settings.projection, PROJECTIONS,
-                     "How the angle θ from the axis becomes the distance r from the middle of the picture")
+    chosen = _picked("Rule", settings.projection, PROJECTIONS,
+                     "How the angle θ from the axis becomes the distance r from the middle of the picture", _combo)
     return settings if chosen == settings.projection else with_projection(settings, chosen)
 
 
 def _fov_axis(settings: Settings) -> Settings:
-    axis = _choice("Along", settings.fov_axis, FOV_AXES, "The side of the film along which the field of view is meant")
+    axis = _picked("Along", settings.fov_axis, FOV_AXES, "The side of the film along which the field of view is meant",
+                   _combo)
     return settings if axis == settings.fov_axis else within_reach(replace(settings, fov_axis=axis))

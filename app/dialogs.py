@@ -129,7 +129,10 @@ class FilePrompt:
         imgui.align_text_to_frame_padding()
         imgui.text_disabled(str(self._folder))
         if imgui.begin_child("Files", ImVec2(0.0, theme.em(17.0)), imgui.ChildFlags_.frame_style):
-            for path in _content(self._folder, question.suffixes):
+            found = _content(self._folder, question.suffixes)
+            if not found:
+                imgui.text_disabled(f"Nothing here of the kinds {' '.join(question.suffixes)}")
+            for path in found:
                 folder = path.is_dir()
                 icon = fa.ICON_FA_FOLDER if folder else "     "
                 if imgui.selectable(f"{icon}  {path.name}###{path.name}", path.name == self._text,

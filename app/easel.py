@@ -139,9 +139,9 @@ class Easel:
         shares = None
         if view.histogram:
             curve = "raw" if news.raw else settings.tone
-            key = (id(self.light), settings.exposure, curve)
+            key = (id(self.light), settings.exposure, curve, settings.noise)
             if self._shares[0] != key:
-                self._shares = (key, histogram(self.light, settings.exposure, curve))
+                self._shares = (key, histogram(self.light, *key[1:]))
             shares = self._shares[1]
         if self.sight is not None:
             return Picture(texture, screen.size, news.samples, news.seconds, histogram=shares, pinned=pinned,
@@ -158,7 +158,7 @@ class Easel:
     def _other(news: News, screen: Screen, settings: Settings, view: View) -> Pinned:
         """The picture A, with its own look."""
         own = news.settings
-        texture = screen.developed(Development(own.exposure, "raw" if news.raw else own.tone))
+        texture = screen.developed(Development(own.exposure, "raw" if news.raw else own.tone, sensor=own.noise))
         screen.draw_at(view.scale)
         return Pinned(texture, screen.size, news.samples, own)
 
@@ -183,11 +183,11 @@ class Easel:
             return Development(0.0, "raw")
         if self.sight is not None:
             overlay = settings.overlay if settings.overlay == "clipping" else "none"
-            return Development(settings.exposure, settings.tone, overlay, stripe=_stripe(view))
+            return Development(settings.exposure, settings.tone, overlay, stripe=_stripe(view), sensor=settings.noise)
         blur = Blur.of(news.settings)
         amber, nearer, farther = ((c[0], c[1], c[2]) for c in (theme.DARK.amber, theme.NEARER, theme.FARTHER))
         return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus, blur.offset,
-                           max(blur.sharp, 1.0), _stripe(view), amber, nearer, farther,
+                           max(blur.sharp, 1.0), _stripe(view), amber, nearer, farther, settings.noise,
                            softening(news.samples) if deep else 0.0)
 
 

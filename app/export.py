@@ -57,7 +57,8 @@ def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
     """
     if settings.sample_view:
         return codes(image, settings)
-    return tone.develop(np.nan_to_num(image, nan=0.0, posinf=1e9, neginf=0.0), settings.exposure, settings.tone)
+    return tone.develop(np.nan_to_num(image, nan=0.0, posinf=1e9, neginf=0.0), settings.exposure, settings.tone,
+                        settings.noise)
 
 
 def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: int = 8, text: bool = False,

@@ -66,12 +66,12 @@ def look(settings: Settings) -> tuple:
 
 
 def told(found: Exposing) -> str:
-    """In a line: what the triangle comes to."""
+    """In two lines: what the triangle comes to."""
     if found.triangle is None:
         return "No f-number, no exposure value"
     exposure = found.triangle
-    return (f"EV {exposure.ev:.1f}   at ISO 100 {exposure.ev100:.1f}   H {_three(exposure.lux_seconds)} lx s = "
-            f"{_three(exposure.joules)} J/m²")
+    return (f"EV {exposure.ev:.1f}   at ISO 100 {exposure.ev100:.1f}\n"
+            f"H {_three(exposure.lux_seconds)} lx s = {_three(1e3 * exposure.joules)} mJ/m²")
 
 
 def _three(value: float) -> str:

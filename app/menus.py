@@ -29,6 +29,7 @@ KEYS = (
     ("On a ring", "drag, click, wheel; Ctrl + click types, double click resets"),
     ("In a plot", "drag to pan, wheel to zoom, double click to fit"),
 )
+NOTHING_PINNED = "Nothing to compare with yet: keep a picture as A first (A)"
 CTRL, SHIFT, KEY = imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key
 
 
@@ -165,7 +166,7 @@ def shortcuts(bench: "Bench") -> None:
             bench.edited = replace(bench.edited, overlay="none" if bench.edited.overlay == overlay else overlay)
     for chord, way in ((KEY.s, "side"), (KEY.w, "wipe"), (KEY.d, "difference")):
         if pressed(chord) and view.pinned is None:
-            view.say("Nothing to compare with yet: keep a picture as A first (A)")
+            view.say(NOTHING_PINNED)
         elif pressed(chord):
             bench.edited = replace(bench.edited, compare="off" if bench.edited.compare == way else way)
     if pressed(KEY.v):
@@ -182,14 +183,16 @@ def about(bench: "Bench") -> None:
     if bench.about:
         imgui.open_popup("Keys and mouse")
         bench.about = False
-    centre_next(37.0)
+    column = max(imgui.calc_text_size(key).x for key, _ in KEYS) + theme.em(2.0)
+    words = max(imgui.calc_text_size(what).x for _, what in KEYS)
+    centre_next((column + words) / theme.em(1.0) + 1.5)
     shown, _ = imgui.begin_popup_modal("Keys and mouse", True, imgui.WindowFlags_.no_saved_settings
                                        | imgui.WindowFlags_.no_resize)
     if not shown:
         return
     for key, what in KEYS:
         imgui.text_disabled(key)
-        imgui.same_line(theme.em(14.5))
+        imgui.same_line(column)
         imgui.text_unformatted(what)
     imgui.separator()
     from importlib.metadata import version

@@ -53,6 +53,9 @@ def pupil_panel(settings: Settings, film_radius: float, hover_radius: float | No
     if settings.lensless:
         _say("This camera has no lens and no exit pupil")
         return film_radius
+    if settings.model == "pinhole":
+        _say("A pinhole has no exit pupil: all light goes through a point")
+        return film_radius
     try:
         stand = setup(settings)
         corner, reach = 0.5 * stand.film.diagonal, lit_radius(stand)

@@ -1,7 +1,7 @@
 """The read-outs: every figure of the bench in one table, each with a tooltip that spells out what it is."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from imgui_bundle import ImVec2, imgui
 
@@ -46,7 +46,7 @@ def readouts_panel(settings: Settings, status: Status) -> None:
     draw = imgui.get_window_draw_list()
     pitch, unit_width = round(1.22 * line), theme.em(1.9)
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
-    for row in rows(settings, got, status):
+    for row in own(settings, rows(settings, got, status)):
         if row.gap:
             imgui.dummy(ImVec2(width, round(0.4 * line)))
         corner = imgui.get_cursor_screen_pos()
@@ -82,6 +82,20 @@ def _explain(row: Row) -> None:
         imgui.text_unformatted(row.meaning)
         imgui.pop_text_wrap_pos()
         imgui.end_tooltip()
+
+
+def own(settings: Settings, table: list[Row]) -> list[Row]:
+    """The rows that this kind of camera has; of one with a lens all, so that none jumps while a ring turns."""
+    if not settings.lensless and settings.model != "pinhole":
+        return table
+    found: list[Row] = []
+    gap = False
+    for row in table:
+        gap = gap or row.gap
+        if row.value != NONE:
+            found.append(replace(row, gap=gap and bool(found)))
+            gap = False
+    return found
 
 
 def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:

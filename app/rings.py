@@ -27,7 +27,7 @@ NEAREST = 10.0                  # mm: of the orthographic camera's focus
 def ring_count(settings: Settings) -> int:
     """How many rings `rings` draws."""
     return {"perspective": 4, "orthographic": 4, "fisheye": 2, "environment": 1, "hole": 3,
-            "bare": 1}.get(settings.model, 5)
+            "bare": 1, "pinhole": 4}.get(settings.model, 5)
 
 
 def rings(settings: Settings) -> Settings:
@@ -41,7 +41,9 @@ def rings(settings: Settings) -> Settings:
     elif settings.model not in ("environment", "bare"):
         settings = _of_lens(settings)
     exposure = ring("Exposure", settings.exposure, scale.exposure_scale(),
-                    "Stops by which the picture is brightened; the stop itself does not change its brightness")
+                    "Stops by which the picture is brightened; the stop itself does not change its brightness"
+                    if settings.exposing == "plain" else
+                    "Stops by which the picture is brightened over what f-number, time and ISO make of it")
     return replace(settings, exposure=exposure)
 
 
@@ -53,14 +55,8 @@ def _of_lens(settings: Settings) -> Settings:
     nearest = figures.nearest_focus if figures.nearest_focus is not None else full_view(settings)[1]
     settings = _focus(settings, figures, nearest)
 
-    # Aperture: wide open is where the ring ends
-    widest = figures.widest_f_number or 1.0
-    shown = settings.f_number if settings.f_number is not None else widest
-    f_number = ring("Aperture", shown, scale.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
-                    "f-number N: focal length over the diameter of the entrance pupil")
-    if f_number != shown:
-        settings = replace(settings, f_number=None if f_number <= widest and settings.model != "perspective"
-                           else f_number)
+    if settings.model != "pinhole":
+        settings = _aperture(settings, figures.widest_f_number or 1.0)
 
     # Field of view and focal length
     efl, zooming = full_view(settings)[1], zooms(settings)
@@ -96,8 +92,21 @@ def _focus(settings: Settings, figures: Readings, nearest: float) -> Settings:
         zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)
     distance = ring("Focus distance", settings.focus_distance,
                     scale.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
+                    "Distance from the film to what the lens would be focused on, s: the film stands there, and\n"
+                    "everything is sharp" if settings.model == "pinhole" else
                     "Distance from the film to what is in focus, s; the amber zone is the depth of field", zone)
     return replace(settings, focus_distance=distance)
+
+
+def _aperture(settings: Settings, widest: float) -> Settings:
+    """Wide open is where the ring ends."""
+    shown = settings.f_number if settings.f_number is not None else widest
+    f_number = ring("Aperture", shown, scale.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
+                    "f-number N: focal length over the diameter of the entrance pupil")
+    if f_number == shown:
+        return settings
+    opened = f_number <= widest and settings.model != "perspective"
+    return replace(settings, f_number=None if opened else f_number)
 
 
 def _orthographic(settings: Settings) -> Settings:

@@ -44,6 +44,7 @@ class Development:
     amber: Rgb = (0.91, 0.64, 0.24)
     nearer: Rgb = (0.34, 0.71, 0.91)
     farther: Rgb = (0.80, 0.47, 0.65)
+    sensor: bool = False        # recorded it: 1 saturates, and becomes white
     share: float = 0.0          # of the softening, see `softening`
 
 
@@ -121,6 +122,7 @@ class Screen:
             develop = self._program("develop.frag", f"#define TONE {TONES[development.tone]}\n",
                                     f"#define OVERLAY {OVERLAYS[development.overlay]}\n", tone.glsl_constants())
             self._draw(develop, self._shown, source, gain=2.0 ** development.exposure,
+                       headroom=tone.HEADROOM[development.tone] if development.sensor else 0.0,
                        coc_gain=development.coc_gain, coc_focus=development.coc_focus,
                        coc_offset=development.coc_offset, sharp=development.sharp, stripe=development.stripe,
                        amber=development.amber, nearer=development.nearer, farther=development.farther)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from imgui_bundle import imgui
+from imgui_bundle import ImVec2, imgui
 
 from lensbench.app import sensor_scales, theme, time_scales
 from lensbench.app.exposed import Exposing, told
@@ -34,13 +34,12 @@ def sensor_popup(settings: Settings, found: Exposing | None) -> Settings:
         settings = replace(settings, metering=toggles("Meter", METERINGS, settings.metering, METERING_TIPS))
     if found is not None:
         theme.small()
-        imgui.push_text_wrap_pos(0.0)
         imgui.text_disabled(told(found))
-        imgui.pop_text_wrap_pos()
         imgui.pop_font()
         imgui.set_item_tooltip("Exposure value, log2 N²/t with the working f-number; the one that at ISO 100 comes out "
                                "as bright;\nand the exposure H of a white wall under an even sky of 1000 cd/m²")
-    shutter = ring("Shutter time", settings.shutter, time_scales.shutter_scale(DEFAULT.shutter),
+    imgui.dummy(ImVec2(0.0, theme.em(0.2)))
+    shutter = ring("Shutter", settings.shutter, time_scales.shutter_scale(DEFAULT.shutter),
                    "How long the film is exposed, t; the same as under Motion")
     settings = replace(settings, shutter=shutter)
     automatic = settings.exposing == "automatic" and found is not None

@@ -30,7 +30,7 @@ from lensbench.app.easel import Easel, save_window
 from lensbench.app.files import Files
 from lensbench.app.history import History
 from lensbench.app.light_field_desk import LightFieldDesk
-from lensbench.app.menus import shortcuts
+from lensbench.app.menus import NOTHING_PINNED, shortcuts
 from lensbench.app.optics import design
 from lensbench.app.panels import Panels, layout
 from lensbench.app.picture import View
@@ -218,6 +218,7 @@ class Bench:
             self.worker.again()
         if "pin" in wanted and self.easel.pin(self.history.present) and self.easel.pinned is not None:
             self.view.pinned = self.easel.pinned.settings
+            self.view.messages = [message for message in self.view.messages if message != NOTHING_PINNED]
         if "screenshot" in wanted:
             self.files.ask("screenshot")
         if "export" in wanted:

@@ -260,11 +260,14 @@ class Settings:
 
     @property
     def placement(self) -> "np.ndarray | lb.AnimatedTransform":
-        """Where the camera stands, for as long as it does: of a keyframed one from 0 s to `duration`."""
+        """Where the camera stands: animated from 0 s to `duration` where it goes while the shutter is open."""
+        start = self.world_from_camera
         if self.end_position is None:
-            return self.world_from_camera
-        return lb.AnimatedTransform(self.world_from_camera, _placed(self.end_position, self.end_yaw, self.end_pitch),
-                                    0.0, self.duration)
+            return start
+        end = _placed(self.end_position, self.end_yaw, self.end_pitch)
+        if self.moment >= self.duration:
+            return end
+        return start if np.array_equal(start, end) else lb.AnimatedTransform(start, end, 0.0, self.duration)
 
     @property
     def present_place(self) -> np.ndarray:

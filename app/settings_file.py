@@ -12,13 +12,14 @@ from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
-from lensbench.app.export import replacing
+from lensbench.app.export import read_settings, replacing
 from lensbench.app.settings import VERSION, Settings, SettingsError
 
 HEAD = "# lensbench: lengths in mm, angles in radians, times in seconds, exposure in stops\n"
 WORDS = {"focal_length": "designed", "f_number": "open", "blades": "designed", "end_position": "none",
          "hole_diameter": "sharpest"}           # that stand for None
 LONGEST = 1 << 20               # bytes that are read
+PICTURES = (".png", ".ppm", ".exr")            # that hold the settings they were made with
 
 
 def save_settings(path: str | Path, settings: Settings) -> None:
@@ -30,8 +31,13 @@ def save_settings(path: str | Path, settings: Settings) -> None:
 
 
 def load_settings(path: str | Path) -> Settings:
-    """Read settings; SettingsError with the file, the line and the key that cannot be."""
+    """Read settings, or those of an exported picture; SettingsError with the file, the line and the key that cannot be.
+
+    ExportError for a picture that holds none.
+    """
     path = Path(path)
+    if path.suffix.lower() in PICTURES:
+        return read_settings(path)
     try:
         with path.open("rb") as file:
             text = file.read(LONGEST).decode("utf-8")

@@ -53,6 +53,10 @@ TOE = _reach(PIVOT_IN, PIVOT_OUT)
 SHOULDER = _reach(1.0 - PIVOT_IN, 1.0 - PIVOT_OUT)
 
 
+# Stops from 1, where a sensor ends, to the light that the curve takes to white
+HEADROOM = {"none": 0.0, "filmic": log2(WHITE / GAIN), "agx": STOPS_ABOVE + log2(GREY), "raw": 0.0}
+
+
 def glsl_constants() -> str:
     """The constants above as GLSL, for the shader that develops the picture."""
     names = ("GREY", "A", "B", "C", "D", "E", "F", "WHITE", "GAIN", "STOPS_BELOW", "STOPS_ABOVE", "POWER", "SLOPE",
@@ -87,14 +91,18 @@ def linear(codes):
     return np.where(codes <= 0.04045, codes / 12.92, ((np.maximum(codes, 0.04045) + 0.055) / 1.055) ** 2.4)
 
 
-def develop(image: NDArray[np.floating], exposure: float, tone: str) -> NDArray[np.float64]:
+def develop(image: NDArray[np.floating], exposure: float, tone: str, sensor: bool = False) -> NDArray[np.float64]:
     """A linear picture (..., 3) as sRGB values in [0, 1]; exposure in stops, tone a key of settings.TONES.
 
-    Or "raw": values that are codes of the screen already.
+    Or "raw": values that are codes of the screen already. sensor: a sensor recorded it, and 1 saturates it: what is
+    brighter than middle grey is drawn towards white, which 1 becomes.
     """
     if tone == "raw":
         return np.clip(np.asarray(image, np.float64), 0.0, 1.0)
-    rgb = np.maximum(np.asarray(image, np.float64), 0.0) * 2.0 ** exposure
+    rgb = np.maximum(np.asarray(image, np.float64), 0.0)
+    if sensor:
+        rgb = rgb * 2.0 ** (HEADROOM[tone] * np.clip((rgb - GREY) / (1.0 - GREY), 0.0, 1.0) ** 3)
+    rgb = rgb * 2.0 ** exposure
     rgb = np.minimum(rgb, 1e9)
     if tone == "filmic":
         rgb = _hable(GAIN * np.minimum(rgb, WHITE / GAIN)) / _hable(WHITE)

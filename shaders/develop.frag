@@ -4,6 +4,7 @@
 // in   picture   linear radiance, relative, RGB, and in alpha how far what is seen lies before the film, mm; the
 //                picture's first row first
 //      gain      2^exposure
+//      headroom  of a picture that a sensor recorded, whose values end at 1: stops from there to the curve's white; else 0
 // out  sRGB in [0, 1]
 //
 // The constants of the curves stand in app/tone.py, with their meaning; they are inserted after #version, and so are
@@ -20,6 +21,7 @@ const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
 
 uniform sampler2D picture;
 uniform float gain;
+uniform float headroom;
 uniform float coc_gain;                 // pixels · mm:  CoC = coc_gain |1/(distance − coc_offset) − coc_focus|, a diameter
 uniform float coc_focus;                // 1/mm
 uniform float coc_offset;               // mm
@@ -56,7 +58,9 @@ vec3 srgb(vec3 x) {
 
 vec3 developed(ivec2 at) {
     at = clamp(at, ivec2(0), textureSize(picture, 0) - 1);
-    vec3 rgb = min(max(texelFetch(picture, at, 0).rgb, vec3(0.0)) * gain, vec3(1e9));
+    vec3 rgb = max(texelFetch(picture, at, 0).rgb, vec3(0.0));
+    vec3 bright = clamp((rgb - GREY) / (1.0 - GREY), 0.0, 1.0);
+    rgb = min(rgb * exp2(headroom * bright * bright * bright) * gain, vec3(1e9));
 #if TONE == FILMIC
     rgb = hable(GAIN * min(rgb, vec3(WHITE / GAIN))) / hable(vec3(WHITE)).r;
 #elif TONE == AGX

@@ -133,6 +133,7 @@ def test_the_bar_says_what_was_chosen_what_it_saves_and_what_was_refused():
     assert "\nPinhole: blur off by" in tale(thin, None) and "\nThin lens: chosen, off by" in tale(thin, None)
     traced = lb.choose_model(camera(PART), lb.builtin_scene(PART.scene), 1e-7, 1e-7)
     assert headline(traced, (50.0, 50.0))[:1] == ["Auto: full trace"]
+    assert "no faster than the full trace here" in headline(thin, (50.0, 50.2))
     assert headline(traced, None)[1].startswith("not polynomial of degree 11:")
 
 

@@ -120,6 +120,16 @@ def test_a_hand_moves_the_nearer_keyframe_and_goes_there():
     np.testing.assert_allclose(replace(moving, moment=0.5).present_place[:3, 3], [0.0, 0.0, -50.0], atol=1e-9)
 
 
+def test_a_camera_between_two_equal_keyframes_or_past_the_second_stands_still():
+    here = replace(SMALL, position=(10.0, 0.0, 50.0), yaw=0.2)
+    equal = replace(here, end_position=here.position, end_yaw=here.yaw, end_pitch=here.pitch)
+    np.testing.assert_array_equal(equal.placement, here.world_from_camera)
+    there = replace(equal, end_yaw=0.3)
+    assert isinstance(there.placement, lb.AnimatedTransform)
+    np.testing.assert_array_equal(replace(there, moment=there.duration).placement,
+                                  replace(here, yaw=0.3).world_from_camera)
+
+
 def test_times_are_read_as_they_are_written():
     for seconds in SHUTTERS:
         assert read_time(format_time(seconds)) == pytest.approx(seconds, rel=1e-12)

@@ -1,4 +1,4 @@
-"""The layout: the first, on a plain screen and on one twice as fine, and panels that float."""
+"""The layout: the first, on a plain screen and on one twice as fine, floating panels, and room for what is in them."""
 
 import pytest
 from imgui_bundle import ImVec2, hello_imgui, imgui, immapp
@@ -6,6 +6,8 @@ from imgui_bundle.immapp import testing
 from PIL import Image
 
 from lensbench.app import theme, window
+from lensbench.app.reach import with_model
+from lensbench.app.settings import MODELS
 
 from .conftest import SMALL
 
@@ -46,5 +48,40 @@ def test_a_panel_that_floats_hides_what_is_below_it(drive, tmp_path):
         panel = tuple(round(255.0 * part) for part in theme.colours().panel[:3])
         with Image.open(tmp_path / "window.png") as picture:
             assert picture.getpixel(at) == panel
+
+    drive(test)
+
+
+def test_every_camera_finds_room_for_its_controls_in_a_small_window(drive):
+    seen = {}
+
+    def test(hand):
+        hand.picture()
+        for model in MODELS:
+            hand.bench.history.edit(with_model(SMALL, model), False, 0.0)
+            hand.ctx.yield_(3)
+            controls = imgui.internal.find_window_by_name("Controls")
+            seen[model] = controls.scrollbar_y, hand.ctx.item_exists("**/Aperture")
+        hand.bench.history.edit(with_model(SMALL, "polynomial"), False, 0.0)
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("//Controls/##Degree")
+        hand.ctx.item_click("//##Combo_00/5")
+        hand.ctx.yield_(2)
+        assert (hand.settings.model, hand.settings.degree) == ("polynomial", 5)
+
+    drive(test)
+    assert [model for model, (scrolls, _) in seen.items() if scrolls] == []
+    # what lets light through a point, or through nothing that a hand could close, has no stop
+    assert {model for model, (_, stop) in seen.items() if not stop} == {
+        "pinhole", "orthographic", "fisheye", "environment", "hole", "bare"}
+
+
+def test_the_words_of_the_help_stand_within_it(drive):
+    def test(hand):
+        hand.picture()
+        hand.press(imgui.Key.f1)
+        hand.ctx.yield_(3)
+        found = imgui.internal.find_window_by_name("Keys and mouse")
+        assert found.content_size.x <= found.size.x - 2.0 * imgui.get_style().window_padding.x + 0.5
 
     drive(test)

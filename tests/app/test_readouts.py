@@ -6,9 +6,10 @@ from dataclasses import replace
 import pytest
 
 from lensbench.app.panel_kernels import prepare
+from lensbench.app.reach import with_model
 from lensbench.app.readings import readings
-from lensbench.app.readouts import NONE, Status, readouts_panel, rows
-from lensbench.app.settings import Settings
+from lensbench.app.readouts import NONE, Status, own, readouts_panel, rows
+from lensbench.app.settings import LENSLESS, MODELS, Settings
 from tests.app.stand import drive
 
 START = Settings(lens="pbrt-dgauss-50mm")
@@ -44,6 +45,18 @@ def test_what_has_no_meaning_is_a_dash(model):
     said = table(replace(START, model=model))
     assert said["T-stop"] == NONE
     assert said["Focal length"] != f"{NONE} mm"
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_camera_shows_the_rows_that_it_has(model):
+    settings = with_model(START, model)
+    every = rows(settings, readings(settings), Status(164e6, 60.0, 128))
+    seen = own(settings, every)
+    if model in LENSLESS or model == "pinhole":
+        assert [row.name for row in seen] == [row.name for row in every if row.value != NONE]
+        assert not seen[0].gap and len(seen) < len(every)
+    else:
+        assert seen == every
 
 
 def test_every_row_is_explained_and_abbreviations_are_spelled_out():

@@ -28,12 +28,12 @@ def ramp(width=256, height=32):
 
 
 @pytest.mark.parametrize("curve", ["none", "filmic", "agx", "raw"])
-@pytest.mark.parametrize("exposure", [-2.0, 0.0, 1.5])
-def test_the_shader_develops_as_numpy_does(screen, curve, exposure):
-    image = ramp()
+@pytest.mark.parametrize(("exposure", "sensor"), [(-2.0, False), (0.0, False), (1.5, False), (0.0, True), (-1.0, True)])
+def test_the_shader_develops_as_numpy_does(screen, curve, exposure, sensor):
+    image = np.minimum(ramp(), 1.0) if sensor else ramp()
     screen.load(image)
-    assert screen.developed(Development(exposure=exposure, tone=curve)) > 0
-    expected = tone.develop(image, exposure, curve) * 255.0
+    assert screen.developed(Development(exposure=exposure, tone=curve, sensor=sensor)) > 0
+    expected = tone.develop(image, exposure, curve, sensor) * 255.0
     # half a step of rounding, and the half-step of pow in single precision
     assert np.abs(screen.read() - expected).max() <= 1.0
 

@@ -5,13 +5,14 @@ import os
 import shlex
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import settings as profile
 from hypothesis import strategies as st
 
 from lensbench.app.cli import main
-from lensbench.app.export import ExportError
+from lensbench.app.export import ExportError, save_picture
 from lensbench.app.settings import MODELS, TONES, VERSION, Settings, SettingsError
 from lensbench.app.settings_file import load_settings, save_settings
 
@@ -94,3 +95,13 @@ def test_a_picture_is_repeated_from_the_settings_saved_with_it_and_options_chang
 def test_a_render_of_nothing_is_refused(capsys):
     assert main(["render", "-o", "a.png"]) == 2
     assert "--settings" in capsys.readouterr().err
+
+
+def test_an_exported_picture_is_a_settings_file_too(tmp_path):
+    settings = replace(Settings(), model="thin", f_number=4.0, exposure=-0.5)
+    for name in ("a.png", "a.ppm", "a.exr"):
+        save_picture(tmp_path / name, np.zeros((640, 960, 3), np.float32), settings)
+        assert load_settings(tmp_path / name) == settings
+    (tmp_path / "a.png").write_bytes(b"version = 3")
+    with pytest.raises(ExportError, match="neither a PNG"):
+        load_settings(tmp_path / "a.png")

@@ -65,3 +65,14 @@ def test_agx_takes_a_bright_pure_colour_towards_white_and_keeps_its_hue():
     dim, bright = (tone.develop(np.array([0.1, 0.5, 1.0]) * gain, 0.0, "agx") for gain in (0.3, 30.0))
     assert np.ptp(bright) < np.ptp(dim)
     assert bright[0] < bright[1] < bright[2]
+
+
+@every_tone
+def test_what_saturates_a_sensor_is_white_and_grey_and_below_stay_as_they_are(curve):
+    recorded = np.linspace(0.0, 1.0, 1001)[:, None] * np.ones(3)
+    plain, shown = (tone.develop(recorded, 0.0, curve, sensor)[:, 0] for sensor in (False, True))
+    assert shown[-1] == pytest.approx(1.0, abs=1e-9) and np.all(np.diff(shown) > 0.0)
+    np.testing.assert_array_equal(shown[:181], plain[:181])
+    # nothing else of a raw converter: no value is darkened, and none is brightened by more than saturation is
+    assert np.all(shown >= plain - 1e-12) and np.all(display(shown) / np.maximum(display(plain), 1e-9)
+                                                     <= 1.0 / display(plain[-1]) + 1e-9)
