@@ -6,7 +6,7 @@ where exponents count from another zero: what they are added up with is multipli
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
@@ -33,12 +33,6 @@ def _stored(number):
     if number == types.uint16:
         return lambda number: _spelt(np.uint32(number) << np.uint32(13))
     return lambda number: number
-
-
-@njit(inline="always")
-def half_float(bits):
-    """The float32 that the 16 bits of a half float spell which is not negative, and finite."""
-    return _spelt(np.uint32(bits) << np.uint32(13)) * np.float32(ZERO)
 
 
 @intrinsic
