@@ -24,7 +24,7 @@ ERROR_TIPS = {"rms": "Root mean square over the whole film and pupil, in pixels"
               "worst": "Of the worst ray, in pixels",
               "light": "Brightness against the axis, in stops, where it is farthest off"}
 FLOOR = 1e-5
-MODELS = ("pinhole", "thin", "thick", "polynomial", "trace")
+MODELS = ("pinhole", "thin", "thick", "polynomial", "table", "trace")
 
 
 @dataclass

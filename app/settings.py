@@ -26,6 +26,7 @@ MODELS = {                      # the cameras that the bench offers
     "thick": "Thick lens",
     "thin": "Thin lens",
     "pinhole": "Pinhole",
+    "table": "Table of rays",
     "perspective": "Perspective, no lens",
     "orthographic": "Orthographic",
     "fisheye": "Ideal fisheye",
@@ -33,7 +34,7 @@ MODELS = {                      # the cameras that the bench offers
     "hole": "Pinhole of finite size",
     "bare": "Bare sensor, no lens",
 }
-REAL = ("auto", "trace", "polynomial")  # those of them that follow the real lens
+REAL = ("auto", "trace", "polynomial", "table")     # those of them that follow the real lens
 LENSLESS = ("perspective", "orthographic", "fisheye", "environment", "hole", "bare")    # without a prescription
 PROJECTIONS = {                 # of the ideal fisheye: what the angle from the axis becomes on the film
     "equidistant": "Equidistant, r = f θ",

@@ -22,7 +22,7 @@ LAYERS = (
     {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
     {"pupil", "margins", "pupil_islands", "pupil_rim", "pupil_table", "pupil_aim", "pupil_edge", "pupil_outline",
      "pupil_nodes", "pupil_grid", "pupil_colours", "focus", "confusion", "polynomial", "aberrations", "falloff",
-     "vignetting"},
+     "vignetting", "tabulated"},
     {"cameras"},
     {"judge", "accuracy", "views", "emission", "fronts", "detours", "sightings", "splats"},
     {"render"},

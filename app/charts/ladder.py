@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.charts.tabulated import tabulated
 from lensbench.lanes import Step
 from lensbench.polynomial import DEGREES, Polynomial
 from lensbench.pupil_table import PupilTable
+from lensbench.tabulated import tabulated
 
 IDEAL = {"pinhole": "pinhole", "thin": "thin lens", "thick": "thick lens"}
 
@@ -46,10 +46,11 @@ def ladder(camera: lb.LensCamera) -> list[Model]:
         table = _regions(camera)
         aim = (table.step(camera.axis_irradiance),)
         found += [_polynomial(camera, table, aim, degree) for degree in DEGREES]
-        found.append(Model("table", "table", aim=aim, lens=(tabulated(camera, table),)))
+        found.append(Model("table", "table", "table", 0, aim, (tabulated(
+            camera.lens, camera.film_distance, table, distance=camera.focus_distance),)))
     except ValueError as error:
         found += [Model(f"degree {degree}", "polynomial", "polynomial", degree, why=str(error)) for degree in DEGREES]
-        found.append(Model("table", "table", why=str(error)))
+        found.append(Model("table", "table", "table", why=str(error)))
     aimed, *lens = replace(camera, model="trace").camera_steps()
     found += [Model(f"trace, {name}", "trace", "trace" if real is np.float32 else "", 0, (aimed,), tuple(lens), real)
               for name, real in (("float32", np.float32), ("float64", np.float64))]

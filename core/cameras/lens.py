@@ -26,8 +26,9 @@ from lensbench.pupil_colours import PupilColours
 from lensbench.pupil_grid import PupilGrid
 from lensbench.pupil_table import PupilTable
 from lensbench.spectrum import WAVELENGTHS
+from lensbench.tabulated import tabulated
 
-MODELS = ("auto", "trace", "polynomial", "thick", "thin", "pinhole")
+MODELS = ("auto", "trace", "polynomial", "table", "thick", "thin", "pinhole")
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,8 @@ class LensCamera(Camera):
     so near. The camera's own lens has its groups in their places. f_number, which counts
     at infinity: None is wide open; LensError where it cannot open so far.
     model: "trace" follows every ray through every surface; "polynomial" evaluates a polynomial of this degree
-    (3, 5, 7, 9 or 11) that is fitted to the trace, or traces where the stop has blades; "thick" images every
+    (3, 5, 7, 9 or 11) that is fitted to the trace; "table" interpolates in a table of traced rays, which serves for
+    comparison (both trace where the stop has blades); "thick" images every
     film point by the lens's principal planes and pupils, which may lie anywhere but on the film (CameraError);
     "thin" puts a thin lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole, which
     passes as much light as that lens. CameraError for these two where the entrance pupil lies at infinity or
@@ -95,7 +97,7 @@ class LensCamera(Camera):
     @property
     def follows_rays(self) -> bool:
         """Whether its rays are those of the real lens, traced or fitted, through the exit-pupil regions."""
-        return self.model in ("auto", "trace", "polynomial")
+        return self.model in ("auto", "trace", "polynomial", "table")
 
     @cached_property
     def disperses(self) -> bool:
@@ -138,8 +140,11 @@ class LensCamera(Camera):
 
     @property
     def is_traced(self) -> bool:
-        """Whether rays are followed through every surface: no polynomial tells where they meet the blades of a stop."""
-        return self.model in ("auto", "trace") or self.model == "polynomial" and not self.lens.iris.is_round
+        """Whether rays are followed through every surface.
+
+        No polynomial or table tells where they meet the blades of a stop.
+        """
+        return self.follows_rays and (self.model not in ("polynomial", "table") or not self.lens.iris.is_round)
 
     @property
     def _pupil_z(self) -> float:
@@ -214,12 +219,15 @@ class LensCamera(Camera):
             table, normaliser = self._sampled(wavelength)
             if self.is_traced or isinstance(table, PupilGrid):
                 return [table.step(normaliser), *through(self.lens, self.film_distance, wavelength)]
+            if self.model == "table":
+                return [table.step(normaliser),
+                        tabulated(self.lens, self.film_distance, table, wavelength, self.focus_distance)]
             fit = Polynomial.fit(self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance)
             return [table.step(normaliser), fit.step]
         return self.gaussian.steps(self.gain)
 
     def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
-        """Traced, for a polynomial as well; or in closed form for the ideal models."""
+        """Traced, for a polynomial or a table as well; or in closed form for the ideal models."""
         if not self.follows_rays:
             return ideal_way_back(self.gaussian, self.film_step, self.gain)
         lens = self.lens

@@ -83,12 +83,14 @@ def test_a_picture_is_taken_with_the_degree_that_is_set():
 
 def test_the_present_model_is_ringed_of_the_automatic_one_what_it_came_to():
     assert _present(replace(START, model="polynomial", degree=5), None) == "degree 5"
+    assert _present(replace(START, model="table"), None) == "table"
     assert _present(replace(START, model="auto"), ("thin", 0)) == "thin lens"
     assert _present(replace(START, model="auto"), None) == ""
 
 
-def test_what_only_serves_for_comparison_or_is_not_valid_cannot_be_taken():
-    assert _model(Mark("table", "table")) is _model(Mark("trace, float64", "trace")) is None
+def test_what_no_picture_is_taken_with_or_is_not_valid_cannot_be_taken():
+    assert _model(Mark("scalar reference", "scalar")) is _model(Mark("trace, float64", "trace")) is None
+    assert _model(Mark("table", "table")) == ("table", 0)
     assert _model(Mark("degree 9", "polynomial", why="blades")) is None
 
 

@@ -13,14 +13,11 @@ from lensbench import lenses
 from lensbench.app.charts.drawing import look
 from lensbench.app.charts.ladder import Model, ladder
 from lensbench.app.charts.sheet import _one
-from lensbench.app.charts.tabulated import tabulated
 from lensbench.app.charts.timing import in_turn
 from lensbench.app.charts.truth import Truth
 from lensbench.app.charts.values import Chart, Mark
 from lensbench.app.cli import main
-from lensbench.driver import Program
-from lensbench.lanes import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.pupil_table import PupilTable
+from lensbench.lanes import WEIGHT, B, Step, X, Y, rows, stage
 
 FILM = lb.Film(36.0, 24.0, 600, 400)
 
@@ -112,26 +109,6 @@ def test_a_model_that_loses_rays_says_so():
     lost = Truth(there).error(Model("smaller stop", "trace", aim=trace.aim, lens=lens, real=np.float64)).lost
     # On the axis the area goes as 1 / N²; the field's edge loses a like part
     assert lost == pytest.approx(1.0 - (8.0 / 11.0) ** 2, abs=0.05)
-
-
-def test_a_table_turns_with_the_film_and_is_mirrored():
-    there = camera("pbrt-dgauss-50mm")
-    table = PupilTable.of(there.lens, there.film_distance, FILM.diagonal / 2.0, widened=False)
-    program = Program([tabulated(there, table)], np.float64)
-    way = np.array([-0.1, 0.05, -1.0]) / np.linalg.norm([-0.1, 0.05, -1.0])
-    turns = np.linspace(0.0, 2.0 * math.pi, 9)
-    cosine, sine = np.cos(turns), np.sin(turns)
-
-    def through(sign):
-        x, l, m = 9.0, way[0], sign * way[1]
-        given = {X: x * cosine, Y: x * sine, L: l * cosine - m * sine, M: l * sine + m * cosine, N: np.full(9, way[2])}
-        out = program.run(given, [X, Y, Z, L, M, N], 9)
-        back = np.array([[cosine, sine], [-sine, cosine]])
-        return [*np.einsum("ijn,jn->in", back, out[:2]), out[2], *np.einsum("ijn,jn->in", back, out[3:5]), out[5]]
-
-    up, down = np.array(through(1.0)), np.array(through(-1.0))
-    assert up == pytest.approx(np.repeat(up[:, :1], 9, 1), abs=1e-9)
-    assert down * np.array([1, -1, 1, 1, -1, 1])[:, None] == pytest.approx(up, abs=1e-9)
 
 
 numbers = st.floats(1e-3, 1e3)

@@ -1,4 +1,4 @@
-"""A lens as a table of rays, with linear interpolation: what polynomials and the trace are compared with.
+"""A lens as a table of rays, with linear interpolation: a comparison, for polynomials are both faster and nearer.
 
 The table goes over film radii, and over places on the plane of the last vertex: along the meridian, less what the
 middle of the pupil region drifts across the film, and across it; by symmetry one half of them. Each entry is the
@@ -8,10 +8,11 @@ direction in which objects in focus are seen, and the ray's point nearest to the
 import math
 
 import numpy as np
+from numba import njit
 
-import lensbench as lb
 from lensbench.blocktracer import round_through
 from lensbench.driver import Program
+from lensbench.glass import D_LINE
 from lensbench.lanes import (
     A0,
     A1,
@@ -34,6 +35,8 @@ from lensbench.lanes import (
     rows,
     stage,
 )
+from lensbench.paraxial import first_order
+from lensbench.prescription import Lens, LensError
 from lensbench.pupil_table import PupilTable
 
 RADII, ALONG, ACROSS = 64, 24, 12           # of the table
@@ -41,27 +44,35 @@ NODES = RADII * ALONG * ACROSS
 FARTHEST = 20.0                 # × the lens's length: an entrance pupil beyond it is no place to measure from
 
 
-def tabulated(camera: lb.LensCamera, table: PupilTable) -> Step:
-    """The step from an aimed ray at the film to the ray in front of the lens, for the regions of a pupil table."""
-    lens, away = camera.lens, camera.film_distance
+def tabulated(lens: Lens, film_distance: float, table: PupilTable, wavelength: float = D_LINE,
+              distance: float = math.inf) -> Step:
+    """The step from an aimed ray at the film to the ray in front of the lens, for the regions of a pupil table.
+
+    film_distance: last vertex → film; distance: from the film to what is to be seen best (mm). LensError for a lens
+    without rotational symmetry.
+    """
+    if not lens.is_rotationally_symmetric:
+        raise LensError("a table of rays holds for every azimuth, and this lens has a cylinder or toroid")
+    away = film_distance
     film, reach, drift = np.linspace(0.0, table.radius, RADII), *_box(table)
     r, u, v = (grid.ravel() for grid in np.meshgrid(
         film, np.linspace(-reach, reach, ALONG), np.linspace(0.0, reach, ACROSS), indexing="ij"))
     x, y = u + drift * r - r, v
     size = 1.0 / np.sqrt(x * x + y * y + away * away)
     given = {X: r, L: x * size, M: y * size, N: -away * size}
-    ray = Program(round_through(lens, away), np.float64).run(given, [X, Y, Z, L, M, N], NODES)
+    ray = Program(round_through(lens, away, wavelength), np.float64).run(given, [X, Y, Z, L, M, N], NODES)
 
     # The point nearest to the pupil, and where what is in focus is seen from there
-    z = camera.first_order.entrance_pupil.z
+    z = first_order(lens, wavelength).entrance_pupil.z
     centre = (z if abs(z) < FARTHEST * lens.length else 0.0) - lens.length - away
     point, direction = ray[:3], ray[3:]
     point[2] -= centre
     point -= (point * direction).sum(0) * direction
-    near = 1.0 / (camera.focus_distance + centre)
+    near = 1.0 / (distance + centre)
     entries = np.concatenate([direction + near * point, point]).reshape(6, RADII, ALONG, ACROSS)
+    _fill(entries)
     head = [-away, (RADII - 1) / table.radius, drift, 0.5 * (ALONG - 1) / reach, (ACROSS - 1) / reach, centre, near]
-    return Step(interpolate, np.concatenate([head, _filled(entries).ravel()]))
+    return Step(interpolate, np.concatenate([head, entries.ravel()]))
 
 
 def _box(table: PupilTable) -> tuple[float, float]:
@@ -74,20 +85,37 @@ def _box(table: PupilTable) -> tuple[float, float]:
     return float((np.abs(centres - drift * film) + rims).max()), drift
 
 
-def _filled(entries: np.ndarray) -> np.ndarray:
-    """The table with what no ray reached as the mean of its neighbours on the plane of the last vertex."""
-    while (lost := ~np.isfinite(entries).all(0)).any() and not lost.all():
-        padded = np.pad(np.where(lost, np.nan, entries), ((0, 0), (0, 0), (1, 1), (1, 1)), constant_values=np.nan)
-        beside = np.stack([padded[:, :, 1 + i:1 + i + ALONG, 1 + j:1 + j + ACROSS]
-                           for i in (-1, 0, 1) for j in (-1, 0, 1)])
-        known = np.isfinite(beside)
-        count = known.sum(0)
-        mean = np.where(known, beside, 0.0).sum(0) / np.maximum(count, 1)
-        filled = np.where(lost & (count > 0), mean, entries)
-        if not (np.isfinite(filled).all(0) & lost).any():       # a film radius without a single ray
-            return np.nan_to_num(filled)
-        entries = filled
-    return entries
+@njit(cache=True, error_model="numpy", nogil=True)
+def _fill(entries):
+    """Give what no ray reached in (6, RADII, ALONG, ACROSS) the mean of its neighbours on the plane of the last vertex.
+
+    Again and again, from what is known outwards; 0 for film radii without a single ray.
+    """
+    for k in range(RADII):
+        known = np.ones((ALONG, ACROSS), np.bool_)
+        for i in range(ALONG):
+            for j in range(ACROSS):
+                for q in range(6):
+                    known[i, j] &= math.isfinite(entries[q, k, i, j])
+        any_known = known.any()
+        while not known.all():
+            before = known.copy()
+            for i in range(ALONG):
+                for j in range(ACROSS):
+                    if before[i, j]:
+                        continue
+                    count = 0
+                    total = np.zeros(6)
+                    for a in range(max(i - 1, 0), min(i + 2, ALONG)):
+                        for b in range(max(j - 1, 0), min(j + 2, ACROSS)):
+                            if before[a, b]:
+                                count += 1
+                                for q in range(6):
+                                    total[q] += entries[q, k, a, b]
+                    if count or not any_known:
+                        known[i, j] = True
+                        for q in range(6):
+                            entries[q, k, i, j] = total[q] / max(count, 1)
 
 
 @stage
