@@ -19,7 +19,7 @@ from lensbench.lanes import WEIGHT, B, X, Y
 from lensbench.motion import AnimatedTransform
 from lensbench.scene import Scene
 from lensbench.scenery.objects import Disk, Sphere
-from lensbench.scenery.small_lights import SmallLight, light_points, small_lights
+from lensbench.scenery.small_lights import SmallLight, brightnesses, light_points, small_lights
 
 MET = 0.4               # part of the camera's rays in its own picture that meet a light: above it they do better
 DENSITY = 16.0          # rays per pixel of the picture of a light that is a point, in one pass, if there is time
@@ -47,6 +47,7 @@ class Sighting(NamedTuple):
     round: bool                 # whether its places fill the unit disk
     image: np.ndarray           # (2, 2) pixels: x, y of the image of each of the half-axes
     points: np.ndarray          # (POINTS, 5) of the light
+    shown: float                # pixels of its picture, each by the square of its brightness, at most that of white
     every: int = 1              # it is traced in one pass of so many
 
     def traced(self, blocks: int, every: int = 1) -> "Sighting":
@@ -264,10 +265,12 @@ def _sightings(camera: Camera, scene: Scene, small: list[SmallLight], things: li
     numbers = light_parameters(marks, front.middles, front.axes, front.towards, seen.centres, seen.rights, seen.ups,
                                seen.disks, areas / (blocks * B), [-2.0 - number for number in by],
                                np.column_stack([seen.balls, first]))
-    points = light_points(scene.objects)
+    points, bright = light_points(scene.objects), brightnesses(scene.objects)
+    parts = np.minimum(np.array([bright[small[k]] for k in seen.which]) * pictures.met, 1.0)
+    shown = parts**2 * pictures.own / np.maximum(pictures.met, 1e-30)
     how = np.where(seen.balls[:, 3] > 0.0, BALL, np.where(seen.by >= 0, FLAT, STRAIGHT))
     many = np.where(pictures.steady, 2 ** np.ceil(np.log2(np.clip(EACH * pictures.own, 1, MANY))).astype(int), 0)
     alone, images = (DENSITY / pictures.density).tolist(), pictures.image.astype(np.float32)
     return [Sighting(small[k], *rest) for k, rest in zip(seen.which, zip(
         how.tolist(), by, numbers, blocks.astype(int).tolist(), many.tolist(), alone, seen.disks.tolist(), images,
-        [points[small[k]] for k in seen.which], strict=True), strict=True)]
+        [points[small[k]] for k in seen.which], shown.tolist(), strict=True), strict=True)]

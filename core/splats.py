@@ -59,7 +59,9 @@ from lensbench.sightings import BALL, STRAIGHT, Sighting, budget, choose
 from lensbench.spectrum import WAVELENGTHS, channel, part
 
 TASK = 8                # blocks that a thread takes at a time
-OFTEN, RARELY = 4, 4    # first passes of a picture that have splats, and of how many later ones one has
+OFTEN, RARELY = 4, 4    # first passes of a picture that have splats, and of how many later ones one has at the most
+RAREST = 8              # times that many, at the least
+COVERED = 0.1           # part of the film: covered by splats that take the time of its samples, they come so often
 SELDOM = 8              # of those, of which a light that seems hidden is traced in one
 LOOK = 8                # lights that it looks for at a time, to see whether they are hidden
 LIST = 128              # tasks whose samples are listed before they are added to the film
@@ -82,14 +84,25 @@ class Splats:
         self._across, self._down = film.pixels_x, film.pixels_y
         self._sums = np.zeros((film.pixels_x * film.pixels_y if self._chosen else 0, 3), np.float32)
         self._passes = 0
-        self._is_settled = not self._chosen
+        self._is_settled, self._rarely = not self._chosen, RARELY
 
     def _settle(self, pool: Executor, threads: int) -> None:
         """See which lights are hidden, and share the rays out among them. With the first pass: its threads help."""
         settled = self._settled(pool, threads)
         share = min(1.0, budget(self._camera) / B / max(sum(chosen.blocks for chosen in settled), 1))
         self._chosen = [chosen.traced(max(1, round(chosen.blocks * share)), chosen.every) for chosen in settled]
+        self._rarely = RARELY * self._seldomness()
         self._is_settled = True
+
+    def _seldomness(self) -> int:
+        """How many times rarer than RARELY passes have splats: where these take long, or little is to be seen of them.
+
+        The best share of the time goes as the root of both, cost and variance.
+        """
+        pixels = self._across * self._down
+        cost = sum(chosen.blocks / chosen.every for chosen in self._chosen) * B / pixels
+        covered = sum(chosen.shown for chosen in self._chosen if chosen.every == 1) / pixels
+        return round(min(max(math.sqrt(cost * COVERED / max(covered, 1e-9)), 1.0), RAREST))
 
     def _settled(self, pool: Executor, threads: int) -> list[Sighting]:
         """The lights as they are, or with more rays that each stand for themselves where some are blocked."""
@@ -177,7 +190,8 @@ class Splats:
         if afresh:
             self._sums[:] = 0.0
             self._passes = 0
-        own = [(_own_number(number), place) for number, place in passes if number < OFTEN or number % RARELY == 0]
+        own = [(self._own_number(number), place) for number, place in passes
+               if number < OFTEN or number % self._rarely == 0]
         self._passes += len(own)
         tasks = self._tasks([(number, None if place is None else part(number, self._seed)) for number, place in own])
         lists = np.empty((LIST, 6, TASK * B), np.float32)
@@ -211,14 +225,14 @@ class Splats:
                 return False
         return True
 
+    def _own_number(self, number: int) -> int:
+        """How many passes before this one had splats."""
+        rarely = self._rarely
+        return number if number < OFTEN else OFTEN + (number - 1) // rarely - (OFTEN - 1) // rarely
+
     def image(self) -> np.ndarray:
         """The mean of the passes so far: (h, w, 3)."""
         return self._sums.reshape(self._down, self._across, 3) * np.float32(1.0 / max(self._passes, 1))
-
-
-def _own_number(number: int) -> int:
-    """How many passes before this one had splats."""
-    return number if number < OFTEN else OFTEN + number // RARELY - OFTEN // RARELY
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -141,6 +141,12 @@ def light_points(objects: tuple[Thing, ...]) -> dict[SmallLight, np.ndarray]:
     return {light: points_of(objects[light.number], light).astype(np.float32) for light in _all(objects)}
 
 
+@lru_cache(maxsize=16)
+def brightnesses(objects: tuple[Thing, ...]) -> dict[SmallLight, float]:
+    """The mean radiance of each small light, of its brightest channel."""
+    return {light: float(points[:, 2:].mean(0).max()) for light, points in light_points(objects).items()}
+
+
 def points_of(thing: Thing, light: SmallLight) -> np.ndarray:
     """(POINTS, 5): places of a light from −1 to 1 along its half-axes, or in the unit disk, and the radiance of each.
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench import lenses
+from lensbench import lenses, splats
 from lensbench.fronts import fronts
+from lensbench.lanes import B
 from lensbench.scene import Scene
 from lensbench.scenery.objects import Disk, Image, Material, Pattern, Rectangle, Sky, Sphere
 from lensbench.scenery.small_lights import divided, points_of, small_lights
@@ -17,6 +18,12 @@ BLACK = (0.0, 0.0, 0.0)
 DARK = Sky(BLACK, BLACK, BLACK)
 FILM = lb.Film(36.0, 24.0, 90, 60)
 MODELS = ("trace", "polynomial", "table", "thick", "thin", "pinhole", "perspective", "bladed trace", "bladed thin")
+
+
+@pytest.fixture
+def often(monkeypatch):
+    """One pass in four has splats in every picture: as many as the tolerances were found for."""
+    monkeypatch.setattr(splats, "RAREST", 1)
 
 
 def bright(colour=(40.0, 30.0, 20.0)):
@@ -49,7 +56,7 @@ def binned(picture, size=6):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_a_small_light_gives_the_picture_that_the_cameras_rays_find(model):
+def test_a_small_light_gives_the_picture_that_the_cameras_rays_find(model, often):
     """Three spheres: behind the plane in focus off the axis, beyond the corner's vignetting, and in focus.
 
     Some 1e5 of the camera's rays find a light: a noise of 0.3 % at the most, less by the net.
@@ -114,7 +121,7 @@ def test_no_light_that_would_pass_the_lens_misses_the_rectangle_before_it(name, 
 @pytest.mark.parametrize(("name", "angle"), [("pbrt-dgauss-50mm", 0.0), ("pbrt-dgauss-50mm", 14.0),
                                              ("pbrt-fisheye-10mm", 50.0), ("pbrt-wide-22mm", 25.0),
                                              ("lib-petzval-portrait", 4.0)])
-def test_the_light_on_the_film_is_what_the_scalar_tracer_brings_through_the_lens(name, angle):
+def test_the_light_on_the_film_is_what_the_scalar_tracer_brings_through_the_lens(name, angle, often):
     """Radiance · étendue / (area of a pixel) · z² / normaliser, summed over the picture.
 
     The grid of the oracle leaves a part in a thousand of the rim uncertain, less by the sum over it.
@@ -217,6 +224,26 @@ def test_nothing_is_splatted_behind_the_camera_beside_the_film_or_while_the_came
     later[0, 3] = 30.0
     moved = view("trace", world_from_camera=lb.AnimatedTransform(np.eye(4), later))
     assert lb.Rendering(moved, scene).splatted == frozenset()
+
+
+def test_in_a_small_picture_light_is_traced_from_its_own_side_in_few_passes_but_in_the_first_ones(monkeypatch):
+    """Where each light takes more rays than its picture needs, they stay below those of the camera."""
+    camera, rays = view("trace", focus=1200.0, f_number=2.8, film=lb.Film(32.0, 18.0, 120, 68)), []
+    shoot = splats._shoot
+
+    def counted(found, lanes, code, gated, data, ends, light, first, blocks, *rest):
+        rays.append(blocks * B)
+        return shoot(found, lanes, code, gated, data, ends, light, first, blocks, *rest)
+
+    monkeypatch.setattr(splats, "_shoot", counted)
+    rendering = lb.Rendering(camera, lb.builtin_scene("still-life"), seed=1)
+    of_each = []
+    for _ in range(4):
+        rendering.add(1, threads=1)
+        of_each.append(sum(rays) - sum(of_each))
+    assert min(of_each) > 5 * 120 * 68                  # nothing is missing in the first pictures
+    rendering.add(124, threads=1)
+    assert sum(rays) < 128 * 120 * 68
 
 
 def test_a_rendering_with_small_lights_that_is_not_wanted_any_more_stops():
