@@ -287,8 +287,12 @@ def _half_turn() -> tuple[np.ndarray, np.ndarray]:
 
 
 def size_of_regions(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
-    """What regions are at most about as large as, mm: the last surface, the stop, or the cone of light on its way."""
-    cone = 0.5 / first_order(lens, wavelength).f_number or math.inf
+    """What regions are at most about as large as, mm: the last surface, the stop, or the cone of light on its way.
+
+    That of a lens without an f-number, afocal (inf) or telecentric towards the scene (0), counts as endless.
+    """
+    f_number = first_order(lens, wavelength).f_number
+    cone = 0.5 / f_number if 0.0 < f_number < math.inf else math.inf
     return REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter, film_distance * cone)
 
 

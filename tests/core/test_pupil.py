@@ -11,6 +11,7 @@ from lensbench import lenses
 from lensbench.driver import Program
 from lensbench.lanes import U0, U1, WEIGHT, L, M, N, X
 from lensbench.margins import machine, margins
+from lensbench.prescription import Surface
 from lensbench.pupil_rim import ROUGH, solve
 from lensbench.pupil_table import RINGS, PupilTable
 from tests.core.oracles import DATA, REFERENCE
@@ -55,6 +56,30 @@ def test_a_film_close_behind_its_cover_glass_sees_a_region_far_smaller_than_the_
         counted = float((rays.fate == lb.Fate.PASSED).sum()) * cell**2
         # Cells that the rim cuts: about 2π·0.55 mm / 0.01 mm of them, each off by a third at random
         assert lb.exit_pupil(lens, away, [film_x]).area[0] == pytest.approx(counted, rel=0.005)
+
+
+def test_a_lens_that_is_telecentric_towards_the_scene_has_its_regions_without_an_f_number():
+    glass = lenses.load("pbrt-dgauss-50mm").surfaces[0].glass
+    front = Surface(1.0 / 60.0, 6.0, 20.0, glass), Surface(0.0, 0.0, 20.0)
+    focus = lb.first_order(lb.Lens((*front, Surface(0.0, 0.0, 4.0)), 2)).bfl
+    lens = lb.Lens((front[0], Surface(0.0, focus, 20.0), Surface(0.0, 40.0, 4.0), Surface(1.0 / 60.0, 6.0, 20.0, glass),
+                    Surface(-1.0 / 80.0, 0.0, 20.0)), 2)
+    assert lb.first_order(lens).f_number == 0.0
+    camera = lb.LensCamera(lens, lb.Film(12.0, 8.0), 400.0)
+    radii, away, cell, n = [0.0, 5.0], camera.film_distance, 0.004, 1 << 12
+    pupil, table = lb.exit_pupil(camera.lens, away, radii), camera.pupil
+    x, y = (grid.ravel() for grid in np.meshgrid(*[np.arange(-0.8, 0.8, cell) + 0.5 * cell] * 2))
+    for radius, area, centre in zip(radii, pupil.area, pupil.centres, strict=True):
+        start = [radius, 0.0, lens.length + away]
+        rays = lb.trace(camera.lens, start, np.column_stack([x + centre - radius, y, np.full(x.size, -away)]))
+        # Cells that the rim cuts: about 2π·0.3 mm / 0.004 mm of them, each off by a third at random
+        assert area == pytest.approx(float((rays.fate == lb.Fate.PASSED).sum()) * cell**2, rel=0.002)
+        l, m, n_, weight = Program([table.step(1.0)], np.float64).run(
+            {X: np.full(n, radius), U0: (np.arange(n) + 0.5) / n, U1: np.arange(n) * 0.6180339887498949 % 1.0,
+             WEIGHT: np.ones(n)}, [L, M, N, WEIGHT], n)
+        passed = lb.trace(camera.lens, start, np.stack([l, m, n_], 1)).fate == lb.Fate.PASSED
+        assert passed.mean() > 0.98
+        assert (weight / n_**4 * passed).mean() == pytest.approx(area, rel=3e-3)        # lattice points, as below
 
 
 def test_a_lens_without_rotational_symmetry_has_no_pupil_by_radius():
