@@ -163,9 +163,7 @@ class Worker:
 
     def shown(self, news: News | None) -> None:
         """The window has this news on its screen: the next pass need not hold back any more."""
-        with self._change:
-            self._shown = news
-            self._change.notify_all()
+        self._note(_shown=news)
 
     @property
     def waiting(self) -> float:
@@ -195,21 +193,15 @@ class Worker:
 
     def resume(self) -> None:
         """Go on after a pause."""
-        with self._change:
-            self._paused = False
-            self._change.notify_all()
+        self._note(_paused=False)
 
     def hold(self, held: bool) -> None:
         """Leave the processor to others: new settings get as many samples as while the render is paused."""
-        with self._change:
-            self._held = held
-            self._change.notify_all()
+        self._note(_held=held)
 
     def want_depth(self, wanted: bool) -> None:
         """Whether the depth map shall come with the first sample, and not a little later."""
-        with self._change:
-            self._depth_wanted = wanted
-            self._change.notify_all()
+        self._note(_depth_wanted=wanted)
 
     @property
     def alive(self) -> bool:
@@ -218,10 +210,14 @@ class Worker:
 
     def stop(self) -> None:
         """End; returns when the threads have ended."""
-        with self._change:
-            self._stopped = True
-            self._change.notify_all()
+        self._note(_stopped=True)
         self._thread.join()
+
+    def _note(self, **changed: Any) -> None:
+        """Change some of what the threads wait for, and wake them."""
+        with self._change:
+            vars(self).update(changed)
+            self._change.notify_all()
 
     # The worker's side
 
@@ -245,9 +241,7 @@ class Worker:
                 try:
                     if job is None or job.generation != generation:
                         job = self._begun(generation, settings, helper is None)
-                        with self._change:
-                            self._set_up_for = generation
-                            self._change.notify_all()
+                        self._note(_set_up_for=generation)
                     elif helper is not None and helper.poll() is not None:
                         helper = None                           # now small lights can be traced from their own side
                         if small_lights(job.scene.objects):
