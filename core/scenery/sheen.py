@@ -57,6 +57,8 @@ SKY = 12                # numbers of sky_parameters
 GLEAM = 7               # numbers per light: centre, area of its disk / π, radiance (3)
 FLATTEST, FARTHEST = 0.1, 0.9       # cosine of the ray through the middle over the sample's, at the least; and how much
                                     # longer or shorter it may be, over the length
+WIDEST = 1.0            # slope², how far a sample's part reaches at the most: half a right angle
+DARK = 1e9              # of lobe widths²: from there on nothing is seen of a light, and single numbers soon overflow
 
 
 def sheen_parameters(sky, lights) -> np.ndarray:
@@ -93,18 +95,18 @@ def sheen(lanes, p, key):
 
 @njit(inline="always")
 def swept(real, place2, reach2, width2):
-    """1 / (1 + x² / w²)² on average over all places from x − h to x + h; given x², h² and w².
+    """1 / (1 + x² / w²)² on average over all places from x − h to x + h: a / b · √(c / d), as a, b, c, d.
 
-    A sine of spherical caps, J = (1 − q / √(q² + 4 w² h²)) / 2 with q = w² + x² − h², is that lobe where h is small and
-    a box where w is; its integral over x is π/2 h² / (w k), k² = 1 + t (3/4 + (π² / 64) t) / (1 + t / 4) within a
-    hundredth, with t = h² / w².
+    place2, reach2, width2: x², h² and w², in whatever unit. A sine of spherical caps,
+    J = (1 − q / √(q² + 4 w² h²)) / 2 with q = w² + x² − h², is that lobe where h is small and a box where w is; its
+    integral over x is π/2 h² / (w k), k² = 1 + t (3/4 + (π² / 64) t) / (1 + t / 4) within a hundredth, t = h² / w².
     """
     q = width2 + place2 - reach2
     root = math.sqrt(q * q + real(4) * width2 * reach2)
-    outside, inside = real(2) * width2 * width2 / (root * (root + q)), real(0.5) * width2 * (root - q) / (root * reach2)
-    t = reach2 / width2
-    size2 = real(1) + t * (real(0.75) + real(math.pi**2 / 64) * t) / (real(1) + real(0.25) * t)
-    return math.sqrt(size2) * (outside if q > real(0) else inside)
+    outside, most = q > real(0), width2 * (width2 + real(0.25) * reach2)
+    return (real(2) * width2 * width2 if outside else real(0.5) * width2 * (root - q),
+            root * (root + q if outside else reach2),
+            most + reach2 * (real(0.75) * width2 + real(math.pi**2 / 64) * reach2), most)
 
 
 @stage
@@ -183,27 +185,29 @@ def sheen_lights(lanes, p):
             view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
             kx, ky, kz = qx - dx[i], qy - dy[i], qz - dz[i]
             k2 = kx * kx + ky * ky + kz * kz
-            long = math.sqrt(k2)
-            tilt = (slant + view) / long                    # cos δ; cos θ is half of `long`
-            tilt2 = tilt * tilt
-            area = size * inverse * inverse / (real(2) * long * tilt2 * tilt)      # of slopes, over π
-            # the slope, across and along, and how far the part reaches across, along: less by the cosine
-            per = real(1) / (slant + view)
+            long = math.sqrt(k2)                            # twice cos θ
+            per = real(1) / (slant + view)                  # times `long`: 1 / cos δ
+            per2 = per * per
+            area = real(0.5) * size * inverse * inverse * k2 * per2 * per       # of slopes, over π
+            # the slope, across and along, and how far the part reaches across; along, less by the cosine
             across = (qx * ax[i] + qy * ay[i] + qz * az[i]) * per
             across2 = across * across
-            along2 = (real(1) - tilt2) / tilt2 - across2
+            along2 = k2 * per2 - real(1) - across2
             pupil, pixel = inverse * (disk[i] + depth[i] * fan[i]) + fan[i], (
                 inverse * (foot[i] + depth[i] * spread[i]) + spread[i])
-            reach2 = (pupil * pupil + real(1 / 3) * pixel * pixel) * per * per
-            wide = alpha * alpha + area
-            deep = wide + reach2 * view * view
-            fall = real(1) + along2 / deep
+            reach2 = (pupil * pupil + real(1 / 3) * pixel * pixel) * per2
+            # all in widths of the lobe, which no number outgrows at grazing incidence
+            narrow = real(1) / (alpha * alpha + area)
+            reach2 = (reach2 if reach2 < real(WIDEST) else real(WIDEST)) * narrow
+            deep = real(1) + reach2 * view * view
+            low = deep + (along2 if along2 > real(0) else real(0)) * narrow
             edge = real(1) - real(0.5) * long
             edge2 = edge * edge
             f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
-            share = f * area * real(0.5) * long * swept(real, across2, real(0.75) * reach2, wide * fall) / (
-                math.sqrt(wide * deep) * fall * fall * tilt * (view if view > slant else slant))
-            share = share if (slant > real(0)) & (view > real(0)) else real(0)
+            top, bottom, more, most = swept(real, across2 * narrow * deep, real(0.75) * reach2 * deep, low)
+            share = f * area * narrow * real(0.5) * k2 * per * top * deep * deep * math.sqrt(more / (most * deep)) / (
+                bottom * low * low * (view if view > slant else slant))
+            share = share if (slant > real(0)) & (view > real(0)) & (low < real(DARK)) else real(0)
             r[i] += share * er
             g[i] += share * eg
             b[i] += share * eb

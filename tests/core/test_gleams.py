@@ -10,7 +10,33 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.cameras.pupil_part import WHOLE, pupil_steps
 from lensbench.driver import Program
-from lensbench.lanes import DISK, FAN, KEYS, OX, PITCH, SAMPLE, U0, U1, B, L, X, Y, bench
+from lensbench.lanes import (
+    DEPTH,
+    DISK,
+    FAN,
+    FOOT,
+    GLOSS,
+    KEYS,
+    NX,
+    NY,
+    OX,
+    PITCH,
+    SAMPLE,
+    SB,
+    SPREAD,
+    SR,
+    TB,
+    TR,
+    U0,
+    U1,
+    B,
+    L,
+    M,
+    N,
+    X,
+    Y,
+    bench,
+)
 from lensbench.motion import AnimatedTransform
 from lensbench.scene import Scene
 from lensbench.scenery.objects import Floor, Material, Rectangle, Sky, Sphere
@@ -131,7 +157,8 @@ def test_the_average_of_a_lobe_keeps_its_light_and_has_its_limits():
     def lobes(places, reach, width):
         out = np.empty_like(places)
         for i in range(places.size):
-            out[i] = swept(real, places[i] ** 2, reach * reach, width * width)
+            a, b, c, d = swept(real, places[i] ** 2, reach * reach, width * width)
+            out[i] = a / b * math.sqrt(c / d)
         return out
 
     x = np.sinh(np.linspace(-12.0, 12.0, 40001))
@@ -144,3 +171,22 @@ def test_the_average_of_a_lobe_keeps_its_light_and_has_its_limits():
             inside = np.abs(x) < 0.9 * reach
             np.testing.assert_allclose(found[inside], math.pi / 4.0 / reach, rtol=6e-3)
             assert found[np.abs(x) > 1.1 * reach].max() < 1e-3 * found.max()
+
+
+def test_a_gleam_is_finite_and_never_negative_however_grazing_the_ray_and_wide_the_part():
+    step = next(step for step in lb.builtin_scene("night-lights").steps() if step.kernel.__name__ == "sheen")
+    random, parameters = np.random.default_rng(2), np.asarray(step.parameters, np.float32)
+    lanes, key = bench(), np.zeros(KEYS, np.uint32)
+    table = lanes.reshape(-1, PITCH)[:, :B]
+    for _ in range(200):
+        fall, turn = 10.0 ** random.uniform(-8.0, 0.0, B), random.uniform(0.0, 2.0 * math.pi, B)
+        level = np.sqrt(1.0 - fall**2)
+        table[L], table[M], table[N] = level * np.cos(turn), -fall, level * np.sin(turn)
+        table[DEPTH], table[NX:NY + 2], table[NY] = 1350.0 / fall, 0.0, 1.0
+        table[DISK] = size = 10.0 ** random.uniform(-3.0, 1.5)
+        table[FAN] = -size / 10.0 ** random.uniform(1.0, 5.0)
+        table[OX:OX + 3] = random.uniform(-1.0, 1.0, (3, B))
+        table[FOOT], table[SPREAD] = random.uniform(-5.0, 5.0, B), random.uniform(-0.1, 0.1, B)
+        table[GLOSS], table[TR:TB + 1], table[SR:SB + 1] = random.choice([0.5, 0.955, 0.9985]), 1.0, 0.0
+        step.kernel(lanes, parameters, key)
+        assert np.isfinite(table[SR:SB + 1]).all() and table[SR:SB + 1].min() >= 0.0
