@@ -98,7 +98,7 @@ def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording"
 
     size = lb.light_field_bytes(settings.film, arguments.views, moments=arguments.moments)
     print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
-          f"{size / 1e6:.4g} MB of memory")
+          f"{size / 1e6:,.0f} MB of memory")
     return Recording(lb.capture_light_field(*prepare(settings), arguments.views, settings.samples, settings.seed,
                                             told=told, moments=arguments.moments), settings)
 

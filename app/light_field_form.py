@@ -53,7 +53,7 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
                                 "camera's pupil") or 0.1
     else:
         _microlenses(settings, form)
-    words(f"Takes {form.bytes(settings) / 1e6:.0f} MB of memory", True)
+    words(f"Takes {form.bytes(settings) / 1e6:,.0f} MB of memory", True)
     if task is not None:
         progress(task, form)
     else:

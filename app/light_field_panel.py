@@ -65,7 +65,7 @@ def _head(recording: Recorded, form: Form) -> None:
     imgui.align_text_to_frame_padding()
     imgui.text_unformatted(f"{across} × {down} views")
     imgui.set_item_tooltip(f"{film.pixels_x} × {film.pixels_y} pixels each, {recording.settings.samples} samples a "
-                           f"pixel: {recording.size / 1e6:.0f} MB")
+                           f"pixel: {recording.size / 1e6:,.0f} MB")
     imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
     width = theme.em(1.75)
     imgui.same_line(right - 4.0 * width)

@@ -52,7 +52,7 @@ def _array(arguments: argparse.Namespace) -> int:
     settings, path = begun(arguments)
     across, down = arguments.views
     size = lb.light_field_bytes(settings.film, arguments.views)
-    print(f"{across} × {down} pinholes of {settings.pixels_x} × {settings.pixels_y} pixels: {size / 1e6:.4g} MB")
+    print(f"{across} × {down} pinholes of {settings.pixels_x} × {settings.pixels_y} pixels: {size / 1e6:,.0f} MB")
     begin = perf_counter()
     made = lb.capture_lumigraph(camera(settings), find_scene(settings.scene), arguments.views, arguments.spacing,
                                 arguments.plane, settings.samples, settings.seed, told=told)

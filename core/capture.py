@@ -148,7 +148,7 @@ def checked_views(film: Film, views: tuple[int, int], samples: int, dtype, momen
     size, free = light_field_bytes(film, (across, down), dtype, moments), free_memory()
     if size > 0.9 * free:
         raise LightFieldError(f"{across} × {down} views of {film.pixels_x} × {film.pixels_y} pixels take "
-                              f"{size / 1e9:.3g} GB, more than the {free / 1e9:.3g} GB that are free: record "
+                              f"{size / 1e9:,.1f} GB, more than the {free / 1e9:,.1f} GB that are free: record "
                               f"fewer views{' or moments' if moments > 1 else ''} or pixels")
     return across, down
 

@@ -23,6 +23,8 @@ from lensbench.lanes import (
     RED,
     SAMPLE,
     SEED,
+    V0,
+    V1,
     WEIGHT,
     B,
     Step,
@@ -79,7 +81,7 @@ class Program:
     def run(self, given: dict[int, np.ndarray], wanted: Sequence[int], n: int) -> np.ndarray:
         """Run the steps once over n lanes whose rows are given, and read the wanted rows back.
 
-        given: {row: (n,) values}; the rest starts at zero. Returns (len(wanted), n).
+        given: {row: (n,) values}; the rest starts as `bench` has it. Returns (len(wanted), n).
         The last block is padded with copies of the last lane.
         """
         table = np.zeros((len(given), n), self.real)
@@ -135,6 +137,7 @@ def _run(table, given, out, wanted, lanes, code, gated, data, ends):
     for start in range(0, n, B):
         key[PIXEL] = start
         lanes[:] = 0
+        lanes[V0 * PITCH:(V1 + 1) * PITCH] = 0.5
         for j in range(given.size):
             for i in range(B):
                 lanes[given[j] * PITCH + i] = table[j, min(start + i, n - 1)]

@@ -21,6 +21,7 @@ from lensbench.cameras.rays import CameraError
 from lensbench.driver import Program
 from lensbench.glass import D_LINE
 from lensbench.lanes import BLUE, MARGIN, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.paraxial import middle_of_view
 from lensbench.polynomial import Polynomial
 from lensbench.prescription import LensError
 from lensbench.pupil_table import PupilTable
@@ -196,8 +197,8 @@ class Judge:
     @cached_property
     def _eye(self) -> float:
         """Z of the entrance pupil in the camera frame, or of the first vertex where that lies far away."""
-        camera, z = self.camera, self.camera.first_order.entrance_pupil.z
-        return (z if abs(z) < 20.0 * camera.lens.length else 0.0) - camera.lens.length - camera.film_distance
+        camera = self.camera
+        return middle_of_view(camera.lens) - camera.lens.length - camera.film_distance
 
     @cached_property
     def _depths(self) -> np.ndarray:

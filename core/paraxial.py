@@ -13,6 +13,7 @@ from math import inf, isfinite, isinf
 from lensbench.glass import D_LINE
 from lensbench.prescription import Lens, LensError
 
+FARTHEST = 20.0         # lengths of a lens: an entrance pupil beyond is no place to measure from
 Matrix = tuple[float, float, float, float]
 """(A, B, C, D): y' = A y + B w, w' = C y + D w."""
 
@@ -124,6 +125,14 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
     if f_number < limit * (1.0 - 1e-6):
         raise LensError(f"f/{f_number:g}: this lens opens no further than f/{widest:.4g}")
     return lens.with_stop_radius(lens.stop.semi_diameter * min(1.0, widest / f_number))
+
+
+def middle_of_view(lens: Lens, wavelength: float = D_LINE) -> float:
+    """From where rays in front of a lens are best measured: its entrance pupil, or its first vertex where that lies far
+    away (z in the lens frame, mm).
+    """
+    z = first_order(lens, wavelength).entrance_pupil.z
+    return z if abs(z) < FARTHEST * lens.length else 0.0
 
 
 def _f_number(efl: float, radius: float) -> float:

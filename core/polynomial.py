@@ -46,7 +46,7 @@ from lensbench.lanes import (
     stage,
 )
 from lensbench.normal_equations import solved, summed
-from lensbench.paraxial import FirstOrder, first_order
+from lensbench.paraxial import FirstOrder, first_order, middle_of_view
 from lensbench.prescription import Lens, LensError
 from lensbench.pupil_table import PupilTable
 
@@ -58,7 +58,6 @@ JUDGES = 127                # rays on which the error is measured; with those of
 EVENLY = 0.6                # how far the rays' weights go from Chebyshev's (0) to their share of film and pupil (1)
 SPREAD = (0.7548776662466927, 0.5698402909980532)       # whose multiples fill a square evenly: 1/ρ, 1/ρ² of ρ³ = ρ + 1
 DRIFTS = 17                 # film points between which the middles of the regions are followed
-FARTHEST = 20.0             # × the lens's length: an entrance pupil beyond it is no place to measure from
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +91,7 @@ class Polynomial:
         film, aim, drift = _aimed(table.outline, table.course, table.offsets, table.radius, table.end, table.scale,
                                    *places)
         fo = first_order(lens, wavelength)
-        centre = _centre(lens, fo)
+        centre = middle_of_view(lens, wavelength)
         eye = centre - lens.length - film_distance
         lines = _traced(lens, film_distance, film, aim, wavelength)
         nearness = 1.0 / (distance + eye)
@@ -243,12 +242,6 @@ def _errors(film, lines, v, radius, there, here, nearness, first):
             square = max(dx * dx + dy * dy + dz * dz, far)
             total, worst, seen = total + square, max(worst, square), seen + 1
     return (math.sqrt(total / seen), math.sqrt(worst)) if seen else (math.inf, math.inf)
-
-
-def _centre(lens: Lens, fo: FirstOrder) -> float:
-    """From where rays in front of the lens are measured: its entrance pupil, or its first vertex (lens frame, mm)."""
-    z = fo.entrance_pupil.z
-    return z if abs(z) < FARTHEST * lens.length else 0.0
 
 
 def _behind(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float:

@@ -35,13 +35,12 @@ from lensbench.lanes import (
     rows,
     stage,
 )
-from lensbench.paraxial import first_order
+from lensbench.paraxial import middle_of_view
 from lensbench.prescription import Lens, LensError
 from lensbench.pupil_table import PupilTable
 
 RADII, ALONG, ACROSS = 64, 24, 12           # of the table
 NODES = RADII * ALONG * ACROSS
-FARTHEST = 20.0                 # × the lens's length: an entrance pupil beyond it is no place to measure from
 
 
 def tabulated(lens: Lens, film_distance: float, table: PupilTable, wavelength: float = D_LINE,
@@ -63,8 +62,7 @@ def tabulated(lens: Lens, film_distance: float, table: PupilTable, wavelength: f
     ray = Program(round_through(lens, away, wavelength), np.float64).run(given, [X, Y, Z, L, M, N], NODES)
 
     # The point nearest to the pupil, and where what is in focus is seen from there
-    z = first_order(lens, wavelength).entrance_pupil.z
-    centre = (z if abs(z) < FARTHEST * lens.length else 0.0) - lens.length - away
+    centre = middle_of_view(lens, wavelength) - lens.length - away
     point, direction = ray[:3], ray[3:]
     point[2] -= centre
     point -= (point * direction).sum(0) * direction

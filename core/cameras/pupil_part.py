@@ -131,7 +131,7 @@ def pupil_part(lanes, p, key):
     cx, cy, cz = p[9], p[10], p[11]
     late = real(WHOLE) / (real(key[SAMPLE]) + real(1))
     part = math.sqrt(late * math.sqrt(late)) if late < real(1) else real(1)
-    share = (real(1) - math.sqrt(real(1) - part * part)) / part
+    share = part / (real(1) + math.sqrt(real(1) - part * part))
     nearer = -part / p[12]
     for i in range(B):
         a, b, c = x[i] - cx, y[i] - cy, z[i] - cz

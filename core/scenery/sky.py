@@ -19,12 +19,6 @@ def sky_parameters(sky) -> np.ndarray:
     return np.array([*sky.zenith, *sky.horizon, *sky.ground, *(up / math.sqrt(up @ up))])
 
 
-def sky_radiance(directions, p) -> np.ndarray:
-    """Radiance (n, 3) of the sky along unit directions (n, 3); p: sky_parameters."""
-    up = directions @ p[9:12]
-    return np.where(up[:, None] >= 0.0, p[3:6] + up[:, None] * (p[0:3] - p[3:6]), p[6:9])
-
-
 @stage
 def sky(lanes, p, key):
     """Nothing nearer than the sky.  p: sky_parameters."""
