@@ -129,10 +129,10 @@ class FieldWorker:
     def await_sight(self) -> None:
         """Hold the frame for the picture of the newest look, where it is about to come.
 
-        Not beyond HOLD_SECONDS after it was asked for, and not at all where pictures take longer than that.
+        Not beyond HOLD_SECONDS after it was asked for, and not at all where pictures take twice as long.
         """
         with self._change:
-            if self._seconds < HOLD_SECONDS:
+            if self._seconds < 2.0 * HOLD_SECONDS:       # frames drawn beside a picture make it so slow
                 self._change.wait_for(lambda: self._done == self._wanted or self._stopped,
                                       max(0.0, self._since + HOLD_SECONDS - perf_counter()))
 

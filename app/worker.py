@@ -154,10 +154,10 @@ class Worker:
     def _await(self, enough: Callable[[], bool]) -> None:
         """Until `enough` or there is a picture.
 
-        Not beyond HOLD_SECONDS after the restart, and not at all where pictures take longer than that.
+        Not beyond HOLD_SECONDS after the restart, and not at all where pictures take twice as long.
         """
         with self._change:
-            if self._first_seconds < HOLD_SECONDS:
+            if self._first_seconds < 2.0 * HOLD_SECONDS:       # frames drawn beside a picture make it so slow
                 self._change.wait_for(lambda: enough() or self.waiting == 0.0 or self._stopped,
                                       max(0.0, self._started + HOLD_SECONDS - perf_counter()))
 
