@@ -291,10 +291,13 @@ def _drop(sums, found, n, across, top, bottom, image, points, many):
     spread over the rays together with their places before the lens.
     """
     aside, tints = np.zeros((POINTS, 2), np.float32), np.ones((POINTS, 3), np.float32)
-    if many > 0:
-        aside[:] = points[:, :1] * image[0] + points[:, 1:2] * image[1]
-        tints[:] = points[:, 2:] * np.float32(1.0 / many)
-    reach = np.abs(aside[:, 1]).max()
+    reach, share = np.float32(0), np.float32(1.0 / max(many, 1))
+    for j in range(POINTS if many > 0 else 0):              # loops alone: sums of whole arrays take seconds to compile
+        for c in range(2):
+            aside[j, c] = points[j, 0] * image[0, c] + points[j, 1] * image[1, c]
+        for c in range(3):
+            tints[j, c] = points[j, 2 + c] * share
+        reach = max(reach, abs(aside[j, 1]))
     many = max(many, 1)
     step = POINTS // many
     for k in range(n):
