@@ -3,7 +3,7 @@
 # make lint    style (ruff) and types (mypy)
 # make fuzz    2,000 mishaps of bytes and of lines for every sample of a lens file (half an hour; LENSBENCH_LENS_FILES=FOLDER
 #              adds files of your own); `make test` runs its short form
-# make choices 400 cameras at random: is the model that is chosen good enough, and the simplest that is? (half an hour)
+# make choices 400 cameras at random: is the model that is chosen good enough, and the simplest that is? (ten minutes)
 # make peers   the same rays through the same lenses in rayoptics, Optiland and batoid, in an environment of its own
 #
 # Another Python: make PYTHON=python3.13 run. The user's own pip configuration is used as it is.
