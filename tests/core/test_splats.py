@@ -20,12 +20,6 @@ FILM = lb.Film(36.0, 24.0, 90, 60)
 MODELS = ("trace", "polynomial", "table", "thick", "thin", "pinhole", "perspective", "bladed trace", "bladed thin")
 
 
-@pytest.fixture
-def often(monkeypatch):
-    """One pass in four has splats in every picture: as many as the tolerances were found for."""
-    monkeypatch.setattr(splats, "RAREST", 1)
-
-
 def bright(colour=(40.0, 30.0, 20.0)):
     return Material(colour, "light")
 
@@ -39,13 +33,20 @@ def view(model, lens="pbrt-dgauss-50mm", focus=1500.0, f_number=2.0, film=FILM, 
     return lb.LensCamera(design, film, focus, f_number, model=model, **more)
 
 
+def add_own(rendering, passes):
+    """Add samples until so many passes have had light from its own side, in the turns that the picture itself takes."""
+    rendering.add(1)
+    turn = rendering._splats._rarely
+    rendering.add(turn * passes - 1)
+
+
 def both(camera, scene, samples, own):
     """The picture with light traced from its own side, and by the camera's rays alone; what is traced so.
 
-    own: passes of such light, of which the picture has one in four.
+    own: passes of such light, of which the picture has as many as it chooses.
     """
     splatted, plain = lb.Rendering(camera, scene, seed=5), lb.Rendering(camera, scene, seed=6, splat=False)
-    splatted.add(4 * own)
+    add_own(splatted, own)
     plain.add(samples)
     return splatted.image().astype(float), plain.image().astype(float), splatted.splatted
 
@@ -56,7 +57,7 @@ def binned(picture, size=6):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_a_small_light_gives_the_picture_that_the_cameras_rays_find(model, often):
+def test_a_small_light_gives_the_picture_that_the_cameras_rays_find(model):
     """Three spheres: behind the plane in focus off the axis, beyond the corner's vignetting, and in focus.
 
     Some 1e5 of the camera's rays find a light: a noise of 0.3 % at the most, less by the net.
@@ -121,7 +122,7 @@ def test_no_light_that_would_pass_the_lens_misses_the_rectangle_before_it(name, 
 @pytest.mark.parametrize(("name", "angle"), [("pbrt-dgauss-50mm", 0.0), ("pbrt-dgauss-50mm", 14.0),
                                              ("pbrt-fisheye-10mm", 50.0), ("pbrt-wide-22mm", 25.0),
                                              ("lib-petzval-portrait", 4.0)])
-def test_the_light_on_the_film_is_what_the_scalar_tracer_brings_through_the_lens(name, angle, often):
+def test_the_light_on_the_film_is_what_the_scalar_tracer_brings_through_the_lens(name, angle):
     """Radiance · étendue / (area of a pixel) · z² / normaliser, summed over the picture.
 
     The grid of the oracle leaves a part in a thousand of the rim uncertain, less by the sum over it.
@@ -132,7 +133,7 @@ def test_the_light_on_the_film_is_what_the_scalar_tracer_brings_through_the_lens
     disk = Disk(tuple(middle), tuple(middle), 6.0, bright((2000.0,) * 3))
     scene = Scene("light", sky=DARK, plates=(disk,))
     splatted = lb.Rendering(camera, scene)
-    splatted.add(256)
+    add_own(splatted, 64)
     assert splatted.splatted == {0}
     _, _, passed, étendue = through_the_front(camera, middle, 1200)
     pixel = 36.0 / 150 * 24.0 / 100
