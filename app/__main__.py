@@ -2,6 +2,6 @@
 
 import sys
 
-from lensbench.app.cli import main
+from lensbench.app.command.main import main
 
 sys.exit(main())

@@ -42,30 +42,25 @@ if _features.get("avx512f") and _numba.config.CPU_FEATURES is None:
     # Compilers hold 512-bit registers back on some processors; these kernels gain a fifth by them.
     _numba.config.CPU_FEATURES = _features.flatten() + ",-prefer-256-bit"
 
-from lensbench.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel  # noqa: E402
-from lensbench.accuracy import Choice, choose_model  # noqa: E402
-from lensbench.cameras.bare import BareSensor  # noqa: E402
-from lensbench.cameras.camera import Camera  # noqa: E402
+from lensbench.analysis.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel  # noqa: E402
+from lensbench.analysis.distortion import Distortion, distortion, distortion_grid  # noqa: E402
+from lensbench.analysis.falloff import Falloff, falloff  # noqa: E402
+from lensbench.analysis.model_choice import Choice, choose_model  # noqa: E402
+from lensbench.analysis.vignetting import Vignetting, vignetting  # noqa: E402
+from lensbench.cameras.bare_sensor import BareSensor  # noqa: E402
+from lensbench.cameras.base import Camera  # noqa: E402
 from lensbench.cameras.differentials import Differentials  # noqa: E402
 from lensbench.cameras.environment import EnvironmentCamera  # noqa: E402
+from lensbench.cameras.finite_pinhole import PinholeCamera, best_pinhole  # noqa: E402
 from lensbench.cameras.fisheye import FisheyeCamera  # noqa: E402
 from lensbench.cameras.importance import Importance  # noqa: E402
-from lensbench.cameras.lens import LensCamera  # noqa: E402
 from lensbench.cameras.orthographic import OrthographicCamera  # noqa: E402
 from lensbench.cameras.perspective import PerspectiveCamera  # noqa: E402
-from lensbench.cameras.pinhole import PinholeCamera, best_pinhole  # noqa: E402
 from lensbench.cameras.rays import CameraError, Rays  # noqa: E402
-from lensbench.capture import capture_light_field, picture_through  # noqa: E402
-from lensbench.confusion import (  # noqa: E402
-    circle_of_confusion,
-    depth_of_field,
-    hyperfocal,
-    real_circle_of_confusion,
-    thick_circle_of_confusion,
-)
-from lensbench.depth import Depth, find_depth  # noqa: E402
-from lensbench.distortion import Distortion, distortion, distortion_grid  # noqa: E402
-from lensbench.exposure import (  # noqa: E402
+from lensbench.cameras.real_lens import LensCamera  # noqa: E402
+from lensbench.imaging.animated_transform import AnimatedTransform  # noqa: E402
+from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, depth_resolution  # noqa: E402
+from lensbench.imaging.exposure import (  # noqa: E402
     Exposure,
     ExposureError,
     ev100,
@@ -75,38 +70,34 @@ from lensbench.exposure import (  # noqa: E402
     pixel_energy,
     radiant_exposure,
 )
-from lensbench.falloff import Falloff, falloff  # noqa: E402
-from lensbench.film import FORMATS, Film, FilmError  # noqa: E402
-from lensbench.focus import (  # noqa: E402
-    FocusError,
-    film_distance,
-    focused,
-    focused_distance,
-    nearest_focus,
-    section_foci,
+from lensbench.imaging.field_of_view import Equivalent, equivalent, field_of_view, film_extent, focal_length  # noqa: E402
+from lensbench.imaging.film import FORMATS, Film, FilmError  # noqa: E402
+from lensbench.imaging.sensor import Sensor  # noqa: E402
+from lensbench.imaging.transform import TransformError, look_at  # noqa: E402
+from lensbench.lightfields.capture import capture_light_field, picture_through  # noqa: E402
+from lensbench.lightfields.depth import Depth, find_depth  # noqa: E402
+from lensbench.lightfields.light_field import LightField, LightFieldError, light_field_bytes  # noqa: E402
+from lensbench.lightfields.lumigraph import Lumigraph, NovelView, array_camera, capture_lumigraph, lumigraph_pinhole  # noqa: E402
+from lensbench.lightfields.plenoptic import PlenopticCamera, RawPicture  # noqa: E402
+from lensbench.optics.depth_of_field import (  # noqa: E402
+    circle_of_confusion,
+    depth_of_field,
+    hyperfocal,
+    real_circle_of_confusion,
+    thick_circle_of_confusion,
 )
-from lensbench.formats import Equivalent, equivalent, field_of_view, film_extent, focal_length  # noqa: E402
-from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
-from lensbench.iris import Iris, IrisError  # noqa: E402
-from lensbench.lightfield import LightField, LightFieldError, light_field_bytes  # noqa: E402
-from lensbench.lumigraph import (  # noqa: E402
-    Lumigraph,
-    NovelView,
-    array_camera,
-    capture_lumigraph,
-    lumigraph_pinhole,
-)
-from lensbench.motion import AnimatedTransform  # noqa: E402
-from lensbench.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
-from lensbench.photometry import t_number, transmission, working_f_number  # noqa: E402
-from lensbench.plenoptic import PlenopticCamera, RawPicture  # noqa: E402
-from lensbench.positions import Positions, PositionsError  # noqa: E402
-from lensbench.prescription import Lens, LensError, Surface  # noqa: E402
-from lensbench.pupil import ExitPupil, exit_pupil, open_region  # noqa: E402
-from lensbench.render import Rendering, depth_map, render  # noqa: E402
-from lensbench.scene import Scene  # noqa: E402
-from lensbench.scenery.library import SCENES, builtin_scene  # noqa: E402
-from lensbench.scenery.medium import Medium, MediumError  # noqa: E402
+from lensbench.optics.focus import FocusError, film_distance, focused, focused_distance, nearest_focus, section_foci  # noqa: E402
+from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
+from lensbench.optics.iris import Iris, IrisError  # noqa: E402
+from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
+from lensbench.optics.prescription import Lens, LensError, Surface  # noqa: E402
+from lensbench.optics.scalar_trace import Fate, Trace, trace  # noqa: E402
+from lensbench.optics.transmission import t_number, transmission, working_f_number  # noqa: E402
+from lensbench.optics.zoom_positions import Positions, PositionsError  # noqa: E402
+from lensbench.pupils.region import ExitPupil, exit_pupil, open_region  # noqa: E402
+from lensbench.rendering.aovs import VIEWS, fate_colours  # noqa: E402
+from lensbench.rendering.progressive import Rendering, depth_map, render  # noqa: E402
+from lensbench.scenery.builtin.library import SCENES, builtin_scene  # noqa: E402
 from lensbench.scenery.objects import (  # noqa: E402
     Disk,
     Floor,
@@ -119,12 +110,8 @@ from lensbench.scenery.objects import (  # noqa: E402
     Sphere,
     Sun,
 )
-from lensbench.sensor import Sensor  # noqa: E402
-from lensbench.spaces import Intrinsics, Places, Spaces, depth_resolution  # noqa: E402
-from lensbench.tracing import Fate, Trace, trace  # noqa: E402
-from lensbench.transform import TransformError, look_at  # noqa: E402
-from lensbench.views import VIEWS, fate_colours  # noqa: E402
-from lensbench.vignetting import Vignetting, vignetting  # noqa: E402
+from lensbench.scenery.scene import Scene  # noqa: E402
+from lensbench.scenery.shading.participating_medium import Medium, MediumError  # noqa: E402
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "BareSensor", "Camera",

@@ -10,8 +10,8 @@ from math import isfinite
 from os import PathLike
 from pathlib import Path
 
-from lensbench.glass import Glass, GlassError, from_formula
 from lensbench.lenses.file_error import LensFileError
+from lensbench.optics.glass import Glass, GlassError, from_formula
 
 # Of each formula number, the name of the formula and how many coefficients it takes.
 FORMULAS = {1: ("schott", 6), 2: ("sellmeier", 6), 3: ("herzberger", 6), 4: ("sellmeier-2", 5), 5: ("conrady", 3),

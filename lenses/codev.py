@@ -21,14 +21,14 @@ import re
 from dataclasses import replace
 from decimal import Decimal
 
-from lensbench.glass import AIR, Glass
 from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import check_lines, file_curvature, file_number, is_number, plain_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Solve
-from lensbench.prescription import Lens
+from lensbench.optics.glass import AIR, Glass
+from lensbench.optics.prescription import Lens
 
 UNITS = {"M": 1.0, "MM": 1.0, "C": 10.0, "CM": 10.0, "I": 25.4, "IN": 25.4}
 TERMS = {letter: 4 + 2 * i for i, letter in enumerate("ABCDEFGHJ")}     # A r⁴ … H r¹⁸, J r²⁰; there is no I

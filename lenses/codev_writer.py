@@ -3,13 +3,13 @@
 from decimal import Decimal
 from math import inf, isfinite
 
-from lensbench.glass import Glass
 from lensbench.lenses import configurations, glass_catalogue, media
 from lensbench.lenses.codev import TERMS
 from lensbench.lenses.encoding import LONGEST_NAME, is_number
 from lensbench.lenses.soundness import axial_heights
 from lensbench.lenses.stations import Station, stations_of
-from lensbench.prescription import Lens
+from lensbench.optics.glass import Glass
+from lensbench.optics.prescription import Lens
 
 
 def write(lens: Lens) -> tuple[str, tuple[str, ...]]:

@@ -13,12 +13,12 @@ stop |y|. That is an estimate, and the lens's findings say so.
 from dataclasses import dataclass, field, replace
 from math import asin, inf, isfinite, isinf, radians, tan
 
-from lensbench.glass import AIR, Glass
 from lensbench.lenses import toroids
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import NEAR_OBJECT, RowError, check_sizes, stop_of
 from lensbench.lenses.stations import Solve, Station, solved, with_stations
-from lensbench.prescription import Lens, LensError, Surface
+from lensbench.optics.glass import AIR, Glass
+from lensbench.optics.prescription import Lens, LensError, Surface
 
 FAR = 1e8               # file units: an object beyond it is at infinity
 STEEPEST_FIELD = 60.0   # degrees: beyond it a paraxial chief ray says nothing

@@ -16,9 +16,9 @@ from math import hypot
 from pathlib import Path
 from typing import NamedTuple
 
-from lensbench.glass import Glass, GlassError, from_formula
 from lensbench.lenses import agf
 from lensbench.lenses.file_error import LensFileError
+from lensbench.optics.glass import Glass, GlassError, from_formula
 
 MAKERS = ("SCHOTT", "OHARA", "HOYA", "CDGM", "SUMITA")       # in the order in which they are preferred
 FILE = Path(__file__).parent / "glasses.csv"

@@ -21,7 +21,7 @@ from lensbench.lenses import (
 )
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
-from lensbench.prescription import Lens
+from lensbench.optics.prescription import Lens
 
 LARGEST_FILE = 1_000_000    # bytes; the longest known prescriptions have a hundredth of that
 

@@ -3,11 +3,11 @@
 import re
 from dataclasses import replace
 
-from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
 from lensbench.lenses import glass_catalogue
 from lensbench.lenses.encoding import file_number, is_number
 from lensbench.lenses.rows import HIGHEST_INDEX, RowError
-from lensbench.prescription import Lens
+from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
+from lensbench.optics.prescription import Lens
 
 AIR_NAMES = {"", "AIR", "VACUUM", "VACUO"}
 LINES = (F_LINE, D_LINE, C_LINE)

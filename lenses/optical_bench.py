@@ -18,14 +18,14 @@ a lens that moves groups to focus: those have an object at a distance d0.
 import re
 from math import isinf
 
-from lensbench.glass import AIR
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number, is_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
 from lensbench.lenses.stations import MOST_STATIONS, Station, stations_of
-from lensbench.prescription import Lens
+from lensbench.optics.glass import AIR
+from lensbench.optics.prescription import Lens
 
 PLANES = ("CG", "FS", "INFINITY", "INF", "")
 LONGEST = 30            # aspheric coefficients in a line

@@ -12,7 +12,6 @@ from decimal import Decimal
 from math import hypot, inf
 from typing import Any
 
-from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
@@ -29,7 +28,8 @@ from lensbench.lenses.json_text import (
     value,
 )
 from lensbench.lenses.rows import RowError, curvature, number, radius_text
-from lensbench.prescription import Lens, Surface
+from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
+from lensbench.optics.prescription import Lens, Surface
 
 APERTURES = {"EPD": "EPD", "imageFNO": "FNO", "objectNA": "NA"}
 FIELDS = {"angle": "angle", "object_height": "object", "paraxial_image_height": "image", "real_image_height": "image",

@@ -24,14 +24,14 @@ After what OSLO's manual and programs that read its files publish of the keyword
 
 import re
 
-from lensbench.glass import AIR, Glass
 from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import LONGEST_NAME, check_lines, file_curvature, file_number, is_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
 from lensbench.lenses.stations import Station, stations_of
-from lensbench.prescription import Lens, Surface
+from lensbench.optics.glass import AIR, Glass
+from lensbench.optics.prescription import Lens, Surface
 
 TERMS = {"AD": 4, "AE": 6, "AF": 8, "AG": 10}
 REFUSED = {

@@ -19,7 +19,7 @@ from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.media import beyond_surfaces
 from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
 from lensbench.lenses.soundness import faults, sag
-from lensbench.prescription import Lens, Surface
+from lensbench.optics.prescription import Lens, Surface
 
 COLUMNS = "radius, thickness, index, diameter"
 FLAT_RADIUS = "1e6"     # mm: a plane that refracts; radius 0 would be a stop to pbrt

@@ -23,8 +23,8 @@ from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.soundness import focal_length
 from lensbench.lenses.stations import focus_places, standing, zoom_places
 from lensbench.lenses.toml_text import digits, listed, quoted
-from lensbench.positions import Positions, PositionsError
-from lensbench.prescription import Lens, LensError
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.zoom_positions import Positions, PositionsError
 
 STATIONS = ("zoom_stations", "focus_stations")
 ROWS = (*STATIONS, "focal_lengths", "f_numbers")

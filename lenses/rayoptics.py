@@ -11,7 +11,6 @@ from decimal import Decimal
 from math import inf, isfinite
 from typing import Any
 
-from lensbench.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
@@ -29,7 +28,8 @@ from lensbench.lenses.json_text import (
 )
 from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.soundness import axial_heights
-from lensbench.prescription import Lens, Surface
+from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
+from lensbench.optics.prescription import Lens, Surface
 
 UNITS = {"mm": 1.0, "cm": 10.0, "meters": 1000.0, "m": 1000.0, "in": 25.4, "inches": 25.4}
 APERTURES = {("object", "epd"): "EPD", ("object", "pupil"): "EPD", ("image", "f/#"): "FNO", ("object", "NA"): "NA"}

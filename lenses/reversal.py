@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from lensbench.glass import AIR
-from lensbench.prescription import Lens, LensError
+from lensbench.optics.glass import AIR
+from lensbench.optics.prescription import Lens, LensError
 
 
 def reversed_lens(lens: Lens) -> Lens:

@@ -7,9 +7,9 @@ of mistake is refused, or told, in the same words.
 from decimal import Context, Decimal
 from math import inf, isinf, isnan
 
-from lensbench.glass import Glass
 from lensbench.lenses.soundness import axial_heights
-from lensbench.prescription import Surface
+from lensbench.optics.glass import Glass
+from lensbench.optics.prescription import Surface
 
 SMALLEST_RADIUS = 1e-6      # mm
 SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: of anything in a lens, so that powers of it stay numbers

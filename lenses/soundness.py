@@ -7,7 +7,7 @@ of one table apart; the optics proper are the core's.
 from collections.abc import Sequence
 from math import inf, sqrt
 
-from lensbench.prescription import Surface
+from lensbench.optics.prescription import Surface
 
 
 def axial_heights(surfaces: Sequence[Surface]) -> list[float]:

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 from math import inf, isfinite, log, nextafter
 
 from lensbench.lenses.soundness import focal_length, image_distance, object_distance
-from lensbench.positions import Positions, PositionsError
-from lensbench.prescription import Lens, Surface
+from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.zoom_positions import Positions, PositionsError
 
 FAR = 1e8               # mm: an object beyond it is at infinity
 MOST_STATIONS = 200     # that are read of a file

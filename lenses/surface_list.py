@@ -21,7 +21,7 @@ from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.json_text import item_lines, items, parse, table, value
 from lensbench.lenses.rows import RowError, curvature, number
 from lensbench.lenses.stations import Station
-from lensbench.prescription import Lens
+from lensbench.optics.prescription import Lens
 
 SCHEMA = "lens-explorer"
 GEOMETRIES = ("sphere", "asphere", "cyl_x", "cyl_y")

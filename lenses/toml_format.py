@@ -42,13 +42,13 @@ from decimal import Decimal
 from math import inf, isfinite, radians
 from typing import Any
 
-from lensbench.glass import Glass
 from lensbench.lenses import position_table
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
 from lensbench.lenses.soundness import f_number, focal_length
 from lensbench.lenses.toml_text import digits, listed, quoted
-from lensbench.prescription import Iris, Lens, Surface
+from lensbench.optics.glass import Glass
+from lensbench.optics.prescription import Iris, Lens, Surface
 
 FORMAT = 1
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")

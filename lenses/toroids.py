@@ -10,7 +10,7 @@ They agree in both sections, and everywhere where one of them is straight: a cyl
 
 from math import cos, pi, sin, sqrt
 
-from lensbench.prescription import Surface
+from lensbench.optics.prescription import Surface
 
 NAMES = {"torus": "a torus", "torus about x": "a torus", "arcs": "the sum of two arcs"}
 POINTS = 24

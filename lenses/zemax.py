@@ -26,14 +26,14 @@ surface that is neither a body of revolution nor a toroid are refused.
 import re
 from math import inf
 
-from lensbench.glass import Glass
 from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
 from lensbench.lenses.stations import Solve, Station, stations_of
-from lensbench.prescription import Lens, Surface
+from lensbench.optics.glass import Glass
+from lensbench.optics.prescription import Lens, Surface
 
 UNITS = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
 SURFACES = ("STANDARD", "EVENASPH", "ODDASPHE", "XASPHERE", "XODDASPH", "TOROIDAL", "BICONICX")

@@ -7,7 +7,7 @@
 //      headroom  of a picture that a sensor recorded, whose values end at 1: stops from there to the curve's white; else 0
 // out  sRGB in [0, 1]
 //
-// The constants of the curves stand in app/tone.py, with their meaning; they are inserted after #version, and so are
+// The constants of the curves stand in app/state/tone.py, with their meaning; they are inserted after #version, and so are
 // TONE and OVERLAY: software renderers compute both sides of every branch, so that a program holds only what it shows.
 
 #define FILMIC 1

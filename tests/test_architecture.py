@@ -11,25 +11,32 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 ROOMS = {"core": "lensbench", "lenses": "lensbench.lenses", "app": "lensbench.app"}
+PACKAGES = ROOMS | {"shaders": "lensbench.shaders"}
 GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
 
-# The layers of the core, the lowest first: a file knows its own layer and those below
-LAYERS = (
-    {"lanes", "driver", "strips", "disk", "turn", "interpolation", "roots", "normal_equations", "halves"},
-    {"transform", "motion", "shutter", "spaces", "formats", "sampling", "film", "glass", "surfaces", "spectrum",
-     "positions", "iris", "sensor", "exposure"},
-    {"prescription", "scene", "scenery"},
-    {"tracing", "blocktracer", "paraxial", "photometry", "axial_bundle"},
-    {"pupil", "margins", "pupil_islands", "pupil_rim", "pupil_table", "pupil_aim", "pupil_edge", "pupil_outline",
-     "pupil_nodes", "pupil_grid", "pupil_colours", "focus", "confusion", "polynomial", "aberrations", "falloff",
-     "vignetting", "tabulated"},
+# The rooms of core and app in layers, the lowest first: a room imports rooms of lower layers alone
+CORE = (
+    {"kernels"},
+    {"imaging", "optics", "scenery"},
+    {"pupils"},
+    {"lens_models"},
     {"cameras"},
-    {"judge", "accuracy", "views", "emission", "fronts", "detours", "sightings", "splats"},
-    {"render"},
-    {"analysis", "lightfield", "capture", "lumigraph", "novel", "plenoptic", "shear", "depth", "distortion"},
+    {"analysis"},
+    {"rendering"},
+    {"lightfields"},
 )
-WORKBENCH = {"lanes", "driver", "strips", "disk", "turn"}
-KNOW_THE_WORKBENCH_ALONE = {"transform", "shutter", "sampling", "film", "scene", "scenery"}
+APP = (
+    {"state"},
+    {"widgets", "files"},
+    {"studies"},
+    {"workers"},
+    {"display"},
+    {"panels"},
+    {"window"},
+    {"studies.benchmark"},
+    {"command"},
+    {"__main__"},
+)
 
 
 def files(room):
@@ -39,14 +46,19 @@ def files(room):
 def module(path):
     """The dotted name that a file is imported by."""
     room, *inside = path.relative_to(ROOT).with_suffix("").parts
-    return ".".join([ROOMS[room], *(part for part in inside if part != "__init__")])
+    return ".".join([PACKAGES[room], *(part for part in inside if part != "__init__")])
 
 
 @cache
 def imports(path):
     """Dotted names of the modules that a file imports, anywhere in it; of our own, down to the file."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    hints = {inner for node in ast.walk(tree) if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+             for inner in ast.walk(node)}
+    for node in ast.walk(tree):
+        if node in hints:
+            continue
         if isinstance(node, ast.Import):
             found |= {name.name for name in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -62,16 +74,55 @@ def modules():
     return {module(path) for room in ROOMS for path in files(room)}
 
 
+def room(name, layers):
+    """The deepest room of these layers that a module lies in, by its path inside core or app."""
+    rooms = set().union(*layers)
+    words = name.split(".")[1 if layers is CORE else 2:]
+    found = [".".join(words[:n]) for n in range(len(words), 0, -1) if ".".join(words[:n]) in rooms]
+    assert found, f"{name} lies in no room: name its layer here"
+    return found[0]
+
+
 def part(name):
-    """Of a core module, the file or folder at the top of core; None for other rooms and packages."""
+    """Of a core module, its path inside core; None for the other top folders and for other packages."""
     words = name.split(".")
     if words[0] != "lensbench" or words[1:2] in (["lenses"], ["app"], ["shaders"]):
         return None
-    return words[1] if len(words) > 1 else "__init__"
+    return ".".join(words[1:])
 
 
 def core_files():
     return [path for path in files("core") if path != ROOT / "core" / "__init__.py"]
+
+
+def inside(layers):
+    """Modules of core or app that are files of a room."""
+    top = ROOT / ("core" if layers is CORE else "app")
+    return [path for path in files(top.name) if path != top / "__init__.py"]
+
+
+def circles(graph):
+    """Groups of nodes that reach each other, by Tarjan's algorithm."""
+    index, low, stack, found = {}, {}, [], []
+
+    def visit(node):
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for other in graph.get(node, ()):
+            if other not in index:
+                visit(other)
+                low[node] = min(low[node], low[other])
+            elif other in stack:
+                low[node] = min(low[node], index[other])
+        if low[node] == index[node]:
+            group = stack[stack.index(node):]
+            del stack[stack.index(node):]
+            found.append(sorted(group))
+
+    for node in graph:
+        if node not in index:
+            visit(node)
+    return [group for group in found if len(group) > 1]
 
 
 def packages(path):
@@ -96,27 +147,59 @@ def test_the_core_reads_no_file_but_its_key_tile_and_prints_nothing(path):
         name)}
 
 
-def layer(name):
-    places = [place for place, names in enumerate(LAYERS) if name in names]
-    assert places, f"core/{name} has no place in LAYERS: say which files it may know"
-    return places[0]
+@pytest.mark.parametrize("layers", [CORE, APP], ids=["core", "app"])
+def test_imports_run_downward(layers):
+    height = {name: place for place, names in enumerate(layers) for name in names}
+    wrong = []
+    for path in inside(layers):
+        own = room(module(path), layers)
+        for name in imports(path):
+            ours = part(name) if layers is CORE else name.startswith("lensbench.app.")
+            if not ours or name == module(path).rpartition(".")[0]:
+                continue
+            other = room(name, layers)
+            if other != own and height[other] >= height[own]:
+                wrong.append(f"{module(path)} imports {name}")
+    assert not wrong
 
 
-@pytest.mark.parametrize("path", core_files(), ids=module)
-def test_a_file_of_the_core_knows_only_what_lies_below_it(path):
-    own = part(module(path))
-    for name in {part(name) for name in imports(path)} - {None, own}:
-        assert name != "__init__", f"{path.name} imports the whole package: name the file"
-        assert layer(name) <= layer(own), f"{own} must not know {name}"
-        if own in KNOW_THE_WORKBENCH_ALONE and name not in WORKBENCH:
-            assert {own, name} == {"scene", "scenery"}, f"{own} knows at most the workbench, not {name}"
+@pytest.mark.parametrize("layers", [CORE, APP], ids=["core", "app"])
+def test_no_room_is_named_that_does_not_exist(layers):
+    top = ROOT / ("core" if layers is CORE else "app")
+    for name in set().union(*layers):
+        place = top.joinpath(*name.split("."))
+        assert place.is_dir() or place.with_suffix(".py").is_file(), f"{name} is no room of {top.name}"
+
+
+def test_no_files_import_each_other_in_a_circle():
+    graph = {module(path): imports(path) & modules() for name in ROOMS for path in files(name)
+             if path != ROOT / "core" / "__init__.py"}
+    assert circles(graph) == []
+
+
+def test_no_rooms_import_each_other_in_a_circle():
+    graph = {}
+    for layers in (CORE, APP):
+        for path in inside(layers):
+            own = (layers is APP, room(module(path), layers))
+            ours = {name for name in imports(path) & modules() if name != "lensbench"
+                    and (part(name) if layers is CORE else name.startswith("lensbench.app."))}
+            graph.setdefault(own, set()).update((layers is APP, room(name, layers)) for name in ours
+                                                if name != module(path).rpartition(".")[0])
+    assert circles(graph) == []
+
+
+def test_every_folder_with_python_files_is_a_package_that_is_installed():
+    listed = set(re.findall(r'^    "(lensbench[\w.]*)",$', (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.M))
+    folders = {path.parent for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
+    assert {module(folder / "__init__.py") for folder in folders} == listed
 
 
 @pytest.mark.parametrize("path", files("lenses"), ids=module)
 def test_lenses_know_the_prescription_and_the_glass_and_their_check_what_it_traces(path):
-    allowed = {"prescription", "positions", "glass"}
+    allowed = {"optics.prescription", "optics.zoom_positions", "optics.glass"}
     if path.name == "check.py" or path.parent.name == "check":
-        allowed |= {"paraxial", "surfaces", "tracing"}
+        allowed |= {"optics.paraxial", "optics.surfaces", "optics.scalar_trace"}
     assert {part(name) for name in imports(path)} - {None} <= allowed
     assert not {name for name in imports(path) if name.startswith("lensbench.app")}
     assert packages(path) <= {"lensbench", "numpy"} | set(sys.stdlib_module_names)
@@ -125,12 +208,13 @@ def test_lenses_know_the_prescription_and_the_glass_and_their_check_what_it_trac
 @pytest.mark.parametrize("path", files("app"), ids=module)
 def test_only_the_window_meets_both_imgui_and_the_screen(path):
     if path.name != "window.py" and "imgui_bundle" in packages(path):
-        assert not {"moderngl", "lensbench.app.screen"} & (packages(path) | imports(path))
+        assert not {"moderngl", "lensbench.app.display.gl_texture"} & (packages(path) | imports(path))
 
 
-@pytest.mark.parametrize("name", ["settings", "arguments", "cli", "export", "readings", "scale", "tone", "history"])
-def test_what_works_without_a_window_imports_no_graphics(name):
-    assert not packages(ROOT / "app" / f"{name}.py") & GRAPHICS
+@pytest.mark.parametrize("path", [path for name in ("state", "files", "command", "workers")
+                                  for path in files(f"app/{name}")], ids=module)
+def test_what_works_without_a_window_imports_no_graphics(path):
+    assert not packages(path) & GRAPHICS
 
 
 # How little a start loads
@@ -144,10 +228,10 @@ def loaded_by(code):
 
 
 def test_the_library_and_the_lenses_load_no_graphics_and_no_picture_formats():
-    loaded = loaded_by("import lensbench, lensbench.lenses, lensbench.app.settings")
-    assert not loaded & (GRAPHICS | {"PIL", "OpenEXR", "lensbench.app.window"})
+    loaded = loaded_by("import lensbench, lensbench.lenses, lensbench.app.state.settings")
+    assert not loaded & (GRAPHICS | {"PIL", "OpenEXR", "lensbench.app.window.window"})
 
 
 def test_the_help_of_the_command_loads_no_graphics_no_formats_and_no_lens_files():
-    loaded = loaded_by("from lensbench.app.cli import main; main(['render', '--help'])")
-    assert not loaded & (GRAPHICS | {"PIL", "OpenEXR", "lensbench.app.window", "lensbench.app.export"})
+    loaded = loaded_by("from lensbench.app.command.main import main; main(['render', '--help'])")
+    assert not loaded & (GRAPHICS | {"PIL", "OpenEXR", "lensbench.app.window.window", "lensbench.app.files.export"})

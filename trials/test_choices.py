@@ -1,14 +1,14 @@
 """400 cameras at random: images of lights through the chosen model are those through the lens, and no simpler one does.
 
 Prints the confusion table of docs/benchmark.md: the chosen model against the simplest that passes by the images. The
-short form, of ten cameras, is in tests/core/test_accuracy.py.
+short form, of ten cameras, is in tests/core/analysis/test_model_choice.py.
 """
 
 from collections import Counter
 from dataclasses import replace
 
 import lensbench as lb
-from lensbench.accuracy import LADDER
+from lensbench.analysis.model_choice import LADDER
 from tests.core.point_lights import setting, verdict
 
 SETTINGS = 400

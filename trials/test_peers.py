@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench import lanes, lenses
-from lensbench.app.bench import least, machine
-from lensbench.app.charts.peers import BEFORE, PEERS, batoid_has
-from lensbench.blocktracer import round_through
-from lensbench.driver import Program
+from lensbench import lenses
+from lensbench.app.studies.benchmark.main import least, machine
+from lensbench.app.studies.charts.peers import BEFORE, PEERS, batoid_has
+from lensbench.kernels import block
+from lensbench.kernels.program import Program
+from lensbench.optics.block_trace import round_through
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")         # of the peers' own
@@ -52,9 +53,9 @@ def in_blocks(lens, origins, directions, real):
     """The tracer of the pictures, from arrays to arrays: a call that gives l, m, n behind the lens, and the weight."""
     distance, count = lb.film_distance(lens, np.inf), len(origins)
     program = Program(round_through(lens, distance, towards="film"), real)
-    given = dict(zip((lanes.X, lanes.Y, lanes.Z), (origins - [0.0, 0.0, lens.length + distance]).T, strict=True))
-    given |= dict(zip((lanes.L, lanes.M, lanes.N), directions.T, strict=True)) | {lanes.WEIGHT: np.ones(count)}
-    return lambda: program.run(given, [lanes.L, lanes.M, lanes.N, lanes.WEIGHT], count)
+    given = dict(zip((block.X, block.Y, block.Z), (origins - [0.0, 0.0, lens.length + distance]).T, strict=True))
+    given |= dict(zip((block.L, block.M, block.N), directions.T, strict=True)) | {block.WEIGHT: np.ones(count)}
+    return lambda: program.run(given, [block.L, block.M, block.N, block.WEIGHT], count)
 
 
 def test_peers_agree_and_how_fast_they_are(tmp_path, capsys):

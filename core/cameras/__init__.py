@@ -1,1 +1,1 @@
-"""Camera models, one a file."""
+"""Every camera: from film and pupil samples to weighted rays, and back to the film."""

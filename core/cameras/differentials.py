@@ -8,13 +8,12 @@ the axis no derivative would exist. (Igehy 1999, Tracing ray differentials, for 
 """
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.driver import Program
-from lensbench.glass import D_LINE
-from lensbench.lanes import (
+from lensbench.cameras.protocol import DifferentiableCamera
+from lensbench.kernels.block import (
     A0,
     FOOT,
     SAMPLE,
@@ -35,9 +34,8 @@ from lensbench.lanes import (
     rows,
     stage,
 )
-
-if TYPE_CHECKING:
-    from lensbench.cameras.camera import Camera
+from lensbench.kernels.program import Program
+from lensbench.optics.glass import D_LINE
 
 CELLS = 32              # of the film, each way, for which a picture knows its pixels' spread
 
@@ -52,7 +50,7 @@ class Differentials(NamedTuple):
 _RAY = [X, Y, Z, L, M, N, WEIGHT]
 
 
-def ray_slopes(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength: float,
+def ray_slopes(camera: DifferentiableCamera, given: dict[int, np.ndarray], dtype, wavelength: float,
                timed: bool) -> np.ndarray:
     """(2, n, 6) per pixel: what a pixel to the right and one down add to the origins and directions of rays.
 
@@ -64,7 +62,8 @@ def ray_slopes(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength
     return _by_differences(camera, given, dtype, wavelength, timed) if found is None else found
 
 
-def _closed_form(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength: float) -> np.ndarray | None:
+def _closed_form(camera: DifferentiableCamera, given: dict[int, np.ndarray], dtype,
+                 wavelength: float) -> np.ndarray | None:
     """As ray_slopes, where the camera knows its slopes on the film and stands still while a ray is taken."""
     if camera.film_slopes(np.zeros((0, 2)), np.zeros((0, 3))) is None:
         return None                             # before rays are followed for it
@@ -95,7 +94,7 @@ def _through_port(slopes: np.ndarray, rays: np.ndarray, window: float, ratio: fl
     return np.concatenate([do + t * dd + dt * d, dbent, dalong[..., None]], -1)
 
 
-def _by_differences(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength: float,
+def _by_differences(camera: DifferentiableCamera, given: dict[int, np.ndarray], dtype, wavelength: float,
                     timed: bool) -> np.ndarray:
     """As ray_slopes, by the camera's own stages.
 
@@ -149,7 +148,7 @@ def _by_differences(camera: "Camera", given: dict[int, np.ndarray], dtype, wavel
     return found
 
 
-def _widths(camera: "Camera", dtype) -> tuple[float, ...]:
+def _widths(camera: DifferentiableCamera, dtype) -> tuple[float, ...]:
     """Of the differences, in pixels: the first, and those that are tried where rays are blocked.
 
     A step of h of a film's width is off by h², and by the rounding of the numbers over h.
@@ -158,7 +157,7 @@ def _widths(camera: "Camera", dtype) -> tuple[float, ...]:
     return wide, wide / 16, wide / 256
 
 
-def spread_step(camera: "Camera", real) -> Step:
+def spread_step(camera: DifferentiableCamera, real) -> Step:
     """The step, between the sampler and the camera, that tells every sample the size of its pixel in the scene.
 
     By the rays through the middle of the pupil, for CELLS × CELLS parts of the film; across and along a pixel by the

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.cameras.camera import Camera
-from lensbench.cameras.gaussian import across_rays
+from lensbench.cameras.base import Camera
+from lensbench.cameras.ideal_lens import across_rays
 from lensbench.cameras.importance import FilmImportance, of_point
 from lensbench.cameras.rays import CameraError
-from lensbench.film import Film
-from lensbench.glass import D_LINE
-from lensbench.lanes import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.turn import sine_versine
+from lensbench.imaging.film import Film
+from lensbench.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.kernels.rotation import sine_versine
+from lensbench.optics.glass import D_LINE
 
 LAYOUTS = ("equirectangular", "equal-area", "cube-map")
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.cameras.camera import Camera
+from lensbench.cameras.base import Camera
 from lensbench.cameras.importance import FilmImportance, of_point
 from lensbench.cameras.rays import CameraError
-from lensbench.film import AXES, Film
-from lensbench.glass import D_LINE
-from lensbench.lanes import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.turn import sine_versine
+from lensbench.imaging.film import AXES, Film
+from lensbench.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.kernels.rotation import sine_versine
+from lensbench.optics.glass import D_LINE
 
 PROJECTIONS = ("equidistant", "equisolid", "stereographic", "orthographic")
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.gaussian import Gaussian
+from lensbench.cameras.ideal_lens import Gaussian
 
 HIT = 1e-6              # how near to its one point (mm) or its one direction (radians) a ray must be
 

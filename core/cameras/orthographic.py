@@ -3,14 +3,14 @@
 import math
 from dataclasses import dataclass
 
-from lensbench.cameras.camera import Camera
-from lensbench.cameras.gaussian import Gaussian, telecentric
+from lensbench.cameras.base import Camera
+from lensbench.cameras.ideal_lens import Gaussian, telecentric
 from lensbench.cameras.perspective import check_lens, checked_iris, checked_window
 from lensbench.cameras.rays import CameraError
-from lensbench.film import Film
-from lensbench.iris import Iris
-from lensbench.lanes import Step
-from lensbench.spaces import Window, window_step
+from lensbench.imaging.coordinate_spaces import Window, window_step
+from lensbench.imaging.film import Film
+from lensbench.kernels.block import Step
+from lensbench.optics.iris import Iris
 
 
 @dataclass(frozen=True, eq=False)

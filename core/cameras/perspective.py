@@ -3,15 +3,15 @@
 import math
 from dataclasses import dataclass
 
-from lensbench.cameras.camera import Camera
-from lensbench.cameras.gaussian import Gaussian, thin
-from lensbench.cameras.landing import WayBack, ideal_way_back
+from lensbench.cameras.base import Camera
+from lensbench.cameras.film_landing import WayBack, ideal_way_back
+from lensbench.cameras.ideal_lens import Gaussian, thin
 from lensbench.cameras.rays import CameraError
-from lensbench.film import AXES, Film
-from lensbench.glass import D_LINE
-from lensbench.iris import Iris, IrisError
-from lensbench.lanes import Step
-from lensbench.spaces import Window, window_of, window_step
+from lensbench.imaging.coordinate_spaces import Window, window_of, window_step
+from lensbench.imaging.film import AXES, Film
+from lensbench.kernels.block import Step
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.iris import Iris, IrisError
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,1 +1,1 @@
-"""What a picture is taken of: objects, light and the built-in scenes."""
+"""The scene: its objects, their intersection and shading stages, and the built-in scenes."""

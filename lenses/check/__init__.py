@@ -10,7 +10,6 @@ stand with their reasons beside what they decide. One idea a file.
 
 import numpy as np
 
-from lensbench.glass import GlassError
 from lensbench.lenses.check.digits import digit_findings
 from lensbench.lenses.check.figures import figure_findings
 from lensbench.lenses.check.finding import Finding
@@ -21,7 +20,8 @@ from lensbench.lenses.check.rays import ray_findings
 from lensbench.lenses.check.single_change import with_proposal
 from lensbench.lenses.check.stop import reading_findings, stop_findings
 from lensbench.lenses.rows import NEAR_OBJECT
-from lensbench.prescription import Lens
+from lensbench.optics.glass import GlassError
+from lensbench.optics.prescription import Lens
 
 __all__ = ["Finding", "check"]
 

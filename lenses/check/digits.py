@@ -1,7 +1,7 @@
 """A radius that no table can have held: solved for by a program, to hide what another number spoils."""
 
 from lensbench.lenses.check.finding import Finding
-from lensbench.prescription import Lens
+from lensbench.optics.prescription import Lens
 
 PUBLISHED = 5           # significant digits of a printed radius
 SOLVED = 9              # and of one that a program has left

@@ -3,8 +3,8 @@
 from math import isinf
 
 from lensbench.lenses.check.finding import Finding
-from lensbench.paraxial import FirstOrder, first_order
-from lensbench.prescription import Lens
+from lensbench.optics.paraxial import FirstOrder, first_order
+from lensbench.optics.prescription import Lens
 
 FOCAL_LENGTH = 0.02     # of the stated one: published focal lengths are nominal, and round to two digits
 BACK_FOCUS = 0.01       # of the focal length: published back foci are those of best focus, or of a rounded table

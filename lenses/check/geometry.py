@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from lensbench import surfaces as shapes
 from lensbench.lenses.check.finding import Finding
-from lensbench.prescription import Lens, Surface
+from lensbench.optics import surfaces as shapes
+from lensbench.optics.prescription import Lens, Surface
 
 HEMISPHERE = 1.01       # × the largest height that the surface has: tables round to three digits
 CROSSING = 0.01         # of the rim: neighbours that touch are drawn to a hair

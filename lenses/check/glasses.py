@@ -6,7 +6,7 @@ import numpy as np
 
 from lensbench.lenses import glass_catalogue
 from lensbench.lenses.check.finding import Finding
-from lensbench.prescription import Lens
+from lensbench.optics.prescription import Lens
 
 STEP_N, STEP_V = 0.01, 2.0      # a glass of another melt, maker or century is about so far from one of today
 FAR = 4.0                       # such steps from every known glass: the first flints of 1890 stand at 3.4

@@ -14,9 +14,9 @@ from lensbench.lenses.check.rays import ray_findings
 from lensbench.lenses.check.stop import stop_findings
 from lensbench.lenses.soundness import object_distance
 from lensbench.lenses.stations import FAR
-from lensbench.paraxial import first_order
-from lensbench.positions import Positions
-from lensbench.prescription import Lens
+from lensbench.optics.paraxial import first_order
+from lensbench.optics.prescription import Lens
+from lensbench.optics.zoom_positions import Positions
 
 DISTANCE = 0.15         # of the stated one: engraved distances are nominal, of published lenses 1 m is 1.11 m
 ROUNDING = 2e-5         # of the focal length: what sums of rounded gaps differ by

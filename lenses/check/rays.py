@@ -5,9 +5,9 @@ from math import isinf
 import numpy as np
 
 from lensbench.lenses.check.finding import Finding
-from lensbench.paraxial import first_order
-from lensbench.prescription import Lens
-from lensbench.tracing import Fate, trace
+from lensbench.optics.paraxial import first_order
+from lensbench.optics.prescription import Lens
+from lensbench.optics.scalar_trace import Fate, trace
 
 HEIGHTS = np.array([0.02, 0.1, 0.2, 0.3, 0.4, 0.5])     # of the entrance pupil; near its rim good lenses clip
 SPREAD = 0.25                   # of the focal length, at half the aperture: a fast fisheye reaches a tenth of that

@@ -13,8 +13,8 @@ import numpy as np
 
 from lensbench.lenses.check.finding import Finding
 from lensbench.lenses.check.geometry import geometry_findings
-from lensbench.paraxial import ray_matrix
-from lensbench.prescription import Lens, Surface
+from lensbench.optics.paraxial import ray_matrix
+from lensbench.optics.prescription import Lens, Surface
 
 EXPLAINED = ("focal-length", "back-focus")
 BELIEVED = {"sign": 3e-3, "point": 2e-3, "swapped digits": 2e-3, "digit": 1e-3}     # misfit, of the focal length

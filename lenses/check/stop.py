@@ -3,7 +3,7 @@
 from lensbench.lenses.check.finding import Finding
 from lensbench.lenses.rows import NO_STOP
 from lensbench.lenses.soundness import axial_heights
-from lensbench.prescription import Lens
+from lensbench.optics.prescription import Lens
 
 LIMITING = 0.67         # of the stop's beam: what other rims must leave of it; rims that are estimates leave 0.72
 

@@ -8,8 +8,8 @@ import pytest
 from imgui_bundle import ImVec2, immapp
 from imgui_bundle.immapp import testing
 
-from lensbench.app import window
-from lensbench.app.settings import Settings
+from lensbench.app.state.settings import Settings
+from lensbench.app.window import window
 
 SMALL = replace(Settings(), pixels_x=120, pixels_y=80, samples=8)
 PATIENCE = 240.0            # seconds for a picture: the first one compiles the kernels

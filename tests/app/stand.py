@@ -7,7 +7,7 @@ from imgui_bundle.immapp import testing
 
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
-from lensbench.app import theme
+from lensbench.app.widgets import theme
 
 
 def drive(gui: Callable[[], None], test: Callable, size: tuple[int, int] = (400, 300), picture: str | None = None,

@@ -14,11 +14,11 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.driver import Program
-from lensbench.glass import D_LINE
-from lensbench.lanes import U0, U1, WEIGHT, L, M, N, X, Y, Z
-from lensbench.pupil_table import SECTORS, PupilTable
-from lensbench.spectrum import WAVELENGTHS
+from lensbench.imaging.spectrum import WAVELENGTHS
+from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.program import Program
+from lensbench.optics.glass import D_LINE
+from lensbench.pupils.radial_sampler import SECTORS, PupilTable
 
 FIELDS = np.array([0.03, 0.3, 0.55, 0.8, 0.97])     # of half the diagonal, or of its lit part; the first: the axis
 COARSE, ZOOMS, FINE = 56, 2, 96                     # a side of the grid before the lens, while it is aimed, and then

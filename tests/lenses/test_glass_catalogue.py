@@ -7,9 +7,9 @@ import sys
 
 import pytest
 
-from lensbench.glass import C_LINE, D_LINE, F_LINE, Glass, GlassError
 from lensbench.lenses import agf, glass_catalogue
 from lensbench.lenses.file_error import LensFileError
+from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, Glass, GlassError
 
 # Indices on the makers' data sheets, printed to five digits: n_d, n_F, n_C
 PUBLISHED = {

@@ -1,0 +1,43 @@
+"""What every command that captures a light field shares: its options, its output file, its progress."""
+
+import argparse
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lensbench.app.state.settings import Settings
+
+MOST_VIEWS = 999
+
+
+def read_views(text: str) -> tuple[int, int]:
+    """“9x9”: views across and down."""
+    match = re.fullmatch(r"\s*(\d{1,3})\s*[x×]\s*(\d{1,3})\s*", text.lower())
+    if match is None or not (int(match[1]) and int(match[2])):
+        raise ValueError(f"“{text}”: type views across and down, 1 to {MOST_VIEWS}, such as 9x9")
+    return int(match[1]), int(match[2])
+
+
+def begun(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
+    """What is to be recorded, and the file for it; its place is tried before the work begins."""
+    from lensbench.app.command.options import settings_from
+    from lensbench.app.files.export import replacing
+    from lensbench.app.files.npz import checked_suffix
+
+    settings = settings_from(arguments)
+    if arguments.samples is None and arguments.settings is None:
+        settings = replace(settings, samples=16)
+    path = checked_suffix(arguments.output)
+    with replacing(path, keep=False) as part:
+        part.touch()
+    return settings, path
+
+
+def told(share: float) -> bool:
+    """Tell how far the work has come, to a person; True: it goes on."""
+    if sys.stderr.isatty():
+        print(f"\r{100.0 * share:3.0f} %", end="" if share < 1.0 else "\n", file=sys.stderr, flush=True)
+    return True

@@ -1,0 +1,106 @@
+"""The command `lensbench chart`: the speed of methods against their accuracy, measured now on this machine."""
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+from typing import Any, NamedTuple
+
+
+def add_chart_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench chart`."""
+    from lensbench.app.command.options import add_lens_options, option, read_distance, read_film, read_size
+
+    add = parser.add_argument
+    add("lens", nargs="*", metavar="LENS", help="lenses of the library, or lens files; all of the library by default")
+    add("-o", "--output", metavar="FILE", help=".svg or .png: the chart; .json: its figures")
+    add("--of", choices=("models", "pupil", "focus", "image", "sampler"), default="models",
+        help="what is charted: camera models (the default); ways to aim through the pupil; ways to focus; whole "
+             "pictures by the time they take; samplers by what white noise needs")
+    add("--scene", action="append", metavar="SCENE", help="of images and samplers: a built-in scene; may be repeated")
+    add("--summary", action="store_true", help="of several lenses the summary alone, without each of them small")
+    add_lens_options(parser)
+    add("--focus", type=option(read_distance), metavar="DISTANCE",
+        help="from the film to what is in focus; 50 focal lengths by default")
+    add("--film", type=option(read_film), metavar="FILM",
+        help="width x height in mm, or a format's name; by default what of 36x24 the lens lights")
+    add("--size", type=option(read_size), metavar="WxH", help="pixels across and down (6000x4000)")
+    add("--json", action="store_true", help="print JSON instead of tables")
+
+
+def chart(arguments: argparse.Namespace) -> int:
+    """Measure, print tables or JSON, and write the file that is asked for."""
+    from lensbench.app.command.output import plain as plain_json
+    from lensbench.app.command.output import print_json, progress
+    from lensbench.app.files.export import replacing
+    from lensbench.app.studies.benchmark.main import machine
+    from lensbench.app.studies.plotting import checked_suffix
+
+    path = None if arguments.output is None else Path(arguments.output)
+    if path is not None and path.suffix.lower() != ".json":
+        checked_suffix(path)
+    if path is not None:
+        with replacing(path, keep=False) as part:       # the place is tried before the work begins
+            part.touch()
+    begun = perf_counter()
+    with progress() as show:
+        def told(share: float) -> bool:
+            show(share)
+            return True
+
+        made = _models(arguments, told) if arguments.of == "models" else _others(arguments, told)
+    heading = f"{machine()}, {time.strftime('%Y-%m-%d')}; {perf_counter() - begun:.0f} s"
+    data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "of": arguments.of, "left out": made.left_out,
+            "charts": made.data}
+    if arguments.json:
+        print_json(data)
+    else:
+        print("\n\n".join([heading, *made.tables]))
+    for line in made.left_out:
+        print(f"Left out: {line}", file=sys.stderr)
+    if path is not None and path.suffix.lower() == ".json":
+        with replacing(path) as part:
+            part.write_text(json.dumps(plain_json(data), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    elif path is not None:
+        made.draw(path, heading)
+    if path is not None and not arguments.json:
+        print(f"\n{path}: written")
+    return 0
+
+
+class Made(NamedTuple):
+    """What was measured: as tables, as data, as a drawing into a file under a heading; and what was left out."""
+
+    tables: list[str]
+    data: list[dict[str, Any]]
+    draw: Callable[[Path, str], None]
+    left_out: list[str]
+
+
+def _models(arguments: argparse.Namespace, told: Callable[[float], bool]) -> Made:
+    from lensbench.app.studies.charts.models import charts
+    from lensbench.app.studies.charts.peers import PEERS, installed
+    from lensbench.app.studies.charts.sheet import draw
+    from lensbench.app.studies.charts.subjects import subjects
+    from lensbench.app.studies.charts.table import plain, table
+
+    found, left_out = subjects(arguments)
+    peers = installed()
+    made = charts(found, told, peers)
+    if len(peers) < len(PEERS):
+        absent = ", ".join(name for name in PEERS if name not in peers)
+        left_out.append(f"{absent}: not installed (pip install 'lensbench[peers]')")
+    return Made([table(each) for each in made], plain(made),
+                lambda path, heading: draw(made, path, arguments.summary, heading), left_out)
+
+
+def _others(arguments: argparse.Namespace, told: Callable[[float], bool]) -> Made:
+    from lensbench.app.studies.charts.curves import draw_panels, panel_table, plain_panels
+    from lensbench.app.studies.charts.panels import TITLES, panels
+
+    made = panels(arguments, told)
+    return Made([panel_table(each) for each in made], plain_panels(made),
+                lambda path, heading: draw_panels(made, path, TITLES[arguments.of], heading), [])

@@ -1,0 +1,202 @@
+"""The commands about lens files: `lensbench convert A B`, and `lensbench trace LENS --rays rays.csv`.
+
+Rays come and go as tables: x, y, z (mm, in the lens frame: the first vertex is the
+origin, light runs along +z) and l, m, n, the direction, of any length on the way
+in and a unit vector on the way out. Digits are kept: each number is written with
+as many as it takes to read it back to the last bit.
+"""
+
+import argparse
+import json
+import math
+import os
+import re
+import sys
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+COLUMNS = ("x", "y", "z", "l", "m", "n")
+NAMES = {"dx": "l", "dy": "m", "dz": "n", "origin_x": "x", "origin_y": "y", "origin_z": "z"}
+OUT = (*COLUMNS, "fate", "surface")
+LARGEST_TABLE = 200_000_000         # bytes
+
+
+class RaysError(ValueError):
+    """A table of rays that cannot be read or written; the message says where."""
+
+
+def add_convert_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench convert`."""
+    parser.add_argument("source", metavar="A", help="a lens of the library, or a lens file")
+    parser.add_argument("target", metavar="B", help="the file to write; its suffix says the format")
+    parser.add_argument("--scale", type=float, default=1.0, metavar="FACTOR",
+                        help="make the lens this many times as large")
+    parser.add_argument("--reverse", action="store_true", help="turn the lens round")
+    _add_position_options(parser)
+
+
+def convert(arguments: argparse.Namespace) -> int:
+    """Write a lens in the format of another suffix, and say what had to be assumed and what was lost."""
+    from lensbench import lenses
+    from lensbench.app.state.zoom import positioned
+    from lensbench.lenses.reversal import reversed_lens
+
+    source, target = arguments.source, Path(arguments.target)
+    lens = lenses.load(source)
+    if arguments.zoom is not None or arguments.close is not None:
+        lens = replace(positioned(lens, arguments), positions=None)         # this one alone is wanted
+    with suppress(OSError):
+        if target.exists() and target.samefile(source):
+            raise lenses.LensFileError(target, None, "this is the file to be converted: name another one to write")
+    if arguments.scale != 1.0:
+        lens = lens.scaled(arguments.scale)
+    if arguments.reverse:
+        lens = reversed_lens(lens)
+    remarks = lenses.save(lens, target)
+    print(f"{target}: {len(lens.surfaces)} surfaces, the stop at surface {lens.stop_index}")
+    print("".join(f"Found: {finding}\n" for finding in lens.findings), end="")
+    print("".join(f"Not kept: {remark}\n" for remark in remarks), end="")
+    return 0
+
+
+def add_trace_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench trace`."""
+    parser.add_argument("lens", metavar="LENS", help="a lens of the library, or a lens file")
+    parser.add_argument("--rays", required=True, metavar="RAYS.csv",
+                        help="columns x y z (mm, from the first vertex) and l m n (direction); - is the standard input")
+    parser.add_argument("-o", "--output", metavar="FILE", help="a .csv or .json file; the standard output by default")
+    parser.add_argument("--wavelength", type=float, default=None, metavar="UM", help="in µm; the d line by default")
+    parser.add_argument("--no-clip", action="store_true", help="let rays pass outside the rims, the stop's included")
+    parser.add_argument("--json", action="store_true", help="print JSON: a list for each column")
+    _add_position_options(parser)
+
+
+def _add_position_options(parser: argparse.ArgumentParser) -> None:
+    from lensbench.app.command.options import add_close_option, add_zoom_option
+
+    add_zoom_option(parser)
+    add_close_option(parser)
+
+
+def trace(arguments: argparse.Namespace) -> int:
+    """Trace the rays of a table through a lens: where they end, in which direction, with which fate."""
+    import lensbench as lb
+    from lensbench import lenses
+    from lensbench.app.state.zoom import positioned
+
+    suffix = Path(arguments.output).suffix.lower() if arguments.output else (".json" if arguments.json else ".csv")
+    if suffix not in (".csv", ".json"):
+        raise RaysError(f"{arguments.output}: rays are written as .csv or .json")
+    lens = positioned(lenses.load(arguments.lens), arguments)
+    rays = read_rays(arguments.rays)
+    wavelength = lb.D_LINE if arguments.wavelength is None else arguments.wavelength
+    traced = lb.trace(lens, [ray[:3] for ray in rays], [ray[3:] for ray in rays], wavelength=wavelength,
+                      clip=not arguments.no_clip)
+    columns: dict[str, list[Any]] = {name: traced.points[:, i].tolist() for i, name in enumerate("xyz")}
+    columns |= {name: traced.directions[:, i].tolist() for i, name in enumerate("lmn")}
+    columns["fate"] = [lb.Fate(fate).name for fate in traced.fate]
+    columns["surface"] = traced.surface.tolist()
+    text = json.dumps(columns) + "\n" if suffix == ".json" else _csv(columns)
+    if arguments.output:
+        _save(Path(arguments.output), text)
+        counts = {name: columns["fate"].count(name) for name in dict.fromkeys(columns["fate"])}
+        print(f"{arguments.output}: {len(rays)} rays: {', '.join(f'{n} {name}' for name, n in counts.items())}")
+    else:
+        sys.stdout.write(text)
+    return 0
+
+
+def read_rays(path: str) -> list[list[float]]:
+    """The rays of a table, six numbers each: x y z l m n.
+
+    Columns stand between commas, semicolons, tabs or blanks, in that order or as a
+    heading names them; empty lines and what follows a # are left out. RaysError:
+    the line, and what is wrong in it.
+    """
+    try:
+        if path != "-" and os.path.getsize(path) > LARGEST_TABLE:
+            raise RaysError(f"{path}: {os.path.getsize(path) / 1e6:.0f} MB are too many rays for one table")
+        data = sys.stdin.buffer.read() if path == "-" else Path(path).read_bytes()
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise RaysError(f"{path}: this is no text; rays are a table of columns {' '.join(COLUMNS)}") from None
+    except OSError as error:
+        raise RaysError(f"{path}: {error.strerror or error}") from None
+    rays: list[list[float]] = []
+    order = list(range(6))
+    first = True
+    for line, content in enumerate(text.splitlines(), start=1):
+        cells = _cells(content.partition("#")[0])
+        if not cells:
+            continue
+        if first and any(re.fullmatch(r"[A-Za-z_]\w*(\s*\(\w+\))?", cell) and not _is_float(cell) for cell in cells):
+            order, first = _order(cells, f"{path}:{line}"), False
+            continue
+        first = False
+        if len(cells) <= max(order):
+            raise RaysError(f"{path}:{line}: a ray needs {max(order) + 1} columns ({' '.join(COLUMNS)}), "
+                            f"this one has {len(cells)}")
+        rays.append(_ray([cells[i] for i in order], f"{path}:{line}"))
+    if not rays:
+        raise RaysError(f"{path}: there are no rays; a ray is a line with {' '.join(COLUMNS)}")
+    return rays
+
+
+def _cells(content: str) -> list[str]:
+    """The values of a line."""
+    content = content.strip()
+    for sign in (";", "\t", ","):
+        if sign in content:
+            return [cell.strip().strip('"') for cell in content.split(sign)]
+    return content.split()
+
+
+def _order(cells: list[str], place: str) -> list[int]:
+    """Where each of the six columns stands, from a heading."""
+    names = [re.sub(r"\s*\(.*\)", "", cell).strip().lower() for cell in cells]
+    names = [NAMES.get(name, name) for name in names]
+    for name in COLUMNS:
+        if names.count(name) != 1:
+            raise RaysError(f"{place}: the heading needs one column {name!r} (columns: {' '.join(COLUMNS)})")
+    return [names.index(name) for name in COLUMNS]
+
+
+def _is_float(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _ray(cells: list[str], place: str) -> list[float]:
+    """Six finite numbers, the last three not all 0."""
+    numbers = []
+    for name, cell in zip(COLUMNS, cells, strict=True):
+        if not _is_float(cell) or not math.isfinite(float(cell)):
+            raise RaysError(f"{place}: {name} is {cell[:40]!r}: it must be a finite number")
+        numbers.append(float(cell))
+    if not any(numbers[3:]):
+        raise RaysError(f"{place}: the direction l m n is 0 0 0")
+    return numbers
+
+
+def _csv(columns: dict[str, list[Any]]) -> str:
+    rows = (",".join(repr(value) if isinstance(value, float) else str(value) for value in row)
+            for row in zip(*(columns[name] for name in OUT), strict=True))
+    return "\n".join([",".join(OUT), *rows, ""])
+
+
+def _save(path: Path, text: str) -> None:
+    """Write beside the place and move there: an old file survives whatever goes wrong."""
+    beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
+    try:
+        beside.write_text(text, encoding="utf-8", newline="\n")
+        beside.replace(path)
+    except (OSError, ValueError) as error:
+        raise RaysError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
+    finally:
+        with suppress(OSError, ValueError):
+            beside.unlink()

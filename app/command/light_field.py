@@ -1,0 +1,130 @@
+"""The command `lensbench lightfield`: record the light in every part of the pupil, focus it later, look at its rays."""
+
+import argparse
+from dataclasses import replace
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from lensbench.app.command.capture_options import begun, read_views, told
+
+if TYPE_CHECKING:
+    from lensbench.app.state.light_field_query import Recording
+    from lensbench.app.state.settings import Settings
+
+
+def add_light_field_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench lightfield`."""
+    from lensbench.app.command.light_field_chart import add_field_chart_options
+    from lensbench.app.command.light_field_slices import add_view_options
+    from lensbench.app.command.lumigraph import add_lumigraph_options
+    from lensbench.app.command.options import add_picture_options, option, read_aperture, read_count, read_distance
+
+    kinds = parser.add_subparsers(metavar="capture | refocus | view | array | novel | chart", required=True)
+    capture = kinds.add_parser("capture", help="Record a light field through a lens.")
+    capture.set_defaults(command=_capture)
+    capture.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file")
+    add_picture_options(capture)
+    capture.add_argument("-o", "--output", required=True, metavar="FILE.npz")
+    kinds_of_views = capture.add_mutually_exclusive_group()
+    kinds_of_views.add_argument("--views", type=option(read_views), default=(9, 9), metavar="NxM",
+                                help="views across and down the pupil (9x9); --samples counts for each pixel of each")
+    kinds_of_views.add_argument("--microlenses", type=option(read_count), metavar="N",
+                                help="by a plenoptic camera: --size counts microlenses, each with N x N pixels behind")
+    capture.add_argument("--microlens-f-number", type=option(read_aperture), metavar="N",
+                         help="focal length over side of the microlenses; that which matches the lens where left out")
+    capture.add_argument("--moments", type=option(read_count), default=1, metavar="N",
+                         help="equal parts of the exposure to be kept apart, where something moves (1)")
+    refocus = kinds.add_parser("refocus", help="A picture from a light field, focused where you like.")
+    refocus.set_defaults(command=_refocus)
+    refocus.add_argument("field", metavar="FILE.npz", help="what `capture` recorded")
+    refocus.add_argument("-o", "--output", required=True, metavar="FILE", help=".png, .ppm, .exr or .pfm")
+    refocus.add_argument("--focus", type=option(read_distance), metavar="DISTANCE",
+                         help="from the film to what is to be sharp; as it was recorded where this is left out")
+    refocus.add_argument("--f-number", type=option(read_aperture), metavar="N",
+                         help="a part of the recorded aperture; all of it where this is left out")
+    refocus.add_argument("--view", type=option(read_place), default=(0.0, 0.0), metavar="U,V",
+                         help="the middle of that part, in radii of the pupil, such as 0.5,0 or --view=-0.5,0")
+    refocus.add_argument("--moment", type=option(read_count), metavar="K",
+                         help="of the moments that were kept apart, from 1; all of the exposure where this is left out")
+    add_view_options(kinds.add_parser("view", help="What a light field holds: single views, depth, rays, lines."))
+    add_lumigraph_options(kinds)
+    add_field_chart_options(kinds.add_parser("chart", help="How near refocused light fields come to focused cameras."))
+
+
+def read_place(text: str) -> tuple[float, float]:
+    """“0.5,0”: a place in the pupil."""
+    parts = text.split(",")
+    try:
+        u, v = (float(part) for part in parts)
+    except ValueError:
+        raise ValueError(f"“{text}”: type two numbers with a comma, in radii of the pupil, such as 0.5,0") from None
+    return u, v
+
+
+def _capture(arguments: argparse.Namespace) -> int:
+    from lensbench.app.command.errors import UsageError
+    from lensbench.app.files.light_field_file import save_light_field
+
+    if arguments.microlens_f_number is not None and not arguments.microlenses:
+        raise UsageError("--microlens-f-number goes with --microlenses N")
+    if arguments.moments > 1 and arguments.microlenses:
+        raise UsageError("--moments N goes with --views: the sensor of a plenoptic camera adds up its exposure")
+    settings, path = begun(arguments)
+    begin = perf_counter()
+    recording = _by_microlenses(arguments, settings) if arguments.microlenses else _by_lens(arguments, settings)
+    save_light_field(path, recording)
+    near, far = recording.field.clear_range
+    print(f"{path}: {perf_counter() - begin:.1f} s; can be focused without gaps from {near / 1000.0:.3g} m to "
+          f"{far / 1000.0:.3g} m")
+    return 0
+
+
+def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
+    import lensbench as lb
+    from lensbench.app.state.light_field_query import Recording
+    from lensbench.app.workers.render_worker import prepare
+
+    size = lb.light_field_bytes(settings.film, arguments.views, moments=arguments.moments)
+    print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
+          f"{size / 1e6:,.0f} MB of memory")
+    return Recording(lb.capture_light_field(*prepare(settings), arguments.views, settings.samples, settings.seed,
+                                            told=told, moments=arguments.moments), settings)
+
+
+def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
+    import lensbench as lb
+    from lensbench.app.state.light_field_query import Recording
+    from lensbench.app.workers.render_worker import prepare
+
+    camera, scene = prepare(settings)
+    plenoptic = lb.PlenopticCamera(camera, arguments.microlenses, arguments.microlens_f_number)
+    across, down = plenoptic.sensor
+    print(f"{settings.pixels_x} × {settings.pixels_y} microlenses of f/{plenoptic.microlens_f_number:.3g} (f/"
+          f"{plenoptic.matched_f_number:.3g} matches), {across} × {down} pixels: {100.0 * plenoptic.used:.0f} % of "
+          f"them used, {100.0 * plenoptic.spilled:.0f} % of the light spilled")
+    raw = plenoptic.expose(scene, settings.samples, settings.seed, told=told)
+    return Recording(raw.decoded(), settings, raw)
+
+
+def _refocus(arguments: argparse.Namespace) -> int:
+    from lensbench.app.command.errors import UsageError
+    from lensbench.app.files.export import save_picture
+    from lensbench.app.files.light_field_file import load_light_field
+
+    recording = load_light_field(arguments.field)
+    field, settings = recording.field, recording.settings
+    wanted = settings.focus_distance if arguments.focus is None else arguments.focus
+    distance = max(wanted, field.nearest)
+    if arguments.moment is not None:
+        if arguments.moment > len(field.instants):
+            raise UsageError(f"--moment {arguments.moment}: this light field holds {len(field.instants)}")
+        field = field.instants[arguments.moment - 1]
+    picture = field.refocus(distance, arguments.f_number, arguments.view)
+    save_picture(arguments.output, picture, replace(settings, focus_distance=distance,
+                                                    f_number=arguments.f_number or settings.f_number))
+    said = "" if distance == wanted else f", the nearest distance in place of {wanted / 1000.0:.4g} m"
+    near, far = field.clear_range
+    if not near <= distance <= far:
+        said += f"; beyond {near / 1000.0:.3g} to {far / 1000.0:.3g} m its views part: record more of them"
+    print(f"{arguments.output}: focused at {distance / 1000.0:.4g} m{said}")
+    return 0

@@ -1,0 +1,75 @@
+"""The command `lensbench lightfield chart`: how near refocused light fields come to cameras that were focused."""
+
+import argparse
+import time
+from pathlib import Path
+
+
+def add_field_chart_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench lightfield chart`."""
+    from lensbench.app.command.options import add_picture_options, option
+
+    parser.set_defaults(command=_chart)
+    parser.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file")
+    add_picture_options(parser)
+    parser.add_argument("-o", "--output", metavar="FILE", help=".svg or .png: the chart; .json: its figures")
+    parser.add_argument("--views", type=option(read_numbers), default=None, metavar="N,N…",
+                        help="views across, and as many down, of each light field (3,5,9,17); all have as many rays")
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+
+
+def read_numbers(text: str) -> tuple[int, ...]:
+    """“3,5,9”: numbers of views across."""
+    try:
+        numbers = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if not numbers or not all(1 <= number <= 99 for number in numbers):
+        raise ValueError(f"“{text}”: type whole numbers from 1 to 99 with commas, such as 3,5,9,17")
+    return numbers
+
+
+def _chart(arguments: argparse.Namespace) -> int:
+    from lensbench.app.command.options import settings_from
+    from lensbench.app.command.output import plain, print_json, progress
+    from lensbench.app.files.export import replacing
+    from lensbench.app.state.build import camera
+    from lensbench.app.state.scene_file import find_scene
+    from lensbench.app.studies.benchmark.main import machine
+    from lensbench.app.studies.charts.light_fields import VIEWS, draw, measure
+    from lensbench.app.studies.plotting import checked_suffix
+
+    settings = settings_from(arguments)
+    path = None if arguments.output is None else Path(arguments.output)
+    if path is not None:
+        if path.suffix.lower() != ".json":
+            checked_suffix(path)
+        with replacing(path, keep=False) as part:       # the place is tried before the work begins
+            part.touch()
+    with progress() as show:
+        curves = measure(camera(settings), find_scene(settings.scene), arguments.views or VIEWS, settings.seed, show)
+    data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "lens": settings.lens, "model": settings.model,
+            "scene": settings.scene, "focus mm": settings.focus_distance, "f-number": settings.f_number,
+            "pixels": [settings.pixels_x, settings.pixels_y], "fields": [curve._asdict() for curve in curves]}
+    if arguments.json:
+        print_json(data)
+    else:
+        print("decibels against a camera focused at:")
+        print("views   " + " ".join(f"{distance / 1000.0:7.3g} m" for distance in curves[0].distances))
+        for curve in curves:
+            ends = f"a pixel apart at {curve.near / 1000.0:.3g} m and {curve.far / 1000.0:.3g} m"
+            figures = " ".join(f"{value:9.1f}" for value in curve.decibels)
+            print(f"{curve.views:2} × {curve.views:2} {figures}  {ends}")
+    if path is None:
+        return 0
+    if path.suffix.lower() == ".json":
+        import json
+
+        with replacing(path) as part:
+            part.write_text(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
+        return 0
+    title = f"Light fields focused afterwards: {settings.scene}, recorded at {settings.focus_distance / 1000.0:g} m"
+    draw(curves, settings.focus_distance, title,
+         f"{settings.lens}, {settings.model} model, {settings.pixels_x} × {settings.pixels_y} pixels, as many rays for "
+         "each field. Dashed: where neighbouring views lie a pixel apart; dotted beyond.", path)
+    return 0

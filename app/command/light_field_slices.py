@@ -1,0 +1,152 @@
+"""The command `lensbench lightfield view`: single views, depth, rays and lines of a recorded light field."""
+
+import argparse
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from lensbench.app.state.light_field_query import Recording
+
+EPIPOLAR_LINES = 8              # of an enlarged picture for each view
+CELL_PIXELS = 24                # of an enlarged picture for a cell's side
+ENLARGED = (".png", ".ppm")     # the others hold what was recorded, number by number
+
+
+def add_view_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench lightfield view`."""
+    from lensbench.app.command.options import option, read_distance
+
+    parser.set_defaults(command=_view)
+    parser.add_argument("field", metavar="FILE.npz", help="what `capture` recorded")
+    kinds = parser.add_mutually_exclusive_group(required=True)
+    kinds.add_argument("--at", nargs=2, type=float, metavar=("U", "V"),
+                       help="the single view nearest to this place of the pupil, in radii of it: right and up")
+    kinds.add_argument("--depth", action="store_true",
+                       help="how far away everything is: colours, or in .exr and .pfm metres")
+    kinds.add_argument("--all-in-focus", action="store_true", help="every pixel in focus at its own depth")
+    kinds.add_argument("--epipolar", type=int, metavar="ROW",
+                       help="a line of the picture as each view of the pupil's middle row sees it, the leftmost below")
+    kinds.add_argument("--pixel", nargs=2, type=int, metavar=("X", "Y"),
+                       help="the light of a pixel through each cell of the pupil; with --json also where its rays meet "
+                            "film and pupil, in mm")
+    kinds.add_argument("--sensor", action="store_true",
+                       help="of a plenoptic camera: its raw picture; how its f-numbers match")
+    kinds.add_argument("--microlens", nargs=2, type=int, metavar=("X", "Y"),
+                       help="of a plenoptic camera: the picture behind one microlens, across and down from 0 0")
+    parser.add_argument("--nearest", type=option(read_distance), metavar="DISTANCE",
+                        help="of --depth and --all-in-focus: where the search begins, such as 0.5m")
+    parser.add_argument("--farthest", type=option(read_distance), metavar="DISTANCE", default=float("inf"),
+                        help="of --depth and --all-in-focus: where it ends; infinity where this is left out")
+    parser.add_argument("-o", "--output", metavar="FILE", help=".png, .ppm, .exr or .pfm")
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+
+
+def _view(arguments: argparse.Namespace) -> int:
+    from lensbench.app.command.errors import UsageError
+    from lensbench.app.files.export import checked_place, save_picture
+    from lensbench.app.files.light_field_file import load_light_field
+
+    if arguments.output is None and not arguments.json:
+        raise UsageError("name a picture by -o FILE, or ask for the figures by --json")
+    path = None if arguments.output is None else Path(arguments.output)
+    large = path is not None and checked_place(path) in ENLARGED
+    recording = load_light_field(arguments.field)
+    if arguments.depth or arguments.all_in_focus:
+        image, figures, settings = _of_depth(arguments, recording, path)
+    else:
+        sensor = arguments.sensor or arguments.microlens is not None
+        image, figures = (_of_sensor if sensor else _of_rays)(arguments, recording, large)
+        settings = recording.settings
+    if path is not None:
+        save_picture(path, image, settings)
+    if arguments.json:
+        print(json.dumps(figures))
+    else:
+        print(f"{path}: " + ", ".join(f"{name.replace('_', ' ')} {_told(value)}" for name, value in figures.items()
+                                      if np.ndim(value) < 2))
+    return 0
+
+
+def _told(value: Any) -> str:
+    if isinstance(value, list):
+        return " ".join(_told(part) for part in value)
+    return f"{value:.4g}" if isinstance(value, float) else f"{value}"
+
+
+def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path | None):
+    """Picture, figures and settings of the depth, or of what is in focus everywhere."""
+    import lensbench as lb
+    from lensbench.app.command.capture_options import told
+    from lensbench.app.state.depth_colours import depth_picture, ends, with_codes
+
+    found = lb.find_depth(recording.field, arguments.nearest, arguments.farthest, told=told)
+    sure = found.confidence > 0.5
+    far, near = (end / 1000.0 for end in ends(found))
+    figures = {"nearest_m": near, "farthest_m": far if math.isfinite(far) else "inf",
+               "sure_percent": 100.0 * float(sure.mean()), "median_confidence": float(np.median(found.confidence))}
+    if arguments.all_in_focus:
+        return found.picture, figures, recording.settings
+    return depth_picture(found, path or Path("depth.exr")), figures, with_codes(recording.settings)
+
+
+def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool):
+    """Picture and figures of a view, of a line, or of a pixel; large: enlarged to be looked at."""
+    from lensbench.app.command.errors import UsageError
+    from lensbench.app.state.light_field_query import epipolar, radiance, radiance_over_time, ray
+
+    field, (w, h) = recording.field, (recording.settings.pixels_x, recording.settings.pixels_y)
+    across, down = field.views
+    if arguments.at is not None:
+        place = np.array(arguments.at)
+        if not np.isfinite(place).all() or np.abs(place).max() > field.reach:
+            raise UsageError(f"--at {place[0]:g} {place[1]:g}: the recorded cells reach from {-field.reach:.3g} to "
+                             f"{field.reach:.3g}, in radii of the pupil")
+        j, i = (int(k) for k in np.unravel_index(np.argmin(((field.places - place) ** 2).sum(-1)), (down, across)))
+        covered = field.coverage[j, i].astype(float)
+        return field.view(i, j), {
+            "view": [i, j], "place": field.places[j, i].tolist(),
+            "place_mm": (field.places[j, i] * recording.pupil_radius).tolist(),
+            "mean_coverage": float(covered.mean()), "greatest_coverage": float(covered.max())}
+    if arguments.epipolar is not None:
+        if not 0 <= arguments.epipolar < h:
+            raise UsageError(f"--epipolar {arguments.epipolar}: the lines of the views are 0 to {h - 1}")
+        line = epipolar(recording, arguments.epipolar, down // 2)[::-1]
+        return np.repeat(line, EPIPOLAR_LINES, 0) if large else line, {
+            "line": arguments.epipolar, "pupil_row": down // 2, "places": field.places[down // 2, :, 0].tolist()}
+    x, y = arguments.pixel
+    if not (0 <= x < w and 0 <= y < h):
+        raise UsageError(f"--pixel {x} {y}: the pixels of the views are 0 to {w - 1} across and 0 to {h - 1} down")
+    seen = radiance(recording, (x, y))
+    rays = [[ray(recording, (x, y), (i, j)) for i in range(across)] for j in range(down)]
+    shown = seen[::-1].repeat(CELL_PIXELS, 0).repeat(CELL_PIXELS, 1) if large else seen[::-1]
+    return shown, {
+        "pixel": [x, y], "mean_radiance": seen.mean((0, 1)).tolist(),
+        "coverage": field.coverage[:, :, y, x].astype(float).tolist(), "radiance": seen.astype(float).tolist(),
+        "radiance_over_time": radiance_over_time(recording, (x, y)).astype(float).tolist(),
+        "film_mm": [[list(film) for film, _ in row] for row in rays],
+        "pupil_mm": [[list(pupil) for _, pupil in row] for row in rays]}
+
+
+def _of_sensor(arguments: argparse.Namespace, recording: "Recording", large: bool):
+    """Picture and figures of a plenoptic camera's sensor, or of what is behind one of its microlenses."""
+    from lensbench.app.command.errors import UsageError
+
+    raw, (w, h) = recording.raw, (recording.settings.pixels_x, recording.settings.pixels_y)
+    if raw is None:
+        raise UsageError("this light field was recorded without microlenses: capture one by --microlenses N")
+    of = raw.camera
+    figures = {"microlenses": [w, h], "pixels": of.pixels, "f_number": of.microlens_f_number,
+               "main_f_number": of.main_f_number, "matched_f_number": of.matched_f_number, "fill": of.fill,
+               "used_percent": 100.0 * of.used, "spilled_percent": 100.0 * of.spilled}
+    if arguments.sensor:
+        return raw.picture, figures
+    x, y = arguments.microlens
+    if not (0 <= x < w and 0 <= y < h):
+        raise UsageError(f"--microlens {x} {y}: they are counted from 0 to {w - 1} across and 0 to {h - 1} down")
+    behind = raw.behind(x, y)
+    figures = {"microlens": [x, y], **figures, "radiance": behind.astype(float).tolist()}
+    return behind.repeat(CELL_PIXELS, 0).repeat(CELL_PIXELS, 1) if large else behind, figures

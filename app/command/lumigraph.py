@@ -1,0 +1,95 @@
+"""The commands `lensbench lightfield array | novel`: pictures by an array of pinholes, and views between them."""
+
+import argparse
+import math
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+
+def add_lumigraph_options(kinds) -> None:
+    """The commands among those of `lensbench lightfield`."""
+    from lensbench.app.command.capture_options import read_views
+    from lensbench.app.command.options import add_picture_options, option, read_distance, read_size
+
+    array = kinds.add_parser("array", help="Record a lumigraph: pictures and depths by an array of pinholes.")
+    array.set_defaults(command=_array)
+    array.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file: the array "
+                       "stands about the middle of its entrance pupil")
+    add_picture_options(array)
+    array.add_argument("-o", "--output", required=True, metavar="FILE.npz")
+    array.add_argument("--views", type=option(read_views), default=(9, 9), metavar="NxM",
+                       help="pinholes across and down (9x9); --samples counts for each pixel of each of them")
+    array.add_argument("--spacing", type=option(read_distance), default=5.0, metavar="DISTANCE",
+                       help="from pinhole to pinhole (5mm)")
+    array.add_argument("--plane", type=option(read_distance), metavar="DISTANCE",
+                       help="from the pinholes to the plane that they all see the same part of; by default where the "
+                            "camera is focused")
+    novel = kinds.add_parser("novel", help="What a camera between the pinholes, or before them, sees by a lumigraph.")
+    novel.set_defaults(command=_novel)
+    novel.add_argument("lumigraph", metavar="FILE.npz", help="what `array` recorded")
+    novel.add_argument("-o", "--output", required=True, metavar="FILE", help=".png, .ppm, .exr or .pfm")
+    novel.add_argument("--at", nargs=3, type=float, default=(0.0, 0.0, 0.0), metavar=("X", "Y", "Z"),
+                       help="where it stands, mm from the array's middle: right, up, and back; −20 is 20 mm before it")
+    novel.add_argument("--turn", nargs=2, type=float, default=(0.0, 0.0), metavar=("LEFT", "UP"),
+                       help="where it looks, degrees from straight ahead")
+    novel.add_argument("--flat", action="store_true", help="without correction by depth: all things on the plane")
+    novel.add_argument("--surface", type=option(read_distance), metavar="DISTANCE",
+                       help="all things on a plane at this distance from the pinholes, in place of their own depths")
+    novel.add_argument("--size", type=option(read_size), metavar="WxH",
+                       help="pixels; half of those recorded where this is left out: a view between pinholes is blurred "
+                            "by a part of their pixels")
+
+
+def _array(arguments: argparse.Namespace) -> int:
+    import lensbench as lb
+    from lensbench.app.command.capture_options import begun, told
+    from lensbench.app.files.lumigraph_file import save_lumigraph
+    from lensbench.app.state.build import camera
+    from lensbench.app.state.scene_file import find_scene
+
+    settings, path = begun(arguments)
+    across, down = arguments.views
+    size = lb.light_field_bytes(settings.film, arguments.views)
+    print(f"{across} × {down} pinholes of {settings.pixels_x} × {settings.pixels_y} pixels: {size / 1e6:,.0f} MB")
+    begin = perf_counter()
+    made = lb.capture_lumigraph(camera(settings), find_scene(settings.scene), arguments.views, arguments.spacing,
+                                arguments.plane, settings.samples, settings.seed, told=told)
+    save_lumigraph(path, made, settings)
+    print(f"{path}: {perf_counter() - begin:.1f} s; the pinholes stand {made.spacing:g} mm apart over "
+          f"{made.spacing * (across - 1):g} × {made.spacing * (down - 1):g} mm, and share a plane at "
+          f"{made.distance / 1000.0:.4g} m")
+    return 0
+
+
+def _novel(arguments: argparse.Namespace) -> int:
+    from lensbench.app.command.errors import UsageError
+    from lensbench.app.files.export import save_picture
+    from lensbench.app.files.lumigraph_file import load_lumigraph
+
+    if arguments.flat and arguments.surface is not None:
+        raise UsageError("--flat and --surface: choose one of them")
+    made, settings = load_lumigraph(arguments.lumigraph)
+    film = made.camera.film
+    across, down = arguments.size or (max(film.pixels_x // 2, 1), max(film.pixels_y // 2, 1))
+    camera = replace(made.camera, film=replace(film, pixels_x=across, pixels_y=down),
+                     world_from_camera=made.camera.placement() @ _pose(arguments.at, arguments.turn))
+    view = made.seen_by(camera, None if arguments.flat else arguments.surface or "recorded")
+    save_picture(arguments.output, view.picture, replace(settings, pixels_x=across, pixels_y=down))
+    share = float(view.covered.mean())
+    said = "all of it was recorded" if share == 1.0 else (
+        f"{100.0 * share:.0f} % of it was recorded, the rest is black: nearer to the array's middle more is")
+    print(f"{arguments.output}: {across} × {down} pixels; {said}")
+    return 0
+
+
+def _pose(place, turn) -> np.ndarray:
+    """(4, 4) in the array's frame: mm, and degrees to the left and up."""
+    left, up = (math.radians(angle) for angle in turn)
+    c, s = math.cos(left), math.sin(left)
+    pose = np.eye(4)
+    pose[:3, :3] = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ [
+        [1.0, 0.0, 0.0], [0.0, math.cos(up), -math.sin(up)], [0.0, math.sin(up), math.cos(up)]]
+    pose[:3, 3] = place
+    return pose

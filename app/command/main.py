@@ -1,0 +1,337 @@
+"""The command `lensbench`: open the bench, render a picture, print the data of a lens.
+
+Bad input ends with 2 and one line on stderr, a failure of the program with 1 (its
+traceback is shown where LENSBENCH_DEBUG is set), Ctrl-C with 130. Whatever is heavy
+is imported by the command that needs it.
+"""
+
+import argparse
+import ctypes
+import math
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from time import perf_counter
+from typing import Any, NoReturn
+
+from lensbench.app.command.errors import UsageError
+from lensbench.app.command.output import print_json, progress
+
+SCREENSHOT = "lensbench-window.png"     # where there is no display
+LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libXext.so.6")
+PIXELS = 960                            # across a picture, for intrinsics: as the bench has it
+PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6"     # that bring them, on Debian and Ubuntu
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message} (see {self.prog} --help)")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with these arguments (those of the process when None) and return its exit code."""
+    try:
+        code = _run(list(sys.argv[1:] if argv is None else argv))
+        sys.stdout.flush()                              # here, where a reader that is gone can be told
+        return code
+    except SystemExit as ended:                         # --help, --version, a termination
+        return ended.code if isinstance(ended.code, int) else 0
+    except KeyboardInterrupt:
+        return _end("stopped", 130)
+    except BrokenPipeError:                             # the reader of our output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:
+        if os.environ.get("LENSBENCH_DEBUG"):
+            raise
+        if isinstance(error, _mistakes()):
+            return _end(str(error), 2)
+        return _end(f"failed: {type(error).__name__}: {error} (LENSBENCH_DEBUG=1 shows where)", 1)
+
+
+def _run(argv: list[str]) -> int:
+    if argv[:1] == ["bench"]:
+        from lensbench.app.studies.benchmark.main import main as benchmark
+        return benchmark(argv[1:]) or 0
+    arguments = _parser().parse_args(argv or ["view"])
+    return arguments.command(arguments)
+
+
+def _end(message: str, code: int) -> int:
+    print("lensbench: " + " ".join(message.split()), file=sys.stderr)
+    return code
+
+
+def _mistakes() -> tuple[type[Exception], ...]:
+    """The errors that a person's input can cause: each has a message that says what to do."""
+    import lensbench as lb
+    from lensbench import lenses
+    from lensbench.app.command.lens_files import RaysError
+    from lensbench.app.files.export import ExportError
+    from lensbench.app.state.scene_file import SceneFileError
+    from lensbench.app.state.settings import SettingsError
+
+    return (UsageError, SettingsError, ExportError, SceneFileError, RaysError, lenses.LensFileError, lb.LensError,
+            lb.LightFieldError, lb.GlassError, lb.MediumError, lb.ExposureError, lb.TransformError,
+            lb.FilmError, lb.CameraError, lb.SceneError)
+
+
+def _parser() -> argparse.ArgumentParser:
+    from lensbench.app.command import chart, check, lens_files, light_field
+    from lensbench.app.command.options import (
+        add_close_option,
+        add_lens_options,
+        add_picture_options,
+        option,
+        read_count,
+    )
+    from lensbench.app.command.stability import add_stability_options, stability
+
+    parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
+                     "section. Without a command it opens the bench.")
+    parser.add_argument("--version", action="version", version=f"lensbench {version('lensbench')}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+
+    def command(name: str, run, summary: str) -> argparse.ArgumentParser:
+        made = commands.add_parser(name, help=summary, description=summary)
+        made.set_defaults(command=run)
+        return made
+
+    lens_help = "a lens of the library (see `lensbench lenses`), a lens file, or an exported picture with its settings"
+    view = command("view", _view, "Open the bench on a lens and a scene.")
+    view.add_argument("lens", nargs="?", metavar="LENS", help=lens_help)
+    add_picture_options(view)
+    view.add_argument("--screenshot", metavar="FILE.png",
+                      help="write a picture of the whole window and end; needs no display")
+
+    render = command("render", _render, "Render a picture through a lens.")
+    render.add_argument("lens", nargs="?", metavar="LENS",
+                        help=f"{lens_help}; not needed with --settings, or for a --model without a lens")
+    add_picture_options(render)
+    render.add_argument("-o", "--output", required=True, metavar="FILE",
+                        help="developed picture (.png, .ppm) or linear light (.exr, .pfm)")
+    render.add_argument("--bits", type=int, choices=(8, 16), default=8, help="depth of a PNG or PPM")
+    render.add_argument("--text", action="store_true", help="write a PPM as numbers in text (P3)")
+    render.add_argument("--save-settings", metavar="FILE.toml",
+                        help="write the settings too, to be read by --settings or changed by hand")
+    render.add_argument("--threads", type=option(read_count), metavar="N", help="as many as there are cores by default")
+    render.add_argument("--json", action="store_true", help="print what was done as JSON")
+
+    info = command("info", _info, "Print the first-order data of a lens.")
+    info.add_argument("lens", metavar="LENS", help="a lens of the library, or a lens file")
+    add_lens_options(info)
+    add_close_option(info)
+    info.add_argument("--json", action="store_true", help="print JSON: lengths in mm, angles in degrees")
+
+    library = command("lenses", _lenses, "List the lenses of the library.")
+    library.add_argument("--json", action="store_true", help="print JSON: lengths in mm")
+
+    check.add_check_options(command("check", check.check, "Say what looks wrong in lens files."))
+    lens_files.add_convert_options(command("convert", lens_files.convert,
+                                              "Write a lens file in the format of another program."))
+    lens_files.add_trace_options(command("trace", lens_files.trace, "Trace a table of rays through a lens."))
+
+    light_field.add_light_field_options(command(
+        "lightfield", None, "Record a light field through a lens; focus it afterwards."))
+    chart.add_chart_options(command("chart", chart.chart,
+                                            "Chart the speed of methods against their accuracy."))
+    add_stability_options(command("stability", stability,
+                                  "Show where each method of the program breaks, and what it returns there."))
+    commands.add_parser("bench", help="Measure the program's speed on this machine.", add_help=False)
+    return parser
+
+
+def _view(arguments: argparse.Namespace) -> int:
+    from lensbench.app.command.options import settings_from
+
+    settings = settings_from(arguments)
+    missing = [name for name in LIBRARIES if not _loads(name)] if sys.platform == "linux" else []
+    if missing:
+        raise UsageError(f"the window needs {', '.join(missing)}: on Debian or Ubuntu, apt-get install {PACKAGES}")
+    from lensbench.app.window import window
+
+    screenshot = arguments.screenshot or (None if _has_display() else SCREENSHOT)
+    if screenshot is None:
+        window.run(settings)
+        return 0
+    try:
+        window.run(settings, screenshot=Path(screenshot))
+    except OSError as error:
+        raise UsageError(f"{screenshot}: {error.strerror}" if error.strerror else str(error)) from error
+    why = "" if arguments.screenshot else "no display: "
+    print(f"{why}wrote the window to {screenshot}")
+    return 0
+
+
+def _has_display() -> bool:
+    if sys.platform != "linux":
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _loads(library: str) -> bool:
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def _render(arguments: argparse.Namespace) -> int:
+    from lensbench.app.command.options import settings_from
+    from lensbench.app.files.export import export_render
+    from lensbench.app.files.settings_file import save_settings
+    from lensbench.app.state.auto_model import headline, record
+    from lensbench.app.state.settings import LENSLESS
+    from lensbench.app.workers.warm_cache import compile_ahead
+
+    if arguments.lens is None and arguments.settings is None and arguments.model not in LENSLESS:
+        raise UsageError("which LENS? Name one, an exported picture, or --settings (see lensbench render --help)")
+    settings = settings_from(arguments)
+    if arguments.save_settings is not None:
+        save_settings(arguments.save_settings, settings)
+    compile_ahead(settings.scene)
+    # Let a termination unwind, so that a half-written file is removed
+    former = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
+    started = perf_counter()
+    chosen: list[Any] = []                              # the automatic model, where one was
+    try:
+        with progress() as show:
+            export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads,
+                          text=arguments.text, told=chosen.append)
+    finally:
+        signal.signal(signal.SIGTERM, former)
+    seconds = perf_counter() - started
+    across, down = settings.pixels_x, settings.pixels_y
+    if arguments.json:
+        print_json({"path": arguments.output, "pixels": [across, down], "samples": settings.samples,
+                    "seconds": seconds, "samples_per_second": across * down * settings.samples / seconds,
+                    "chosen": record(chosen[0]) if chosen else None})
+    else:
+        each = f"{settings.samples} sample{'s' if settings.samples > 1 else ''} each"
+        print(f"{arguments.output}: {across} × {down} pixels, {each}, {seconds:.1f} s")
+        if chosen:
+            print(", ".join(headline(chosen[0], None)))
+    return 0
+
+
+def _info(arguments: argparse.Namespace) -> int:
+    import lensbench as lb
+    from lensbench.app.state.build import design
+    from lensbench.app.state.settings import Settings
+    from lensbench.app.state.zoom import positioned, station_lines, stations
+
+    lens = design(replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked())
+    lens = positioned(lens, arguments)
+    if getattr(arguments, "f_number", None) is not None:
+        lens = lb.stopped_down(lens, arguments.f_number)
+    data = {**_lens_data(lens), "positions": stations(lens)}
+    if arguments.json:
+        print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
+        return 0
+    rows = [(label, form.format(data[key]) if data[key] is not None else "not known") for key, label, form in (
+        ("efl", "Effective focal length", "{:.3f} mm"),
+        *([("efl_across", "  across, in the section x–z", "{:.3f} mm")] if data["efl_across"] is not None else []),
+        ("stated_efl", "  as published", "{:g} mm"),
+        ("f_number", "f-number", "f/{:.2f}"), ("t_number", "T-number, uncoated", "T/{:.2f}"),
+        ("bfl", "Back focus", "{:.3f} mm"),
+        *([("bfl_across", "  across, in the section x–z", "{:.3f} mm")] if data["bfl_across"] is not None else []),
+        ("ffl", "Front focus", "{:.3f} mm"),
+        ("front_principal", "Front principal plane, from the first vertex", "{:.3f} mm"),
+        ("rear_principal", "Rear principal plane, from the last vertex", "{:.3f} mm"))]
+    rows += [(label, f"{data[key]['z']:.3f} mm, radius {data[key]['radius']:.3f} mm") for key, label in (
+        ("entrance_pupil", "Entrance pupil, from the first vertex"),
+        ("exit_pupil", "Exit pupil, from the first vertex"))]
+    view = data["field_of_view"]
+    rows += [("Petzval radius", f"{data['petzval_radius']:.1f} mm"),
+             ("Nearest focus, from the film", "none: it forms no real image" if data["nearest_focus"] is None
+              else f"{data['nearest_focus'] / 1000.0:.3f} m"),
+             ("Field of view on 36 × 24, h × v, diagonal",
+              f"{view['horizontal']:.1f}° × {view['vertical']:.1f}°, {view['diagonal']:.1f}°")]
+    if data["intrinsics"]:
+        pixels = data["intrinsics"]
+        rows.append((f"Intrinsics at {pixels['width']} × {pixels['height']} pixels of that film",
+                     f"fx {pixels['fx']:.2f}, fy {pixels['fy']:.2f}, cx {pixels['cx']:.2f}, cy {pixels['cy']:.2f}"))
+    print(", ".join(str(word) for word in (data["name"] or arguments.lens, data["kind"], data["year"]) if word))
+    print("\n".join([*(f"{label:46}{text}" for label, text in rows), *station_lines(data["positions"])]))
+    print("".join(f"Found: {finding}\n" for finding in data["findings"]), end="")
+    return 0
+
+
+def _lens_data(lens) -> dict[str, Any]:
+    """The figures of `lensbench info`: lengths in mm, angles in degrees (by efl, distortion left out)."""
+    import lensbench as lb
+
+    fo = lb.first_order(lens)
+    try:
+        nearest = lb.nearest_focus(lens)
+    except lb.FocusError:                               # it does not converge: the other figures stand
+        nearest = None
+    across = None if lens.is_rotationally_symmetric else lb.first_order(lens.section("x"))
+    squeeze = fo.efl / across.efl if across and math.isfinite(fo.efl) and math.isfinite(across.efl) else 1.0
+    film = lb.Film(36.0 * abs(squeeze), 24.0)               # as wide as what a lens with cylinders squeezes into it
+    return {
+        "name": lens.name, "kind": lens.kind, "year": lens.year, "source": lens.source,
+        "stated_efl": lens.stated_efl, "stated_f_number": lens.stated_f_number,
+        "surfaces": len(lens.surfaces), "stop_index": lens.stop_index, "length": lens.length,
+        "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl, "f_number": fo.f_number,
+        "efl_across": across and across.efl, "bfl_across": across and across.bfl,
+        "t_number": lb.t_number(lens), "transmission": lb.transmission(lens),
+        "front_principal": fo.front_principal, "rear_principal": fo.rear_principal,
+        "entrance_pupil": {"z": fo.entrance_pupil.z, "radius": fo.entrance_pupil.radius},
+        "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},
+        "petzval_radius": fo.petzval_radius, "stop_radius": fo.stop_radius,
+        "nearest_focus": nearest,
+        "field_of_view": {axis: math.degrees(lb.field_of_view(abs(fo.efl), film, axis))
+                          for axis in ("horizontal", "vertical", "diagonal")},
+        "intrinsics": _intrinsics(lens, film),
+        "findings": list(lens.findings),
+    }
+
+
+def _intrinsics(lens, film) -> dict[str, float] | None:
+    """Focal length and principal point in pixels, of a film of PIXELS across, focused at infinity.
+
+    None where the lens forms no image there, and of one with cylinders, which has two focal lengths.
+    """
+    import lensbench as lb
+
+    if not lens.is_rotationally_symmetric:
+        return None
+    film = replace(film, pixels_x=PIXELS, pixels_y=round(PIXELS * film.height / film.width))
+    try:
+        found = lb.LensCamera(lens, film).intrinsics
+    except (lb.FocusError, lb.CameraError):
+        return None
+    return {"width": film.pixels_x, "height": film.pixels_y, **found._asdict()}
+
+
+def _lenses(arguments: argparse.Namespace) -> int:
+    from lensbench import lenses
+
+    cards = lenses.describe()
+    if arguments.json:
+        print_json([{"name": card.name, "title": card.title, "kind": card.kind, "year": card.year,
+                      "efl": card.efl, "tele_efl": card.tele_efl, "f_number": card.f_number} for card in cards])
+        return 0
+    table = [("Name", "EFL", "f/", "Year", "Kind", "Title")]
+    table += [(card.name, _focal_lengths(card), f"{card.f_number:.3g}" if card.f_number else "",
+               str(card.year or ""), card.kind, card.title) for card in cards]
+    widths = [max(len(row[column]) for row in table) for column in range(5)]
+    for row in table:
+        numbers = "  ".join(text.rjust(width) for text, width in zip(row[1:4], widths[1:4], strict=True))
+        print(f"{row[0]:{widths[0]}}  {numbers}  {row[4]:{widths[4]}}  {row[5]}")
+    return 0
+
+
+def _focal_lengths(card) -> str:
+    ends = [length for length in (card.efl, card.tele_efl) if length]
+    return "–".join(f"{length:.1f}" for length in ends)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

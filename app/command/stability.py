@@ -1,0 +1,112 @@
+"""The command `lensbench stability`: where each method breaks, as a table, JSON, and plots with an index."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from lensbench.app.studies.stability.sweep import Stress
+
+
+def add_stability_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench stability`."""
+    from lensbench.app.command.options import option
+
+    parser.add_argument("families", nargs="*", type=option(read_family), metavar="FAMILY",
+                        help="of methods, such as intersection; all of them where none is named")
+    parser.add_argument("-o", "--output", metavar="FOLDER", help="write a plot of each stress there, and an index.md")
+    parser.add_argument("--png", action="store_true", help="plots as PNG in place of SVG")
+    parser.add_argument("--json", action="store_true", help="print JSON: values, errors and verdicts of every method")
+
+
+def read_family(text: str) -> str:
+    """The family whose name begins so."""
+    from lensbench.app.studies.stability.families import FAMILIES
+
+    found = [name for name in FAMILIES if text and name.lower().startswith(text.strip().lower())]
+    if len(found) != 1:
+        raise ValueError(f"“{text}”: the families are {', '.join(name.lower() for name in FAMILIES)}")
+    return found[0]
+
+
+def stability(arguments: argparse.Namespace) -> int:
+    """Measure, print, and write what was asked for."""
+    from lensbench.app.command.output import print_json, progress
+    from lensbench.app.studies.stability.domains import domains, save_domains
+    from lensbench.app.studies.stability.families import FAMILIES
+    from lensbench.app.studies.stability.plots import DOMAINS, INDEX, file_name, save_index, save_plot
+    from lensbench.app.studies.stability.sweep import told
+
+    folder = None if arguments.output is None else _made(Path(arguments.output))
+    suffix = ".png" if arguments.png else ".svg"
+    wanted = [(family, measure) for family, stresses in FAMILIES.items()
+              if not arguments.families or family in arguments.families for measure in stresses.values()]
+    found: list[tuple[str, Stress]] = []
+    with progress() as show, told(lambda part: show((len(found) + part) / len(wanted))):
+        for family, measure in wanted:
+            show(len(found) / len(wanted))
+            found.append((family, measure()))
+            if folder is not None:
+                save_plot(found[-1][1], folder / file_name(*found[-1], suffix))
+    if folder is not None:
+        maps = DOMAINS + suffix if "Models" in {family for family, _ in wanted} else ""
+        if maps:
+            save_domains(domains(), folder / maps)
+        save_index(found, folder, suffix, maps)
+    if arguments.json:
+        print_json([_data(family, stress) for family, stress in found])
+        return 0
+    print("\n".join(_table(found)))
+    if folder is not None:
+        print(f"\n{folder / INDEX}: {len(found)} plots")
+    return 0
+
+
+def _made(folder: Path) -> Path:
+    """The folder, made where it is not there; ExportError where it cannot be."""
+    from lensbench.app.files.export import ExportError
+
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise ExportError(f"{folder}: {error.strerror}: name a folder that can be written to") from error
+    return folder
+
+
+def _table(found: "list[tuple[str, Stress]]") -> list[str]:
+    """Method, safe up to, fails at, what it returns there; a star before what the program relies on."""
+    from lensbench.app.studies.stability.sweep import said
+
+    rows = [[(curve, (("* " if curve.own else "  ") + curve.name, *stress.words(curve))) for curve in stress.curves]
+            for _, stress in found]
+    head = ("  Method", "Safe up to", "Fails at", "What it returns there")
+    widths = [max(len(words[column]) for words in (head, *(words for group in rows for _, words in group)))
+              for column in range(3)]
+
+    def line(words: tuple[str, ...]) -> str:
+        return "  ".join([*(text.ljust(width) for text, width in zip(words, widths, strict=False)), words[3]]).rstrip()
+
+    lines = [line(head)]
+    for (family, stress), group in zip(found, rows, strict=True):
+        lines += ["", f"{family}: {stress.title}, against {stress.axis[:1].lower()}{stress.axis[1:]}; "
+                  f"limit {said(stress.limit, stress.measure_unit)}, {stress.why}"]
+        for curve, words in group:
+            lines.append(line(words))
+            if curve.own and curve.switch and words[2] != "never":
+                lines.append(f"      there: {curve.switch}")
+    return [*lines, "", "* the program relies on it; the others stand there to compare"]
+
+
+def _data(family: str, stress: "Stress") -> dict[str, Any]:
+    """A stress for JSON; null where a method returned no number."""
+    curves = []
+    for curve in stress.curves:
+        verdict = stress.verdict(curve)
+        curves.append({"method": curve.name, "own": curve.own, "safe_up_to": verdict.safe_up_to,
+                       "fails_at": verdict.fails_at, "returns": verdict.returns, "worst_in_safe_domain": verdict.worst,
+                       "switch": curve.switch, "errors": [float(error) for error in curve.errors],
+                       "returned": list(curve.returned)})
+    return {"family": family, "stress": stress.title, "axis": stress.axis, "unit": stress.unit,
+            "values": [float(value) for value in stress.values], "measure": stress.measure,
+            "measure_unit": stress.measure_unit, "limit": stress.limit, "why": stress.why, "note": stress.note,
+            "expected": list(stress.expected), "methods": curves}

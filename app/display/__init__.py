@@ -1,0 +1,1 @@
+"""OpenGL textures and the presentation of render updates. No imgui."""

@@ -1,0 +1,223 @@
+"""The picture on the graphics card: a linear film goes in, a texture ready for the screen comes out.
+
+Knows moderngl and nothing of the window. Textures hold the picture's first row
+first, so that imgui shows them upright without turning. The picture's alpha is how far what a pixel sees lies
+before the film, mm: the shaders tell from it how far it is out of focus.
+"""
+
+from dataclasses import dataclass, replace
+from importlib.resources import files
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from lensbench.app.state import tone
+
+TONES = {"none": 0, "filmic": 1, "agx": 2, "raw": 3}
+OVERLAYS = {"none": 0, "coc": 1, "peaking": 2, "clipping": 3}
+SOFTENING = 0.35            # radius of the first passes' softening, of the circle of confusion's diameter
+SOFTENED_SAMPLES = 16       # from here on the picture is shown as it is
+SQUARES = 2.0               # pixels of the screen: from this size on those of the picture are squares
+
+RGB = np.dtype("V12")       # three float32 that are copied as one
+
+Rgb = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Development:
+    """All that the shaders need beside the picture; two equal ones give the same screen.
+
+    The circle of confusion in pixels is coc_gain |1/(s − coc_offset) − coc_focus|, s (mm) being the distance from the
+    film, coc_offset that of the front principal plane and coc_focus the reciprocal of what is in focus from there.
+    """
+
+    exposure: float = 0.0
+    tone: str = "filmic"
+    overlay: str = "none"
+    coc_gain: float = 0.0
+    coc_focus: float = 0.0
+    coc_offset: float = 0.0
+    sharp: float = 1.5
+    stripe: float = 6.0
+    amber: Rgb = (0.91, 0.64, 0.24)
+    nearer: Rgb = (0.34, 0.71, 0.91)
+    farther: Rgb = (0.80, 0.47, 0.65)
+    sensor: bool = False        # recorded it: 1 saturates, and becomes white
+    share: float = 0.0          # of the softening, see `softening`
+
+
+def softening(samples: int) -> float:
+    """The share of the circle of confusion by which a picture of so many samples is softened."""
+    return SOFTENING * max(0.0, 1.0 - (samples - 1) / (SOFTENED_SAMPLES - 1.0))
+
+
+class _Target:
+    """A texture that can be drawn into."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int], components: int, dtype: str):
+        self.texture = _texture(context, size, components, dtype)
+        self.framebuffer = context.framebuffer([self.texture])
+        self.is_reduced = False                 # there are smaller copies of what is in it
+
+
+class Screen:
+    """Holds the textures of one picture in one GL context (3.3 core or later)."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context = context
+        self._programs: dict[tuple[str, ...], moderngl.VertexArray] = {}
+        self._picture: moderngl.Texture | None = None
+        self._texels = np.zeros((0, 0, 4), np.float32)      # of the picture, on their way,
+        self._colours = np.zeros(0, RGB)                    # and their first three numbers
+        self._depth: NDArray[np.float32] | None = None      # that they hold
+        self._soft: _Target | None = None
+        self._shown: _Target | None = None
+        self._apart: _Target | None = None
+        self._done: Development | None = None
+        self._loaded = 0                        # pictures so far
+        self._apart_of: tuple = ()              # what the difference is of
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Pixels across and down; (0, 0) before the first picture."""
+        return (0, 0) if self._picture is None else self._picture.size
+
+    def load(self, image: NDArray[np.float32], depth: NDArray[np.float32] | None = None) -> None:
+        """Take a linear picture (h, w, 3), and how far before the film its pixels look (mm): of any size, NaN is dark.
+
+        Without a depth everything is infinitely far.
+        """
+        height, width = image.shape[:2]
+        if self._picture is None or self._picture.size != (width, height):
+            self._release()
+            self._picture = _texture(self._context, (width, height), 4)
+            self._soft = _Target(self._context, (width, height), 4, "f4")
+            self._shown = _Target(self._context, (width, height), 4, "f1")
+            self._texels = np.full((height, width, 4), np.inf, np.float32)
+            self._colours = np.ndarray(height * width, RGB, self._texels, strides=4 * self._texels.itemsize)
+            self._depth = None
+        self._colours[:] = np.ascontiguousarray(image, np.float32).reshape(-1, 3).view(RGB)[:, 0]
+        if depth is not self._depth:
+            self._texels[..., 3] = np.inf if depth is None else np.nan_to_num(_resized(depth, (height, width)),
+                                                                               nan=np.inf, posinf=np.inf)
+            self._depth = depth
+        self._picture.write(self._texels)
+        self._loaded += 1
+        self._done = None
+
+    def developed(self, development: Development) -> int:
+        """The GL name of a texture with the developed picture; 0 before the first picture. Draws only what is new."""
+        if self._picture is None or self._soft is None or self._shown is None:
+            return 0
+        if development != self._done:
+            before = self._context.detect_framebuffer()
+            source = self._picture
+            if development.share > 0.0 and development.coc_gain > 0.0:
+                self._draw(self._program("soften.frag"), self._soft, source, coc_gain=development.coc_gain,
+                           coc_focus=development.coc_focus, coc_offset=development.coc_offset,
+                           share=development.share)
+                source = self._soft.texture
+            develop = self._program("develop.frag", f"#define TONE {TONES[development.tone]}\n",
+                                    f"#define OVERLAY {OVERLAYS[development.overlay]}\n", tone.glsl_constants())
+            self._draw(develop, self._shown, source, gain=2.0 ** development.exposure,
+                       headroom=tone.HEADROOM[development.tone] if development.sensor else 0.0,
+                       coc_gain=development.coc_gain, coc_focus=development.coc_focus,
+                       coc_offset=development.coc_offset, sharp=development.sharp, stripe=development.stripe,
+                       amber=development.amber, nearer=development.nearer, farther=development.farther)
+            before.use()
+            self._done = replace(development)
+        return self._shown.texture.glo
+
+    def apart(self, other: "Screen", scale: float) -> int:
+        """The GL name of a texture with the difference from another picture of the same size; `scale` is shown white.
+
+        0 before there are two such pictures.
+        """
+        if self._picture is None or other._picture is None or self.size != other.size:
+            return 0
+        of = (self._loaded, other, other._loaded, scale)
+        if self._apart is not None and self._apart_of == of:
+            return self._apart.texture.glo
+        self._apart = self._apart or _Target(self._context, self.size, 4, "f1")
+        self._apart_of = of
+        before = self._context.detect_framebuffer()
+        other._picture.use(2)
+        self._draw(self._program("difference.frag"), self._apart, self._picture, other=2, gain=1.0 / scale)
+        before.use()
+        return self._apart.texture.glo
+
+    def read(self) -> NDArray[np.uint8]:
+        """The developed picture (h, w, 3)."""
+        return self._read(self._shown)
+
+    def read_apart(self) -> NDArray[np.uint8]:
+        """The difference as it is shown (h, w, 3)."""
+        return self._read(self._apart)
+
+    @staticmethod
+    def _read(target: _Target | None) -> NDArray[np.uint8]:
+        if target is None:
+            raise ValueError("nothing has been drawn yet")
+        width, height = target.texture.size
+        pixels = target.framebuffer.read(components=3, alignment=1)
+        return np.frombuffer(pixels, np.uint8).reshape(height, width, 3)
+
+    def draw_at(self, scale: float) -> None:
+        """Be drawn with so many pixels of the screen for each of the picture's: far enlarged they are squares."""
+        above = moderngl.NEAREST if scale >= SQUARES else moderngl.LINEAR
+        for target in (self._shown, self._apart):
+            if target is None:
+                continue
+            if scale < 1.0 and not target.is_reduced:
+                target.texture.build_mipmaps()
+                target.is_reduced = True
+            target.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR if scale < 1.0 else moderngl.LINEAR, above)
+
+    def _program(self, name: str, *inserted: str) -> moderngl.VertexArray:
+        """A compiled shader of the package, with lines inserted after its version; made once."""
+        key = (name, *inserted)
+        if key not in self._programs:
+            source = _source(name).replace("#version 330\n", "#version 330\n" + "".join(inserted), 1)
+            self._programs[key] = self._context.vertex_array(
+                self._context.program(_source("triangle.vert"), source), [])
+        return self._programs[key]
+
+    def _draw(self, array: moderngl.VertexArray, target: _Target, source: moderngl.Texture, **uniforms) -> None:
+        target.framebuffer.use()
+        target.is_reduced = False
+        self._context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        source.use(0)
+        program = array.program
+        for name, value in {"picture": 0, **uniforms}.items():
+            uniform = program.get(name, None)
+            if isinstance(uniform, moderngl.Uniform):
+                uniform.value = value
+        array.render(moderngl.TRIANGLES, vertices=3)
+
+    def _release(self) -> None:
+        if self._picture is not None:
+            self._picture.release()
+        for target in (self._soft, self._shown, self._apart):
+            if target is not None:
+                target.texture.release()
+                target.framebuffer.release()
+        self._apart = None
+
+
+def _resized(depth: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """A depth map of another size: of each pixel that of the nearest."""
+    rows, columns = ((2 * np.arange(n) + 1) * m // (2 * n) for n, m in zip(shape, depth.shape, strict=True))
+    return depth if depth.shape == shape else depth[np.ix_(rows, columns)]
+
+
+def _source(name: str) -> str:
+    return files("lensbench.shaders").joinpath(name).read_text(encoding="utf-8")
+
+
+def _texture(context: moderngl.Context, size: tuple[int, int], components: int, dtype: str = "f4") -> moderngl.Texture:
+    texture = context.texture(size, components, dtype=dtype)
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    texture.repeat_x = texture.repeat_y = False
+    return texture

@@ -1,0 +1,232 @@
+"""The picture on its way to the screen: the worker's news in, a developed texture and what is known of it out."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from lensbench.app.display.frame import Mark, Picture, Pinned, View
+from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
+from lensbench.app.state.aov_colours import codes
+from lensbench.app.state.comparison import Difference
+from lensbench.app.state.exposure import Exposing, exposed, exposing, look
+from lensbench.app.state.histogram import histogram
+from lensbench.app.state.light_field_query import note, picture_settings
+from lensbench.app.state.pixel_coc import Blur
+from lensbench.app.state.settings import LOOK, Settings
+from lensbench.app.widgets import theme
+from lensbench.app.workers.light_field_worker import Sight
+from lensbench.app.workers.render_worker import News, Worker
+
+OFF_CENTRE = 0.35               # of the picture: farther from its middle nothing is marked as being in focus
+
+
+class Easel:
+    """Holds the newest picture; an older one stays until there is a newer."""
+
+    def __init__(self, worker: Worker):
+        self.news: News | None = None
+        self.sight: Sight | None = None                 # of a light field, shown in place of the camera's picture
+        self.pinned: News | None = None                 # the picture A
+        self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # what is on the screen, before its tone
+        self._light_of: Any = None
+        self._exposing: tuple[Any, Exposing | None] = (None, None)
+        self._worker = worker
+        self._screen: Screen | None = None
+        self._pinned_screen: Screen | None = None
+        self._strip_screen: Screen | None = None
+        self._strip_of: Any = None                      # what that screen holds
+        self._difference: tuple[Any, Difference | None] = (None, None)     # what it is of, and itself
+        self._deep: News | None = None                  # the newest with a depth map
+        self._loaded: Any = None                        # what the screen holds
+        self._shares: tuple[Any, Any] = (None, None)    # the histogram, and what it was made of
+
+    def open(self) -> None:
+        """Begin to draw, in the GL context that is current now."""
+        moderngl.init_context()
+        self._screen = Screen(moderngl.get_context())
+
+    @property
+    def software(self) -> bool:
+        """Whether the processor draws, in place of a graphics card."""
+        name = moderngl.get_context().info["GL_RENDERER"].lower()
+        return any(renderer in name for renderer in ("llvmpipe", "softpipe", "swrast"))
+
+    def take(self, view: View) -> None:
+        """The newest picture goes to the screen."""
+        news = self._worker.newest()
+        if news is None or self._screen is None or news is self.news:
+            return
+        self.news = news
+        if news.depth is not None:
+            self._deep = news
+            if view.mark is None:
+                view.mark = _first_mark(news)
+
+    def exposing(self, settings: Settings) -> Exposing | None:
+        """What the exposure of the picture comes to; None before the first."""
+        if self.news is None or self.news.raw:
+            return None
+        of = (id(self.news.image), look(settings), settings.shutter, settings.iso)
+        if self._exposing[0] != of:
+            self._exposing = (of, exposing(settings, self.news.image))
+        return self._exposing[1]
+
+    def strip(self, image: NDArray[np.float32], of: Any, settings: Settings) -> int:
+        """The GL name of a texture with a small linear picture for a panel, developed as these settings say.
+
+        of: what it shows; equal ones give the same.
+        """
+        self._strip_screen = self._strip_screen or Screen(moderngl.get_context())
+        if self._strip_of != of:
+            self._strip_of = of
+            self._strip_screen.load(image)
+        texture = self._strip_screen.developed(Development(settings.exposure, settings.tone))
+        self._strip_screen.draw_at(SQUARES)
+        return texture
+
+    def pin(self, present: Settings) -> bool:
+        """Keep the picture that is shown as A, as `present` exposes and develops it; False where there is none yet."""
+        if self.shown is None or self._screen is None:
+            return False
+        settings = replace(self.shown.settings, **{name: getattr(present, name) for name in LOOK})
+        self._keep(self.shown._replace(settings=settings, image=_light(self.shown, present)))
+        return True
+
+    def keep(self, image: NDArray[np.float32], settings: Settings) -> None:
+        """Keep a picture of these settings as A."""
+        self._keep(News(0, exposed(settings, image), settings.samples, 0.0, settings, 0.0))
+
+    def _keep(self, news: News) -> None:
+        self.pinned = news
+        self._pinned_screen = self._pinned_screen or Screen(moderngl.get_context())
+        self._pinned_screen.load(news.image)
+
+    @property
+    def shown(self) -> News | None:
+        """What stands in the picture: the newest of the camera, or what a light field shows."""
+        if self.sight is None:
+            return self.news
+        sight = self.sight
+        return News(0, sight.image, sight.recording.settings.samples, sight.seconds,
+                    picture_settings(sight.recording, sight.look), 0.0, coded=sight.look.coded)
+
+    def picture(self, settings: Settings, view: View) -> Picture:
+        """What the render panel shows in this frame."""
+        news, screen, waiting = self.shown, self._screen, self._worker.waiting
+        if news is None or screen is None:
+            return Picture(waiting=waiting, first=True)
+        depth = self._distances(settings, news)
+        of = (id(news.image), news.settings.view, look(settings))
+        if of != self._light_of:
+            self._light_of, self.light = of, _light(news, settings)
+        if (of, id(depth)) != self._loaded:
+            self._loaded = (of, id(depth))
+            screen.load(self.light, depth)
+        texture = screen.developed(self._development(settings, view, news, depth is not None))
+        pinned, difference = None, None
+        if settings.compare != "off" and self.pinned is not None and self._pinned_screen is not None:
+            pinned = self._other(self.pinned, self._pinned_screen, settings, view)
+            if settings.compare == "difference" and screen.size == pinned.size:
+                difference = self._difference_of(self.pinned.image, self.light)
+                texture = screen.apart(self._pinned_screen, difference.scale)
+        screen.draw_at(view.scale)
+        shares = None
+        if view.histogram:
+            curve = "raw" if news.raw else settings.tone
+            key = (id(self.light), settings.exposure, curve, settings.noise)
+            if self._shares[0] != key:
+                self._shares = (key, histogram(self.light, *key[1:]))
+            shares = self._shares[1]
+        if self.sight is not None:
+            return Picture(texture, screen.size, news.samples, news.seconds, histogram=shares, pinned=pinned,
+                           difference=difference, recorded=news.settings, note=note(*self.sight[:2]))
+        return Picture(texture, screen.size, news.samples, news.seconds, self._worker.paused, waiting, False,
+                       self.depth(settings), shares, pinned, difference)
+
+    def depth(self, settings: Settings) -> NDArray[np.float32] | None:
+        """The depth map (h, w) mm, where there is one of what these settings look at."""
+        deep = self._deep
+        return deep.depth if deep is not None and deep.settings.aim == settings.aim else None
+
+    @staticmethod
+    def _other(news: News, screen: Screen, settings: Settings, view: View) -> Pinned:
+        """The picture A, with its own look."""
+        own = news.settings
+        texture = screen.developed(Development(own.exposure, "raw" if news.raw else own.tone, sensor=own.noise))
+        screen.draw_at(view.scale)
+        return Pinned(texture, screen.size, news.samples, own)
+
+    def _difference_of(self, a: NDArray[np.float32], b: NDArray[np.float32]) -> Difference:
+        key = (id(a), id(b))
+        if self._difference[0] != key or self._difference[1] is None:
+            self._difference = (key, Difference.of(a, b))
+        found = self._difference[1]
+        assert found is not None
+        return found
+
+    def _distances(self, settings: Settings, news: News) -> NDArray[np.float32] | None:
+        """The depth map that the shaders need: for overlays, and to hide the noise of the first passes."""
+        if self._deep is None or self.sight is not None or news.raw:
+            return None
+        wanted = softening(news.samples) > 0.0 or settings.overlay in ("coc", "peaking")
+        return self._deep.depth if wanted else None
+
+    def _development(self, settings: Settings, view: View, news: News, deep: bool) -> Development:
+        """What the shaders need: the look as it is set, the blur of the settings that the picture was made with."""
+        if news.raw:
+            return Development(0.0, "raw")
+        if self.sight is not None:
+            overlay = settings.overlay if settings.overlay == "clipping" else "none"
+            return Development(settings.exposure, settings.tone, overlay, stripe=_stripe(view), sensor=settings.noise)
+        blur = Blur.of(news.settings)
+        amber, nearer, farther = ((c[0], c[1], c[2]) for c in (theme.DARK.amber, theme.NEARER, theme.FARTHER))
+        return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus, blur.offset,
+                           max(blur.sharp, 1.0), _stripe(view), amber, nearer, farther, settings.noise,
+                           softening(news.samples) if deep else 0.0)
+
+
+def _stripe(view: View) -> float:
+    """The width of the clipping zebra's stripes, in pixels of the picture."""
+    return max(6.0 / max(view.scale, 0.05), 2.0)
+
+
+def _light(news: News, settings: Settings) -> NDArray[np.float32]:
+    """What goes to the screen: linear light as these settings expose it, or the codes of what is no light."""
+    if news.coded:
+        return news.image
+    return codes(news.image, news.settings) if news.settings.sample_view else exposed(settings, news.image)
+
+
+def _first_mark(news: News) -> Mark | None:
+    """A place near the middle of the picture that is in focus, with much around it that is."""
+    focus, depth = news.settings.focus_distance, news.depth
+    if depth is None or not math.isfinite(focus):
+        return None
+    rows, columns = depth.shape
+    sharp = np.abs(depth - focus) < 0.01 * focus
+    y, x = np.nonzero(sharp)
+    off = np.hypot(x / columns - 0.5, y / rows - 0.5)
+    if not len(x) or off.min() > OFF_CENTRE:
+        return None
+    # The part that is in focus of a square about each place
+    half = max(columns // 20, 1)
+    sums = np.pad(np.pad(sharp, half).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    side = 2 * half + 1
+    around = (sums[y + side, x + side] - sums[y, x + side] - sums[y + side, x] + sums[y, x]) / side**2
+    at = int(np.argmax(around - off - 1e3 * (off > OFF_CENTRE)))
+    return Mark((x[at] + 0.5) / columns, (y[at] + 0.5) / rows, focus, news.settings.aim)
+
+
+def save_window(path: Path, size: tuple[int, int]) -> None:
+    """Save what the window shows, so many pixels across and down, as PNG."""
+    from PIL import Image
+
+    screen = moderngl.get_context().screen
+    screen.viewport = (0, 0, *size)
+    pixels = np.frombuffer(screen.read(viewport=(0, 0, *size), components=3, alignment=1), np.uint8)
+    Image.fromarray(np.ascontiguousarray(pixels.reshape(size[1], size[0], 3)[::-1])).save(path, "PNG")

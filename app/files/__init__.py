@@ -1,0 +1,1 @@
+"""Reading and writing of what a user keeps: pictures, settings, light fields."""

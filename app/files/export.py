@@ -1,0 +1,308 @@
+"""Pictures on disk: PNG and PPM as developed, EXR and PFM in linear light, all but the last with their settings.
+
+A picture is written beside its place and moved there when it is whole and on the
+disk: whatever happens, a file of that name is either the old one or the new one.
+
+PNG is written here, chunk by chunk: Pillow has no 16-bit RGB, and one writer serves
+both depths. The settings are JSON, in PNG as an iTXt chunk, in EXR as a header
+attribute and in PPM as a comment, each named `lensbench`.
+"""
+
+import json
+import os
+import secrets
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from threading import Event
+from time import perf_counter
+from typing import BinaryIO
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.files import netpbm
+from lensbench.app.state import tone
+from lensbench.app.state.aov_colours import codes
+from lensbench.app.state.auto_model import is_automatic, record
+from lensbench.app.state.build import camera
+from lensbench.app.state.exposure import exposed
+from lensbench.app.state.scene_file import find_scene
+from lensbench.app.state.settings import CHOSEN, Settings
+
+SUFFIXES = {".png": "developed picture, 8 or 16 bits", ".ppm": "the same, without compression",
+            ".exr": "linear light, float", ".pfm": "the same, without settings"}
+BITS = (8, 16)
+KEY = "lensbench"                       # of the settings in a picture's metadata
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+EXR_SIGNATURE = b"\x76\x2f\x31\x01"
+MAX_TEXT = 1 << 20                      # bytes of settings that a picture may carry
+BAND = 64                               # rows developed at once
+PASS_SECONDS = 0.2                      # of rendering between two steps of the progress
+
+
+class ExportError(ValueError):
+    """A picture that cannot be written, or that holds no settings; the message says what to do."""
+
+
+def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
+    """The picture that the window shows: (h, w, 3) linear light, exposed, to sRGB code values in [0, 1].
+
+    Takes exposure and tone from the settings; overlays are the window's alone. A view of
+    samples has codes of its own. A value that is not a number comes out black.
+    """
+    if settings.sample_view:
+        return codes(image, settings)
+    return tone.develop(np.nan_to_num(image, nan=0.0, posinf=1e9, neginf=0.0), settings.exposure, settings.tone,
+                        settings.noise)
+
+
+def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: int = 8, text: bool = False,
+                 choice: lb.Choice | None = None) -> None:
+    """Write a linear picture (h, w, 3): developed to .png or .ppm of 8 or 16 bits, or as floats to .exr or .pfm.
+
+    text: a PPM whose numbers are written out (P3). choice: of the automatic model, recorded beside the settings.
+    ExportError for another suffix or depth, for text in another kind of file, and where the disk does not take it; the
+    file that was there before is then untouched.
+    """
+    path = Path(path)
+    suffix = checked_place(path, text)
+    if bits not in BITS:
+        raise ExportError(f"{bits} bits: choose 8 or 16")
+    if suffix in (".png", ".ppm") and not settings.sample_view:
+        image = exposed(settings, image)
+    note = _note(settings, choice)
+    with replacing(path) as part:
+        if suffix == ".png":
+            _write_png(part, image, settings, bits, note)
+        elif suffix == ".ppm":
+            _write_ppm(part, image, settings, bits, text, note)
+        elif suffix == ".exr":
+            _write_exr(part, image, note)
+        else:
+            with part.open("wb") as file:
+                netpbm.write_pfm(file, image)
+
+
+def read_settings(path: str | Path) -> Settings:
+    """The settings that an exported picture was made with.
+
+    ExportError where there are none (another program's picture), where the file is cut
+    off or damaged, and for settings of a newer version.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            signature = file.read(len(PNG_SIGNATURE))
+            if signature == PNG_SIGNATURE:
+                text = _png_text(file, path)
+            elif signature.startswith(EXR_SIGNATURE):
+                text = _exr_text(path)
+            elif signature.startswith(netpbm.SIGNATURES):
+                file.seek(0)
+                text = netpbm.read_comment(file, KEY)
+            else:
+                raise ExportError(f"{path}: this is neither a PNG nor an EXR nor a PPM picture")
+    except OSError as error:
+        raise ExportError(f"{path}: {error.strerror}") from error
+    if text is None:
+        raise ExportError(f"{path}: this picture holds no settings: it was not exported by lensbench")
+    try:
+        return Settings.from_dict(dict(json.loads(text)))
+    except (ValueError, TypeError) as error:
+        raise ExportError(f"{path}: {error}") from error
+
+
+def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | None = None, samples: int | None = None,
+                  bits: int = 8, progress: Callable[[float], object] = lambda fraction: None,
+                  cancelled: Callable[[], bool] = lambda: False, threads: int | None = None,
+                  text: bool = False, told: Callable[[lb.Choice], object] = lambda choice: None) -> bool:
+    """Render the settings at a size (pixels across, down) and a number of samples, and save the picture.
+
+    The automatic model is chosen for that size, whatever was chosen before; `told` hears what.
+
+    `progress` is told the finished part, 0 to 1; `cancelled` is asked many times a second
+    from the rendering threads. False where it was cancelled: nothing is written then.
+    The place is tried before the work begins.
+    """
+    path = Path(path)
+    checked_place(path, text)
+    with replacing(path, keep=False) as part:
+        part.touch()
+    across, down = size or (settings.pixels_x, settings.pixels_y)
+    settings = replace(settings, pixels_x=across, pixels_y=down, samples=samples or settings.samples).checked()
+    chosen: list[lb.Choice] = []
+    image = render(settings, progress, cancelled, threads, chosen.append)
+    if image is None:
+        return False
+    for choice in chosen:
+        told(choice)
+    save_picture(path, image, settings, bits, text, chosen[0] if chosen else None)
+    return True
+
+
+def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
+           cancelled: Callable[[], bool] = lambda: False, threads: int | None = None,
+           told: Callable[[lb.Choice], object] = lambda choice: None) -> np.ndarray | None:
+    """Render all samples of the settings: (h, w, 3) float32 linear, or None where it was cancelled.
+
+    `told` hears what the automatic model came to.
+    """
+    view, scene = camera(settings), find_scene(settings.scene)
+    if is_automatic(settings):
+        assert isinstance(view, lb.LensCamera)
+        choice = lb.choose_model(view, scene)
+        view = choice.applied(view)
+        told(choice)
+    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view, splat=settings.splats)
+    threads = threads or os.cpu_count() or 1
+    stopped = Event()
+    batch = 1
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            while rendering.samples < settings.samples:
+                progress(rendering.samples / settings.samples)
+                started = perf_counter()
+                batch = min(batch, settings.samples - rendering.samples)
+                if not rendering.add(batch, pool, lambda: not (stopped.is_set() or cancelled()), threads):
+                    return None
+                if perf_counter() - started < 0.5 * PASS_SECONDS:
+                    batch *= 2
+        finally:
+            stopped.set()               # so that the threads end soon after Ctrl-C
+    progress(1.0)
+    return rendering.image()
+
+
+def checked_place(path: Path, text: bool = False) -> str:
+    """The suffix, in small letters, of a picture that can be written; ExportError names those that can."""
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        known = ", ".join(f"{suffix} ({what})" for suffix, what in SUFFIXES.items())
+        raise ExportError(f"{path}: pictures are written as {known}")
+    if text and suffix != ".ppm":
+        raise ExportError(f"{path}: only a .ppm can be written as text")
+    return suffix
+
+
+@contextmanager
+def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
+    """A place beside `path` to write to; what stands there at the end becomes `path`, unless it is not to be kept."""
+    path = path.resolve()               # a link stays, and what it points to is replaced
+    part = path.with_name(f".lensbench-{secrets.token_hex(4)}.part")
+    if not path.parent.is_dir():
+        raise ExportError(f"{path}: there is no folder {path.parent}")
+    if path.is_dir():
+        raise ExportError(f"{path}: this is a folder")
+    try:
+        yield part
+        if keep:
+            with part.open("r+b") as file:
+                os.fsync(file.fileno())
+            os.replace(part, path)
+            _sync_folder(path.parent)
+    except OSError as error:
+        raise ExportError(f"{path}: {error.strerror}: nothing was written") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Bring the new name to the disk too, where the system can."""
+    if os.name == "posix":
+        handle = os.open(folder, os.O_RDONLY)
+        with suppress(OSError):         # some network folders cannot
+            os.fsync(handle)
+        os.close(handle)
+
+
+def _note(settings: Settings, choice: lb.Choice | None) -> str:
+    """The settings as JSON, with what the automatic model came to."""
+    chosen = {} if choice is None else {CHOSEN: record(choice)}
+    return json.dumps({**settings.to_dict(), **chosen}, ensure_ascii=True, allow_nan=False)
+
+
+def _codes(image: np.ndarray, settings: Settings, deepest: int) -> Iterator[np.ndarray]:
+    """The developed picture in bands of rows, as whole numbers from 0 to `deepest`."""
+    kind = np.uint8 if deepest < 256 else np.uint16
+    for first in range(0, len(image), BAND):
+        yield np.rint(develop(image[first:first + BAND], settings) * deepest).astype(kind)
+
+
+def _write_ppm(path: Path, image: np.ndarray, settings: Settings, bits: int, text: bool, note: str) -> None:
+    deepest = 2**bits - 1
+    with path.open("wb") as file:
+        netpbm.write_ppm(file, _codes(image, settings, deepest), (image.shape[1], image.shape[0]), deepest,
+                         f"{KEY} {note}", text)
+
+
+def _write_png(path: Path, image: np.ndarray, settings: Settings, bits: int, note: str) -> None:
+    """PNG (ISO/IEC 15948): RGB, sRGB, every row filtered as its difference from the row above."""
+    height, width = image.shape[:2]
+    packer = zlib.compressobj(6)
+    above = np.zeros((1, 3 * width * bits // 8), np.uint8)
+    with path.open("wb") as file:
+        file.write(PNG_SIGNATURE)
+        _write_chunk(file, b"IHDR", struct.pack(">IIBBBBB", width, height, bits, 2, 0, 0, 0))
+        _write_chunk(file, b"sRGB", b"\0")
+        _write_chunk(file, b"tEXt", b"Software\0lensbench " + version("lensbench").encode("latin-1"))
+        _write_chunk(file, b"iTXt", KEY.encode() + b"\0\0\0\0\0" + note.encode())
+        for codes in _codes(image, settings, 2**bits - 1):
+            rows = codes.astype(f">u{bits // 8}").view(np.uint8).reshape(len(codes), -1)
+            lines = np.empty((len(rows), rows.shape[1] + 1), np.uint8)
+            lines[:, 0] = 2             # the filter "Up"
+            lines[:, 1:] = rows - np.concatenate([above, rows[:-1]])
+            above = rows[-1:]
+            _write_chunk(file, b"IDAT", packer.compress(lines.tobytes()))
+        _write_chunk(file, b"IDAT", packer.flush())
+        _write_chunk(file, b"IEND", b"")
+
+
+def _write_chunk(file: BinaryIO, kind: bytes, data: bytes) -> None:
+    file.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
+
+
+def _png_text(file: BinaryIO, path: Path) -> str | None:
+    """The text under our key, after all chunks to the last were found in place; None where it is missing."""
+    size, text = os.fstat(file.fileno()).st_size, None
+    while True:
+        head = file.read(8)
+        end = file.tell() + 4 + (struct.unpack(">I", head[:4])[0] if len(head) == 8 else 0)
+        if len(head) < 8 or end > size:
+            raise ExportError(f"{path}: this PNG is cut off: export it again")
+        kind, length = head[4:], end - 4 - file.tell()
+        if kind == b"IEND":
+            return text
+        if kind == b"iTXt" and length <= MAX_TEXT:
+            data = file.read(length)
+            if data.startswith(KEY.encode() + b"\0"):
+                if zlib.crc32(kind + data) != struct.unpack(">I", file.read(4))[0]:
+                    raise ExportError(f"{path}: the settings in this PNG are damaged")
+                text = data[len(KEY) + 5:].decode("utf-8", "replace")
+        file.seek(end)
+
+
+def _write_exr(path: Path, image: np.ndarray, note: str) -> None:
+    """OpenEXR: scan lines of linear RGB in float32."""
+    import OpenEXR
+
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, KEY: note}
+    pixels = np.ascontiguousarray(image, np.float32)        # the library takes strides for granted
+    try:
+        OpenEXR.File(header, {"RGB": pixels}).write(str(path))
+    except RuntimeError as error:
+        raise OSError(0, str(error).rstrip(".").rpartition(". ")[2]) from error
+
+
+def _exr_text(path: Path) -> str | None:
+    import OpenEXR
+
+    try:
+        return OpenEXR.File(str(path), header_only=True).header().get(KEY)
+    except RuntimeError as error:
+        raise ExportError(f"{path}: this EXR is cut off or damaged") from error

@@ -1,0 +1,42 @@
+"""Lumigraphs on disk: numpy's .npz, as light fields are.
+
+In it: `pictures` (down, across, 3, h, w) and `nearness` (down, across, h, w) as recorded, `spacing` and `distance` in
+mm, and `settings`, the JSON text that exported pictures carry too; from these the middle pinhole is made again.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.files.export import ExportError
+from lensbench.app.files.npz import load_arrays, save_arrays
+from lensbench.app.state.build import camera
+from lensbench.app.state.settings import Settings
+
+ARRAYS = ("pictures", "nearness", "spacing", "distance")
+
+
+def save_lumigraph(path: str | Path, lumigraph: lb.Lumigraph, settings: Settings) -> None:
+    """Write a lumigraph and the settings that it was captured with; ExportError where that cannot be."""
+    save_arrays(path, settings, pictures=lumigraph.pictures, nearness=lumigraph.nearness, spacing=lumigraph.spacing,
+                distance=lumigraph.distance)
+
+
+def load_lumigraph(path: str | Path) -> tuple[lb.Lumigraph, Settings]:
+    """Read what save_lumigraph wrote. ExportError: not there, not a lumigraph, cut short; what loading its lens
+    raises where that is gone.
+    """
+    found, settings = load_arrays(Path(path), "lumigraph", "array",
+                                  lambda names: () if set(ARRAYS) - names else ARRAYS)
+    pictures, nearness, spacing, distance = (found[name] for name in ARRAYS)
+    film = settings.film
+    if (pictures.dtype != np.float16 or nearness.dtype != np.float16 or pictures.ndim != 5
+            or pictures.shape[2:] != (3, film.pixels_y, film.pixels_x)
+            or nearness.shape != (*pictures.shape[:2], *pictures.shape[3:])
+            or not float(spacing) > 0.0 or not float(distance) > 0.0):
+        raise ExportError(f"{path}: the pictures of this lumigraph are not those of its settings")
+    middle = lb.lumigraph_pinhole(camera(settings))
+    texels = np.empty((*nearness.shape, 4), np.float16)
+    texels[..., :3], texels[..., 3] = np.moveaxis(pictures, 2, -1), nearness
+    return lb.Lumigraph(middle, float(spacing), float(distance), texels), settings

@@ -1,0 +1,58 @@
+"""Recorded arrays with the settings that made them, in .npz: what files of light fields and lumigraphs share."""
+
+import json
+import zipfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from lensbench.app.files.export import ExportError, replacing
+from lensbench.app.state.settings import Settings
+
+SUFFIX = ".npz"
+
+
+def checked_suffix(path: str | Path) -> Path:
+    """The path of recorded arrays; ExportError for another suffix."""
+    path = Path(path)
+    if path.suffix.lower() != SUFFIX:
+        raise ExportError(f"{path}: light fields are written as {SUFFIX}")
+    return path
+
+
+def save_arrays(path: str | Path, settings: Settings, **arrays) -> None:
+    """Write arrays and numbers with the settings; ExportError where that cannot be."""
+    path = checked_suffix(path)
+    text = np.array(json.dumps(settings.to_dict(), allow_nan=False))
+    with replacing(path) as part, part.open("wb") as file:
+        np.savez(file, settings=text, **arrays)
+
+
+def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], Sequence[str]]
+                ) -> tuple[dict[str, np.ndarray], Settings]:
+    """The arrays of a file, by name, and its settings.
+
+    what: it is to be, in words. maker: the command that records one. wanted: which arrays are to be read of those
+    that are there; none where it is something else. ExportError: not there, something else, cut short, or of settings
+    that cannot be.
+    """
+    try:
+        if not zipfile.is_zipfile(path) and path.is_file():
+            raise ExportError(f"{path}: this is no {what}, or one that was cut short")
+        with np.load(path, allow_pickle=False) as archive:
+            names = set(archive.files) if isinstance(archive, np.lib.npyio.NpzFile) else set()
+            read = wanted(names) if "settings" in names else ()
+            if not read:
+                raise ExportError(f"{path}: this is no {what}; lensbench lightfield {maker} records one")
+            found, text = {name: archive[name] for name in read}, str(archive["settings"])
+    except ExportError:
+        raise
+    except OSError as error:
+        raise ExportError(f"{path}: {error.strerror or error}") from error
+    except (ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
+        raise ExportError(f"{path}: this {what} is cut short or damaged ({error})") from error
+    try:
+        return found, Settings.from_dict(json.loads(text))
+    except (ValueError, TypeError) as error:
+        raise ExportError(f"{path}: {error}") from error

@@ -1,0 +1,100 @@
+"""Settings as a file of their own: TOML that a person can read and change, to repeat a picture.
+
+The keys are the fields of Settings, in their units; what is left out is as the bench
+has it. TOML has no word for nothing: WORDS has one for each field that may be None. A
+lens or scene that is a file may be given by its place beside the settings.
+"""
+
+import json
+import re
+import tomllib
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+from typing import Any
+
+from lensbench.app.files.export import read_settings, replacing
+from lensbench.app.state.settings import VERSION, Settings, SettingsError
+
+HEAD = "# lensbench: lengths in mm, angles in radians, times in seconds, exposure in stops\n"
+WORDS = {"focal_length": "designed", "f_number": "open", "blades": "designed", "end_position": "none",
+         "hole_diameter": "sharpest"}           # that stand for None
+LONGEST = 1 << 20               # bytes that are read
+PICTURES = (".png", ".ppm", ".exr")            # that hold the settings they were made with
+
+
+def save_settings(path: str | Path, settings: Settings) -> None:
+    """Write all settings, beside the place first; ExportError where the disk does not take them."""
+    values = {"version": VERSION, **asdict(settings)}
+    lines = (f"{name} = {_toml(WORDS[name] if value is None else value)}\n" for name, value in values.items())
+    with replacing(checked_path(path)) as part:
+        part.write_text(HEAD + "".join(lines), encoding="utf-8")
+
+
+def load_settings(path: str | Path) -> Settings:
+    """Read settings, or those of an exported picture; SettingsError with the file, the line and the key that cannot be.
+
+    ExportError for a picture that holds none.
+    """
+    path = Path(path)
+    if path.suffix.lower() in PICTURES:
+        return read_settings(path)
+    try:
+        with path.open("rb") as file:
+            text = file.read(LONGEST).decode("utf-8")
+        plain = tomllib.loads(text)
+    except OSError as error:
+        raise SettingsError(f"{path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise SettingsError(f"{path}: this is no text in UTF-8") from error
+    except tomllib.TOMLDecodeError as error:
+        raise SettingsError(f"{path}: this is no TOML: {error}") from error
+    plain = {name: None if value == WORDS.get(name) else value for name, value in plain.items()}
+    try:
+        return _placed(Settings.from_dict(plain), path.parent)
+    except ValueError as error:
+        raise SettingsError(f"{path}:{_where(plain, text)} {error}") from error
+
+
+def checked_path(path: str | Path) -> Path:
+    """The path, where it is one of a settings file; SettingsError otherwise."""
+    if Path(path).suffix.lower() != ".toml":
+        raise SettingsError(f"{path}: settings are written as .toml")
+    return Path(path)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_toml(item) for item in value)}]"
+    return repr(value)
+
+
+def _where(plain: dict[str, Any], text: str) -> str:
+    """Line and key of the first setting that alone cannot be; nothing where they cannot be together."""
+    known = {field.name for field in fields(Settings)}
+    for name, value in plain.items():
+        try:
+            if name == "version" or name in known:
+                Settings.from_dict({"version": 1, name: value})
+                continue
+        except ValueError:
+            pass
+        line = next((i for i, row in enumerate(text.splitlines(), 1)
+                     if re.match(rf"\s*\"?{re.escape(name)}\"?\s*[=.]", row)), None)
+        return f"{line}: {name}:" if line else f" {name}:"
+    return ""
+
+
+def _placed(settings: Settings, folder: Path) -> Settings:
+    """With lens and scene files that stand beside the settings by their whole paths."""
+    def place(text: str) -> str:
+        try:
+            path = (folder / text).resolve()
+            return str(path) if path.suffix and path.is_file() else text
+        except ValueError:              # no name that a file may have
+            return text
+
+    return replace(settings, lens=place(settings.lens), scene=place(settings.scene))

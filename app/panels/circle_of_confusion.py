@@ -1,0 +1,301 @@
+"""The circle of confusion against distance: ideal thin lens, thick lens and the real one, traced.
+
+Distances are measured from the film and shown in metres, diameters on the film
+in micrometres and, on the right axis, in pixels. The amber line is the plane in
+focus and can be dragged.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui, implot
+
+from lensbench.app.state.coc_curves import Curves, curves, main, plot_range
+from lensbench.app.state.figures import Readings, optical, readings
+from lensbench.app.state.scales import format_distance, format_f_number
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, pieces, text
+
+NEAR_END = 0.7                  # of the plot's width: focused beyond it, lines are named on the left
+THIN, THICK = (1.5, 3.0), (6.0, 3.0)             # dashes and gaps, pixels
+
+
+@dataclass
+class Frame:
+    """What the plot was fitted to, and its right axis; no part of any settings."""
+
+    fitted_to: tuple = ()
+    fit: bool = False
+    y0: float = 1.0
+    y1: float = 1000.0
+    grip: float = 0.0           # pixels from the mouse to the line while it is dragged
+
+
+_frame = Frame()
+
+
+def coc_panel(settings: Settings) -> Settings:
+    """Draw the plot in what is left of the window; settings, with another focus where its line was dragged."""
+    size = imgui.get_content_region_avail()
+    if size.x < 60.0 or size.y < 60.0:
+        return settings
+    got = readings(settings)
+    try:
+        low, high, bottom, top = plot_range(settings, got)
+        shown = curves(optical(settings), low, high)
+    except (ValueError, OSError) as error:
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_disabled(str(error))
+        imgui.pop_text_wrap_pos()
+        return settings
+
+    key = (settings.lens, settings.focal_length, settings.lensless, low, high, top, size.x, size.y)
+    refit = _frame.fit or _frame.fitted_to != key
+    _frame.fitted_to, _frame.fit = key, False
+    corner = imgui.get_cursor_screen_pos()
+    theme.small()
+    plot = None
+    if implot.begin_plot("Circle of confusion plot", size, PLOT_FLAGS):
+        _set_axes(size, (low, high, bottom, top), settings.film.pitch * 1000.0, refit)
+        plot = PlotMap.current(log=True)
+        _frame.y0, _frame.y1 = 10.0**plot.y0, 10.0**plot.y1
+        implot.push_plot_clip_rect()
+        _draw(implot.get_plot_draw_list(), plot, settings, got, shown)
+        implot.pop_plot_clip_rect()
+        if implot.is_plot_hovered():
+            _frame.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+            _tell(plot, settings, shown)
+        implot.end_plot()
+    imgui.pop_font()
+    if plot is not None and plot.bottom > plot.top:
+        settings = _dragged(settings, got, plot)
+    imgui.set_cursor_screen_pos(corner)
+    imgui.dummy(size)
+    return settings
+
+
+def _set_axes(size: ImVec2, ranges: tuple[float, float, float, float], pitch: float, refit: bool) -> None:
+    low, high, bottom, top = ranges
+    x, y, pixels = implot.ImAxis_.x1, implot.ImAxis_.y1, implot.ImAxis_.y2
+    roomy = size.x > theme.em(13) and size.y > theme.em(10)
+    implot.setup_axis(x, "Distance (m)" if roomy else None, AXIS_FLAGS)
+    implot.setup_axis(y, "Circle of confusion (µm)" if roomy else None, AXIS_FLAGS)
+    implot.setup_axis(pixels, "px" if roomy else None, AXIS_FLAGS | implot.AxisFlags_.aux_default
+                      | implot.AxisFlags_.lock)
+    for axis in (x, y, pixels):
+        implot.setup_axis_scale(axis, implot.Scale_.log10)
+    condition = implot.Cond_.always if refit else implot.Cond_.once
+    implot.setup_axis_limits(x, low, high, condition)
+    implot.setup_axis_limits(y, bottom, top, condition)
+    if refit:
+        _frame.y0, _frame.y1 = bottom, top
+    implot.setup_axis_limits(pixels, _frame.y0 / pitch, _frame.y1 / pitch, implot.Cond_.always)
+    implot.setup_axis_limits_constraints(x, 1e-3, 1e5)
+    implot.setup_axis_limits_constraints(y, 1e-3, 1e6)
+    line = imgui.get_text_line_height()
+    for axis, ends, length, room in (
+            (x, (1e-3, 1e5), (0.75 * size.x) / math.log10(high / low), 2.0 * line),
+            (y, (1e-3, 1e6), (0.75 * size.y) / math.log10(top / bottom), 1.6 * line),
+            (pixels, (1e-5, 1e5), (0.75 * size.y) / math.log10(top / bottom), 3.0 * line)):
+        decades = math.log10(ends[1] / ends[0])
+        values, labels = log_ticks(*ends, length * decades, room)
+        implot.setup_axis_ticks(axis, values, labels, False)
+
+
+def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readings, shown: Curves) -> None:
+    colour, pixel, line = theme.colours(), theme.scale(), imgui.get_text_line_height()
+    limit, pitch = 1000.0 * (got.limit or 0.0), 1000.0 * settings.film.pitch
+    right = plot.right - 3.0 * pixel
+
+    # Depth of field, amber: what is in focus
+    if got.near_limit is not None and got.far_limit is not None:
+        near = max(plot.at(got.near_limit / 1000.0, 1.0).x, plot.left)
+        far = min(plot.at(min(got.far_limit, 1e9) / 1000.0, 1.0).x, plot.right)
+        draw.add_rect_filled(ImVec2(near, plot.top), ImVec2(max(far, near + pixel), plot.bottom),
+                             theme.packed(colour.amber, 0.16))
+
+    # Lines across: limit, pixel, Airy disk; and the hyperfocal distance
+    across = [(limit, f"limit {limit:.3g} µm", 5.0, 4.0), (pitch, "pixel", 1.5, 3.0)]
+    if abs(math.log(max(limit, 1e-9) / pitch)) < 1e-6:
+        across = [(limit, f"limit 1 px, {limit:.3g} µm", 5.0, 4.0)]
+    if got.airy is not None:
+        across.append((1000.0 * got.airy, "Airy", 1.5, 3.0))
+    rows = [math.floor(plot.at(1.0, value).y) + 0.5 for value, *_ in across]
+    for y, (_, _, on, off) in zip(rows, across, strict=True):
+        dashed_line(draw, ImVec2(plot.left, y), ImVec2(plot.right, y), theme.packed(colour.dim, 0.8), on, off)
+    column, focus = _focus_column(settings, plot), format_distance(settings.focus_distance)
+    taken: list[tuple[float, float, float]] = []            # top, bottom and right end of what is written
+    hyperfocal = None
+    if got.hyperfocal is not None:
+        x = math.floor(plot.at(got.hyperfocal / 1000.0, 1.0).x) + 0.5
+        dashed_line(draw, ImVec2(x, plot.bottom), ImVec2(x, plot.top), theme.packed(colour.faint), 1.5, 4.0)
+        for name in (f"hyperfocal {format_distance(got.hyperfocal)}", "hyperfocal"):
+            left = x - 4.0 * pixel - imgui.calc_text_size(name).x
+            if x < plot.right and not left - 8.0 * pixel < column < x and left > plot.left:
+                top = _clear_row(plot, shown, left, x)
+                hyperfocal = (ImVec2(left, top), name)
+                taken.append((top, top + line, x + 4.0 * pixel))
+                break
+
+    # Curves
+    assert got.f_number is not None
+    for tone, weight, strokes in _strokes(shown, plot, pixel):
+        packed = theme.packed(getattr(colour, tone))
+        for stroke in strokes:
+            draw.add_polyline(stroke, packed, weight * pixel, imgui.ImDrawFlags_.none)
+    if hyperfocal is not None:
+        text(draw, hyperfocal[0], colour.dim, hyperfocal[1], plate=True)
+
+    # Names at the ends of the lines that are the farther from the focus, the first the surest of its place
+    taken += _name_models(draw, plot, shown, column)
+    far = column > plot.left + NEAR_END * (plot.right - plot.left)
+    if far:
+        taken = [(top, bottom, plot.right) for top, bottom, _ in taken]
+    labels = [(y, name, colour.dim, name == "pixel" and pitch > limit)
+              for y, (_, name, *_) in zip(rows, across, strict=True)]
+    curves_ = [(main(shown), got.f_number, colour.strong)]
+    curves_ += [(diameters, f_number, colour.dim) for f_number, diameters in shown.neighbours]
+    if far:
+        _name_ends(draw, plot, plot.left + 3.0 * pixel, labels, taken, right=False)
+        _name_flanks(draw, plot, shown.distances, [(d, format_f_number(n), tint) for d, n, tint in curves_])
+    else:
+        ends = [plot.at(shown.distances[-1], diameters[-1]).y for diameters, *_ in curves_]
+        named = [(y, format_f_number(n), tint, y < ends[0] - 1.0)
+                 for y, (_, n, tint) in zip(ends, curves_, strict=True)]
+        _name_ends(draw, plot, right, named[:1] + labels + named[1:], taken)
+
+    # The plane in focus
+    x = column
+    draw.add_rect_filled(ImVec2(x - pixel, plot.top), ImVec2(x + pixel, plot.bottom), theme.packed(colour.amber))
+    leftward = x + imgui.calc_text_size(focus).x + 8.0 * pixel > plot.right
+    text(draw, ImVec2(x + (-6.0 if leftward else 6.0) * pixel, plot.top + 3.0 * pixel), colour.amber_text, focus,
+         right=leftward, plate=True)
+    for edge in (got.near_limit, got.far_limit):
+        if edge is not None and math.isfinite(edge) and limit > 0.0:
+            draw.add_circle_filled(plot.at(edge / 1000.0, limit), 2.5 * pixel, theme.packed(colour.amber))
+
+
+def _clear_row(plot: PlotMap, shown: Curves, left: float, right: float) -> float:
+    """The upper edge of the first row of text, from the second on, that the main curve leaves clear between columns."""
+    line, pixel = imgui.get_text_line_height(), theme.scale()
+    x, y = plot.pixels(shown.distances, main(shown)).T
+    heights = np.interp(np.linspace(left, right, 9), x, y)
+    rows = [plot.top + k * line + 3.0 * pixel for k in (1, 2, 3, 4)]
+    return next((top for top in rows if (heights < top).all() or (heights > top + line).all()), rows[0])
+
+
+@lru_cache(maxsize=4)
+def _strokes(shown: Curves, plot: PlotMap, pixel: float) -> list[tuple[str, float, list[list[ImVec2]]]]:
+    """Colour, weight and pieces of every curve: other stops faint, thin in dots, thick in dashes, the main one full."""
+    found = [("faint", 1.0, pieces(plot.pixels(shown.distances, diameters))) for _, diameters in shown.neighbours]
+    chief = main(shown)
+    for curve, (on, off) in ((shown.thin, THIN), (shown.thick, THICK)):
+        if curve is not None and curve is not chief:
+            found.append(("text", 1.0, pieces(plot.pixels(shown.distances, curve), on * pixel, off * pixel)))
+    found.append(("strong", 2.0, pieces(plot.pixels(shown.distances, chief))))
+    return found
+
+
+def _name_ends(draw: imgui.ImDrawList, plot: PlotMap, end: float, labels: list, taken: list,
+               right: bool = True) -> None:
+    """Names (y of the line, text, colour, above it or below) at an end; one that would touch another is left out."""
+    line, pixel = imgui.get_text_line_height(), theme.scale()
+    for y, name, colour, above in labels:
+        left = end - imgui.calc_text_size(name).x if right else end
+        places = (y - line - pixel, y + pixel) if above else (y + pixel, y - line - pixel)
+        for top in places:
+            clear = all(top + line <= t or top >= b or left >= r for t, b, r in taken)
+            if clear and plot.top <= top and top + line <= plot.bottom:
+                text(draw, ImVec2(end, top), colour, name, right=right, plate=True)
+                taken = [*taken, (top, top + line, plot.right)]
+                break
+
+
+def _name_flanks(draw: imgui.ImDrawList, plot: PlotMap, distances: np.ndarray, labels: list) -> None:
+    """Names (diameters, text, colour) to the right of curves that fall, in one row at a third of the height.
+
+    One that would touch the name before it is left out.
+    """
+    pixel, line = theme.scale(), imgui.get_text_line_height()
+    y = plot.top + 0.36 * (plot.bottom - plot.top)
+    value = 10.0 ** (plot.y0 + (plot.bottom - y) / (plot.bottom - plot.top) * (plot.y1 - plot.y0))
+    taken: list[tuple[float, float]] = []
+    for diameters, name, colour in labels:
+        below = np.flatnonzero(diameters < value)
+        if not below.size or below[0] == 0:
+            continue
+        left = plot.at(distances[below[0]], value).x + 3.0 * pixel
+        end = left + imgui.calc_text_size(name).x
+        if end < plot.right and all(end + 4.0 * pixel < a or left > b + 4.0 * pixel for a, b in taken):
+            text(draw, ImVec2(left, y - 0.5 * line), colour, name, plate=True)
+            taken.append((left, end))
+
+
+def _name_models(draw: imgui.ImDrawList, plot: PlotMap, shown: Curves, focus: float) -> list:
+    """Which stroke is which lens, in the lower corner beside the focus line; the space that this takes."""
+    pixel, line = theme.scale(), imgui.get_text_line_height()
+    if shown.thick is None or plot.bottom - plot.top < 9.0 * line:
+        return []
+    rows = [("thick", THICK, shown.real is None), ("thin", THIN, False)]
+    if shown.real is not None:
+        rows.insert(0, ("real", (0.0, 0.0), True))
+    colour = theme.colours()
+    x = plot.left + 5.0 * pixel if focus - plot.left > 50.0 * pixel else focus + 8.0 * pixel
+    y = plot.bottom - (len(rows) + 0.3) * line
+    wide = x + 24.0 * pixel + imgui.calc_text_size("thick").x
+    draw.add_rect_filled(ImVec2(x - 3.0 * pixel, y), ImVec2(wide, y + len(rows) * line),
+                         theme.packed(colour.well, 0.85), 2.0 * pixel)
+    for name, (on, off), strong in rows:
+        middle = math.floor(y + 0.5 * line) + 0.5
+        ends = ImVec2(x, middle), ImVec2(x + 14.0 * pixel, middle)
+        if strong:
+            draw.add_line(*ends, theme.packed(colour.strong), 2.0 * pixel)
+        else:
+            dashed_line(draw, *ends, theme.packed(colour.text), on, off)
+        text(draw, ImVec2(x + 19.0 * pixel, y), colour.dim, name)
+        y += line
+    return [(plot.bottom - (len(rows) + 0.1) * line, plot.bottom, wide)]
+
+
+def _focus_column(settings: Settings, plot: PlotMap) -> float:
+    """Where the focus line stands: at the right edge for infinity."""
+    x = plot.at(min(settings.focus_distance, 1e12) / 1000.0, 1.0).x
+    return math.floor(min(max(x, plot.left + 1.0), plot.right - 1.0))
+
+
+def _dragged(settings: Settings, got: Readings, plot: PlotMap) -> Settings:
+    """The focus line as an item over the plot; beyond the right edge lies infinity."""
+    x, half = _focus_column(settings, plot), 5.0 * theme.scale()
+    imgui.set_cursor_screen_pos(ImVec2(x - half, plot.top))
+    imgui.invisible_button("Focus line", ImVec2(2.0 * half, plot.bottom - plot.top))
+    if imgui.is_item_hovered() or imgui.is_item_active():
+        imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
+        if not imgui.is_item_active():
+            imgui.set_item_tooltip("Plane in focus: drag to focus")
+    mouse = imgui.get_mouse_pos().x
+    if imgui.is_item_activated():
+        _frame.grip = x - mouse
+    elif imgui.is_item_active() and imgui.get_io().mouse_delta.x != 0.0:
+        column = mouse + _frame.grip
+        focus = math.inf if column >= plot.right - 1.0 else 1000.0 * plot.x_at(column)
+        nearest = got.nearest_focus if got.nearest_focus is not None else 1.01 * (got.efl or 0.0)
+        return replace(settings, focus_distance=max(focus, nearest))
+    return settings
+
+
+def _tell(plot: PlotMap, settings: Settings, shown: Curves) -> None:
+    """The numbers under the cursor."""
+    distance = plot.x_at(imgui.get_mouse_pos().x)
+    if not shown.distances[0] <= distance <= shown.distances[-1] or imgui.is_mouse_down(imgui.MouseButton_.left):
+        return
+    pitch = 1000.0 * settings.film.pitch
+    if imgui.begin_tooltip():
+        imgui.text_unformatted(f"{format_distance(1000.0 * distance)} from the film")
+        for name, diameters in (("real", shown.real), ("thick", shown.thick), ("thin", shown.thin)):
+            if diameters is not None:
+                value = float(np.exp(np.interp(math.log(distance), np.log(shown.distances), np.log(diameters))))
+                imgui.text_disabled(f"{name} lens  {value:.3g} µm  {value / pitch:.2g} px")
+        imgui.end_tooltip()

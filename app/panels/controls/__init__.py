@@ -1,0 +1,1 @@
+"""The control column: dials and the popups beside them."""

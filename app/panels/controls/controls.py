@@ -1,0 +1,370 @@
+"""The left column: what stands before the film, and the rings that turn.
+
+Every control returns other settings; what a new lens cannot do gives way, the
+rest is kept.
+"""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+
+from imgui_bundle import ImVec2, imgui
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.panels.controls import iris_popup, medium_popup, sensor_popup, shutter_popup
+from lensbench.app.panels.controls.dials import ring_count, rings
+from lensbench.app.panels.controls.dispersion_popup import can_disperse, dispersion_popup
+from lensbench.app.panels.controls.focus_popup import focus_popup
+from lensbench.app.state.constraints import (
+    with_equivalent_film,
+    with_film,
+    with_layout,
+    with_model,
+    with_projection,
+    within_reach,
+)
+from lensbench.app.state.exposure import Exposing
+from lensbench.app.state.pose import at_home
+from lensbench.app.state.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, REAL, Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.toggles import Key, angle
+from lensbench.lens_models.polynomial import DEGREES
+
+FILM_SIDES = (0.1, 1000.0)      # mm, of a custom film
+HAS_STOP = ("auto", "trace", "polynomial", "table", "thick", "thin", "perspective", "orthographic")
+MODEL_TIPS = {
+    "auto": "The simplest of the next five that is within half a pixel and 0.05 stops of the full trace,\n"
+            "for this scene, film, focus and aperture. The bar at the bottom says which, and why",
+    "trace": "Every ray is refracted at every surface",
+    "polynomial": "A polynomial, fitted to the real lens as it stands: of degree 9 within a fraction of a pixel, "
+                  "in less than half of the time",
+    "thick": "An ideal lens with the principal planes and pupils of the real one: no aberrations",
+    "thin": "An ideal lens of the same focal length and stop: no aberrations, no vignetting",
+    "pinhole": "The same view, with everything in focus",
+    "table": "Interpolated in a table of 18,432 rays of the real lens: for comparison alone,\n"
+             "a polynomial is faster and nearer",
+    "perspective": "No prescription: an ideal lens with a field of view of its own",
+    "orthographic": "No prescription: parallel rays, things keep their size at any distance",
+    "fisheye": "No prescription: the angle from the axis becomes a length on the film, by one of four rules",
+    "hole": "No lens: rays run straight through a hole; the smaller it is the sharper, until diffraction blurs",
+    "bare": "No lens: each place of the sensor sees the whole scene, and no picture forms",
+    "environment": "No prescription: every direction from one point, in one picture",
+}
+DEGREE_TIP = "Degree of the polynomial in film point and pupil: the higher, the nearer to the lens and the slower.\n" \
+             "The panel Models charts one against the other"
+
+
+@dataclass
+class Chooser:
+    """What the lists remember while they are open; and what they ask of the window."""
+
+    search: str = ""
+    film: tuple[float, float] = (36.0, 24.0)
+    equivalent: bool = False                                # another film keeps field and depth of field
+    exposing: Exposing | None = None                        # what the exposure of the picture came to
+    requests: set[str] = field(default_factory=set)         # open lens, open scene
+
+
+def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
+    """Draw the controls into the current window; the settings as they have been set."""
+    settings = _lens(settings, chooser)
+    settings = _scene(settings, chooser)
+    settings = _layout(settings) if settings.model == "environment" else _film(settings, chooser)
+    settings = _model(settings)
+    if settings.model == "fisheye":
+        settings = _projection(settings)
+    if settings.model in ("perspective", "fisheye"):
+        settings = _fov_axis(settings)
+    # The rings stand as far apart as there is room for
+    count, ring_height = ring_count(settings), imgui.get_text_line_height() + theme.em(2.6)
+    free = imgui.get_content_region_avail().y - count * ring_height - theme.em(0.3) - 1.15 * imgui.get_frame_height()
+    gap = min(max(free / (2.0 * count + 1.0), theme.scale()), theme.em(0.45))
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, gap))
+    imgui.dummy(ImVec2(0.0, theme.em(0.3)))
+    settings = rings(settings)
+    imgui.pop_style_var()
+    return _more(settings, chooser)
+
+
+def _more(settings: Settings, chooser: Chooser) -> Settings:
+    """A row of flat buttons below the rings, each with a popup of what most pictures do without."""
+    colour = theme.colours()
+    parts: list[tuple[str, str, bool, Callable[[Settings], Settings]]] = [
+        ("Motion", "Shutter, keyframes of the camera, rolling shutter", shutter_popup.in_use(settings),
+         shutter_popup.motion_popup),
+        ("Sensor", "Exposure by f-number, time and ISO; noise", sensor_popup.in_use(settings),
+         lambda given: sensor_popup.sensor_popup(given, chooser.exposing))]
+    if settings.model in HAS_STOP:
+        parts.append(("Stop", "The shape of the iris", iris_popup.in_use(settings), iris_popup.stop_popup))
+    if settings.model in REAL:
+        parts.append(("Focus", "Where the film stands: paraxially, or at the least blur", settings.focusing != "auto",
+                      focus_popup))
+    if can_disperse(settings):
+        parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
+                      settings.dispersion != "auto", dispersion_popup))
+    parts.append(("Air", "Fog, or water, before the camera", medium_popup.in_use(settings), medium_popup.air_popup))
+    style = imgui.get_style()
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(4.5 * theme.scale(), style.frame_padding.y))
+    for name, tip, used, content in parts:
+        imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
+        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if used else colour.dim)))
+        if imgui.button(f"{name}###{name}"):
+            imgui.open_popup(name)
+        imgui.pop_style_color(2)
+        imgui.set_item_tooltip(tip)
+        # Over the column, so that the picture stays in sight
+        imgui.set_next_window_pos(ImVec2(imgui.get_window_pos().x, imgui.get_item_rect_min().y),
+                                  imgui.Cond_.always, ImVec2(0.0, 1.0))
+        imgui.set_next_window_size(ImVec2(imgui.get_window_width(), 0.0))
+        if imgui.begin_popup(name):
+            imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(style.item_spacing.x, theme.scale()))
+            settings = content(settings)
+            imgui.pop_style_var()
+            imgui.end_popup()
+        imgui.same_line(0.0, 0.0)
+    imgui.pop_style_var()
+    return settings
+
+
+# The lists
+
+
+def _combo(label: str, value: str, tooltip: str, content: Callable[[], None], width: float = 0.0,
+           used: bool = True, beside: float = 0.0) -> None:
+    """A labelled list: the label dim at the left, a small angle at the right of the value.
+
+    width: the least of the opened list, in em. used: or the value stands dim. beside: room left for another, in em.
+    """
+    imgui.align_text_to_frame_padding()
+    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*theme.colours().dim))
+    imgui.text_unformatted(label)
+    imgui.pop_style_color()
+    imgui.same_line(theme.em(3.45) + imgui.get_style().window_padding.x)
+    _list(label, value, tooltip, content, width, used, theme.em(beside))
+
+
+def _list(label: str, value: str, tooltip: str, content: Callable[[], None], width: float = 0.0, used: bool = True,
+          beside: float = 0.0) -> None:
+    """The list of a `_combo` without its label, in what is left of the line but for `beside` pixels."""
+    colour = theme.colours()
+    corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x - beside
+    imgui.set_next_item_width(room)
+    if width:
+        imgui.set_next_window_size_constraints(ImVec2(theme.em(width), 0.0), ImVec2(theme.em(40.0), theme.em(31.0)))
+    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.text if used else colour.dim)))
+    opened = imgui.begin_combo(f"##{label}", theme.shortened(value, room - theme.em(2.2)),
+                               imgui.ComboFlags_.no_arrow_button | imgui.ComboFlags_.height_largest)
+    imgui.pop_style_color()
+    if opened:
+        content()
+        imgui.end_combo()
+    else:
+        imgui.set_item_tooltip(tooltip)
+    angle(corner, room)
+
+
+@lru_cache(maxsize=1)
+def _cards() -> tuple[lenses.Card, ...]:
+    """The library, from the widest lens to the longest."""
+    return tuple(sorted(lenses.describe(), key=lambda card: (card.efl or math.inf, card.f_number or math.inf)))
+
+
+def _plain_title(card: lenses.Card) -> str:
+    """The title without the focal length and the f-number, which stand in columns of their own."""
+    return re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.–]+", "", card.title).strip(" ,")
+
+
+def lens_title(name: str) -> str:
+    """What a lens is called: the title of a library lens, the name of a file."""
+    return next((card.title for card in _cards() if card.name == name), Path(name).stem)
+
+
+def _lens(settings: Settings, chooser: Chooser) -> Settings:
+    chosen = settings
+
+    def content() -> None:
+        nonlocal chosen
+        if imgui.is_window_appearing():
+            chooser.search = ""
+            imgui.set_keyboard_focus_here()
+        imgui.set_next_item_width(-1.0)
+        _, chooser.search = imgui.input_text_with_hint("##Search", "Search by name, kind, year or patent",
+                                                       chooser.search)
+        words = chooser.search.lower().split()
+        found = [card for card in _cards() if all(
+            word in f"{card.title} {card.kind} {card.year} {card.source} {card.name}".lower() for word in words)]
+        height = min(len(found) + 0.3, 19.3) * imgui.get_text_line_height_with_spacing()
+        if imgui.begin_child("Lenses", ImVec2(0.0, height)):
+            for card in found:
+                if _card(card, card.name == settings.lens):
+                    chosen = replace(settings, lens=card.name, focal_length=None, zoom=0.0)
+                    imgui.close_current_popup()
+        imgui.end_child()
+        if not found:
+            imgui.text_disabled("No lens of that name")
+        imgui.separator()
+        if imgui.selectable("Open…", False)[0]:
+            chooser.requests.add("open lens")
+            imgui.close_current_popup()
+
+    used = not settings.lensless
+    tip = "The lens: a design of the library, or a file of your own\nA file can also be dropped on the window"
+    _combo("Lens", lens_title(settings.lens), tip if used else f"{tip}\nThis camera has none: with a lens that "
+           "is chosen here it has the model Auto", content, 25.0, used)
+    if chosen == settings:
+        return settings
+    if chosen.lensless:
+        chosen = with_model(chosen, "auto")
+    return within_reach(chosen)
+
+
+def _card(card: lenses.Card, selected: bool) -> bool:
+    """A line of the list: title, focal length, f-number."""
+    clicked = imgui.selectable(f"{_plain_title(card)}###{card.name}", selected)[0]
+    if selected and imgui.is_window_appearing():
+        imgui.set_scroll_here_y()
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip) and imgui.begin_tooltip():
+        imgui.push_text_wrap_pos(theme.em(24.0))
+        imgui.text_unformatted(card.title)
+        theme.small()
+        about = ", ".join(str(part) for part in (card.kind, card.year, card.source) if part)
+        imgui.text_disabled(about)
+        if card.notes:
+            imgui.text_disabled(card.notes)
+        imgui.pop_font()
+        imgui.pop_text_wrap_pos()
+        imgui.end_tooltip()
+    right = imgui.get_window_width() - theme.em(0.6)
+    draw = imgui.get_window_draw_list()
+    y = round(0.5 * (imgui.get_item_rect_min().y + imgui.get_item_rect_max().y - imgui.get_text_line_height()))
+    left = imgui.get_window_pos().x
+    dim = theme.packed(theme.colours().dim)
+    f_number = f"f/{card.f_number:.3g}" if card.f_number else ""
+    draw.add_text(ImVec2(round(left + right - theme.em(2.6)), y), dim, f_number)
+    efl = f"{card.efl:.0f}{f'–{card.tele_efl:.0f}' if card.tele_efl else ''} mm" if card.efl else ""
+    draw.add_text(ImVec2(round(left + right - theme.em(3.3) - imgui.calc_text_size(efl).x), y), dim, efl)
+    return clicked
+
+
+def scene_title(name: str) -> str:
+    """What a scene is called: the name of a built-in one in words, or of a file."""
+    return name.replace("-", " ").capitalize() if name in lb.SCENES else Path(name).stem
+
+
+def _scene(settings: Settings, chooser: Chooser) -> Settings:
+    chosen = settings
+
+    def content() -> None:
+        nonlocal chosen
+        for name in lb.SCENES:
+            if imgui.selectable(scene_title(name), name == settings.scene)[0]:
+                # A scene is laid out for a camera at the origin
+                chosen = at_home(replace(settings, scene=name))
+        imgui.separator()
+        if imgui.selectable("Open…", False)[0]:
+            chooser.requests.add("open scene")
+
+    _combo("Scene", scene_title(settings.scene), "What the camera looks at", content)
+    return chosen
+
+
+def film_title(width: float, height: float) -> str:
+    """The name of a film format, or its size."""
+    for name, size in lb.FORMATS.items():
+        if math.isclose(size[0], width) and math.isclose(size[1], height):
+            return name
+    return f"{width:g} × {height:g} mm"
+
+
+def _film(settings: Settings, chooser: Chooser) -> Settings:
+    chosen = settings
+
+    def content() -> None:
+        nonlocal chosen
+        if imgui.is_window_appearing():
+            chooser.film = (settings.film_width, settings.film_height)
+        change = with_equivalent_film if chooser.equivalent else with_film
+        for name, (width, height) in lb.FORMATS.items():
+            if imgui.selectable(name, name == film_title(settings.film_width, settings.film_height))[0]:
+                chosen = change(settings, width, height)
+        imgui.separator()
+        _, chooser.equivalent = imgui.checkbox("Keep the picture", chooser.equivalent)
+        imgui.set_item_tooltip("With another film, focal length and f-number change by as much as its diagonal: the\n"
+                               "field of view and the depth of field stay. Pin the picture as A first, to compare")
+        imgui.align_text_to_frame_padding()
+        imgui.text_disabled("Custom")
+        imgui.same_line()
+        width, height = chooser.film
+        imgui.set_next_item_width(theme.em(3.6))
+        _, width = imgui.input_double("×##Film width", width, 0.0, 0.0, "%.4g")
+        imgui.same_line()
+        imgui.set_next_item_width(theme.em(3.6))
+        _, height = imgui.input_double("mm##Film height", height, 0.0, 0.0, "%.4g")
+        chooser.film = (width, height)
+        imgui.same_line()
+        possible = all(FILM_SIDES[0] <= side <= FILM_SIDES[1] for side in (width, height))
+        imgui.begin_disabled(not possible)
+        if imgui.button("Set"):
+            chosen = change(settings, width, height)
+            imgui.close_current_popup()
+        imgui.end_disabled()
+        if not possible:
+            imgui.text_colored(imgui.ImVec4(*theme.colours().warning),
+                               f"A side measures {FILM_SIDES[0]:g} to {FILM_SIDES[1]:g} mm")
+
+    _combo("Film", film_title(settings.film_width, settings.film_height), "The film's size", content)
+    return chosen if chosen == settings else within_reach(chosen)
+
+
+def _model(settings: Settings) -> Settings:
+    chosen = settings
+
+    def content() -> None:
+        nonlocal chosen
+        for key, name in MODELS.items():
+            if imgui.selectable(name, key == settings.model)[0]:
+                chosen = with_model(settings, key)
+            imgui.set_item_tooltip(MODEL_TIPS[key])
+
+    fitted = settings.model == "polynomial"
+    _combo("Model", MODELS[settings.model], "How the camera forms the picture", content, beside=3.4 if fitted else 0.0)
+    if fitted:
+        imgui.same_line(0.0, 4.0 * theme.scale())
+        degrees = {degree: f"{degree}" for degree in DEGREES}
+        chosen = replace(chosen, degree=_picked("Degree", settings.degree, degrees, DEGREE_TIP, _list))
+    return chosen if chosen == settings else within_reach(chosen)
+
+
+def _picked(label: str, value: Key, names: Mapping[Key, str], tooltip: str, draw: Callable[..., None]) -> Key:
+    """A list of few names, drawn by `_combo` or `_list`; the key of the one that is chosen."""
+    chosen = value
+
+    def content() -> None:
+        nonlocal chosen
+        for key, name in names.items():
+            if imgui.selectable(f"{name}###{key}", key == value)[0]:
+                chosen = key
+
+    draw(label, names[value], tooltip, content)
+    return chosen
+
+
+def _layout(settings: Settings) -> Settings:
+    chosen = _picked("Layout", settings.layout, LAYOUTS, "How all directions lie in the panorama", _combo)
+    return settings if chosen == settings.layout else with_layout(settings, chosen)
+
+
+def _projection(settings: Settings) -> Settings:
+    chosen = _picked("Rule", settings.projection, PROJECTIONS,
+                     "How the angle θ from the axis becomes the distance r from the middle of the picture", _combo)
+    return settings if chosen == settings.projection else with_projection(settings, chosen)
+
+
+def _fov_axis(settings: Settings) -> Settings:
+    axis = _picked("Along", settings.fov_axis, FOV_AXES, "The side of the film along which the field of view is meant",
+                   _combo)
+    return settings if axis == settings.fov_axis else within_reach(replace(settings, fov_axis=axis))

@@ -1,0 +1,70 @@
+"""Stop, a popup of the left column: the shape of the iris."""
+
+import math
+from dataclasses import replace
+
+from imgui_bundle import ImVec2, imgui
+
+from lensbench.app.state import sensor_scales, time_scales
+from lensbench.app.state.build import design
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.toggles import toggles
+from lensbench.optics.iris import Iris
+
+BLADES = (0, 5, 6, 7, 8, 9, 11)
+
+
+def in_use(settings: Settings) -> bool:
+    """Whether the stop has another shape than it was designed with."""
+    return settings.blades is not None
+
+
+def stop_popup(settings: Settings) -> Settings:
+    """Draw the popup's content; the settings as they have been set."""
+    here, own = iris(settings), iris(settings.plain("blades"))
+    names = {blades: f"{blades}" if blades else "round" for blades in BLADES}
+    tips = {blades: f"An iris of {blades} blades" if blades else "A round stop" for blades in BLADES}
+    blades = toggles("Blades", names, here.blades, tips, 3.6)
+    if blades != here.blades:
+        settings = replace(settings, blades=None if blades == own.blades else blades)
+    if settings.blades is not None and here.blades:
+        rotation = settings.blade_rotation % (2.0 * math.pi / here.blades)
+        turn = ring("Turn", rotation, sensor_scales.turn_scale(here.blades),
+                    "By which the iris is turned, counter-clockwise seen from the scene")
+        round_ = ring("Roundness", settings.roundness, time_scales.part_scale(1.0),
+                      "0 %: straight blades; 100 %: a circle")
+        settings = replace(settings, blade_rotation=turn, roundness=round_)
+    _sketch(here)
+    return settings
+
+
+def iris(settings: Settings) -> Iris:
+    """The shape of the stop of these settings; a circle where there is no lens to have one."""
+    if settings.lensless:
+        return Iris(settings.blades or 0, settings.blade_rotation, settings.roundness)
+    try:
+        return design(settings).iris
+    except (ValueError, OSError):
+        return Iris()
+
+
+def _sketch(here: Iris) -> None:
+    """The opening within the circle of its corners, and what part of the circle's light it passes."""
+    pixel, colour = theme.scale(), theme.colours()
+    radius, corner, room = theme.em(3.2), imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
+    imgui.dummy(ImVec2(room.x, 2.0 * radius + theme.em(0.6)))
+    centre = ImVec2(corner.x + 0.5 * room.x, corner.y + radius + theme.em(0.3))
+    draw = imgui.get_window_draw_list()
+    draw.add_circle(centre, radius, theme.packed(colour.faint), 64, pixel)
+    outline = [ImVec2(centre.x + radius * float(x), centre.y - radius * float(y)) for x, y in here.outline(12)]
+    draw.add_convex_poly_filled(outline, theme.packed(colour.text, 0.25))
+    draw.add_polyline(outline, theme.packed(colour.text), 1.5 * pixel, imgui.ImDrawFlags_.closed)
+    text = f"{100.0 * here.area / math.pi:.0f} %"
+    size = imgui.calc_text_size(text)
+    place = ImVec2(round(centre.x - 0.5 * size.x), round(centre.y - 0.5 * size.y))
+    draw.add_text(place, theme.packed(colour.strong), text)
+    imgui.set_item_tooltip("Light of the circle about the corners that the iris passes; the f-number is the circle's")
+
+

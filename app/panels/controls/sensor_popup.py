@@ -1,0 +1,72 @@
+"""Sensor, a popup of the left column: the exposure triangle with its EV, and what a sensor makes of the light."""
+
+from dataclasses import replace
+
+from imgui_bundle import ImVec2, imgui
+
+from lensbench.app.state import sensor_scales, time_scales
+from lensbench.app.state.exposure import Exposing, told
+from lensbench.app.state.settings import BITS, EXPOSURES, METERINGS, Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.toggles import toggles
+
+DEFAULT = Settings()
+EXPOSURE_TIPS = {
+    "plain": "The light as it is: neither stop nor time nor ISO changes how bright the picture is",
+    "triangle": "As a camera does it: a longer time, a wider stop and a higher ISO brighten the picture",
+    "automatic": "The ISO follows the picture, at the f-number and time that are set",
+}
+METERING_TIPS = {
+    "mean": "The mean of the picture becomes a middle grey",
+    "highlights": "All but a thousandth of the picture stays below white",
+}
+
+
+def in_use(settings: Settings) -> bool:
+    """Whether anything here changes the picture."""
+    return settings.exposing != "plain" or settings.noise
+
+
+def sensor_popup(settings: Settings, found: Exposing | None) -> Settings:
+    """Draw the popup's content; the settings as they have been set. found: what the picture's exposure came to."""
+    settings = replace(settings, exposing=toggles("Light", EXPOSURES, settings.exposing, EXPOSURE_TIPS))
+    if settings.exposing == "automatic":
+        settings = replace(settings, metering=toggles("Meter", METERINGS, settings.metering, METERING_TIPS))
+    if found is not None:
+        theme.small()
+        imgui.text_disabled(told(found))
+        imgui.pop_font()
+        imgui.set_item_tooltip("Exposure value, log2 N²/t with the working f-number; the one that at ISO 100 comes out "
+                               "as bright;\nand the exposure H of a white wall under an even sky of 1000 cd/m²")
+    imgui.dummy(ImVec2(0.0, theme.em(0.2)))
+    shutter = ring("Shutter", settings.shutter, time_scales.shutter_scale(DEFAULT.shutter),
+                   "How long the film is exposed, t; the same as under Motion")
+    settings = replace(settings, shutter=shutter)
+    automatic = settings.exposing == "automatic" and found is not None
+    iso = found.iso if automatic and found is not None else settings.iso
+    turned = ring("ISO", iso, sensor_scales.iso_scale(), "Speed: the gain behind the sensor, of signal and noise alike")
+    if turned != iso:
+        settings = replace(settings, iso=turned, exposing="triangle" if automatic else settings.exposing)
+
+    # The sensor
+    changed, noise = imgui.checkbox("Sensor with noise", settings.noise)
+    imgui.set_item_tooltip("Photons become electrons by chance, the well holds no more than it holds,\n"
+                           "reading adds noise, and the converter rounds")
+    if changed:
+        settings = replace(settings, noise=noise)
+    return _sensor(settings) if settings.noise else settings
+
+
+def _sensor(settings: Settings) -> Settings:
+    well = ring("Full well", settings.full_well, sensor_scales.full_well_scale(),
+                "Electrons that a pixel holds, filled at ISO 100 by what is white")
+    efficiency = ring("Quantum efficiency", settings.quantum_efficiency, time_scales.part_scale(1.0, 0.5),
+                      "Part of the photons that become electrons. For the same full well, fewer of them\n"
+                      "mean a larger pixel, and not more noise")
+    noise = ring("Read noise", settings.read_noise, sensor_scales.read_noise_scale(),
+                 "Noise of reading a pixel, electrons rms")
+    settings = replace(settings, full_well=well, quantum_efficiency=max(efficiency, 0.01), read_noise=noise)
+    tip = "Of the converter from voltage to number"
+    return replace(settings, bits=toggles("Bits", {bits: f"{bits}" for bits in BITS}, settings.bits,
+                                          dict.fromkeys(BITS, tip)))

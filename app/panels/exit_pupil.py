@@ -1,0 +1,254 @@
+"""The exit pupil as a film point sees it: the region of the rear plane that passes light, and pbrt's box around it.
+
+Drawn upright, the film point above the axis; x and y in mm on the plane of the
+last vertex.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui, implot
+
+import lensbench as lb
+from lensbench.app.panels.lens_section.viewport import round_length
+from lensbench.app.state.exit_pupil_geometry import BoxSamples, Region, box_samples, region
+from lensbench.app.state.figures import Setup, setup
+from lensbench.app.state.ray_fans import lit_radius
+from lensbench.app.state.scales import format_area, radius_scale
+from lensbench.app.state.settings import REAL, Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
+
+FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the film that the lens lights
+UPWARDS = "Film points up the picture, in the section y–z"
+MARGIN, BELOW, ABOVE = 1.12, -1.08, 1.3     # of the rear rim, shown around it; regions lean up, a rim's sag beyond it
+DENSITY = 10.0                  # pixels between samples that are drawn
+SAME = 0.004                    # of the film's radius: so close a film point counts as one of the fields
+
+
+@dataclass
+class Frame:
+    """What the plot was fitted to; no part of any settings."""
+
+    fitted_to: tuple = ()
+    fit: bool = False
+    span: float = 20.0          # mm shown across
+    shape: tuple[int, int] = (1, 1)     # pixels
+
+
+_frame = Frame()
+
+
+def pupil_panel(settings: Settings, film_radius: float, hover_radius: float | None = None) -> float:
+    """Draw the panel in what is left of the window; film_radius (mm), changed by its ring.
+
+    hover_radius: of the film point under the mouse in the picture, shown instead while there is one.
+    """
+    size = imgui.get_content_region_avail()
+    if size.x < 60.0 or size.y < 60.0:
+        return film_radius
+    if settings.lensless:
+        _say("This camera has no lens and no exit pupil")
+        return film_radius
+    if settings.model == "pinhole":
+        _say("A pinhole has no exit pupil: all light goes through a point")
+        return film_radius
+    try:
+        stand = setup(settings)
+        corner, reach = 0.5 * stand.film.diagonal, lit_radius(stand)
+        if size.y > theme.em(14):
+            film_radius = ring("Film radius", min(film_radius, corner), radius_scale(corner, 0.7 * reach),
+                               "Distance from the axis of the film point that looks at the lens")
+        shown = min(hover_radius if hover_radius is not None else film_radius, 2.0 * corner)
+        fields = [region(stand.lens, stand.film_distance, part * reach) for _, part in FIELDS]
+        seen = region(stand.lens, stand.film_distance, shown)
+        samples = box_samples(stand.lens, stand.film_distance, shown)
+    except (ValueError, OSError) as error:
+        _say(str(error))
+        return film_radius
+    _words(seen, samples, hover_radius is not None, settings.model, reach)
+    if not stand.lens.is_rotationally_symmetric:
+        theme.small()
+        imgui.text_colored(theme.colours().dim, UPWARDS)
+        imgui.pop_font()
+        imgui.set_item_tooltip("This lens has cylinders: film points beside the axis see other regions than those "
+                               "above it, which are shown. Pictures follow the true ones all over the film")
+    _plot(stand, fields, seen, samples, reach)
+    return film_radius
+
+
+def _say(reason: str) -> None:
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_disabled(reason)
+    imgui.pop_text_wrap_pos()
+
+
+def _plot(stand: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float) -> None:
+    corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
+    if size.y < 40.0:
+        return
+    rear = stand.lens.surfaces[-1].semi_diameter
+    key = (rear, stand.lens.length, size.x, size.y, _frame.shape)
+    refit = _frame.fit or _frame.fitted_to != key
+    _frame.fitted_to, _frame.fit = key, False
+    roomy = size.x > theme.em(11) and size.y > theme.em(9)
+    theme.small()
+    if implot.begin_plot("Exit pupil plot", size, PLOT_FLAGS | implot.Flags_.equal):
+        implot.setup_axes("x (mm)" if roomy else "", "y (mm)" if roomy else "", AXIS_FLAGS, AXIS_FLAGS)
+        condition = implot.Cond_.always if refit else implot.Cond_.once
+        x0, x1, y0, y1 = _limits(rear, *_frame.shape)
+        implot.setup_axes_limits(x0, x1, y0, y1, condition)
+        if refit:
+            _frame.span = x1 - x0
+        for axis in (implot.ImAxis_.x1, implot.ImAxis_.y1):
+            implot.setup_axis_ticks(axis, *_ticks(_frame.span, rear), False)
+        plot = PlotMap.current(log=False)
+        _frame.span = plot.x1 - plot.x0
+        _frame.shape = (round(plot.right - plot.left), round(plot.bottom - plot.top))
+        draw = implot.get_plot_draw_list()
+        implot.push_plot_clip_rect()
+        _draw(draw, plot, rear, fields, seen, samples, reach)
+        implot.pop_plot_clip_rect()
+        if implot.is_plot_hovered():
+            _frame.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+            _tell(plot, stand.lens, stand.film_distance, seen)
+        implot.end_plot()
+    imgui.pop_font()
+    imgui.set_cursor_screen_pos(corner)
+    imgui.dummy(size)
+
+
+def _limits(rear: float, width: int, height: int) -> tuple[float, float, float, float]:
+    """x0, x1, y0, y1 (mm) that hold the rear rim and what leans over it, in the shape of the plot."""
+    mm = max(2.0 * MARGIN * rear / max(width, 1), (ABOVE - BELOW) * rear / max(height, 1))     # per pixel
+    middle = 0.5 * (ABOVE + BELOW) * rear
+    return -0.5 * width * mm, 0.5 * width * mm, middle - 0.5 * height * mm, middle + 0.5 * height * mm
+
+
+def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
+    """Round steps, about five across what is shown, as far as three times the rear rim."""
+    step = max(round_length(max(span, 1e-6) / 4.0), 0.02 * rear)
+    count = math.ceil(3.0 * rear / step)
+    values = [i * step for i in range(-count, count + 1)]
+    return values, [f"{value:g}".replace("-", "−") for value in values]
+
+
+def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Region], seen: Region,
+          samples: BoxSamples, reach: float) -> None:
+    colour, pixel = theme.colours(), theme.scale()
+    turn = np.linspace(0.0, 2.0 * math.pi, 97)[:-1]
+    polyline(draw, plot.pixels(rear * np.cos(turn), rear * np.sin(turn)), theme.packed(colour.faint), 1.0, closed=True)
+    at = plot.at(-0.71 * rear, -0.71 * rear)
+    name = imgui.calc_text_size("rear rim")
+    text(draw, ImVec2(max(at.x - name.x, plot.left + 3.0 * pixel), at.y + pixel), colour.dim, "rear rim")
+
+    # The chosen region, filled, in the colour of its field if it is one of them
+    own = colour.strong
+    tints = ((colour.field0, colour.field0_text), (colour.field1, colour.field1_text),
+             (colour.field2, colour.field2_text))
+    for (_, part), pair in zip(FIELDS, tints, strict=True):
+        if abs(seen.film_radius - part * reach) <= SAME * reach:
+            own = pair[0]
+    if seen.area > 0.0:
+        outline = _outline(seen, plot)
+        draw.add_convex_poly_filled(outline[::2], theme.packed(own, 0.22))
+    for (name_, _), (tint, tint_text), field in zip(FIELDS, tints, fields, strict=True):
+        if field.area > 0.0:
+            draw.add_polyline(_outline(field, plot), theme.packed(tint), pixel, imgui.ImDrawFlags_.closed)
+            _name(draw, plot, name_, field, tint_text)
+    if seen.area <= 0.0:
+        return
+    draw.add_polyline(outline, theme.packed(own), 2.0 * pixel, imgui.ImDrawFlags_.closed)
+
+    # pbrt's box, and samples of it: dots that pass, crosses that do not
+    x0, y0, x1, y1 = seen.box
+    a, b = plot.at(x0, y1), plot.at(x1, y0)
+    line = theme.packed(colour.text, 0.8)
+    for p, q in ((a, ImVec2(b.x, a.y)), (ImVec2(b.x, a.y), b), (b, ImVec2(a.x, b.y)), (ImVec2(a.x, b.y), a)):
+        dashed_line(draw, p, q, line, 4.0, 3.0)
+    height = imgui.get_text_line_height()
+    name = imgui.calc_text_size("pbrt's box")
+    if b.x - a.x < 1.5 * name.x and a.x - name.x - 4.0 * pixel > plot.left:      # a small box has its name beside it
+        text(draw, ImVec2(a.x - 4.0 * pixel, b.y - height), colour.text, "pbrt's box", right=True, plate=True)
+    else:
+        text(draw, ImVec2(a.x, max(a.y - height - pixel, plot.top)), colour.text, "pbrt's box")
+    shown = min(int(abs(b.x - a.x) * abs(b.y - a.y) / (DENSITY * pixel) ** 2), len(samples.points))
+    dots, crosses = _marks(samples, shown, plot, pixel)
+    dot, cross = theme.packed(colour.strong, 0.75), theme.packed(colour.dead, 0.9)
+    for corners in dots:
+        draw.add_rect_filled(*corners, dot)
+    for ends in crosses:
+        draw.add_line(*ends, cross, pixel)
+
+
+@lru_cache(maxsize=16)
+def _outline(field: Region, plot: PlotMap) -> list[ImVec2]:
+    """Every second point of a region's outline, in pixels."""
+    return [ImVec2(x, y) for x, y in plot.pixels(field.outline[::2, 0], field.outline[::2, 1]).tolist()]
+
+
+@lru_cache(maxsize=4)
+def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tuple[list, list]:
+    """Of the first samples the corners of dots for those that pass, and the ends of crosses' arms for the others."""
+    places, radius, arm = plot.pixels(*samples.points[:shown].T).tolist(), 0.75 * pixel, 2.0 * pixel
+    dots, crosses = [], []
+    for (x, y), passes in zip(places, samples.passes[:shown].tolist(), strict=True):
+        if passes:
+            dots.append((ImVec2(x - radius, y - radius), ImVec2(x + radius, y + radius)))
+        else:
+            crosses += [(ImVec2(x - arm, y - way * arm), ImVec2(x + arm, y + way * arm)) for way in (1.0, -1.0)]
+    return dots, crosses
+
+
+def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colour: theme.Colour) -> None:
+    """At the region's side; the axis below its own, where the others leave room."""
+    pixel, line = theme.scale(), imgui.get_text_line_height()
+    x0, y0, x1, y1 = field.box
+    if name == "axis":
+        at = plot.at(0.0, y0)
+        text(draw, ImVec2(at.x - 0.5 * imgui.calc_text_size(name).x, at.y + 2.0 * pixel), colour, name)
+        return
+    widest = field.outline[int(np.argmax(field.outline[:, 0]))]
+    at = plot.at(float(x1), float(widest[1]))
+    text(draw, ImVec2(at.x + 5.0 * pixel, at.y - (1.0 if name == "full" else 0.0) * line), colour, name)
+
+
+def _words(seen: Region, samples: BoxSamples, hovering: bool, model: str, reach: float) -> None:
+    """One line above the plot: what passes, and of which point if it is the one under the mouse."""
+    where = f"Mouse at {seen.film_radius:.1f} mm:  " if hovering else ""
+    if seen.area <= 0.0:
+        what = f"no light beyond {reach:.1f} mm" if hovering else f"No light beyond {reach:.1f} mm off the axis"
+    else:
+        part = "passes" if hovering else "of the box passes"
+        what = f"{format_area(seen.area)},  {100.0 * samples.rate:.0f} % {part}"
+    theme.small()
+    imgui.text_colored(theme.colours().text, where + what)
+    imgui.pop_font()
+    imgui.set_item_tooltip("Area of the exit-pupil region on the plane of the last vertex, and how many of the samples "
+                           "in its bounding box, which pbrt takes, reach the scene"
+                           + ("; the region is that of the real lens" if model not in REAL else ""))
+
+
+def _tell(plot: PlotMap, lens: lb.Lens, film_distance: float, seen: Region) -> None:
+    """Whether light passes at the point under the cursor."""
+    if imgui.is_mouse_down(imgui.MouseButton_.left):
+        return
+    mouse = imgui.get_mouse_pos()
+    x = plot.x_at(mouse.x)
+    y = plot.y0 + (plot.bottom - mouse.y) / max(plot.bottom - plot.top, 1e-6) * (plot.y1 - plot.y0)
+    film = np.array([0.0, seen.film_radius, lens.length + film_distance])
+    ray = lb.trace(lens, film, np.array([x, y, lens.length]) - film)
+    fate, surface = lb.Fate(int(ray.fate[0])), int(ray.surface[0])
+    if imgui.begin_tooltip():
+        imgui.text_unformatted(f"x {x:.2f}, y {y:.2f} mm")
+        if fate == lb.Fate.PASSED:
+            imgui.text_disabled("Light passes here")
+        elif fate == lb.Fate.CLIPPED:
+            what = "the stop" if surface == lens.stop_index else f"the rim of surface {surface + 1}"
+            imgui.text_disabled(f"Blocked by {what}")
+        else:
+            imgui.text_disabled("Blocked: " + fate.name.lower().replace("_", " "))
+        imgui.end_tooltip()

@@ -1,0 +1,212 @@
+"""Falloff and distortion of the real lens as it stands, over the film's radius.
+
+Above, how much light of the axis reaches the film: the natural falloff, cos⁴ over the
+pupil, and the vignetting of the rims, whose product is the total. Below, by how much images are too small or too large,
+as a curve or as the grid that a square one becomes.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui, implot
+
+import lensbench as lb
+from lensbench.analysis.distortion import Distortion
+from lensbench.analysis.falloff import Falloff
+from lensbench.app.state.comparison import round_above
+from lensbench.app.state.figures import Setup, setup
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, pieces, polyline, text
+from lensbench.app.widgets.toggles import toggles
+
+RADII = 49
+WIDE = math.radians(55.0)       # from the axis: a lens that sees farther is measured against a fisheye's projection
+SHOWN = {"curve": "Curve", "grid": "Grid"}
+TIPS = {"curve": "Distortion in percent of the ideal radius, over the film's radius",
+        "grid": "What becomes of a square grid; the ideal one is faint"}
+NATURAL, RIMS = (6.0, 3.0), (1.5, 3.0)          # dashes and gaps, pixels
+
+
+@dataclass
+class Frame:
+    """What the lower plot shows; no part of any settings."""
+
+    shown: str = "curve"
+
+
+EVERY_WAY = "These plots go by the distance from the film's centre. This lens has a cylinder or toroid: its light " \
+            "and its shape change with the direction as well"
+
+_frame = Frame()
+
+
+@dataclass(frozen=True, eq=False)
+class Falling:
+    """Of one lens on one film: radii up to the film's corner."""
+
+    light: Falloff
+    shape: Distortion
+    ideal: np.ndarray           # (rows, columns, 2) mm
+    real: np.ndarray
+
+
+@lru_cache(maxsize=8)
+def falling(stand: Setup) -> Falling:
+    """Falloff, distortion and grid; a LensError where the lens has none."""
+    radii = np.linspace(0.0, 0.5 * stand.film.diagonal, RADII)
+    lens, away = stand.lens, stand.film_distance
+    light, shape = lb.falloff(lens, away, radii), lb.distortion(lens, away, radii)
+    if np.nanmax(shape.angles) > WIDE:
+        shape = lb.distortion(lens, away, radii, "best")
+    ideal, real = lb.distortion_grid(lens, away, stand.film, projection=shape.projection)
+    return Falling(light, shape, ideal, real)
+
+
+def falloff_panel(settings: Settings) -> None:
+    """Draw both plots in what is left of the window."""
+    size = imgui.get_content_region_avail()
+    if size.x < 60.0 or size.y < 60.0:
+        return
+    if settings.lensless:
+        _say("This camera has no lens to darken or to bend its picture")
+        return
+    try:
+        stand = setup(settings)
+        if not stand.lens.is_rotationally_symmetric:
+            _say(EVERY_WAY)
+            return
+        found = falling(stand)
+    except (ValueError, OSError) as error:
+        _say(str(error))
+        return
+    theme.small()
+    _words(found)
+    room = imgui.get_content_region_avail()
+    below = imgui.get_frame_height_with_spacing()
+    _light_plot(found.light, ImVec2(room.x, 0.52 * (room.y - below)))
+    _frame.shown = toggles("Distortion", SHOWN, _frame.shown, TIPS, 5.6)
+    room = imgui.get_content_region_avail()
+    (_shape_plot if _frame.shown == "curve" else _grid)(found, room)
+    imgui.pop_font()
+
+
+def _say(reason: str) -> None:
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_disabled(reason)
+    imgui.pop_text_wrap_pos()
+
+
+def _stops(part: float) -> str:
+    """A part of the light in stops."""
+    return "dark" if part <= 0.0 else f"{math.log2(part):+.1f} EV".replace("-", "−").replace("+0.0", "0.0")
+
+
+def _words(found: Falling) -> None:
+    light, shape = found.light, found.shape
+    said = f"Corner {_stops(float(light.total[-1]))}: natural {_stops(float(light.natural[-1]))}, " \
+           f"vignetting {_stops(float(light.vignetting[-1]))}"
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_unformatted(said if light.total[-1] > 0.0 else "The corner of the film is dark")
+    imgui.pop_text_wrap_pos()
+    imgui.set_item_tooltip("Against the axis, of the real lens at the present stop and focus. Natural: cos⁴ of the "
+                           "angle at the film,\nover the pupil; vignetting: the pupil's area, as the rims leave it")
+    percent = shape.percent[np.isfinite(shape.percent)]
+    largest = float(percent[np.argmax(np.abs(percent))]) if percent.size else 0.0
+    kind = "No distortion"
+    if shape.kind != "none":
+        kind = f"{shape.kind.capitalize()} {largest:+.2g} %".replace("-", "−")
+    imgui.text_disabled(kind if shape.projection == "rectilinear" else
+                        f"{kind} against {shape.projection}, f {shape.focal_length:.1f} mm")
+    imgui.set_item_tooltip("The largest distortion on this film: chief rays followed to the plane in focus, against\n"
+                           "the picture that keeps lines straight, or of a fisheye the rule that it follows best")
+
+
+def _light_plot(light: Falloff, size: ImVec2) -> None:
+    """Percent of the axis over the radius: the total, and its two parts."""
+    if not _begin("Falloff plot", size, "Light (%)", (0.0, float(light.radii[-1])), (0.0, 105.0), 25.0):
+        return
+    colour, plot, draw = theme.colours(), PlotMap.current(log=False), implot.get_plot_draw_list()
+    pixel = theme.scale()
+    implot.push_plot_clip_rect()
+    for part, (on, off), tint in ((light.natural, NATURAL, colour.text), (light.vignetting, RIMS, colour.text)):
+        for piece in pieces(plot.pixels(light.radii, 100.0 * part), on * pixel, off * pixel):
+            draw.add_polyline(piece, theme.packed(tint), pixel, imgui.ImDrawFlags_.none)
+    polyline(draw, plot.pixels(light.radii, 100.0 * light.total), theme.packed(colour.strong), 2.0)
+    line, x = imgui.get_text_line_height(), plot.left + 6.0 * pixel
+    y = plot.bottom - 3.4 * line
+    for name, (on, off), tint in (("natural", NATURAL, colour.text), ("vignetting", RIMS, colour.text),
+                                  ("total", (0.0, 0.0), colour.strong)):
+        middle = np.array([[x, y + 0.5 * line], [x + 18.0 * pixel, y + 0.5 * line]])
+        for piece in pieces(middle, on * pixel, off * pixel):
+            draw.add_polyline(piece, theme.packed(tint), (2.0 if on == 0.0 else 1.0) * pixel, imgui.ImDrawFlags_.none)
+        text(draw, ImVec2(x + 23.0 * pixel, y), colour.dim, name, plate=True)
+        y += line
+    implot.pop_plot_clip_rect()
+    if implot.is_plot_hovered():
+        radius = min(max(plot.x_at(imgui.get_mouse_pos().x), 0.0), float(light.radii[-1]))
+        total, natural, rims = (float(np.interp(radius, light.radii, part))
+                                for part in (light.total, light.natural, light.vignetting))
+        if imgui.begin_tooltip():
+            imgui.text_unformatted(f"{radius:.1f} mm off the axis: {100.0 * total:.0f} %, {_stops(total)}")
+            imgui.text_disabled(f"natural {100.0 * natural:.0f} %, vignetting {100.0 * rims:.0f} %")
+            imgui.end_tooltip()
+    implot.end_plot()
+
+
+def _shape_plot(found: Falling, size: ImVec2) -> None:
+    shape = found.shape
+    percent = np.where(np.isfinite(shape.percent), shape.percent, np.nan)
+    most = max(0.5, 1.15 * float(np.nanmax(np.abs(percent))))
+    if not _begin("Distortion plot", size, "Distortion (%)", (0.0, float(shape.radii[-1])), (-most, most),
+                  round_above(most / 3.0)):
+        return
+    colour, plot, draw = theme.colours(), PlotMap.current(log=False), implot.get_plot_draw_list()
+    implot.push_plot_clip_rect()
+    polyline(draw, plot.pixels(shape.radii, percent), theme.packed(colour.strong), 2.0)
+    zero = plot.at(0.0, 0.0).y
+    draw.add_line(ImVec2(plot.left, zero), ImVec2(plot.right, zero), theme.packed(colour.faint), theme.scale())
+    implot.pop_plot_clip_rect()
+    if implot.is_plot_hovered():
+        radius = min(max(plot.x_at(imgui.get_mouse_pos().x), 0.0), float(shape.radii[-1]))
+        here, angle = (float(np.interp(radius, shape.radii, values)) for values in (percent, shape.angles))
+        if imgui.begin_tooltip():
+            imgui.text_unformatted(f"{radius:.1f} mm off the axis: {here:+.2f} %".replace("-", "−"))
+            imgui.text_disabled(f"seen {math.degrees(angle):.1f}° off the axis")
+            imgui.end_tooltip()
+    implot.end_plot()
+
+
+def _begin(name: str, size: ImVec2, label: str, x: tuple[float, float], y: tuple[float, float], step: float) -> bool:
+    """Begin a plot over the film's radius, its ticks `step` apart."""
+    if size.y < 40.0 or not implot.begin_plot(name, size, PLOT_FLAGS):
+        return False
+    roomy = size.x > theme.em(13) and size.y > theme.em(7)
+    implot.setup_axis(implot.ImAxis_.x1, "Film radius (mm)" if roomy else None, AXIS_FLAGS | implot.AxisFlags_.lock)
+    implot.setup_axis(implot.ImAxis_.y1, label if roomy else None, AXIS_FLAGS | implot.AxisFlags_.lock)
+    implot.setup_axis_limits(implot.ImAxis_.x1, *x, implot.Cond_.always)
+    implot.setup_axis_limits(implot.ImAxis_.y1, *y, implot.Cond_.always)
+    values = [i * step for i in range(math.ceil(y[0] / step), math.floor(y[1] / step) + 1)]
+    implot.setup_axis_ticks(implot.ImAxis_.y1, values, [f"{value:g}".replace("-", "−") for value in values], False)
+    return True
+
+
+def _grid(found: Falling, size: ImVec2) -> None:
+    """The grid upright, as the picture shows it, in the film's shape."""
+    if size.y < 40.0:
+        return
+    colour, draw, corner = theme.colours(), imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
+    imgui.dummy(size)
+    draw.push_clip_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), True)
+    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, corner.y + size.y), theme.packed(colour.well))
+    reach = np.nanmax(np.abs(np.concatenate([found.ideal, found.real]).reshape(-1, 2)), 0)
+    per = 0.92 * min(0.5 * size.x / reach[0], 0.5 * size.y / reach[1])
+    middle = np.array([corner.x + 0.5 * size.x, corner.y + 0.5 * size.y])
+    for grid, tint, weight in ((found.ideal, colour.faint, 1.0), (found.real, colour.strong, 1.0)):
+        pixels = middle + per * grid                    # the film turned upright: both signs change, twice
+        for lines in (pixels, pixels.transpose(1, 0, 2)):
+            for row in lines:
+                polyline(draw, row, theme.packed(tint), weight)
+    draw.pop_clip_rect()

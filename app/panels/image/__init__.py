@@ -1,0 +1,1 @@
+"""The rendered picture, its toolbar, menu, overlays and comparison."""

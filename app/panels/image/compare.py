@@ -1,0 +1,142 @@
+"""The picture A beside the present one, B: plates that tell them apart, the wipe's line, the difference's scale.
+
+Their colours do not follow the theme, for the pictures below do not either.
+"""
+
+from dataclasses import fields, replace
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui
+
+from lensbench.app.display.frame import Pinned
+from lensbench.app.panels.controls.controls import film_title, lens_title, scene_title
+from lensbench.app.panels.image.overlays import draw_note
+from lensbench.app.state.comparison import Difference
+from lensbench.app.state.scales import (
+    format_angle,
+    format_distance,
+    format_exposure,
+    format_f_number,
+    format_length,
+)
+from lensbench.app.state.settings import LAYOUTS, MODELS, PLACE, TONES, VIEWS, Settings
+from lensbench.app.state.time_scales import format_duration, format_time
+from lensbench.app.widgets import theme
+
+PLATE = (0.07, 0.07, 0.07, 0.78)
+UNSAID = ("samples", "compare", "wipe", "overlay", "limit", "end_position", "end_yaw", "end_pitch")
+WORDS = (0.86, 0.86, 0.86, 1.0)
+
+
+def draw_pinned(draw: imgui.ImDrawList, pinned: Pinned, upper: ImVec2, lower: ImVec2,
+                clip: tuple[ImVec2, ImVec2]) -> None:
+    """A's picture, as far as it lies within `clip`."""
+    draw.push_clip_rect(*clip, True)
+    draw.add_image(imgui.ImTextureRef(pinned.texture), upper, lower)
+    draw.pop_clip_rect()
+
+
+def draw_plate(draw: imgui.ImDrawList, name: str, own: Settings, other: Settings, samples: int, corner: ImVec2,
+               right: bool = False) -> None:
+    """What a picture is, and in what its settings differ from the other's; right: `corner` is the text's right end."""
+    theme.small()
+    text = f"{name}   {told_apart(own, other)[0]}   {samples} samples"
+    draw_note(draw, ImVec2(corner.x - right * imgui.calc_text_size(text).x, corner.y), text)
+    imgui.pop_font()
+
+
+def told_apart(a: Settings, b: Settings) -> tuple[str, str]:
+    """In a few words each, in what two settings differ."""
+    from lensbench.app.state.figures import readings
+
+    def angle(settings: Settings) -> str:
+        return format_angle(readings(settings).fov_diagonal or 0.0)
+
+    said = (
+        (("lens",), lambda s: lens_title(s.lens)), (("scene",), lambda s: scene_title(s.scene)),
+        (("film_width", "film_height"), lambda s: film_title(s.film_width, s.film_height)),
+        (("model",), lambda s: MODELS[s.model]), (("crop", "fov", "fisheye_fov", "fov_axis"), angle),
+        (("projection",), lambda s: s.projection), (("layout",), lambda s: LAYOUTS[s.layout]),
+        (("scene_width",), lambda s: format_distance(s.scene_width)),
+        (("shutter",), lambda s: format_time(s.shutter)), (("readout",), lambda s: format_duration(s.readout)),
+        (("focal_length",), lambda s: format_length(readings(s).efl or 0.0)),
+        (("f_number",), lambda s: format_f_number(readings(s).f_number or 0.0)),
+        (("focus_distance",), lambda s: format_distance(s.focus_distance)),
+        (("view",), lambda s: VIEWS[s.view]),
+        (("pixels_x", "pixels_y"), lambda s: f"{s.pixels_x} × {s.pixels_y}"),
+        (("exposure",), lambda s: format_exposure(s.exposure)), (("tone",), lambda s: TONES[s.tone]),
+        (("seed",), lambda s: f"seed {s.seed}"),
+    )
+    chosen = [tell for names, tell in said if any(getattr(a, name) != getattr(b, name) for name in names)]
+    told = {name for names, _ in said for name in names}
+    others = [f.name for f in fields(Settings) if f.name not in told and f.name not in (*UNSAID, *PLACE)
+              and getattr(a, f.name) != getattr(b, f.name)]
+    first, second = (", ".join([tell(settings) for tell in chosen] + [_plainly(name, settings) for name in others])
+                     for settings in (a, b))
+    if not chosen and not others and not np.array_equal(a.present_place, b.present_place):
+        first, second = "another place", "here"
+    return first or "the same settings", second or "the same settings"
+
+
+def _plainly(name: str, settings: Settings) -> str:
+    """A setting by the name of its field."""
+    value = getattr(settings, name)
+    words = "as designed" if value is None else f"{value:g}" if isinstance(value, float) else f"{value}"
+    return f"{name.replace('_', ' ')} {words}"
+
+
+def wiped(settings: Settings, upper: ImVec2, lower: ImVec2, corner: ImVec2, room: ImVec2) -> Settings:
+    """The line between A and B over a picture, to be dragged, after the picture's item; the settings with its place."""
+    pixel = theme.scale()
+    x = upper.x + settings.wipe * (lower.x - upper.x)
+    half = 6.0 * pixel
+    top, bottom = max(upper.y, corner.y), min(lower.y, corner.y + room.y)
+    imgui.set_cursor_screen_pos(ImVec2(x - half, top))
+    imgui.invisible_button("Wipe", ImVec2(2.0 * half, max(bottom - top, 1.0)))
+    hot = imgui.is_item_hovered() or imgui.is_item_active()
+    if hot:
+        imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
+        if not imgui.is_item_active():
+            imgui.set_item_tooltip("A at the left, B at the right: drag. Double click: the middle")
+    if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
+        settings = replace(settings, wipe=0.5)
+    elif imgui.is_item_active() and imgui.get_io().mouse_delta.x:
+        part = (imgui.get_mouse_pos().x - upper.x) / max(lower.x - upper.x, 1.0)
+        settings = replace(settings, wipe=min(max(part, 0.0), 1.0))
+    draw = imgui.get_window_draw_list()
+    x = round(upper.x + settings.wipe * (lower.x - upper.x))
+    draw.add_rect_filled(ImVec2(x - 2.0 * pixel, top), ImVec2(x + 2.0 * pixel, bottom), theme.packed((0, 0, 0, 0.35)))
+    draw.add_rect_filled(ImVec2(x - 0.5 * pixel, top), ImVec2(x + pixel, bottom), theme.packed((1, 1, 1, 0.95)))
+    y, size = 0.5 * (top + bottom), (7.0 if hot else 5.0) * pixel
+    for sign in (-1.0, 1.0):
+        tip, base = x + sign * (size + 4.0 * pixel), x + sign * 4.0 * pixel
+        draw.add_triangle_filled(ImVec2(tip, y), ImVec2(base, y - size), ImVec2(base, y + size),
+                                 theme.packed((1, 1, 1, 0.95)))
+    return settings
+
+
+def draw_scale(draw: imgui.ImDrawList, found: Difference, corner: ImVec2) -> None:
+    """What the difference's greys mean, above the picture's lower left corner, with its RMS and maximum."""
+    pixel = theme.scale()
+    theme.small()
+    line = imgui.get_text_line_height()
+    width, bar, pad = theme.em(20.0), round(7.0 * pixel), 8.0 * pixel
+    left, top = corner.x + 14.0 * pixel, corner.y - bar - 2.0 * line - 18.0 * pixel
+    draw.add_rect_filled(ImVec2(left - pad, top - 0.6 * pad), ImVec2(left + width + pad, top + bar + 2 * line + pad),
+                         theme.packed(PLATE), 3.0 * pixel)
+    text = theme.packed(WORDS)
+    title = "No difference" if found.largest == 0.0 else \
+        f"|B − A|, linear light   RMS {found.rms:.3g}   maximum {found.largest:.3g}"
+    draw.add_text(ImVec2(left, top), text, title)
+    steps, y = 48, top + line + 2.0 * pixel
+    for i in range(steps):
+        x = (i + 0.5) / steps
+        code = 12.92 * x if x <= 0.0031308 else 1.055 * x ** (1.0 / 2.4) - 0.055
+        draw.add_rect_filled(ImVec2(left + i * width / steps, y), ImVec2(left + (i + 1) * width / steps, y + bar),
+                             theme.packed((code, code, code, 1.0)))
+    for part in (0.0, 0.25, 0.5, 0.75, 1.0):
+        name = f"{part * found.scale:.3g}"
+        extent = imgui.calc_text_size(name).x
+        x = min(max(left + part * width - 0.5 * extent, left), left + width - extent)
+        draw.add_text(ImVec2(round(x), y + bar + 2.0 * pixel), text, name)
+    imgui.pop_font()

@@ -1,0 +1,342 @@
+"""The picture with its tools: focus by a click, orbit, pan and dolly by the mouse, what is laid over it.
+
+The panel gets the picture as a texture's name and returns the settings that a
+hand has made of it. A raster point (x, y) is in pixels of the picture, (0, 0)
+its top left corner.
+"""
+
+import math
+from dataclasses import replace
+
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+
+from lensbench.app.display.frame import Picture, View
+from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
+from lensbench.app.panels.image.overlays import (
+    Mark,
+    draw_cross,
+    draw_fates,
+    draw_histogram,
+    draw_legend,
+    draw_mark,
+    draw_note,
+)
+from lensbench.app.panels.image.toolbar import picture_tools
+from lensbench.app.state.aov_colours import note
+from lensbench.app.state.figures import readings
+from lensbench.app.state.image_circle import dark_corners
+from lensbench.app.state.pose import dollied, orbited, panned, pivot_distance
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+
+fa = icons_fontawesome_6
+CLICK = 4.0                     # pixels at a scale of 1: a press that moves farther is a drag
+TURN = math.radians(0.25)       # of an orbit, per such pixel
+DOLLY = 0.06                    # of the way to the pivot, per click of the wheel
+ZOOMS = (0.1, 16.0)
+SLOW = 0.5                      # seconds without a picture, before that is said
+
+
+def render_panel(settings: Settings, picture: Picture, view: View) -> Settings:
+    """Draw the tools and the picture into the current window; the settings as the mouse has left them."""
+    draw = imgui.get_window_draw_list()
+    view.covered = None
+    draw.channels_split(2)
+    draw.channels_set_current(1)
+    try:
+        return _over_ground(settings, picture, view)
+    finally:
+        draw.channels_set_current(0)
+        _ground(draw, view.covered)
+        draw.channels_merge()
+
+
+def _ground(draw: imgui.ImDrawList, covered: tuple[float, float, float, float] | None) -> None:
+    """Fill the window around what the picture covers: a processor that draws would fill that for nothing."""
+    corner, size = imgui.get_window_pos(), imgui.get_window_size()
+    end = ImVec2(corner.x + size.x, corner.y + size.y)
+    left, top, right, bottom = covered if covered is not None else (end.x, end.y, end.x, end.y)
+    draw.push_clip_rect(corner, end)
+    for x0, y0, x1, y1 in ((corner.x, corner.y, end.x, top), (corner.x, top, left, bottom),
+                           (right, top, end.x, bottom), (corner.x, bottom, end.x, end.y)):
+        if x1 > x0 and y1 > y0:
+            draw.add_rect_filled(ImVec2(x0, y0), ImVec2(x1, y1), theme.packed(theme.colours().ground))
+    draw.pop_clip_rect()
+
+
+def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
+    settings = picture_tools(settings, picture, view)
+    corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
+    view.hover = None
+    if room.x < theme.em(2.0) or room.y < theme.em(2.0):
+        return settings
+    if picture.pinned is not None and settings.compare == "side":
+        half = ImVec2(round(0.5 * room.x), room.y)
+        _pinned_alone(picture, settings, view, corner, half)
+        settings = _picture(settings, picture, view, ImVec2(corner.x + half.x, corner.y), half)
+    else:
+        settings = _picture(settings, picture, view, corner, room)
+    _messages(view, corner, room)
+    return settings
+
+
+# The picture
+
+
+def _frame(size: tuple[int, int], view: View, corner: ImVec2, room: ImVec2) -> tuple[float, ImVec2, ImVec2]:
+    """The scale of a picture of this size in pixels, and its corners on the screen."""
+    width, height = size
+    margin = 6.0 * theme.scale()
+    fit = max(min((room.x - 2.0 * margin) / width, (room.y - 2.0 * margin) / height), 1e-3)
+    density = max(imgui.get_io().display_framebuffer_scale.x, 1.0)
+    scale = fit if view.zoom is None else view.zoom / density
+    x0 = round(corner.x + 0.5 * room.x - view.centre[0] * scale * width)
+    y0 = round(corner.y + 0.5 * room.y - view.centre[1] * scale * height)
+    return scale * density, ImVec2(x0, y0), ImVec2(x0 + round(scale * width), y0 + round(scale * height))
+
+
+def _pinned_alone(picture: Picture, settings: Settings, view: View, corner: ImVec2, room: ImVec2) -> None:
+    """A, at the left of the present picture."""
+    assert picture.pinned is not None
+    pixel, draw = theme.scale(), imgui.get_window_draw_list()
+    _, upper, lower = _frame(picture.pinned.size, view, corner, room)
+    end = ImVec2(corner.x + room.x, corner.y + room.y)
+    draw_pinned(draw, picture.pinned, upper, lower, (corner, end))
+    draw.push_clip_rect(corner, end, True)
+    draw_plate(draw, "A", picture.pinned.settings, settings, picture.pinned.samples,
+               ImVec2(max(upper.x, corner.x) + 14.0 * pixel, max(upper.y, corner.y) + 10.0 * pixel))
+    draw.pop_clip_rect()
+
+
+def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, room: ImVec2) -> Settings:
+    pixel = theme.scale()
+    draw = imgui.get_window_draw_list()
+    imgui.set_cursor_screen_pos(corner)
+    imgui.set_next_item_allow_overlap()
+    imgui.invisible_button("Picture", room, imgui.ButtonFlags_.mouse_button_left | imgui.ButtonFlags_.mouse_button_right
+                           | imgui.ButtonFlags_.mouse_button_middle)
+    if not picture.texture:
+        _progress(picture, corner, room)
+        return settings
+
+    # Where it stands
+    width, height = picture.size
+    view.scale, upper, lower = _frame(picture.size, view, corner, room)
+    extent = ImVec2(max(lower.x - upper.x, 1.0), max(lower.y - upper.y, 1.0))
+    x0, y0 = upper.x, upper.y
+    end = ImVec2(corner.x + room.x, corner.y + room.y)
+    draw.push_clip_rect(corner, end, True)
+    draw.add_image(imgui.ImTextureRef(picture.texture), upper, lower)
+    view.covered = (max(upper.x, corner.x), max(upper.y, corner.y), max(min(lower.x, end.x), corner.x),
+                    max(min(lower.y, end.y), corner.y))
+
+    # The mouse
+    mouse = imgui.get_mouse_pos()
+    at = ((mouse.x - x0) / max(extent.x, 1.0), (mouse.y - y0) / max(extent.y, 1.0))
+    inside = 0.0 <= at[0] < 1.0 and 0.0 <= at[1] < 1.0
+    if imgui.is_item_hovered() and inside and picture.recorded is None:
+        view.hover = view.pointed = (at[0] * width, at[1] * height)
+    settings = _handled(settings, picture, view, at, inside, extent)
+    settings = _focused(settings, picture, view)
+
+    # What is laid over it
+    if view.mark is not None and view.mark.holds(settings) and not picture.recorded:
+        draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
+    if picture.recorded is not None and view.cross is not None:
+        at_x, at_y = ((place + 0.5) / size for place, size in zip(view.cross, picture.size, strict=True))
+        draw_cross(draw, ImVec2(x0 + at_x * extent.x, y0 + at_y * extent.y), (upper.x, lower.x) if view.line else None)
+    if view.histogram and picture.histogram is not None:
+        draw_histogram(draw, picture.histogram, ImVec2(min(lower.x, end.x), min(lower.y, end.y)))
+    below = ImVec2(max(upper.x, corner.x), min(lower.y, end.y))
+    if picture.difference is not None:
+        draw_scale(draw, picture.difference, below)
+    elif picture.recorded is not None:
+        _say_below(draw, below, picture.note)
+    elif settings.sample_view:
+        if settings.view == "fate":
+            draw_fates(draw, settings, ImVec2(below.x, below.y - theme.em(1.3)))
+        _say_below(draw, below, note(settings))
+    elif settings.overlay == "coc":
+        draw_legend(draw, below)
+    else:
+        _say_below(draw, below, dark_corners(settings))
+    if picture.pinned is not None:
+        settings = _compared(settings, picture, view, upper, lower, (corner, room))
+    draw.pop_clip_rect()
+    if picture.waiting > SLOW:
+        _progress(picture, corner, room)
+    if picture.paused:
+        draw_note(draw, ImVec2(max(upper.x, corner.x) + 14 * pixel, max(upper.y, corner.y) + 12 * pixel), "Paused")
+    return settings
+
+
+def _say_below(draw: imgui.ImDrawList, corner: ImVec2, text: str) -> None:
+    """A note above the picture's lower left corner, where there is anything to say."""
+    if text:
+        theme.small()
+        place = ImVec2(corner.x + 14.0 * theme.scale(),
+                       corner.y - 12.0 * theme.scale() - imgui.get_text_line_height())
+        draw_note(draw, place, text)
+        imgui.pop_font()
+
+
+def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, lower: ImVec2,
+              panel: tuple[ImVec2, ImVec2]) -> Settings:
+    """A over the left part of the present picture, where they are wiped; and what each of them is."""
+    pinned, (corner, room), pixel = picture.pinned, panel, theme.scale()
+    own = picture.recorded or settings
+    assert pinned is not None
+    draw, way = imgui.get_window_draw_list(), settings.compare
+    end = ImVec2(corner.x + room.x, corner.y + room.y)
+    if way == "wipe":
+        _, left, right = _frame(pinned.size, view, corner, room)
+        line = upper.x + settings.wipe * (lower.x - upper.x)
+        draw.add_rect_filled(corner, ImVec2(line, end.y), theme.packed(theme.colours().ground))
+        draw_pinned(draw, pinned, left, right, (corner, ImVec2(line, end.y)))
+        settings = wiped(settings, upper, lower, corner, room)
+    elif way == "difference" and picture.difference is None:
+        _say_below(draw, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)),
+                   f"A has {pinned.size[0]} × {pinned.size[1]} pixels: a difference needs as many")
+    top = max(upper.y, corner.y) + 10.0 * pixel
+    a = ImVec2(max(upper.x, corner.x) + 14.0 * pixel, top)
+    b = ImVec2(min(lower.x, end.x) - 14.0 * pixel, top)
+    if way == "side":
+        draw_plate(draw, "B", own, pinned.settings, picture.samples, a)
+    else:
+        draw_plate(draw, "A", pinned.settings, own, pinned.samples, a)
+        draw_plate(draw, "B", own, pinned.settings, picture.samples, b, right=True)
+    return settings
+
+
+def _handled(settings: Settings, picture: Picture, view: View, at: tuple[float, float], inside: bool,
+             extent: ImVec2) -> Settings:
+    """The settings and the view after this frame's mouse on the item just submitted."""
+    io, pixel = imgui.get_io(), theme.scale()
+    button = imgui.MouseButton_
+    if imgui.is_item_activated():
+        view.dragged = False
+
+    # Drags
+    if imgui.is_item_active() and (io.mouse_delta.x or io.mouse_delta.y):
+        held = next((b for b in (button.left, button.right, button.middle) if imgui.is_mouse_down(b)), button.left)
+        begun = view.dragged
+        view.dragged = begun or imgui.is_mouse_dragging(held, CLICK * pixel)
+        moved = imgui.get_mouse_drag_delta(held, 0.0) if view.dragged and not begun else io.mouse_delta
+        if view.dragged and io.key_ctrl:
+            view.zoom = view.zoom or view.scale
+            view.centre = (_unit(view.centre[0] - moved.x / extent.x), _unit(view.centre[1] - moved.y / extent.y))
+        elif view.dragged and (held != button.left or io.key_shift):
+            length = _length_per_pixel(settings, extent)
+            settings = panned(settings, -moved.x * length, moved.y * length)
+        elif view.dragged:
+            settings = orbited(settings, moved.x / pixel * TURN, moved.y / pixel * TURN)
+
+    # A click: focus
+    if imgui.is_item_deactivated() and not view.dragged and inside and view.focus_pick and not io.key_ctrl \
+            and imgui.is_mouse_released(button.left):
+        view.pending = at
+
+    # The wheel
+    if imgui.is_item_hovered():
+        imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
+        if io.mouse_wheel and io.key_ctrl:
+            _zoom(view, at, 2.0 ** (0.5 * io.mouse_wheel))
+        elif io.mouse_wheel:
+            settings = dollied(settings, io.mouse_wheel * DOLLY * pivot_distance(settings))
+    return settings
+
+
+def _unit(value: float) -> float:
+    return min(max(value, 0.0), 1.0)
+
+
+def _zoom(view: View, at: tuple[float, float], factor: float) -> None:
+    """Zoom about a point of the picture, which stays where it is."""
+    before = view.zoom or view.scale
+    view.zoom = min(max(before * factor, ZOOMS[0]), ZOOMS[1])
+    part = before / view.zoom
+    view.centre = (_unit(at[0] + (view.centre[0] - at[0]) * part), _unit(at[1] + (view.centre[1] - at[1]) * part))
+
+
+def _length_per_pixel(settings: Settings, extent: ImVec2) -> float:
+    """How many mm in the plane of the pivot stand for a pixel of the screen."""
+    view = readings(settings).fov_horizontal or 0.7
+    return 2.0 * pivot_distance(settings) * math.tan(0.5 * view) / max(extent.x, 1.0)
+
+
+def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
+    """The settings focused at the depth under a click, as soon as the depth is known."""
+    if view.pending is not None and picture.recorded is not None:
+        width, height = picture.size
+        view.picked, view.pending = (int(view.pending[0] * width), int(view.pending[1] * height)), None
+    if view.pending is None or picture.depth is None:
+        return settings
+    x, y = view.pending
+    view.pending = None
+    rows, columns = picture.depth.shape
+    depth = float(picture.depth[min(int(y * rows), rows - 1), min(int(x * columns), columns - 1)])
+    if math.isnan(depth) or depth <= 0.0 or not settings.focuses:
+        return settings
+    nearest = readings(settings).nearest_focus or 0.0
+    distance = max(depth, nearest * (1.0 + 1e-6))
+    view.mark = Mark(x, y, distance, settings.aim)
+    return replace(settings, focus_distance=distance)
+
+
+# What is said over it
+
+
+def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
+    """Say that a picture is on its way, where it takes longer than a moment."""
+    if picture.waiting < (0.15 if picture.first else SLOW):
+        return
+    pixel, colour, draw = theme.scale(), theme.colours(), imgui.get_window_draw_list()
+    text = "Preparing the picture"
+    if picture.first and picture.waiting > 2.0:
+        text = f"Compiling the render kernels, once for this version · {picture.waiting:.0f} s"
+    size = imgui.calc_text_size(text)
+    width = max(size.x, theme.em(14.0))
+    left, top = round(corner.x + 0.5 * (room.x - width)), round(corner.y + 0.5 * room.y - size.y)
+    pad = round(theme.em(0.9))
+    draw.add_rect_filled(ImVec2(left - pad, top - pad), ImVec2(left + width + pad, top + size.y + theme.em(0.9) + pad),
+                         theme.packed(colour.popup, 0.92), 4.0 * pixel)
+    draw.add_text(ImVec2(round(left + 0.5 * (width - size.x)), top), theme.packed(colour.text), text)
+    y, thick = top + size.y + round(theme.em(0.55)), round(3.0 * pixel)
+    draw.add_rect_filled(ImVec2(left, y), ImVec2(left + width, y + thick), theme.packed(colour.frame), 1.5 * pixel)
+    phase = 0.5 - 0.5 * math.cos(2.0 * picture.waiting)
+    begin = left + 0.75 * width * phase
+    draw.add_rect_filled(ImVec2(begin, y), ImVec2(begin + 0.25 * width, y + thick), theme.packed(colour.text),
+                         1.5 * pixel)
+
+
+def _messages(view: View, corner: ImVec2, room: ImVec2) -> None:
+    """What went wrong, over the top of the picture, each until it is dismissed."""
+    if not view.messages:
+        return
+    pixel, colour = theme.scale(), theme.colours()
+    imgui.set_cursor_screen_pos(ImVec2(corner.x + 10 * pixel, corner.y + 8 * pixel))
+    imgui.push_style_color(imgui.Col_.child_bg, imgui.ImVec4(*colour.popup))
+    imgui.push_style_var(imgui.StyleVar_.child_rounding, 4.0 * pixel)
+    flags = imgui.ChildFlags_.always_use_window_padding | imgui.ChildFlags_.auto_resize_y
+    if imgui.begin_child("Messages", ImVec2(room.x - 20 * pixel, 0.0), flags):
+        for i, message in enumerate(list(view.messages)):
+            imgui.push_id(i)
+            if message in view.done:
+                imgui.text_disabled(fa.ICON_FA_CHECK)
+            else:
+                imgui.text_colored(imgui.ImVec4(*colour.warning), fa.ICON_FA_TRIANGLE_EXCLAMATION)
+            imgui.same_line()
+            close = theme.em(1.6)
+            imgui.push_text_wrap_pos(imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x - close)
+            imgui.text_unformatted(message)
+            imgui.pop_text_wrap_pos()
+            imgui.same_line(imgui.get_window_width() - close - imgui.get_style().window_padding.x)
+            imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0, 0, 0, 0))
+            if imgui.small_button(fa.ICON_FA_XMARK + "###Dismiss"):
+                view.messages.remove(message)
+            imgui.pop_style_color()
+            imgui.set_item_tooltip("Dismiss")
+            imgui.pop_id()
+    imgui.end_child()
+    imgui.pop_style_var()
+    imgui.pop_style_color()

@@ -1,0 +1,99 @@
+"""The menus of the render's tools: the picture's size and look, what of it is shown, and what it is compared with."""
+
+from dataclasses import replace
+
+from imgui_bundle import ImVec2, imgui
+
+from lensbench.app.display.frame import View
+from lensbench.app.state.constraints import with_longer_side
+from lensbench.app.state.settings import COMPARISONS, TONES, VIEWS, Settings
+from lensbench.app.widgets import theme
+
+LONGER_SIDES = (480, 640, 960, 1280, 1920, 2880)
+SAMPLES = (16, 64, 256, 1024, 4096)
+VIEW_TIPS = {
+    "picture": "The light that the camera sees",
+    "direction": "The direction d of the rays in the world as a colour, (d + 1) / 2",
+    "origin": "Where the rays leave the lens",
+    "fate": "Rays from all over the rear opening: white where they arrive in the scene, grey where the stop ends them, "
+            "another colour where a rim or total reflection does",
+    "time": "When between the opening and the closing of the shutter each sample is taken",
+    "depth": "How near each thing is: white for the nearest, black for the sky",
+    "weight": "What the camera lets through to each place: cos⁴, vignetting and the pupil's size",
+}
+COMPARISON_KEYS = {"off": "", "side": "S", "wipe": "W", "difference": "D"}
+COMPARISON_TIPS = {
+    "off": "The present picture alone",
+    "side": "A at the left, the present picture at the right",
+    "wipe": "A and the present picture in one place: drag the line between them",
+    "difference": "How far the present picture is from A, channel by channel, in linear light",
+}
+KEEP = imgui.SelectableFlags_.no_auto_close_popups
+
+
+def picture_menu(settings: Settings) -> Settings:
+    """Draw the menu into the popup that is open; the settings as chosen."""
+    chosen = settings
+    for i, longer in enumerate(LONGER_SIDES):
+        _label("Pixels" if i == 0 else "", i % 3 == 0, i % 3, 6.0)
+        sized = with_longer_side(settings, longer)
+        same = (sized.pixels_x, sized.pixels_y) == (settings.pixels_x, settings.pixels_y)
+        if _choice(f"{sized.pixels_x} × {sized.pixels_y}", same, 5.6):
+            chosen = sized
+    imgui.separator()
+    for i, samples in enumerate(SAMPLES):
+        _label("Samples", i == 0, i, 3.0)
+        if _choice(f"{samples}", samples == settings.samples, 2.6):
+            chosen = replace(settings, samples=samples)
+    changed, splats = imgui.checkbox("Small lights from their own side", settings.splats)
+    if changed:
+        chosen = replace(settings, splats=splats)
+    imgui.set_item_tooltip("Trace lamps, lit windows and what mirrors, panes and balls show of them from the light\n"
+                           "to the film, so that their blur is smooth in the first frame. Off: the camera's rays\n"
+                           "have to find them, which comes to the same picture later")
+    imgui.separator()
+    for i, (key, name) in enumerate(TONES.items()):
+        _label("Tone", i == 0, i, 4.6)
+        if _choice(f"{name}###{key}", key == settings.tone, 4.2):
+            chosen = replace(settings, tone=key)
+    return chosen
+
+
+def view_menu(settings: Settings) -> Settings:
+    """Draw the menu of what is shown into the popup that is open; the settings as chosen."""
+    for key, name in VIEWS.items():
+        if imgui.selectable(f"{name}###{key}", key == settings.view)[0]:
+            settings = replace(settings, view=key)
+        imgui.set_item_tooltip(VIEW_TIPS[key])
+    return settings
+
+
+def comparison_menu(settings: Settings, pinned: Settings | None, view: View) -> Settings:
+    """Draw the menu of A and B into the popup that is open; the settings as chosen.
+
+    pinned: those of the picture A, where there is one.
+    """
+    if imgui.menu_item("Pin as A", "A", False)[0]:
+        view.requests.add("pin")
+    imgui.set_item_tooltip("Keep the picture as it stands, to compare what comes with it")
+    imgui.separator()
+    for key, name in COMPARISONS.items():
+        if imgui.menu_item(f"{name}###{key}", COMPARISON_KEYS[key], key == settings.compare, pinned is not None)[0]:
+            settings = replace(settings, compare=key)
+        imgui.set_item_tooltip(COMPARISON_TIPS[key])
+    imgui.separator()
+    if imgui.menu_item("Take A's settings", "", False, pinned is not None)[0] and pinned is not None:
+        settings = replace(pinned, compare=settings.compare, wipe=settings.wipe, overlay=settings.overlay)
+    imgui.set_item_tooltip("Set everything as it was when A was pinned; undo brings the present settings back")
+    return settings
+
+
+def _label(text: str, first: bool, column: int, width: float) -> None:
+    """Begin a row with its label, or go on in its next column."""
+    if first:
+        imgui.text_disabled(text)
+    imgui.same_line(theme.em(5.0 + column * width))
+
+
+def _choice(label: str, chosen: bool, width: float) -> bool:
+    return imgui.selectable(label, chosen, KEEP, ImVec2(theme.em(width), 0.0))[0]

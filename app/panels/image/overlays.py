@@ -1,0 +1,140 @@
+"""What is drawn over the picture: where it was focused, its histogram, and what false colours mean.
+
+Their colours do not follow the theme, for the picture below does not either.
+"""
+
+from typing import Any
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui
+from numpy.typing import NDArray
+
+import lensbench as lb
+from lensbench.app.display.frame import Mark
+from lensbench.app.state.build import design
+from lensbench.app.state.scales import format_distance
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+
+
+def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
+    """Four corners around the place in focus, and its distance."""
+    pixel = theme.scale()
+    half, leg = round(16.0 * pixel), round(7.0 * pixel)
+    amber, shade = theme.DARK.amber, (0.0, 0.0, 0.0, 0.45)
+    x, y = round(at.x), round(at.y)
+    for offset, tint in ((1.0, shade), (0.0, amber)):
+        for sx in (-1, 1):
+            for sy in (-1, 1):
+                cx, cy = x + sx * half + offset, y + sy * half + offset
+                draw.add_polyline([ImVec2(cx - sx * leg, cy), ImVec2(cx, cy), ImVec2(cx, cy - sy * leg)],
+                                  theme.packed(tint), 1.5 * pixel, 0)
+    text = format_distance(mark.distance)
+    theme.small()
+    size = imgui.calc_text_size(text)
+    left, top = x - round(0.5 * size.x), y + half + round(5.0 * pixel)
+    draw.add_rect_filled(ImVec2(left - 5 * pixel, top - 1 * pixel),
+                         ImVec2(left + size.x + 5 * pixel, top + size.y + 2 * pixel),
+                         theme.packed((0.09, 0.075, 0.05, 0.78)), 3.0 * pixel)
+    draw.add_text(ImVec2(left, top), theme.packed(theme.DARK.amber_text), text)
+    imgui.pop_font()
+
+
+def draw_cross(draw: imgui.ImDrawList, at: ImVec2, line: tuple[float, float] | None) -> None:
+    """A cross about a pixel; line: the ends of the picture's line that it lies on."""
+    pixel, x, y = theme.scale(), round(at.x), round(at.y)
+    for offset, tint in ((pixel, (0.0, 0.0, 0.0, 0.55)), (0.0, (1.0, 1.0, 1.0, 0.9))):
+        cx, cy = x + offset, y + offset
+        for begin, end in ((4.0 * pixel, 11.0 * pixel), (-11.0 * pixel, -4.0 * pixel)):
+            draw.add_line(ImVec2(cx + begin, cy), ImVec2(cx + end, cy), theme.packed(tint), 1.5 * pixel)
+            draw.add_line(ImVec2(cx, cy + begin), ImVec2(cx, cy + end), theme.packed(tint), 1.5 * pixel)
+        if line is not None:
+            for begin, end in ((line[0], x - 14.0 * pixel), (x + 14.0 * pixel, line[1])):
+                draw.add_line(ImVec2(begin, cy), ImVec2(max(begin, end), cy), theme.packed(tint, 0.6), pixel)
+
+
+def draw_note(draw: imgui.ImDrawList, at: ImVec2, text: str) -> None:
+    """A few words on a dark plate."""
+    pixel = theme.scale()
+    size = imgui.calc_text_size(text)
+    draw.add_rect_filled(ImVec2(at.x - 6.0 * pixel, at.y - 3.0 * pixel),
+                         ImVec2(at.x + size.x + 6.0 * pixel, at.y + size.y + 3.0 * pixel),
+                         theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
+    draw.add_text(ImVec2(round(at.x), round(at.y)), theme.packed((0.86, 0.86, 0.86, 1.0)), text)
+
+
+def draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner: ImVec2) -> None:
+    """The histogram above the picture's lower right corner."""
+    pixel = theme.scale()
+    size = ImVec2(theme.em(12.0), theme.em(5.0))
+    left, bottom = corner.x - size.x - 10.0 * pixel, corner.y - 10.0 * pixel
+    top = bottom - size.y
+    pad = 5.0 * pixel
+    draw.add_rect_filled(ImVec2(left - pad, top - pad), ImVec2(left + size.x + pad, bottom + pad),
+                         theme.packed((0.07, 0.07, 0.07, 0.72)), 3.0 * pixel)
+    bins = shares.shape[1]
+    across = left + (np.arange(bins) + 0.5) / bins * size.x
+    step = size.x / bins
+    for x, share in zip(across, shares[3], strict=True):
+        draw.add_rect_filled(ImVec2(x - 0.5 * step, bottom - share * size.y), ImVec2(x + 0.5 * step, bottom),
+                             theme.packed((0.8, 0.8, 0.8, 0.25)))
+    for row, tint in zip(shares, ((0.90, 0.42, 0.36, 0.9), (0.45, 0.78, 0.45, 0.9), (0.45, 0.62, 0.95, 0.9)),
+                         strict=False):
+        points: list[Any] = [ImVec2(x, bottom - y * size.y) for x, y in zip(across, row, strict=True)]
+        draw.add_polyline(points, theme.packed(tint), 1.2 * pixel, 0)
+
+
+def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
+    """What the false colours mean, above the picture's lower left corner."""
+    pixel = theme.scale()
+    theme.small()
+    line = imgui.get_text_line_height()
+    width, bar = theme.em(20.0), round(7.0 * pixel)
+    left, top = corner.x + 14.0 * pixel, corner.y - bar - 2.0 * line - 18.0 * pixel
+    pad = 8.0 * pixel
+    draw.add_rect_filled(ImVec2(left - pad, top - 0.6 * pad), ImVec2(left + width + pad, top + bar + 2 * line + pad),
+                         theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
+    text = theme.packed((0.86, 0.86, 0.86, 1.0))
+    draw.add_text(ImVec2(left, top), text, "Circle of confusion, px")
+    steps, y = 48, top + line + 2.0 * pixel
+    for i in range(steps):
+        # Twice log2 from 64 down to 1 and up again, as in the shader
+        size = 6.0 * abs(2.0 * (i + 0.5) / steps - 1.0)
+        side = theme.NEARER[:3] if i < steps // 2 else theme.FARTHER[:3]
+        share = size / 6.0
+        if size < 0.6:
+            tint = theme.DARK.amber[:3]
+        else:
+            part = 0.25 + 0.75 * share
+            red, green, blue = ((0.5 * (1 - part) + part * c) * (0.55 + 0.45 * share) for c in side)
+            tint = (red, green, blue)
+        draw.add_rect_filled(ImVec2(left + i * width / steps, y), ImVec2(left + (i + 1) * width / steps, y + bar),
+                             theme.packed((*tint, 1.0)))
+    for place, name in ((0.0, "64 nearer"), (0.333, "4"), (0.5, "1"), (0.667, "4"), (1.0, "64 farther")):
+        extent = imgui.calc_text_size(name).x
+        x = min(max(left + place * width - 0.5 * extent, left), left + width - extent)
+        draw.add_text(ImVec2(round(x), y + bar + 2.0 * pixel), text, name)
+    imgui.pop_font()
+
+
+def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2) -> None:
+    """A swatch for each surface that can end a ray, from front to rear, above the picture's lower left corner."""
+    if settings.model not in ("auto", "trace"):
+        return
+    lens, pixel = design(settings), theme.scale()
+    theme.small()
+    line, side = imgui.get_text_line_height(), theme.em(1.35)
+    left, top = corner.x + 14.0 * pixel, corner.y - 2.0 * line - 14.0 * pixel
+    names = [f"{i + 1}" for i in range(len(lens.surfaces))]
+    names[lens.stop_index] = "stop"
+    widths = [max(side, imgui.calc_text_size(name).x + 6.0 * pixel) for name in names]
+    draw.add_rect_filled(ImVec2(left - 6.0 * pixel, top - 4.0 * pixel),
+                         ImVec2(left + sum(widths) + 6.0 * pixel, top + 1.6 * line + 4.0 * pixel),
+                         theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
+    for name, width, (red, green, blue) in zip(names, widths, lb.fate_colours(lens), strict=True):
+        draw.add_rect_filled(ImVec2(left, top), ImVec2(left + width - pixel, top + 0.5 * line),
+                             theme.packed((float(red), float(green), float(blue), 1.0)))
+        draw.add_text(ImVec2(round(left + 0.5 * (width - imgui.calc_text_size(name).x)), top + 0.55 * line),
+                      theme.packed((0.86, 0.86, 0.86, 1.0)), name)
+        left += width
+    imgui.pop_font()

@@ -1,0 +1,1 @@
+"""The lens section with traced rays and cardinal points."""

@@ -1,0 +1,265 @@
+"""How the section is drawn: a sketch onto imgui's draw list, through a view.
+
+Geometry is kept in pixels as long as neither lens nor view changes. Line
+weights and lengths in pixels are those of a plain screen, scaled to this one.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import floor
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui
+
+import lensbench as lb
+from lensbench.app.panels.lens_section.viewport import View, round_length
+from lensbench.app.state.element_outline import elements
+from lensbench.app.state.ray_fans import Fan
+from lensbench.app.state.section_geometry import Sketch
+from lensbench.app.widgets import theme
+
+LIVE_ALPHA, DEAD_ALPHA = 0.55, 0.45
+CROSS = 3.0
+OPEN = imgui.ImDrawFlags_.none
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """Where a section is drawn: corner and size of its panel (pixels) and the view."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    view: View
+
+    @property
+    def corner(self) -> ImVec2:
+        """Upper left."""
+        return ImVec2(self.x, self.y)
+
+    def place(self, z: float, y: float) -> ImVec2:
+        """A point of the lens frame on the screen."""
+        return self.view.to_screen(self.corner, z, y)
+
+    def places(self, points: np.ndarray) -> list[ImVec2]:
+        """Points (n, 2) of (z, y) on the screen, bounded so that a far zoom stays drawable."""
+        xy = self.pixels(points)
+        return [ImVec2(x, y) for x, y in xy.tolist()]
+
+    def pixels(self, points: np.ndarray) -> np.ndarray:
+        """The same as an array (n, 2)."""
+        xy = np.asarray(points) * [self.view.scale, -self.view.scale] + [self.x + self.view.x, self.y + self.view.y]
+        return np.clip(xy, -1e6, 1e6)
+
+
+@lru_cache(maxsize=4)
+def _glass(lens: lb.Lens, canvas: Canvas) -> list[tuple[lb.Glass, list[list[ImVec2]], list[ImVec2]]]:
+    """Each element's glass, its strips and its outline, in pixels."""
+    return [(e.glass, [canvas.places(strip) for strip in e.strips], canvas.places(e.outline)) for e in elements(lens)]
+
+
+@lru_cache(maxsize=12)
+def _paths(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
+    """The rays of a fan in pixels, the first stretch cut at the left edge of the panel."""
+    found = []
+    for ray in fan.rays:
+        path, left = ray.path, canvas.view.to_lens(canvas.corner, ImVec2(canvas.x - 2.0, 0.0))[0]
+        if len(path) > 1 and path[0][0] < left < path[1][0]:
+            t = (left - path[0][0]) / (path[1][0] - path[0][0])
+            path = np.vstack([path[0] + t * (path[1] - path[0]), path[1:]])
+        found.append(canvas.places(path))
+    return found
+
+
+def field_colours() -> tuple[tuple[theme.Colour, theme.Colour], ...]:
+    """Line and text colours of the axis, the 0.7 field and the full field."""
+    c = theme.colours()
+    return (c.field0, c.field0_text), (c.field1, c.field1_text), (c.field2, c.field2_text)
+
+
+def draw_axis(draw: imgui.ImDrawList, canvas: Canvas) -> None:
+    """A chain line along the axis."""
+    colour, pixel = theme.packed(theme.colours().faint, 0.8), theme.scale()
+    x, y = canvas.x, floor(canvas.place(0.0, 0.0).y)
+    while x < canvas.x + canvas.width:
+        for length, gap in ((8.0, 3.0), (1.5, 3.0)):
+            draw.add_line(ImVec2(x, y + 0.5), ImVec2(x + length * pixel, y + 0.5), colour, pixel)
+            x += (length + gap) * pixel
+
+
+def draw_glass(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
+    """The fill of every element, dim where the rays are those of an ideal lens."""
+    if sketch.lens is None:
+        return
+    colour, alpha = theme.colours(), 0.45 if sketch.ideal else 1.0
+    draw.push_draw_flag(imgui.ImDrawFlags_.aa_fill, False)             # else every strip's seam shows
+    for glass, strips, _ in _glass(sketch.lens, canvas):
+        fill = theme.packed(colour.glass(glass.n_d, glass.v_d if glass.v_d is not None else 60.0), alpha)
+        for a, b, c, d in strips:
+            draw.add_quad_filled(a, b, c, d, fill)
+    draw.pop_draw_flag()
+
+
+def draw_outlines(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
+    """Surfaces, shoulders and edges of the glass, or the stroke that stands for an ideal thin lens."""
+    colour, pixel = theme.colours(), theme.scale()
+    line = theme.packed(colour.glass_outline, 0.4 if sketch.ideal else 0.85)
+    if sketch.lens is not None:
+        for _, _, outline in _glass(sketch.lens, canvas):
+            draw.add_polyline(outline, line, 1.2 * pixel, imgui.ImDrawFlags_.closed)
+        return
+    line = theme.packed(colour.glass_outline)
+    tops = [canvas.place(0.0, sign * sketch.glass_radius) for sign in (1.0, -1.0)]
+    draw.add_line(*tops, line, 1.4 * pixel)
+    for top, way in zip(tops, (1.0, -1.0), strict=True):
+        for side in (-1.0, 1.0):
+            draw.add_line(top, ImVec2(top.x + 4.0 * side * pixel, top.y + 5.0 * way * pixel), line, 1.4 * pixel)
+
+
+def draw_rays(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, dead: bool) -> None:
+    """All fans: first what dies, grey to its cross, then what arrives; chief rays last, heavy and full."""
+    colour, pixel = theme.colours(), theme.scale()
+    if dead:
+        line = theme.packed(colour.dead, DEAD_ALPHA)
+        for fan in sketch.fans:
+            for ray, path in zip(fan.rays, _paths(fan, canvas), strict=True):
+                if ray.kind == "dead":
+                    draw.add_polyline(path, line, pixel, OPEN)
+                    _cross(draw, path[-1], theme.packed(colour.dead, 0.9))
+    for kind, alpha, weight in (("", LIVE_ALPHA, 1.0), ("marginal", 0.85, 1.0), ("chief", 1.0, 1.6)):
+        for fan, (field, _) in zip(sketch.fans, field_colours(), strict=True):
+            line = theme.packed(field, alpha)
+            for ray, path in zip(fan.rays, _paths(fan, canvas), strict=True):
+                if ray.kind != kind:
+                    continue
+                if sketch.ideal:                            # may run back between its principal planes: no joins
+                    for a, b in zip(path, path[1:], strict=False):
+                        draw.add_line(a, b, line, weight * pixel)
+                else:
+                    draw.add_polyline(path, line, weight * pixel, OPEN)
+
+
+def _cross(draw: imgui.ImDrawList, at: ImVec2, colour: int) -> None:
+    arm = CROSS * theme.scale()
+    draw.add_line(ImVec2(at.x - arm, at.y - arm), ImVec2(at.x + arm, at.y + arm), colour, theme.scale())
+    draw.add_line(ImVec2(at.x - arm, at.y + arm), ImVec2(at.x + arm, at.y - arm), colour, theme.scale())
+
+
+def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
+    """Two blades, from the edge of the opening outward past the glass."""
+    if sketch.stop_radius is None:
+        return
+    colour, pixel = theme.packed(theme.colours().strong), theme.scale()
+    outer = max(1.12 * (sketch.open_radius or sketch.stop_radius), 1.08 * sketch.near_stop)
+    x = floor(canvas.place(sketch.stop_z, 0.0).x)
+    ring = 4.0 * pixel
+    for sign in (1.0, -1.0):
+        edge, end = canvas.place(0.0, sign * sketch.stop_radius).y, canvas.place(0.0, sign * outer).y
+        start = edge - sign * ring
+        draw.add_rect_filled(ImVec2(x - pixel, min(start, end)), ImVec2(x + pixel, max(start, end)), colour)
+    if sketch.lens is not None:
+        text, top = "Stop", canvas.place(0.0, outer).y
+        size = imgui.calc_text_size(text)
+        y = max(top - size.y - pixel, canvas.y)
+        draw.add_text(ImVec2(floor(x - 0.5 * size.x), floor(y)), theme.packed(theme.colours().text), text)
+
+
+def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool) -> None:
+    """A ring on either edge of the opening."""
+    if sketch.stop_radius is None:
+        return
+    colour, pixel = theme.colours(), theme.scale()
+    for sign in (1.0, -1.0):
+        at = canvas.place(sketch.stop_z, sign * sketch.stop_radius)
+        at = ImVec2(floor(at.x), at.y)
+        draw.add_circle_filled(at, 3.5 * pixel, theme.packed(colour.amber if lit else colour.well))
+        draw.add_circle(at, 3.5 * pixel, theme.packed(colour.amber), 0, 1.6 * pixel)
+
+
+def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool, movable: bool) -> None:
+    """The film with its handle below, and the names of the fields beside the places where they land."""
+    colour, pixel = theme.colours(), theme.scale()
+    x = floor(canvas.place(sketch.film_z, 0.0).x)
+    top, bottom = canvas.place(0.0, sketch.film_height).y, canvas.place(0.0, -sketch.film_height).y
+    draw.add_rect_filled(ImVec2(x - pixel, top), ImVec2(x + 1.5 * pixel, bottom), theme.packed(colour.strong))
+    line = imgui.get_text_line_height()
+    if movable:
+        corner, size = film_handle(sketch, canvas)
+        end = ImVec2(corner.x + size.x, corner.y + size.y)
+        draw.add_rect_filled(corner, end, theme.packed(colour.amber_text if lit else colour.amber), 2.5 * pixel)
+        for y in (0.38, 0.62):
+            y = floor(corner.y + y * size.y)
+            draw.add_line(ImVec2(corner.x + 3.0 * pixel, y + 0.5), ImVec2(end.x - 3.0 * pixel, y + 0.5),
+                          theme.packed(colour.well), pixel)
+    # Names from the highest down, pushed apart where they would touch; before the film where there is no room behind
+    widest = max(imgui.calc_text_size(fan.name).x for fan in sketch.fans)
+    before = x + widest + 10.0 * pixel > canvas.x + canvas.width
+    free = canvas.y - line
+
+    def named(y: float, name: str, tint: theme.Colour) -> None:
+        if not before:
+            draw.add_text(ImVec2(x + 10.0 * pixel, floor(y)), theme.packed(tint), name)
+            return
+        left = x - 9.0 * pixel - imgui.calc_text_size(name).x
+        draw.add_rect_filled(ImVec2(left - 3.0 * pixel, floor(y) + pixel), ImVec2(x - 5.0 * pixel, floor(y) + line),
+                             theme.packed(colour.well, 0.8), 2.0 * pixel)
+        draw.add_text(ImVec2(floor(left), floor(y)), theme.packed(tint), name)
+
+    for fan, (_, text) in sorted(zip(sketch.fans, field_colours(), strict=True), key=lambda pair: -pair[0].height):
+        y = canvas.place(0.0, fan.height).y - (0.5 * line if fan.height else 1.0 * line)
+        y = max(y, free)
+        free = y + line
+        name = f"{fan.name}, dark" if fan.dark else fan.name
+        named(y, name, text)
+    if movable:
+        named(max(corner.y + 0.5 * (size.y - line), free), "Film", colour.amber_text)
+
+
+def film_handle(sketch: Sketch, canvas: Canvas) -> tuple[ImVec2, ImVec2]:
+    """Corner and size of the film's handle, at the film's lower end or at the panel's edge if that is out of it."""
+    pixel = theme.scale()
+    size = ImVec2(9.0 * pixel, 12.0 * pixel)
+    x = floor(canvas.place(sketch.film_z, 0.0).x)
+    y = min(canvas.place(0.0, -sketch.film_height).y, canvas.y + canvas.height - size.y - pixel)
+    return ImVec2(x - floor(0.5 * size.x), floor(max(y - 2.0 * pixel, canvas.y))), size
+
+
+def draw_region(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, low: float, high: float, height: float) -> None:
+    """The extent of the exit-pupil region on the rear plane for a film point, with the cone that it sends there."""
+    colour, pixel = theme.packed(theme.colours().strong), theme.scale()
+    film, faint = canvas.place(sketch.film_z, height), theme.packed(theme.colours().text, 0.5)
+    ends = [canvas.place(sketch.rear_z, y) for y in (high, low)]
+    for end in ends:
+        _dashed(draw, end, film, faint)
+        draw.add_line(ImVec2(end.x - 4.0 * pixel, end.y), ImVec2(end.x + 4.0 * pixel, end.y), colour, 1.5 * pixel)
+    draw.add_line(*ends, colour, 1.5 * pixel)
+
+
+def _dashed(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int) -> None:
+    pixel = theme.scale()
+    length = max(float(np.hypot(b.x - a.x, b.y - a.y)), 1e-6)
+    count = min(int(length / (7.0 * pixel)), 400)
+    for k in range(count):
+        s, t = 7.0 * pixel * k / length, (7.0 * k + 4.0) * pixel / length
+        draw.add_line(ImVec2(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y)),
+                      ImVec2(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y)), colour, pixel)
+
+
+def draw_scale_bar(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
+    """A round length in the lower right corner, or before the film that stands there."""
+    colour, pixel = theme.colours(), theme.scale()
+    length = round_length(max(60.0 * pixel / canvas.view.scale, 1e-9))
+    width = length * canvas.view.scale
+    text = f"{length:g} mm" if length < 1000.0 else f"{length / 1000.0:g} m"
+    right, y = floor(canvas.x + canvas.width - 14.0 * pixel), floor(canvas.y + canvas.height - 9.0 * pixel)
+    film, lowest = canvas.place(sketch.film_z, -sketch.film_height)
+    name = imgui.calc_text_size("Film").x + 16.0 * pixel
+    if lowest > y - 3.0 * imgui.get_text_line_height() and film - name < right and film + name > right - width:
+        right = floor(film - name - 6.0 * pixel)
+    line = theme.packed(colour.dim)
+    draw.add_line(ImVec2(right - width, y + 0.5), ImVec2(right, y + 0.5), line, pixel)
+    for x in (right - width, right):
+        draw.add_line(ImVec2(x, y - 3.0 * pixel), ImVec2(x, y + 3.5 * pixel), line, pixel)
+    size = imgui.calc_text_size(text)
+    draw.add_text(ImVec2(floor(right - 0.5 * (width + size.x)), floor(y - size.y - 2.0 * pixel)), line, text)

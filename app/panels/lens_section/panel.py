@@ -1,0 +1,289 @@
+"""The section: the lens to scale with its rays; its stop and its film can be taken and dragged.
+
+Wheel and drag zoom and pan, a double click fits. Dragging the edge of the stop
+changes the f-number, dragging the film the focus; with Shift at a tenth of the
+mouse's way.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+
+import lensbench as lb
+from lensbench.app.panels.lens_section import cardinal_points as marks
+from lensbench.app.panels.lens_section import draw as drawing
+from lensbench.app.panels.lens_section.draw import Canvas
+from lensbench.app.panels.lens_section.viewport import View, fitted
+from lensbench.app.state.build import design
+from lensbench.app.state.element_outline import elements
+from lensbench.app.state.exit_pupil_geometry import region
+from lensbench.app.state.figures import readings
+from lensbench.app.state.scales import format_distance, format_f_number
+from lensbench.app.state.section_geometry import Sketch, sketch
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+
+SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
+FINE = 0.1
+ONE_OF_TWO = "Section y–z, up the picture"
+
+
+@dataclass
+class Bench:
+    """What the section keeps between frames, no part of any settings: its view, and what hand holds what."""
+
+    view: View | None = None
+    fitted_to: tuple = ()
+    film_z: float = 0.0             # where the film stood in the frame before
+    dead_rays: bool = True
+    held: float = 0.0               # stop radius or film z (mm) under the mouse while a handle is dragged
+    mouse: float = 0.0
+
+
+_bench = Bench()
+
+
+def section_panel(settings: Settings, film_radius: float | None = None) -> Settings:
+    """Draw the section in what is left of the window; settings, changed by a drag of the stop or the film.
+
+    film_radius: of the film point (mm) whose exit-pupil region is marked on the rear plane.
+    """
+    size = imgui.get_content_region_avail()
+    if size.x < 24.0 or size.y < 24.0:
+        return settings
+    corner = imgui.get_cursor_screen_pos()
+    draw, colour = imgui.get_window_draw_list(), theme.colours()
+    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, corner.y + size.y), theme.packed(colour.well))
+    try:
+        shown = sketch(settings)
+    except (ValueError, OSError) as error:
+        imgui.dummy(size)
+        _reason(draw, corner, size, str(error))
+        return settings
+
+    canvas = _canvas(settings, shown, corner, size)
+    stop_handle, film_handle = _handles(shown, canvas)
+    imgui.set_next_item_allow_overlap()
+    imgui.invisible_button("Section canvas", size, imgui.ButtonFlags_.mouse_button_left
+                           | imgui.ButtonFlags_.mouse_button_middle)
+    canvas = _looked_around(canvas)
+    hovered = imgui.is_item_hovered()
+
+    # The handles, over the canvas; then the drawing, that shows what they did in the next frame
+    changed, stop_lit, film_lit = settings, False, False
+    if stop_handle is not None:
+        for name, at in (("Stop edge", stop_handle), ("Stop edge, lower", ImVec2(
+                stop_handle.x, 2.0 * canvas.place(0.0, 0.0).y - stop_handle.y))):
+            half = 7.0 * theme.scale()
+            imgui.set_cursor_screen_pos(ImVec2(at.x - half, at.y - half))
+            imgui.invisible_button(name, ImVec2(2.0 * half, 2.0 * half))
+            changed = _dragged_stop(changed, shown, canvas, 1.0 if at is stop_handle else -1.0)
+            stop_lit = stop_lit or imgui.is_item_hovered() or imgui.is_item_active()
+    if film_handle is not None:
+        pad = 3.0 * theme.scale()
+        imgui.set_cursor_screen_pos(ImVec2(film_handle[0].x - pad, film_handle[0].y - pad))
+        imgui.invisible_button("Film plane", ImVec2(film_handle[1].x + 2.0 * pad, film_handle[1].y + 2.0 * pad))
+        changed = _dragged_film(changed, shown, canvas)
+        film_lit = imgui.is_item_hovered() or imgui.is_item_active()
+
+    draw.push_clip_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), True)
+    theme.small()
+    _draw(draw, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None)
+    if shown.lens is not None and not shown.lens.is_rotationally_symmetric:
+        extent = imgui.calc_text_size(ONE_OF_TWO)
+        draw.add_text(ImVec2(corner.x + size.x - extent.x - theme.em(0.8), corner.y + theme.em(0.4)),
+                      theme.packed(colour.dim), ONE_OF_TWO)
+    over_toggle = not shown.ideal and _dead_ray_toggle(corner, size)
+    imgui.pop_font()
+    draw.pop_clip_rect()
+    if hovered and not (stop_lit or film_lit or over_toggle) and not imgui.is_mouse_down(imgui.MouseButton_.left):
+        _explain(shown, canvas)
+    imgui.set_cursor_screen_pos(corner)
+    imgui.dummy(size)
+    return changed
+
+
+def _draw(draw: imgui.ImDrawList, shown: Sketch, canvas: Canvas, film_radius: float | None, stop_lit: bool,
+          film_lit: bool, movable: bool) -> None:
+    drawing.draw_axis(draw, canvas)
+    drawing.draw_glass(draw, shown, canvas)
+    drawing.draw_rays(draw, shown, canvas, _bench.dead_rays)
+    drawing.draw_outlines(draw, shown, canvas)
+    if film_radius is not None and shown.lens is not None and not shown.ideal:
+        bounds = _region_bounds(shown.lens, shown.film_z - shown.rear_z, film_radius)
+        if bounds is not None:
+            drawing.draw_region(draw, shown, canvas, *bounds, film_radius)
+    marks.draw_marks(draw, shown, canvas)
+    drawing.draw_stop(draw, shown, canvas)
+    drawing.draw_stop_handles(draw, shown, canvas, stop_lit)
+    drawing.draw_film(draw, shown, canvas, film_lit, movable)
+    drawing.draw_scale_bar(draw, shown, canvas)
+    if shown.reason:
+        _reason(draw, canvas.corner, ImVec2(canvas.width, 2.0 * imgui.get_text_line_height()), shown.reason)
+
+
+def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> None:
+    """Why there is nothing, or not quite what was asked for."""
+    wrap = max(size.x - theme.em(1.5), 1.0)
+    extent = imgui.calc_text_size(text, False, wrap)
+    at = ImVec2(corner.x + 0.5 * (size.x - extent.x), corner.y + 0.5 * (size.y - extent.y))
+    draw.add_text(imgui.get_font(), imgui.get_font_size(), at, theme.packed(theme.colours().dim), text, wrap)
+
+
+def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2) -> Canvas:
+    """The view kept, or fitted anew where lens, film or panel are others than before, or focusing took the film out."""
+    line = imgui.get_text_line_height()
+    key = (settings.lens, settings.focal_length, settings.model == "perspective", settings.film_width,
+           settings.film_height, size.x, size.y)
+    if _bench.film_z != shown.film_z and _bench.view is not None and not imgui.is_mouse_down(0):
+        if not 0.0 < _bench.view.to_screen(ImVec2(0.0, 0.0), shown.film_z, 0.0).x < size.x:
+            _bench.fitted_to = ()
+        _bench.film_z = shown.film_z
+    if _bench.view is None or _bench.fitted_to != key:
+        front = min([0.0, *(float(ray.path[1][0]) for fan in shown.fans for ray in fan.rays)])
+        half = max(shown.film_height / settings.crop, 1.1 * shown.glass_radius)
+        _bench.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line)
+        _bench.fitted_to = key
+    return Canvas(corner.x, corner.y, size.x, size.y, _bench.view)
+
+
+def _looked_around(canvas: Canvas) -> Canvas:
+    """Wheel, drag and double click on the canvas item."""
+    io, mouse = imgui.get_io(), imgui.get_mouse_pos()
+    assert _bench.view is not None
+    if imgui.is_item_hovered():
+        imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
+        if io.mouse_wheel:
+            _bench.view = _bench.view.zoomed(io.mouse_wheel, mouse.x - canvas.x, mouse.y - canvas.y)
+        if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
+            _bench.fitted_to = ()
+    if imgui.is_item_active() and (io.mouse_delta.x or io.mouse_delta.y):
+        _bench.view = _bench.view.moved(io.mouse_delta.x, io.mouse_delta.y)
+    return replace(canvas, view=_bench.view)
+
+
+def _handles(shown: Sketch, canvas: Canvas) -> tuple[ImVec2 | None, tuple[ImVec2, ImVec2] | None]:
+    """Where the upper edge of the stop can be taken, and the film; None where they cannot."""
+    stop = canvas.place(shown.stop_z, shown.stop_radius) if shown.stop_radius else None
+    if shown.lens is None or not math.isfinite(lb.first_order(shown.lens).efl):
+        return stop, None
+    return stop, drawing.film_handle(shown, canvas)
+
+
+def _pull(value: float, along: float, scale: float) -> float:
+    """The dragged value (mm) after this frame's way of the mouse along an axis (pixels)."""
+    if imgui.is_item_activated():
+        _bench.held, _bench.mouse = value, along
+    step = (along - _bench.mouse) / scale * (FINE if imgui.get_io().key_shift else 1.0)
+    _bench.held += step
+    _bench.mouse = along
+    return _bench.held
+
+
+def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float) -> Settings:
+    """The item just submitted is an edge of the stop: its height is the stop's radius."""
+    assert shown.stop_radius is not None
+    if imgui.is_item_hovered() or imgui.is_item_active():
+        imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ns)
+        _tell("Aperture stop: drag to change the f-number", format_f_number(readings(settings).f_number or 0.0))
+    if not imgui.is_item_active():
+        return settings
+    before = _bench.mouse
+    radius = _pull(shown.stop_radius, -side * imgui.get_mouse_pos().y, canvas.view.scale)
+    if imgui.is_item_activated() or _bench.mouse == before:
+        return settings
+    if shown.lens is None or shown.open_radius is None:     # the perspective camera's, as wide as f/0.5
+        open_radius, widest = shown.film_z, 0.5
+    else:
+        open_radius, widest = shown.open_radius, lb.first_order(design(settings)).f_number
+    radius = min(max(radius, SMALLEST_STOP * open_radius), open_radius)
+    return replace(settings, f_number=widest * open_radius / radius)
+
+
+def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas) -> Settings:
+    """The item just submitted is the film: its place decides what is in focus."""
+    assert shown.lens is not None
+    if imgui.is_item_hovered() or imgui.is_item_active():
+        imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
+        _tell("Film plane: drag to focus", f"{format_distance(settings.focus_distance)} in focus, "
+                                           f"film {shown.film_z - shown.rear_z:.2f} mm behind the lens")
+    if not imgui.is_item_active():
+        return settings
+    before = _bench.mouse
+    # Focus groups move in place of the film: it is drawn to where it would focus the lens as a whole, paraxially
+    whole = replace(shown.lens.at(close=0.0), positions=None)
+    try:
+        nearest = max(lb.nearest_focus(shown.lens), lb.nearest_focus(whole))
+        now = whole.length + lb.film_distance(whole, max(settings.focus_distance, nearest))
+        film_z = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale)
+        if imgui.is_item_activated() or _bench.mouse == before:
+            return settings
+        film_distance = min(film_z - whole.length, lb.film_distance(whole, nearest))
+        focus = max(lb.focused_distance(whole, film_distance), nearest)
+    except lb.LensError:
+        return settings
+    return replace(settings, focus_distance=focus)
+
+
+def _tell(what: str, value: str) -> None:
+    if imgui.begin_tooltip():
+        imgui.text_unformatted(what)
+        imgui.text_disabled(value)
+        imgui.end_tooltip()
+
+
+def _dead_ray_toggle(corner: ImVec2, size: ImVec2) -> bool:
+    """A small switch in the upper left corner, where the fewest rays run; whether the mouse is over it."""
+    colour = theme.colours()
+    icon = icons_fontawesome_6.ICON_FA_EYE if _bench.dead_rays else icons_fontawesome_6.ICON_FA_EYE_SLASH
+    text = f"{icon}  Dead rays"
+    extent, pad = imgui.calc_text_size(text), theme.em(0.4)
+    if size.x < extent.x + 4.0 * pad:
+        return False
+    at = ImVec2(corner.x + 2.0 * pad, corner.y + pad)
+    imgui.set_cursor_screen_pos(ImVec2(at.x - pad, at.y - 0.5 * pad))
+    if imgui.invisible_button("Dead rays", ImVec2(extent.x + 2.0 * pad, extent.y + pad)):
+        _bench.dead_rays = not _bench.dead_rays
+    hovered = imgui.is_item_hovered()
+    imgui.set_item_tooltip("Show the rays that do not arrive, each to the place where it dies")
+    tint = colour.text if hovered else colour.dim
+    imgui.get_window_draw_list().add_text(at, theme.packed(tint, 1.0 if _bench.dead_rays else 0.7), text)
+    return hovered
+
+
+def _explain(shown: Sketch, canvas: Canvas) -> None:
+    """What lies under the mouse: a ray and its fate, a cardinal point, or a piece of glass."""
+    mouse, pixel = imgui.get_mouse_pos(), theme.scale()
+    z, y = canvas.view.to_lens(canvas.corner, mouse)
+    for mark in shown.marks:
+        at = canvas.place(mark.z, 0.0)
+        if abs(at.x - mouse.x) < 4.0 * pixel and abs(at.y - mouse.y) < 7.0 * pixel:
+            _tell(f"{mark.sign}  {mark.meaning}", f"z = {mark.z:.2f} mm from the first vertex")
+            return
+    found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, _bench.dead_rays)
+    if found is not None:
+        fan, i = found
+        ray = fan.rays[i]
+        name = fan.name[0].upper() + fan.name[1:]
+        if ray.kind == "dead":
+            _tell(f"{name}: this ray {ray.end}", "It never reaches the film")
+        else:
+            _tell(f"{name}, {ray.end}", f"Lands {ray.path[-1][1]:.3f} mm off the axis")
+        return
+    for number, element in enumerate(elements(shown.lens) if shown.lens is not None else (), start=1):
+        if element.holds(z, y):
+            glass = element.glass
+            abbe = f", V = {glass.v_d:.1f}" if glass.v_d is not None else ""
+            _tell(f"Element {number}  {glass.name}".rstrip(), f"n = {glass.n_d:.4f}{abbe} at the d line")
+            return
+
+
+
+def _region_bounds(lens: lb.Lens, film_distance: float, film_radius: float) -> tuple[float, float] | None:
+    """From where to where (mm off the axis) the exit-pupil region of a film point reaches; None where it is dark."""
+    try:
+        seen = region(lens, film_distance, film_radius)
+    except lb.LensError:
+        return None
+    return (seen.box[1], seen.box[3]) if seen.area > 0.0 else None

@@ -1,0 +1,1 @@
+"""Recording, refocusing and inspection of light fields."""

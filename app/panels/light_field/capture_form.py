@@ -1,0 +1,107 @@
+"""What is to be recorded: the form of the panel *Light field*, and the progress of what is under way."""
+
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+
+from lensbench.app.panels.light_field.capture_settings import KINDS, Form
+from lensbench.app.state import scales, time_scales
+from lensbench.app.state.light_field_query import match
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.toggles import toggles
+from lensbench.app.workers.light_field_worker import Task
+
+fa = icons_fontawesome_6
+MOMENTS = (1, 2, 4, 8)
+VIEWS, SAMPLES, SIDES, MICROLENSES = (5, 9, 13, 17), (1, 4, 16, 64), (320, 480, 640, 960), (120, 160, 240, 320)
+KIND_TIPS = {
+    "lens": "Each cell of the pupil has a whole picture of its own taken: the best light field there is",
+    "array": "Pinholes in a plane about the middle of the pupil: views from elsewhere, also from before them",
+    "microlenses": "As a camera can do it in one exposure: microlenses on the film sort the light\n"
+                   "by where in the pupil it comes from",
+}
+
+
+def words(text: str, strong: bool = False) -> None:
+    """A text that is broken where the panel ends; dim, or strong."""
+    imgui.push_text_wrap_pos(0.0)
+    (imgui.text_unformatted if strong else imgui.text_disabled)(text)
+    imgui.pop_text_wrap_pos()
+
+
+def recording_form(settings: Settings, form: Form, task: Task | None, can_go_back: bool) -> None:
+    """What to record, what memory it takes, and the buttons."""
+    if form.kind == "lens":
+        words("Record the light through every part of the pupil; choose focus, aperture and viewpoint afterwards.")
+    form.kind = toggles("By", KINDS, form.kind, KIND_TIPS, 4.4)
+    tip = {"lens": "Cells of the pupil across and down: more of them can be focused farther from the recorded distance",
+           "microlenses": "Pixels of the sensor behind each microlens: so many views there are",
+           "array": "Pinholes across and down"}[form.kind]
+    form.views = toggles("Behind" if form.kind == "microlenses" else "Views", {n: f"{n} × {n}" for n in VIEWS},
+                         form.views, dict.fromkeys(VIEWS, tip), 4.4)
+    form.samples = toggles("Samples", {n: f"{n}" for n in SAMPLES}, form.samples, dict.fromkeys(
+        SAMPLES, "For each pixel of each view: a picture focused afterwards adds those of its views"), 4.4)
+    if form.kind != "microlenses":
+        form.longer = toggles("Pixels", {n: f"{n}" for n in SIDES}, form.longer, dict.fromkeys(
+            SIDES, "Along the longer side of each view"), 4.4)
+        if form.kind == "lens":
+            form.moments = toggles("Moments", {n: f"{n}" for n in MOMENTS}, form.moments, dict.fromkeys(
+                MOMENTS, "Equal parts of the exposure that are kept apart, where something moves; each has its part\n"
+                         "of the samples. 1: the exposure as a whole"), 4.4)
+        if form.kind == "array":
+            form.spacing = ring("Spacing", form.spacing, time_scales.lens_radius_scale(100.0, 5.0),
+                                "From pinhole to pinhole, in mm. They stand in a plane about the middle of the "
+                                "camera's pupil") or 0.1
+    else:
+        _microlenses(settings, form)
+    words(f"Takes {form.bytes(settings) / 1e6:,.0f} MB of memory", True)
+    if task is not None:
+        progress(task, form)
+    else:
+        if imgui.button(fa.ICON_FA_CIRCLE_DOT + "  Record###Record"):
+            form.requests.add("record")
+        imgui.set_item_tooltip("Record what the camera sees now")
+        imgui.same_line()
+        if imgui.button(fa.ICON_FA_FOLDER_OPEN + "  Open…###Open light field"):
+            form.requests.add("open")
+        imgui.set_item_tooltip("Open a recorded light field (.npz)")
+    if can_go_back:
+        if task is None:
+            imgui.same_line()
+        if imgui.button("Back"):
+            form.open = False
+        imgui.set_item_tooltip("Back to the light field that is recorded")
+
+
+def _microlenses(settings: Settings, form: Form) -> None:
+    """How many microlenses, their f-number, and how it meets the lens's."""
+    form.microlenses = toggles("Lenses", {n: f"{n}" for n in MICROLENSES}, form.microlenses, dict.fromkeys(
+        MICROLENSES, "Microlenses along the longer side of the film: so many pixels a view has"), 4.4)
+    try:
+        of = form.plenoptic(settings)
+        matched = of.matched_f_number
+        turned = ring("Microlenses", of.microlens_f_number, scales.aperture_scale(1.0, round(matched, 3)),
+                      "f-number of the microlenses: their focal length over their side. Double click: that which "
+                      "matches the lens")
+        if turned != of.microlens_f_number:
+            form.f_number = None if abs(turned / matched - 1.0) < 0.002 else turned
+        theme.small()
+        words(f"Fill {of.fill:.2f}   used {100.0 * of.used:.0f} %   spilled {100.0 * of.spilled:.0f} %", True)
+        imgui.set_item_tooltip("\n".join(f"{name} {value}: {meaning}" for name, value, meaning in match(of)))
+        imgui.pop_font()
+    except (ValueError, OSError) as error:
+        words(str(error), True)
+
+
+def progress(task: Task, form: Form) -> None:
+    """How far a task has come, with Cancel."""
+    colour = theme.colours()
+    width = imgui.get_content_region_avail().x
+    imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*colour.frame_active))
+    imgui.progress_bar(task.share, ImVec2(width - theme.em(2.2), 0.0),
+                       f"{task.name}  {100.0 * task.share:.0f} %" if task.share else task.name)
+    imgui.pop_style_color()
+    imgui.same_line()
+    if imgui.button(fa.ICON_FA_XMARK + "###Cancel task"):
+        form.requests.add("cancel")
+    imgui.set_item_tooltip("Cancel")

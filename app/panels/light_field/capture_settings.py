@@ -1,0 +1,49 @@
+"""What a light field is captured with: the kind of capture, its views, samples and pixels."""
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.state.build import camera
+from lensbench.app.state.constraints import with_longer_side
+from lensbench.app.state.settings import Settings
+
+KINDS = {"lens": "Lens", "microlenses": "Microlenses", "array": "Array"}
+
+
+@dataclass
+class Form:
+    """What is to be recorded; and what the panel asks of the window."""
+
+    kind: str = "lens"                                  # a key of KINDS
+    views: int = 9                                      # across, and down; or the pixels behind a microlens
+    samples: int = 16                                   # for each pixel of each view
+    longer: int = 640                                   # pixels
+    microlenses: int = 240                              # along the longer side
+    f_number: float | None = None                       # of the microlenses; None: that which matches the lens
+    moments: int = 1                                    # parts of the exposure that are kept apart
+    spacing: float = 5.0                                # mm from pinhole to pinhole
+    open: bool = False                                  # shown though there is a recording
+    requests: set[str] = field(default_factory=set)     # record, cancel, open, save, picture, depth, compare
+
+    def settings(self, present: Settings) -> Settings:
+        """What the camera sees now, with the form's pixels and samples."""
+        longer = self.microlenses if self.kind == "microlenses" else self.longer
+        return replace(with_longer_side(present, longer), samples=self.samples, view="picture")
+
+    def bytes(self, present: Settings) -> int:
+        """Of memory that the recording will take."""
+        film, square = self.settings(present).film, (self.views, self.views)
+        size = lb.light_field_bytes(film, square, moments=self.moments if self.kind == "lens" else 1)
+        return size if self.kind != "microlenses" else size + lb.light_field_bytes(film, square, np.float32)
+
+    def plenoptic(self, present: Settings) -> lb.PlenopticCamera:
+        """The plenoptic camera; what making one raises where there is none."""
+        return _plenoptic(self.settings(present).picture, self.views, self.f_number)
+
+
+@lru_cache(maxsize=4)
+def _plenoptic(settings: Settings, pixels: int, f_number: float | None) -> lb.PlenopticCamera:
+    return lb.PlenopticCamera(camera(settings), pixels, f_number)

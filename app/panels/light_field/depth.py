@@ -1,0 +1,75 @@
+"""The depth that a recorded light field tells, in the panel *Light field*: found, shown, and read off."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+
+import lensbench as lb
+from lensbench.app.panels.light_field.capture_settings import Form
+from lensbench.app.panels.light_field.pupil_pad import figures
+from lensbench.app.state.constraints import MARGIN
+from lensbench.app.state.depth_colours import colour, ends
+from lensbench.app.state.light_field_query import DEEP, Look, Recording
+from lensbench.app.state.scales import format_distance
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.toggles import toggles
+from lensbench.app.workers.light_field_worker import FieldWorker
+
+fa = icons_fontawesome_6
+DEEP_TIPS = {
+    "sharp": "Each pixel in focus at its own depth: the views are added up along the slopes that were found",
+    "depth": "The distance as a colour; what is not sure is dark",
+    "sure": "White where the views agree at one distance alone, black where they agree at any: where nothing changes "
+            "from pixel to pixel",
+}
+STEPS = 64                      # of the colours of the scale
+
+
+def depth_body(look: Look, recording: Recording, worker: FieldWorker, form: Form) -> Look:
+    """Draw the button, or what was found; the look as a hand has left it."""
+    found = worker.found
+    if found is None:
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_disabled("The views see everything shifted by its distance, which tells how far away it is.")
+        imgui.pop_text_wrap_pos()
+        imgui.begin_disabled(worker.task is not None)
+        if imgui.button(fa.ICON_FA_MAGNIFYING_GLASS + "  Find the depth###Find the depth"):
+            form.requests.add("depth")
+        imgui.end_disabled()
+        return look
+    look = replace(look, deep=toggles("Of it", DEEP, look.deep, DEEP_TIPS))
+    _scale(found)
+    x, y = look.pixel
+    distance, sure = float(found.distance[y, x]), float(found.confidence[y, x])
+    figures((
+        ("Pixel", f"{x}, {y}", "Click in the picture to choose another, across and down"),
+        ("Depth", format_distance(distance), "Distance of what is seen there, as the camera measures its focus"),
+        ("Sure", f"{100.0 * sure:.0f} %", "0 %: the views agree at any distance; 100 %: at this one alone")))
+    if imgui.button("Focus there"):
+        look = replace(look, show="focus", distance=max(distance, recording.field.nearest * MARGIN))
+    imgui.set_item_tooltip("Focus the light field at this pixel's depth")
+    return look
+
+
+def _scale(found: lb.Depth) -> None:
+    """The colours with their distances, even in the reciprocal: in parallax."""
+    far, near = ends(found)
+    corner, pixel = imgui.get_cursor_screen_pos(), theme.scale()
+    width, bar = imgui.get_content_region_avail().x, round(theme.em(0.7))
+    draw = imgui.get_window_draw_list()
+    edges = [round(corner.x + i * width / STEPS) for i in range(STEPS + 1)]
+    for i, code in enumerate(colour(1.0 - (np.arange(STEPS) + 0.5) / STEPS).tolist()):
+        draw.add_rect_filled(ImVec2(edges[i], corner.y), ImVec2(edges[i + 1], corner.y + bar),
+                             theme.packed((*code, 1.0)))
+    theme.small()
+    line = imgui.get_text_line_height()
+    for part in (0.0, 0.25, 0.5, 0.75, 1.0):
+        turned = (1.0 - part) / near + part / far
+        text = format_distance(1.0 / turned if turned > 0.0 else math.inf)
+        extent = imgui.calc_text_size(text).x
+        x = min(max(corner.x + part * width - 0.5 * extent, corner.x), corner.x + width - extent)
+        draw.add_text(ImVec2(round(x), corner.y + bar + 2.0 * pixel), theme.packed(theme.colours().dim), text)
+    imgui.dummy(ImVec2(width, bar + line + 4.0 * pixel))
+    imgui.pop_font()

@@ -1,0 +1,196 @@
+"""The panel *Light field*: record what the camera sees through every part of its pupil, and choose afterwards."""
+
+import math
+from dataclasses import replace
+
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+
+import lensbench as lb
+from lensbench.app.panels.light_field.camera_array import array_body
+from lensbench.app.panels.light_field.capture_form import progress, recording_form, words
+from lensbench.app.panels.light_field.capture_settings import Form
+from lensbench.app.panels.light_field.depth import depth_body
+from lensbench.app.panels.light_field.plenoptic_slices import Strip, moment_chooser, rays_body
+from lensbench.app.panels.light_field.pupil_pad import (
+    coverage_greys,
+    figures,
+    millimetres,
+    pupil_grid,
+    pupil_pad,
+    pupil_picture,
+)
+from lensbench.app.state import scales
+from lensbench.app.state.light_field_query import (
+    SHOWN,
+    ArrayRecording,
+    Look,
+    Recorded,
+    Recording,
+    match,
+    opened,
+    place,
+)
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.tone import develop
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.toggles import toggles
+from lensbench.app.workers.light_field_worker import FieldWorker
+
+fa = icons_fontawesome_6
+SHOWN_TIPS = {
+    "camera": "The picture is the camera's",
+    "focus": "The picture is the light field's, focused and stopped as it is set here",
+    "view": "The picture is one view: what a single cell of the pupil sees",
+    "rays": "What was recorded of the pixel clicked on, direction by direction, and of its line, view by view",
+    "depth": "How far away everything is, by the views' parallax; and everything in focus",
+}
+
+
+def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldWorker, strip: Strip) -> Look:
+    """Draw the panel; the look as a hand has left it. strip: makes a texture of a small linear picture."""
+    recording = worker.recording
+    if recording is None or form.open:
+        recording_form(settings, form, worker.task, recording is not None)
+        return look
+    _head(recording, form)
+    if worker.task is not None:
+        progress(worker.task, form)
+    if isinstance(recording, ArrayRecording):
+        return array_body(look, recording, worker.sight)
+    before = look
+    look = replace(look, show=toggles("Show", SHOWN, look.show, SHOWN_TIPS, 0.0))
+    if look.show == "view":
+        return _view(look, recording, settings)
+    if look.show == "rays":
+        return rays_body(look, recording, settings, strip)
+    if look.show == "depth":
+        return depth_body(look, recording, worker, form)
+    look = _focus(look, recording, worker, form)
+    if look != before and look.show == before.show == "camera":
+        look = replace(look, show="focus")
+    return look
+
+
+# What is recorded
+
+
+def _head(recording: Recorded, form: Form) -> None:
+    """What is recorded, and what can be done with it."""
+    (across, down), film = recording.views, recording.settings.film
+    right = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x
+    imgui.align_text_to_frame_padding()
+    imgui.text_unformatted(f"{across} × {down} views")
+    imgui.set_item_tooltip(f"{film.pixels_x} × {film.pixels_y} pixels each, {recording.settings.samples} samples a "
+                           f"pixel: {recording.size / 1e6:,.0f} MB")
+    imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
+    width = theme.em(1.75)
+    imgui.same_line(right - 4.0 * width)
+    for icon, request, tip in (
+            (fa.ICON_FA_CIRCLE_DOT, "new", "Record another"), (fa.ICON_FA_FOLDER_OPEN, "open", "Open a light field"),
+            (fa.ICON_FA_FLOPPY_DISK, "save", "Save the light field (.npz)"),
+            (fa.ICON_FA_IMAGE, "picture", "Save the picture that it shows (.png, .exr …)")):
+        if imgui.button(f"{icon}###Light field {request}", ImVec2(width, 0.0)):
+            form.requests.add(request)
+        imgui.set_item_tooltip(tip)
+        imgui.same_line(0.0, 0.0)
+    imgui.pop_style_color()
+    imgui.new_line()
+    form.open = "new" in form.requests
+
+
+# Looking at it
+
+
+def _focus(look: Look, recording: Recording, worker: FieldWorker, form: Form) -> Look:
+    """Focus, aperture and viewpoint; what came of them, and how near it is to the camera's own picture."""
+    field = recording.field
+    nearest = max(field.nearest, 10.0)
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
+    distance = ring("Refocus", look.distance, scales.focus_scale(nearest * 1.0001, recording.settings.focus_distance),
+                    "Distance to what is to be in focus, measured as the camera measures; the amber zone is where "
+                    "neighbouring views\nlie at most a pixel apart: beyond it blur falls into dots", field.clear_range)
+    look = replace(look, distance=distance)
+    shown = look.f_number or field.f_number
+    f_number = ring("Synthetic aperture", shown, scales.aperture_scale(field.f_number, field.f_number),
+                    "A part of the recorded aperture, put together from its views; it cannot be wider")
+    if f_number != shown:
+        look = opened(look, f_number, field)
+    imgui.pop_style_var()
+    look = moment_chooser(look, recording)
+    look = pupil_pad(look, recording)
+    _figures(look, recording, worker)
+    _comparison(look, recording, worker, form)
+    return look
+
+
+def _figures(look: Look, recording: Recording, worker: FieldWorker) -> None:
+    """At the right of the pad: the viewpoint, how many views, how far they are apart."""
+    field = recording.field
+    apart, (near, far) = field.apart(look.distance), field.clear_range
+    sight = worker.sight
+    taken = float(field.shares(look.f_number, look.view).sum())
+    figures((
+        ("From", place(look.view), "The middle of the aperture in the pupil, in radii of it: right and up"),
+        ("Views", f"{taken:.3g} of {field.places[..., 0].size}", "How many views the aperture takes"),
+        ("Apart", f"{apart:.2f} px", "How far neighbouring views are shifted against each other"),
+        ("Time", f"{1000.0 * sight.seconds:.0f} ms" if sight is not None else "–", "To put the picture together")))
+    if not near <= look.distance <= far:
+        theme.small()
+        words(f"Beyond {scales.format_distance(near)} to {scales.format_distance(far)} the views part: "
+               "blur falls into dots. Record more of them", True)
+        imgui.pop_font()
+
+
+def _comparison(look: Look, recording: Recording, worker: FieldWorker, form: Form) -> None:
+    sight = worker.sight
+    ready = worker.task is None and sight is not None and sight.look == look.asked and look.show == "focus"
+    imgui.begin_disabled(not ready)
+    if imgui.button("Compare with the camera"):
+        form.requests.add("compare")
+    imgui.end_disabled()
+    if imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled | imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip("Render with the camera what is shown here, focused the same, through the same part of its "
+                          "pupil and the same part of its exposure;\nkeep it as A, and show the difference")
+    psnr = worker.psnr(look.asked)
+    if psnr is not None:
+        imgui.same_line()
+        imgui.text_unformatted("alike" if math.isinf(psnr) else f"{psnr:.1f} dB")
+        imgui.set_item_tooltip("Peak signal to noise: linear light, clipped to 0 … 1. The camera's own picture is A")
+
+
+def _sensor(look: Look, recording: Recording, raw: lb.RawPicture, settings: Settings) -> None:
+    """What the sensor of a plenoptic camera saw behind one microlens, and how its f-number meets the lens's."""
+    x, y = look.pixel
+    behind = develop(raw.behind(x, y)[::-1], settings.exposure, settings.tone)
+    pupil_picture(behind)
+    figures((("Lens", f"{x}, {y}", "The microlens that was clicked on, across and down; at the left its pixels"),
+             *match(raw.camera)))
+
+
+def _view(look: Look, recording: Recording, settings: Settings) -> Look:
+    """One cell of the pupil, or the sensor of a plenoptic camera."""
+    field = recording.field
+    if recording.raw is not None:
+        look = replace(look, sensor=toggles("Of", {False: "One cell", True: "Sensor"}, look.sensor, {
+            False: "What one cell of the pupil sees: the pixels at one place behind all microlenses",
+            True: "The raw picture: behind each microlens a small picture of the pupil"}))
+        if look.sensor:
+            _sensor(look, recording, recording.raw, settings)
+            return look
+    look = moment_chooser(look, recording)
+    words("What each cell passes to the pixel clicked on")
+    look = pupil_grid(look, recording, coverage_greys(recording, look.pixel))
+    i, j = look.cell
+    u, v = field.places[j, i]
+    x, y = look.pixel
+    covered = field.coverage[j, i]
+    figures((
+        ("View", f"{i + 1}, {j + 1}", "Across from the left, up from below"),
+        ("At", place((u, v)), "The cell's middle in the pupil, in radii of it"),
+        ("", millimetres((u * recording.pupil_radius, v * recording.pupil_radius)),
+         "The same in mm, on the plane of the exit pupil"),
+        ("Here", f"{100.0 * float(covered[y, x]):.1f} %",
+         "Coverage: what of the light of a full cell reaches the pixel clicked on, times cos⁴θ"),
+        ("Most", f"{100.0 * float(covered.max()):.1f} %", "The greatest coverage of any pixel")))
+    return look

@@ -1,0 +1,122 @@
+"""What was recorded of one pixel and of one line, in the panel *Light field*: the plenoptic function, slice by slice.
+
+A pixel sees a radiance through every cell of the pupil, in three bands of wavelength, and moment by moment where these
+were kept apart; a line of the picture, seen by a row of the pupil's cells, is an epipolar image: there what is in focus
+stands upright, and all else leans by its depth.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui
+from numpy.typing import NDArray
+
+from lensbench.app.panels.light_field.pupil_pad import figures, millimetres, pupil_grid
+from lensbench.app.state.light_field_query import Look, Recording, epipolar, place, radiance, radiance_over_time, ray
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.tone import develop
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.toggles import toggles
+
+Strip = Callable[[NDArray[np.float32], Any, Settings], int]
+BANDS = {-1: "All", 0: "Red", 1: "Green", 2: "Blue"}
+BAND_TIPS = {-1: "The three bands as a colour", 0: "The red band alone", 1: "The green band alone",
+             2: "The blue band alone"}
+PRIMARIES = ((0.84, 0.33, 0.28), (0.36, 0.67, 0.35), (0.33, 0.52, 0.86))     # red, green and blue, in either theme
+LINE = 0.62                     # em of a view's line in the epipolar image
+
+
+def moment_chooser(look: Look, recording: Recording) -> Look:
+    """Which moment of the exposure is looked at, where moments were kept apart; the look with it."""
+    moments = recording.field.moments
+    if moments is None:
+        return look
+    choices = {-1: "All", **{k: f"{k + 1}" for k in range(len(moments))}}
+    tips = {-1: "The whole exposure", **{k: f"Part {k + 1} of {len(moments)} of the exposure"
+                                         for k in range(len(moments))}}
+    return replace(look, moment=toggles("Moment", choices, min(look.moment, len(moments) - 1), tips, 4.0))
+
+
+def rays_body(look: Look, recording: Recording, settings: Settings, strip: Strip) -> Look:
+    """Draw both slices; the look with the cell and the pixel that were clicked on."""
+    over_time = radiance_over_time(recording, look.pixel)
+    look = replace(look, band=toggles("Band", BANDS, look.band, BAND_TIPS, 4.0))
+    look = moment_chooser(look, recording)
+    seen = radiance(recording, look.pixel) if recording.of_moment(look)[1] == 1 else over_time[look.moment]
+    shown = seen if look.band < 0 else np.repeat(seen[..., look.band:look.band + 1], 3, -1)
+    look = pupil_grid(look, recording, develop(shown, settings.exposure, settings.tone))
+    i, j = look.cell
+    on_film, in_pupil = ray(recording, look.pixel, look.cell)
+    x, y = look.pixel
+    red, green, blue = seen[j, i].tolist()
+    covered = float(recording.field.coverage[j, i, y, x])
+    u, v = recording.field.places[j, i].tolist()
+    figures((
+        ("Pixel", f"{x}, {y}", "Click in the picture to choose another, across and down"),
+        ("Film", millimetres(on_film), "Where the chosen ray meets the film (s, t): x to the right, y up; the picture "
+                                       "there stands upside down"),
+        ("u, v", place((u, v)), "The chosen cell of the pupil, in radii of it: click in the map"),
+        ("Pupil", millimetres(in_pupil), "Where the chosen ray meets the plane of the paraxial exit pupil (u, v)"),
+        ("Light", f"{red:.2f} {green:.2f} {blue:.2f}", "Radiance in the three bands, red, green and blue, over the "
+                                                         "whole of the exposure, or the moment that is chosen"),
+        ("Share", f"{100.0 * covered:.1f} %", "Coverage: what of the light of a full cell comes through")))
+    if len(over_time) > 1:
+        _over_time(over_time[:, j, i], look.moment)
+    return _epipolar(look, recording, settings, strip)
+
+
+def _over_time(seen: NDArray[np.float32], moment: int) -> None:
+    """The radiance of the chosen ray in three bands (n, 3), moment by moment; the one looked at is strong."""
+    theme.small()
+    imgui.text_disabled(f"Radiance of the ray over the exposure, 0 to {seen.max():.3g}")
+    imgui.pop_font()
+    corner, height = imgui.get_cursor_screen_pos(), round(theme.em(2.6))
+    size = ImVec2(imgui.get_content_region_avail().x, height)
+    imgui.invisible_button("Over time", size)
+    rows = [f"{k + 1}: {red:.3g} {green:.3g} {blue:.3g}" for k, (red, green, blue) in enumerate(seen.tolist())]
+    imgui.set_item_tooltip("From the opening of the shutter at the left to its end: red, green and blue\n"
+                           + "\n".join(rows))
+    colour, draw, pixel = theme.colours(), imgui.get_window_draw_list(), theme.scale()
+    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, corner.y + height), theme.packed(colour.well), 2.0 * pixel)
+    each, unit = size.x / len(seen), (height - 2.0 * pixel) / max(float(seen.max()), 1e-9)
+    for k, bands in enumerate(seen.tolist()):
+        alpha = 1.0 if moment in (-1, k) else 0.4
+        for band, value in enumerate(bands):
+            left = corner.x + (k + 0.15 + 0.7 * band / 3.0) * each
+            draw.add_rect_filled(ImVec2(left, corner.y + height - max(unit * value, pixel)),
+                                 ImVec2(left + 0.7 * each / 3.0 - pixel, corner.y + height),
+                                 theme.packed((*PRIMARIES[band], 1.0), alpha))
+
+
+def _epipolar(look: Look, recording: Recording, settings: Settings, strip: Strip) -> Look:
+    """The chosen line of the picture as the views of the chosen cell's row see it, the rightmost above."""
+    field = recording.field
+    (across, _), (x, y), down = field.views, look.pixel, look.cell[1]
+    w = recording.settings.pixels_x
+    texture = strip(np.ascontiguousarray(epipolar(recording, y, down)[::-1]), (recording, y, down), settings)
+    theme.small()
+    imgui.text_disabled(f"Line {y} over the pupil's row {down + 1}")
+    imgui.pop_font()
+    corner = imgui.get_cursor_screen_pos()
+    size = ImVec2(imgui.get_content_region_avail().x, round(across * theme.em(LINE)))
+    imgui.invisible_button("Epipolar image", size)
+    end = ImVec2(corner.x + size.x, corner.y + size.y)
+    draw, pixel = imgui.get_window_draw_list(), theme.scale()
+    draw.add_image(imgui.ImTextureRef(texture), corner, end)
+    if imgui.is_item_active():
+        at = int((imgui.get_mouse_pos().x - corner.x) / size.x * w)
+        look = replace(look, pixel=(min(max(at, 0), w - 1), y))
+    elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip("Epipolar image: the line as each view of a row of the pupil sees it, the leftmost below.\n"
+                          "What leans as the amber line does is in focus. Click: another pixel of the line")
+
+    # How a point in focus runs through it
+    shifts = field.shifts(field.shear(look.distance)[1])[down, :, 0]
+    draw.push_clip_rect(corner, end, True)
+    points = [ImVec2(corner.x + (x + 0.5 + shift) / w * size.x, end.y - (i + 0.5) / across * size.y)
+              for i, shift in enumerate(shifts.tolist())]
+    draw.add_polyline(points, theme.packed(theme.colours().amber), 1.5 * pixel, 0)
+    draw.pop_clip_rect()
+    return look

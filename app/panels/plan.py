@@ -1,0 +1,206 @@
+"""The plan: the scene from above with the camera, its field of view, the plane in focus and the band of focus.
+
+The line of the plane in focus is dragged along the camera's axis. Axes in metres, alike in both directions.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui, implot
+
+from lensbench.app.state.figures import readings
+from lensbench.app.state.plan_view import Plan, Thing, extent, plan, things
+from lensbench.app.state.scales import format_distance
+from lensbench.app.state.scene_file import kept_scene
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
+
+FARTHEST = 1e6                  # mm: focused beyond it, the line has no place
+
+
+@dataclass
+class Frame:
+    """What the plot was fitted to; no part of any settings."""
+
+    fitted_to: tuple = ()
+    fit: bool = False
+    grip: float = 0.0           # mm from the mouse to the plane in focus while its line is dragged
+
+
+_frame = Frame()
+
+
+def plan_panel(settings: Settings) -> Settings:
+    """Draw the plan in what is left of the window; settings, with another focus where its line was dragged."""
+    size = imgui.get_content_region_avail()
+    if size.x < 60.0 or size.y < 60.0:
+        return settings
+    try:
+        shown, around = plan(settings), things(settings.scene, settings.moment)
+        depth = kept_scene(settings.scene).depth_range[1]
+        if shown.distance < FARTHEST:               # much beyond the focus is small, and one click of the wheel away
+            depth = min(depth, max(3.0 * shown.distance, 2000.0))
+    except (ValueError, OSError) as error:
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_disabled(str(error))
+        imgui.pop_text_wrap_pos()
+        return settings
+
+    key = (settings.scene, settings.model, size.x, size.y)
+    refit = _frame.fit or _frame.fitted_to != key
+    _frame.fitted_to, _frame.fit = key, False
+    corner = imgui.get_cursor_screen_pos()
+    theme.small()
+    plot = None
+    if implot.begin_plot("Plan plot", size, PLOT_FLAGS | implot.Flags_.equal):
+        x, y = implot.ImAxis_.x1, implot.ImAxis_.y1
+        roomy = size.x > theme.em(13) and size.y > theme.em(10)
+        implot.setup_axis(x, "To the right (m)" if roomy else None, AXIS_FLAGS)
+        implot.setup_axis(y, "Ahead (m)" if roomy else None, AXIS_FLAGS)
+        if refit:
+            x0, x1, y0, y1 = extent(shown, around, depth)
+            implot.setup_axis_limits(x, x0, x1, implot.Cond_.always)
+            implot.setup_axis_limits(y, y0, y1, implot.Cond_.always)
+        plot = PlotMap.current(log=False)
+        implot.push_plot_clip_rect()
+        _draw(implot.get_plot_draw_list(), plot, shown, around)
+        implot.pop_plot_clip_rect()
+        if implot.is_plot_hovered():
+            _frame.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+            _tell(plot, shown)
+        implot.end_plot()
+    imgui.pop_font()
+    if plot is not None and plot.bottom > plot.top:
+        settings = _dragged(settings, shown, plot)
+    imgui.set_cursor_screen_pos(corner)
+    imgui.dummy(size)
+    return settings
+
+
+def _draw(draw: imgui.ImDrawList, plot: PlotMap, shown: Plan, around: tuple[Thing, ...]) -> None:
+    colour, pixel = theme.colours(), theme.scale()
+
+    # What is in focus, and what is seen
+    if shown.band is not None:
+        band = _within(plot, shown.band)
+        if len(band) > 2:
+            draw.add_convex_poly_filled(band, theme.packed(colour.amber, 0.16))
+    for thing in around:
+        outline = plot.pixels(*thing.outline.T)
+        if not thing.shines:
+            draw.add_convex_poly_filled([ImVec2(x, y) for x, y in outline.tolist()], theme.packed(colour.text, 0.10))
+        polyline(draw, outline, theme.packed(colour.dim if thing.shines else colour.text, 0.55), 1.0, closed=True)
+    if shown.view is not None:
+        for edge in shown.view:
+            draw.add_polyline(_within(plot, edge), theme.packed(colour.text), 1.2 * pixel, imgui.ImDrawFlags_.none)
+    line = [] if shown.focus is None or shown.distance >= FARTHEST else _within(plot, shown.focus)
+    if line:
+        draw.add_polyline(line, theme.packed(colour.amber), 2.0 * pixel, imgui.ImDrawFlags_.none)
+        right = max(line, key=lambda point: point.x)
+        left = right.x + imgui.calc_text_size("00.00 m").x + 6.0 * pixel > plot.right
+        text(draw, ImVec2(min(right.x, plot.right) + (-4.0 if left else 4.0) * pixel,
+                          right.y - (1.2 if left else 0.5) * imgui.get_text_line_height()),
+             colour.amber_text, format_distance(shown.distance), right=left, plate=True)
+
+    # The camera, and its way
+    if shown.ends is not None:
+        first, last = (plot.at(*point) for point in shown.ends)
+        dashed_line(draw, first, last, theme.packed(colour.dim))
+        for point in (first, last):
+            draw.add_circle(point, 3.5 * pixel, theme.packed(colour.dim), 0, 1.5 * pixel)
+    _camera(draw, plot, shown)
+
+
+def _within(plot: PlotMap, points: np.ndarray) -> list[ImVec2]:
+    """A convex outline (n, 2) in metres, or a line of two points, cut at the plot's edges: pixels (Sutherland-Hodgman).
+
+    What lies kilometres away would lose its direction in pixels.
+    """
+    kept = points
+    for axis, sign, edge in ((0, 1.0, plot.x0), (0, -1.0, plot.x1), (1, 1.0, plot.y0), (1, -1.0, plot.y1)):
+        inside, cut = sign * (kept[:, axis] - edge), []
+        for i in range(len(kept)):
+            before, here = inside[i - 1], inside[i]
+            if before * here < 0.0:
+                cut.append(kept[i - 1] + before / (before - here) * (kept[i] - kept[i - 1]))
+            if here >= 0.0:
+                cut.append(kept[i])
+        if not cut:
+            return []
+        kept = np.array(cut)
+    if len(points) == 2:                # the outline of a line runs there and back
+        along = kept @ (points[1] - points[0])
+        kept = kept[[int(np.argmin(along)), int(np.argmax(along))]]
+    return [ImVec2(x, y) for x, y in plot.pixels(*kept.T).tolist()]
+
+
+def _camera(draw: imgui.ImDrawList, plot: PlotMap, shown: Plan) -> None:
+    """A wedge at its place that points where it looks; a ring for one that looks everywhere, or straight down."""
+    colour, pixel = theme.colours(), theme.scale()
+    here = plot.at(*shown.place)
+    length = float(np.hypot(*shown.ahead))
+    if shown.view is None or length < 0.05:
+        draw.add_circle(here, 5.0 * pixel, theme.packed(colour.strong), 0, 2.0 * pixel)
+        return
+    dx, dy = shown.ahead[0] / length, -shown.ahead[1] / length
+    size = 7.0 * pixel
+    draw.add_triangle_filled(ImVec2(here.x + size * dx, here.y + size * dy),
+                             ImVec2(here.x - size * (dx + 0.75 * dy), here.y - size * (dy - 0.75 * dx)),
+                             ImVec2(here.x - size * (dx - 0.75 * dy), here.y - size * (dy + 0.75 * dx)),
+                             theme.packed(colour.strong))
+
+
+def _dragged(settings: Settings, shown: Plan, plot: PlotMap) -> Settings:
+    """A handle on the middle of the line in focus, to be dragged along the camera's axis."""
+    length = float(np.hypot(*shown.ahead))
+    if shown.focus is None or shown.distance >= FARTHEST or length < 0.05:
+        return settings
+    a, b = (plot.at(*point) for point in shown.focus)
+    a, b = (ImVec2(min(max(p.x, plot.left), plot.right), min(max(p.y, plot.top), plot.bottom)) for p in (a, b))
+    pixel, half = theme.scale(), 6.0 * theme.scale()
+    middle = ImVec2(0.5 * (a.x + b.x), 0.5 * (a.y + b.y))
+    wide = ImVec2(max(abs(b.x - a.x), 2.0 * half), max(abs(b.y - a.y), 2.0 * half))
+    imgui.set_cursor_screen_pos(ImVec2(middle.x - 0.5 * wide.x, middle.y - 0.5 * wide.y))
+    imgui.invisible_button("Plane in focus", wide)
+    hot = imgui.is_item_hovered() or imgui.is_item_active()
+    imgui.get_window_draw_list().add_circle_filled(middle, (5.0 if hot else 3.5) * pixel,
+                                                   theme.packed(theme.colours().amber))
+    if hot:
+        imgui.set_mouse_cursor(imgui.MouseCursor_.hand)
+        if not imgui.is_item_active():
+            imgui.set_item_tooltip("Plane in focus: drag to focus")
+    if not (imgui.is_item_activated() or imgui.is_item_active()):
+        return settings
+    # How far along the axis the mouse is, from the camera
+    mouse = imgui.get_mouse_pos()
+    y = plot.y0 + (plot.bottom - mouse.y) / (plot.bottom - plot.top) * (plot.y1 - plot.y0)
+    away = np.array([plot.x_at(mouse.x), y]) - shown.place
+    along = 1000.0 * float(away @ shown.ahead) / length**2
+    if imgui.is_item_activated():
+        _frame.grip = settings.focus_distance - along
+        return settings
+    delta = imgui.get_io().mouse_delta
+    if delta.x == 0.0 and delta.y == 0.0:
+        return settings
+    got = readings(settings)
+    nearest = (got.nearest_focus or 1.01 * abs(got.efl or 10.0)) * (1.0 + 1e-6)
+    return replace(settings, focus_distance=max(along + _frame.grip, nearest))
+
+
+def _tell(plot: PlotMap, shown: Plan) -> None:
+    """Where the cursor is, and how far before the camera."""
+    if imgui.is_mouse_down(imgui.MouseButton_.left):
+        return
+    mouse = imgui.get_mouse_pos()
+    point = np.array([plot.x_at(mouse.x),
+                      plot.y0 + (plot.bottom - mouse.y) / max(plot.bottom - plot.top, 1e-6) * (plot.y1 - plot.y0)])
+    length = float(np.hypot(*shown.ahead))
+    if imgui.begin_tooltip():
+        imgui.text_unformatted(f"x {point[0]:.2f} m, z {-point[1]:.2f} m".replace("-", "−"))
+        if length > 0.05:
+            along = float((point - shown.place) @ shown.ahead) / length
+            imgui.text_disabled(f"{along:.2f} m ahead of the camera, {math.hypot(*(point - shown.place)):.2f} m away"
+                                .replace("-", "−"))
+        imgui.end_tooltip()

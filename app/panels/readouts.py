@@ -1,0 +1,230 @@
+"""The read-outs: every figure of the bench in one table, each with a tooltip that spells out what it is."""
+
+import math
+from dataclasses import dataclass, replace
+
+from imgui_bundle import ImVec2, imgui
+
+import lensbench as lb
+from lensbench.app.state.figures import Readings, colours, readings
+from lensbench.app.state.focusing import words
+from lensbench.app.state.scales import format_angle, format_distance, format_length
+from lensbench.app.state.settings import LIMITS, Settings
+from lensbench.app.widgets import theme
+
+NONE = "–"
+
+
+@dataclass(frozen=True)
+class Status:
+    """How the rendering goes: samples a second over the whole picture, frames a second, samples a pixel."""
+
+    rays_per_second: float = 0.0
+    fps: float = 0.0
+    samples: int = 0
+
+
+@dataclass(frozen=True)
+class Row:
+    """One read-out; `gap` stands above it, `amber` is what is in focus."""
+
+    name: str
+    value: str
+    unit: str
+    meaning: str
+    gap: bool = False
+    amber: bool = False
+
+
+def readouts_panel(settings: Settings, status: Status) -> None:
+    """Draw the table in what is left of the window."""
+    width = imgui.get_content_region_avail().x
+    if width < 24.0:
+        return
+    got = readings(settings)
+    colour, line = theme.colours(), imgui.get_text_line_height()
+    draw = imgui.get_window_draw_list()
+    pitch, unit_width = round(1.22 * line), theme.em(1.9)
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
+    for row in own(settings, rows(settings, got, status)):
+        if row.gap:
+            imgui.dummy(ImVec2(width, round(0.4 * line)))
+        corner = imgui.get_cursor_screen_pos()
+        imgui.dummy(ImVec2(width, pitch))
+        if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+            _explain(row)
+        y = corner.y + math.floor(0.5 * (pitch - line))
+        right = corner.x + width - unit_width
+        extent = imgui.calc_text_size(row.value).x
+        tint = colour.dim if row.value == NONE else colour.amber_text if row.amber else colour.strong
+        # A long value on a narrow panel takes the unit's column too, then the name gives way
+        room = right - corner.x - extent
+        if room >= imgui.calc_text_size(row.name).x + 0.4 * line:
+            draw.add_text(ImVec2(corner.x, y), theme.packed(colour.dim), row.name)
+        else:
+            draw.push_clip_rect(corner, ImVec2(corner.x + max(room - 0.4 * line, 0.0), corner.y + pitch), True)
+            draw.add_text(ImVec2(corner.x, y), theme.packed(colour.dim), row.name)
+            draw.pop_clip_rect()
+        draw.add_text(ImVec2(math.floor(right - extent), y), theme.packed(tint), row.value)
+        if row.value != NONE:
+            draw.add_text(ImVec2(right + round(0.45 * line), y), theme.packed(colour.dim), row.unit)
+    imgui.pop_style_var()
+    if got.reason:
+        imgui.dummy(ImVec2(width, round(0.4 * line)))
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_disabled(got.reason)
+        imgui.pop_text_wrap_pos()
+
+
+def _explain(row: Row) -> None:
+    if imgui.begin_tooltip():
+        imgui.push_text_wrap_pos(theme.em(24))
+        imgui.text_unformatted(row.meaning)
+        imgui.pop_text_wrap_pos()
+        imgui.end_tooltip()
+
+
+def own(settings: Settings, table: list[Row]) -> list[Row]:
+    """The rows that this kind of camera has; of one with a lens all, so that none jumps while a ring turns."""
+    if not settings.lensless and settings.model != "pinhole":
+        return table
+    found: list[Row] = []
+    gap = False
+    for row in table:
+        gap = gap or row.gap
+        if row.value != NONE:
+            found.append(replace(row, gap=gap and bool(found)))
+            gap = False
+    return found
+
+
+def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
+    """The table: optics, field, sharpness, places, then how the rendering goes."""
+    limit = NONE if got.limit is None else f"{1000.0 * got.limit:.1f} µm"
+    field = NONE if got.fov_horizontal is None or got.fov_vertical is None else \
+        f"{format_angle(got.fov_horizontal)} × {format_angle(got.fov_vertical)}"
+    return [
+        Row("Focal length", *_length(got.efl), "Effective focal length (EFL), f: from the rear principal plane P′ "
+                                               "to the rear focus F′"),
+        *_across(got),
+        Row("Back focal length", *_length(got.bfl), "Back focal length (BFL): from the last vertex "
+                                                    "to the rear focus F′"),
+        Row("f-number", _f_number(got.f_number), "", "N as set: focal length over the diameter of the entrance pupil, "
+                                                     "for an object at infinity"),
+        Row("Working f-number", _f_number(got.working_f_number), "",
+            "1 / (2 sin θ′) of the real marginal ray at the present focus: every rim and the magnification count"),
+        Row("T-stop", NONE if got.t_number is None else f"T {got.t_number:.1f}", "",
+            "Estimate: the f-number of a lens without losses that would be as bright, N / √transmission, with the "
+            "reflections of uncoated glass"),
+        _colours(settings),
+        Row("Field of view", field, "", "Horizontal × vertical, 2 atan(h / 2f): of the film that is used, "
+                                        "focused at infinity. Distortion, large in a fisheye, is not counted",
+            gap=True),
+        Row("Diagonal", NONE if got.fov_diagonal is None else format_angle(got.fov_diagonal), "",
+            "Field of view across the film's diagonal"),
+        Row("35 mm equivalent", *_length(got.equivalent), "The focal length that sees the same diagonal on a "
+                                                          "36 × 24 mm film"),
+        Row("Equivalent f-number", _f_number(None if got.f_number is None or got.efl is None else lb.equivalent(
+            got.efl, settings.film, got.f_number).f_number), "",
+            "The f-number that gives the same depth of field on a 36 × 24 mm film, with the equivalent focal length: "
+            "the same field, blur and light in all"),
+        Row("Depth of field", *_range(got.near_limit, got.far_limit),
+            f"From the near to the far limit, measured from the film: the circle of confusion (CoC) stays below "
+            f"{limit}, {LIMITS.get(settings.limit, settings.limit).lower()}", gap=True, amber=True),
+        Row("Blur in focus", NONE if got.focusing.blur is None else f"{1000.0 * got.focusing.blur:.3g}", "µm",
+            f"Of a point in focus on the axis: 2√2 × the rms radius of its real rays. {words(got.focusing)}",
+            amber=True),
+        Row("Hyperfocal", *_distance(got.hyperfocal), "Focused here, all is sharp from half this distance to infinity"),
+        Row("Nearest focus", *_distance(got.nearest_focus), "Nearest distance from the film that the lens can focus"),
+        Row("Magnification", _magnification(got.magnification), "", "Size of the image to that of the object "
+                                                                    "in focus, m"),
+        Row("Exposure value", _exposure_value(settings, got), "EV",
+            "log2 N²/t with the working f-number and the shutter time, at ISO 100: EV − log2 ISO/100"),
+        Row("Film distance", *_length(got.film_distance, 2), "From the last vertex to the film", gap=True),
+        Row("Entrance pupil", *_diameter(got.entrance_pupil), "Diameter of the stop as the scene sees it, E"),
+        Row("Exit pupil", *_diameter(got.exit_pupil), "Diameter of the stop as the film sees it, E′"),
+        Row("Airy disk", NONE if got.airy is None else f"{1000.0 * got.airy:.1f}", "µm",
+            "Diameter of the first dark ring of a point of light, 2.44 λ N: what diffraction alone does"),
+        Row("Rays", NONE if status.rays_per_second <= 0.0 else f"{status.rays_per_second / 1e6:.3g}", "M/s",
+            "Camera rays traced into the scene a second", gap=True),
+        Row("Frames", NONE if status.fps <= 0.0 else f"{status.fps:.0f}", "fps", "Frames of the window a second"),
+        Row("Samples", f"{status.samples}", "", "Samples of every pixel so far"),
+    ]
+
+
+def _across(got: Readings) -> list[Row]:
+    """What a lens with cylinders has besides."""
+    if got.foci is None:
+        return []
+    squeeze = f". Objects are {got.across / got.efl:.3g} times as wide on the film" if got.across and got.efl else ""
+    return [
+        Row("Focal length across", *_length(got.across),
+            f"Across the picture, in the section x–z; the focal length above is that of y–z, up the picture{squeeze}"),
+        Row("Foci across, up", " ".join(_signed(focus) for focus in got.foci), "mm",
+            "How far behind the film the lens, by its first order, focuses the light of its sections x–z and y–z: what "
+            "lies between is its astigmatism on the axis. The film stands where the blur of the whole pupil is least"),
+    ]
+
+
+def _signed(length: float) -> str:
+    if not math.isfinite(length):
+        return "∞"
+    return f"{'−' if length < 0.0 else '+'}{abs(length):.2f}"
+
+
+def _colours(settings: Settings) -> Row:
+    """At which wavelengths the picture is traced, and why."""
+    try:
+        used, why = colours(settings)[1:]
+    except (ValueError, OSError) as error:
+        used, why = False, str(error)
+    value = NONE if settings.lensless else "24 wavelengths" if used else "d line"
+    return Row("Colours", value, "", why)
+
+
+def _length(length: float | None, digits: int | None = None) -> tuple[str, str]:
+    if length is None:
+        return NONE, "mm"
+    if digits is not None:
+        return f"{length:.{digits}f}", "mm"
+    sign = "−" if length < 0.0 else ""
+    return sign + format_length(abs(length)).removesuffix(" mm"), "mm"
+
+
+def _diameter(diameter: float | None) -> tuple[str, str]:
+    value, unit = _length(diameter)
+    return (value if value == NONE else f"ø {value}"), unit
+
+
+def _distance(distance: float | None) -> tuple[str, str]:
+    return (NONE if distance is None else format_distance(distance).removesuffix(" m")), "m"
+
+
+def _range(near: float | None, far: float | None) -> tuple[str, str]:
+    if near is None or far is None:
+        return NONE, "m"
+    digits = 3 if near < 9995.0 else 2 if near < 99950.0 else 1
+    while digits < 6 and f"{near / 1000.0:.{digits - 1}f}" == f"{far / 1000.0:.{digits - 1}f}":
+        digits += 1
+    end = "∞" if math.isinf(far) else f"{far / 1000.0:.{digits}f}"
+    return f"{near / 1000.0:.{digits}f} – {end}", "m"
+
+
+def _exposure_value(settings: Settings, got: Readings) -> str:
+    f_number = got.working_f_number or got.f_number
+    return NONE if f_number is None else f"{lb.Exposure(f_number, settings.shutter, settings.iso).ev100:.1f}"
+
+
+def _f_number(f_number: float | None) -> str:
+    """Two digits after the point, for these are compared with each other."""
+    if f_number is None:
+        return NONE
+    return f"f/{f_number:.2f}" if f_number < 9.995 else f"f/{f_number:.1f}"
+
+
+def _magnification(magnification: float | None) -> str:
+    if magnification is None:
+        return NONE
+    if magnification <= 0.0:
+        return "1 : ∞"
+    return f"1 : {1.0 / magnification:.3g}" if magnification < 1.0 else f"{magnification:.3g} : 1"

@@ -1,0 +1,216 @@
+"""Spaces: the point under the mouse in every space on its way to the film, and the camera's intrinsics.
+
+While the mouse is elsewhere, the point is the one last pointed at, or the middle of the picture.
+"""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+from numpy.typing import NDArray
+
+import lensbench as lb
+from lensbench.app.state.build import camera
+from lensbench.app.state.intrinsics import intrinsics
+from lensbench.app.state.scene_file import kept_scene
+from lensbench.app.state.settings import VIEWS, Settings
+from lensbench.app.widgets import theme
+from lensbench.scenery.intersect.moving_objects import displaced
+from lensbench.scenery.intersect.planar import plate_frame
+
+fa = icons_fontawesome_6
+NONE = "–"
+NEAR, FAR = 100.0, 100_000.0    # mm: the planes between which the screen's z runs
+TOUCH = 0.5                     # mm off a surface that still counts as on it
+DIGITS = {"raster": 1, "ndc": 4, "screen": 3, "film": 3, "camera": 3, "world": 3}
+
+
+def spaces_panel(settings: Settings, at: tuple[float, float], depth: NDArray[np.float32] | None,
+                 image: NDArray[np.float32] | None) -> bool:
+    """Draw the table of the raster point `at`; whether the intrinsics are to be saved to a file.
+
+    depth: (h, w) mm from the film along the axis; image: (h, w, 3), what the core found there.
+    """
+    try:
+        of = _camera(settings.picture)
+    except (ValueError, OSError) as error:
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_disabled(str(error))
+        imgui.pop_text_wrap_pos()
+        return False
+    text, pixels = intrinsics(of), _pixels(of)
+    pitch = _table([*rows(of, at, depth), *_object(settings, of, at, depth), *_values(settings, at, image), *pixels])
+    return text is not None and _kept(text, len(pixels) * pitch, pitch)
+
+
+@lru_cache(maxsize=2)
+def _camera(settings: Settings) -> lb.Camera:
+    return camera(settings)
+
+
+Row = tuple[str, tuple[str, ...], str, str]         # name, numbers, unit, meaning
+
+
+def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> list[Row]:
+    """The point in each space."""
+    found = of.places([at], math.nan)
+    flat = (
+        ("Raster", found.raster[0], DIGITS["raster"], "px", "Pixels from the upper left corner; their middles at +½"),
+        ("NDC", found.ndc[0], DIGITS["ndc"], "", "Normalised device coordinates: 0 to 1 across and down the picture"),
+        ("Screen", found.screen[0], DIGITS["screen"], "", "The shorter side of the picture spans −1 to 1, y up"),
+        ("Film", found.film[0][:2], DIGITS["film"], "mm", "Where it falls on the film, upside down as optics does it"),
+    )
+    table = [(name, tuple(number(value, digits) for value in values), unit, meaning)
+             for name, values, digits, unit, meaning in flat]
+    deep = along(of, at, depth)
+    points = of.places([at], deep) if deep is not None else found
+    for name, values, meaning in (
+            ("Camera", points.camera[0], "Camera frame: x right, y up, the camera looks along −z"),
+            ("World", points.world[0], "World frame, in which the scene is laid out")):
+        numbers = tuple(number(value / 1000.0, DIGITS[name.lower()]) for value in values) \
+            if np.isfinite(values).all() else (NONE,)
+        table.append((name, numbers, "m", meaning))
+    table += _screen_z(of, float(points.camera[0, 2]) if deep is not None else math.nan)
+    table.append(("Distance", (NONE if deep is None else number(deep / 1000.0, 3),), "m",
+                  "From where the ray leaves the camera to what it meets"))
+    return table
+
+
+def _object(settings: Settings, of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> list[Row]:
+    """The point in the frame of the thing that it lies on."""
+    scene, deep = kept_scene(settings.scene), along(of, at, depth)
+    ray = of.generate_rays([at], [of.pupil_centre])
+    if deep is not None and not settings.moves and of.medium is None:       # to the last digit, and not to a pixel
+        deep = float(scene.distance(ray.origins, ray.directions)[0])
+    found = None
+    if deep is not None and math.isfinite(deep):
+        found = thing_at(scene, ray.origins[0] + deep * ray.directions[0], settings.moment)
+    if found is None:
+        return [("Object", (NONE,), "m", "Frame of a thing in the scene: there is none here but sky or floor")]
+    name, point = found
+    return [("Object", tuple(number(value / 1000.0, 3) for value in point), "m",
+             f"Frame of the {name} that is seen here: its middle is the origin")]
+
+
+def thing_at(scene: lb.Scene, point: NDArray[np.float64], moment: float) -> tuple[str, NDArray[np.float64]] | None:
+    """What sphere, rectangle or disk a world point (mm) lies on at a time (s), and the point in its frame.
+
+    A sphere's axes are those of the world, a plate's its half-axes and normal; turns by a spin do not count.
+    """
+    for thing in (*scene.spheres, *scene.plates):
+        here = displaced(thing, moment) if thing.moves else thing
+        away = point - np.asarray(here.centre)
+        if isinstance(here, lb.Sphere):
+            if abs(np.linalg.norm(away) - here.radius) < TOUCH + 1e-3 * here.radius:
+                return f"sphere of {2.0 * here.radius:.3g} mm", away
+            continue
+        _, a, b, normal, disk = plate_frame(here)
+        u, v = away @ a / (a @ a), away @ b / (b @ b)
+        inside = u * u + v * v <= 1.0 if disk else max(abs(u), abs(v)) <= 1.0
+        if inside and abs(away @ normal) < TOUCH:
+            axes = np.array([a / np.linalg.norm(a), b / np.linalg.norm(b), normal])
+            return "disk" if disk else "rectangle", axes @ away
+    return None
+
+
+def _screen_z(of: lb.Camera, z: float) -> list[Row]:
+    """What a perspective matrix makes of the point's depth, and how finely a 32-bit buffer tells it there."""
+    try:
+        spaces = of.spaces(NEAR, FAR)
+    except lb.CameraError:
+        return []
+    meaning = (f"Depth as the perspective matrix has it: 0 at {NEAR / 1000.0:g} m from the eye, 1 at "
+               f"{FAR / 1000.0:g} m; and the smallest step that 32 bits of it tell here")
+    depth = spaces.eye - z
+    if not NEAR <= depth <= FAR:
+        return [("Screen z", (NONE,), "", meaning)]
+    if not spaces.perspective:
+        return [("Screen z", (number((depth - NEAR) / (FAR - NEAR), 5),), "", meaning)]
+    value, step = (1.0 - NEAR / depth) / (1.0 - NEAR / FAR), 1000.0 * lb.depth_resolution(depth, NEAR, FAR)
+    return [("Screen z", (number(value, 5), f"{step:.2g}"), "µm", meaning)]
+
+
+def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> float | None:
+    """How far along its ray (mm) lies what the raster point shows; None for the sky, the dark, and an old depth map."""
+    if depth is None or depth.shape != (of.film.pixels_y, of.film.pixels_x):
+        return None
+    x, y = (min(max(int(place), 0), size - 1) for place, size in zip(at, depth.shape[::-1], strict=True))
+    deep = float(depth[y, x])
+    if not math.isfinite(deep):
+        return None
+    ray = of.generate_rays([at], [of.pupil_centre])
+    frame = np.linalg.inv(np.reshape(of.placement(0.0, np.array([at])), (4, 4)))
+    start, way = frame[2, :3] @ ray.origins[0] + frame[2, 3], frame[2, :3] @ ray.directions[0]
+    distance = (-deep - start) / way if way != 0.0 else math.nan
+    return distance if ray.weights[0] > 0.0 and math.isfinite(distance) and distance > 0.0 else None
+
+
+def number(value: float, digits: int) -> str:
+    """With a true minus, and no minus zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−") if math.isfinite(value) else NONE
+
+
+def _values(settings: Settings, at: tuple[float, float], image: NDArray[np.float32] | None) -> list[Row]:
+    """What the picture holds there."""
+    if image is None or not (0 <= at[1] < image.shape[0] and 0 <= at[0] < image.shape[1]):
+        return []
+    name = "Light" if settings.view == "picture" else VIEWS[settings.view]
+    return [(name, tuple(f"{value:.3g}".replace("-", "−") for value in image[int(at[1]), int(at[0])].tolist()), "",
+             "Red, green and blue of the pixel, linear, as it was rendered" if settings.view == "picture" else
+             "What was found of the samples, as an EXR holds it")]
+
+
+def _table(table: list[Row]) -> float:
+    """Draw the rows, as close as they have to be; returns how far they are apart."""
+    width, line = imgui.get_content_region_avail().x, imgui.get_text_line_height()
+    colour, draw = theme.colours(), imgui.get_window_draw_list()
+    first, unit = theme.em(4.6), theme.em(1.9)
+    room = (imgui.get_content_region_avail().y - theme.em(0.4)) / len(table)
+    pitch = math.floor(min(max(room, 0.92 * line), 1.26 * line))        # closer where the panel is low
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
+    for name, numbers, unit_text, meaning in table:
+        corner = imgui.get_cursor_screen_pos()
+        imgui.dummy(ImVec2(width, pitch))
+        if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+            imgui.set_item_tooltip(f"{name}: {meaning}\n{', '.join(numbers)} {unit_text}".rstrip())
+        y = corner.y + math.floor(0.5 * (pitch - line))
+        draw.add_text(ImVec2(corner.x, y), theme.packed(colour.dim), name)
+        step = (width - first - unit) / 3.0
+        for i, value in enumerate(numbers):
+            x = corner.x + first + (i + 3 - len(numbers) + 1) * step - imgui.calc_text_size(value).x
+            draw.add_text(ImVec2(math.floor(x), y), theme.packed(colour.dim if value == NONE else colour.strong), value)
+        draw.add_text(ImVec2(corner.x + width - unit + round(0.45 * line), y), theme.packed(colour.dim), unit_text)
+    imgui.pop_style_var()
+    return pitch
+
+
+# Intrinsics
+
+
+def _pixels(of: lb.Camera) -> list[Row]:
+    """The intrinsics as rows."""
+    try:
+        found = of.intrinsics
+    except lb.CameraError:
+        return [("Intrinsics", (NONE,), "", "Focal length and principal point: none, this camera is not projective")]
+    return [("fx, fy", (number(found.fx, 1), number(found.fy, 1)), "px",
+             "Intrinsics: the focal length in pixels across and down; of a lens, that of its first order"),
+            ("cx, cy", (number(found.cx, 1), number(found.cy, 1)), "px",
+             "Intrinsics: the principal point, where the axis meets the picture")]
+
+
+def _kept(text: str, up: float, height: float) -> bool:
+    """Buttons beside the intrinsics, so far up from here; whether these are to be saved."""
+    after = imgui.get_cursor_screen_pos()
+    imgui.set_cursor_screen_pos(ImVec2(after.x + theme.em(4.0), after.y - up))
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(theme.em(0.25), 0.0))
+    if imgui.button(fa.ICON_FA_COPY + "###Copy intrinsics", ImVec2(0.0, height)):
+        imgui.set_clipboard_text(text)
+    imgui.set_item_tooltip("Copy intrinsics and pose as JSON")
+    imgui.same_line(0.0, theme.em(0.2))
+    wanted = imgui.button(fa.ICON_FA_FLOPPY_DISK + "###Save intrinsics", ImVec2(0.0, height))
+    imgui.set_item_tooltip("Save intrinsics and pose as JSON")
+    imgui.pop_style_var()
+    imgui.set_cursor_screen_pos(after)
+    return wanted

@@ -1,0 +1,80 @@
+"""From the light of a picture to what is developed of it: exposure by f-number, time and ISO, and a sensor's noise.
+
+A rendered picture has relative weights: 1 is the light of a white wall under an even sky, whatever the
+stop. As lit, it stays so. Exposed by the triangle, 1 is what saturates at the ISO that is
+set; with automatic ISO it is the ISO that a meter would choose, at the f-number and
+time that are set. A sensor then records it, with its noise. Nothing of this renders anew.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+import lensbench as lb
+from lensbench.app.state.figures import readings
+from lensbench.app.state.settings import Settings
+from lensbench.imaging.exposure import SATURATION
+
+
+@dataclass(frozen=True)
+class Exposing:
+    """What the light is multiplied by, at which ISO, and the triangle it follows from; None where no f-number says."""
+
+    gain: float
+    iso: float
+    triangle: lb.Exposure | None
+
+
+def exposing(settings: Settings, image: NDArray[np.float32]) -> Exposing:
+    """Of a linear picture (h, w, 3) of these settings."""
+    got = readings(settings)
+    f_number = got.working_f_number or got.f_number
+    triangle = None if f_number is None else lb.Exposure(f_number, settings.shutter, settings.iso)
+    if settings.exposing == "automatic":
+        gain = 2.0 ** lb.metered_stops(image, settings.metering)
+        if triangle is None:
+            return Exposing(gain, settings.iso, None)
+        iso = settings.iso * gain / triangle.brightness
+        return Exposing(gain, iso, lb.Exposure(triangle.f_number, triangle.time, iso))
+    if settings.exposing == "triangle" and triangle is not None:
+        return Exposing(triangle.brightness, settings.iso, triangle)
+    return Exposing(1.0, settings.iso, triangle)
+
+
+def exposed(settings: Settings, image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The picture as it is exposed and recorded; itself where nothing is to be done."""
+    if settings.exposing == "plain" and not settings.noise:
+        return image
+    found = exposing(settings, image)
+    light = image * np.float32(found.gain)
+    if not settings.noise:
+        return light
+    sensor = lb.Sensor(settings.full_well, settings.quantum_efficiency, settings.read_noise, bits=settings.bits)
+    return sensor.record(light, found.iso, SATURATION / found.iso, settings.seed)
+
+
+def look(settings: Settings) -> tuple:
+    """What `exposed` depends on beside the picture; equal ones give the same."""
+    if settings.exposing == "plain" and not settings.noise:
+        return ()
+    return (settings.exposing, settings.metering, settings.iso, settings.shutter, settings.noise, settings.full_well,
+            settings.quantum_efficiency, settings.read_noise, settings.bits, settings.seed,
+            readings(settings).working_f_number)
+
+
+def told(found: Exposing) -> str:
+    """In two lines: what the triangle comes to."""
+    if found.triangle is None:
+        return "No f-number, no exposure value"
+    exposure = found.triangle
+    return (f"EV {exposure.ev:.1f}   at ISO 100 {exposure.ev100:.1f}\n"
+            f"H {_three(exposure.lux_seconds)} lx s = {_three(1e3 * exposure.joules)} mJ/m²")
+
+
+def _three(value: float) -> str:
+    """Three digits, without a power of ten where it can be read."""
+    if value == 0.0 or not 1e-4 <= value < 1e5:
+        return f"{value:.2e}"
+    return f"{float(f'{value:.3g}'):.{max(0, 2 - math.floor(math.log10(value)))}f}"

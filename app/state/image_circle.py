@@ -1,0 +1,54 @@
+"""How much of the film the lens lights: lengths in mm."""
+
+from functools import lru_cache
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.state.figures import setup
+from lensbench.app.state.ray_fans import lit_radius
+from lensbench.app.state.settings import REAL, Settings
+from lensbench.pupils.image_circle import edge_of_light
+from lensbench.pupils.ray_aiming import Aim
+
+NARROW = 0.97                   # of the film's diagonal: an image circle below it is spoken of
+
+
+def lit(settings: Settings) -> float:
+    """How far off the axis light reaches the film: to its corner, where no lens says otherwise."""
+    corner = 0.5 * settings.film.diagonal
+    if settings.lensless:
+        return corner
+    try:
+        return lit_radius(setup(settings))
+    except (ValueError, OSError):
+        return corner
+
+
+def dark_corners(settings: Settings) -> str:
+    """Why the picture has dark corners, if it has; an ideal lens lights any film."""
+    if settings.model not in REAL:
+        return ""
+    reach, diagonal = 2.0 * lit(settings), settings.film.diagonal
+    share = _towards_the_corner(settings)
+    if share is not None:
+        return f"Light ends at {100.0 * share:.0f} % of the film's diagonal" if share < NARROW else ""
+    if reach >= NARROW * diagonal:
+        return ""
+    return f"Image circle ø {reach:.1f} mm, film diagonal {diagonal:.1f} mm"
+
+
+def _towards_the_corner(settings: Settings) -> float | None:
+    """Up to which part of the way to the film's corner light falls, for a lens whose light ends in no circle."""
+    try:
+        stand = setup(settings)
+    except (ValueError, OSError):
+        return None
+    if stand.lens.is_rotationally_symmetric:
+        return None
+    return _end(stand.lens, stand.film_distance, stand.film.width, stand.film.height)
+
+
+@lru_cache(maxsize=16)
+def _end(lens: lb.Lens, film_distance: float, width: float, height: float) -> float:
+    return float(edge_of_light(Aim(lens, film_distance), np.array([[0.5 * width, 0.5 * height]]), 1.0)[0][0])

@@ -1,0 +1,137 @@
+"""The scene from above: what stands where, what the camera sees of it, and the part that is in focus.
+
+Points are (right, ahead) in metres: x and −z of the world. What is in focus
+lies between two planes across the camera's axis; the view is bounded by the rays of the middle line
+of the picture that lie farthest to either side. Both are seen from above as they are in space, for
+a camera that is pitched as well.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+import lensbench as lb
+from lensbench.app.state.build import camera
+from lensbench.app.state.figures import readings
+from lensbench.app.state.scene_file import find_scene
+from lensbench.app.state.settings import Settings
+from lensbench.scenery.intersect.moving_objects import displaced
+
+AWAY = 1e7                      # mm along a ray: what stands for infinitely far
+ACROSS = 65                     # places of the picture's middle line that are looked along
+POINTS = 48                     # of a circle
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Points (…, 2) in metres; None for what a camera has not."""
+
+    place: Points                               # (2,) of the camera
+    ahead: Points                               # (2,) the way it looks; shorter than 1 where it is pitched
+    view: Points | None                         # (2, 2, 2): where its left and its right ray begin, and far along them
+    focus: Points | None                        # (2, 2) where the plane in focus crosses them
+    band: Points | None                         # (4, 2) around what is in focus
+    ends: tuple[Points, Points] | None          # the camera's place at its two keyframes
+    distance: float                             # of the focus, mm
+
+
+@dataclass(frozen=True)
+class Thing:
+    """An outline (n, 2) in metres, seen from above, and whether it shines."""
+
+    outline: Points
+    shines: bool
+
+
+def plan(settings: Settings) -> Plan:
+    """Of these settings; a ValueError or OSError where there is no camera."""
+    return _plan(settings.plain("seed", "view", "samples", "exposure", "tone", "overlay", "compare", "wipe"))
+
+
+@lru_cache(maxsize=4)
+def _plan(settings: Settings) -> Plan:
+    frame, got = settings.present_place, readings(settings)
+    origin, forward = frame[:3, 3], -frame[:3, 2]
+    rays = None if settings.model in ("environment", "bare") else _outermost(camera(settings))
+    focus = band = None
+    if rays is not None and (settings.lens_radius > 0.0 if settings.model == "orthographic" else
+                             got.f_number is not None and settings.model != "hole"):
+        focus = _cut(rays, origin, forward, settings.focus_distance)
+        if got.near_limit is not None and got.far_limit is not None:
+            near, far = (_cut(rays, origin, forward, limit) for limit in (
+                got.near_limit, got.far_limit if got.far_limit > 0.0 else math.inf))
+            band = np.array([near[0], near[1], far[1], far[0]])
+    ends = None
+    if settings.end_position is not None:
+        ends = _above(np.array(settings.position)), _above(np.array(settings.end_position))
+    view = None if rays is None else np.stack([_above(rays[0]), _above(rays[0] + AWAY * rays[1])], 1)
+    return Plan(_above(origin), _above(1000.0 * forward), view, focus, band, ends, settings.focus_distance)
+
+
+def _outermost(of: lb.Camera) -> tuple[Points, Points] | None:
+    """Origins and directions (2, 3) of the rays farthest left and right on the picture's middle line that see light."""
+    film = of.film
+    x = np.linspace(0.0, film.pixels_x, ACROSS)
+    raster = np.column_stack([x, np.full(ACROSS, film.pixels_y / 2.0)])
+    rays = of.generate_rays(raster, np.tile(of.pupil_centre, (ACROSS, 1)))
+    lit = np.flatnonzero(rays.weights > 0.0)
+    if not lit.size:
+        return None
+    return rays.origins[lit[[0, -1]]], rays.directions[lit[[0, -1]]]
+
+
+def _cut(rays: tuple[Points, Points], origin: Points, forward: Points, distance: float) -> Points:
+    """Where two rays meet the plane `distance` (mm) before the origin, from above (2, 2); far off where they do not."""
+    starts, ways = rays
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = (distance - (starts - origin) @ forward) / (ways @ forward)
+    t = np.where((t > 0.0) & (t < AWAY), t, AWAY)
+    return _above(starts + t[:, None] * ways)
+
+
+def _above(points: Points) -> Points:
+    """World points (…, 3) in mm as (…, 2) in metres, seen from above."""
+    return np.stack([points[..., 0], -points[..., 2]], -1) / 1000.0
+
+
+@lru_cache(maxsize=4)
+def things(scene: str, moment: float) -> tuple[Thing, ...]:
+    """What stands in a scene at a time (s), the highest last; nothing where the scene cannot be read."""
+    try:
+        found = find_scene(scene)
+    except (ValueError, OSError):
+        return ()
+    turn = 2.0 * np.pi * np.arange(POINTS) / POINTS
+    outlines = []
+    for thing in sorted((*found.spheres, *found.plates), key=lambda thing: thing.centre[1]):
+        here = displaced(thing, moment) if thing.moves else thing
+        if isinstance(here, lb.Sphere):
+            circle = here.radius * np.column_stack([np.cos(turn), 0.0 * turn, np.sin(turn)])
+        else:
+            corners = np.column_stack([np.cos(turn), np.sin(turn)]) if here.round else \
+                np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+            circle = corners @ np.array([here.right, here.up])
+        outlines.append(Thing(_above(np.asarray(here.centre) + circle), here.material.shines))
+    return tuple(outlines)
+
+
+def extent(shown: Plan, around: tuple[Thing, ...], depth: float) -> tuple[float, float, float, float]:
+    """x0, x1, y0, y1 (m) that hold the camera, its focus where it is near, and what stands within `depth` mm of it."""
+    reach = depth / 1000.0
+    points = [shown.place]
+    for thing in around:
+        middle = thing.outline.mean(0)
+        if np.hypot(*(middle - shown.place)) < reach and np.ptp(thing.outline, axis=0).max() < reach:
+            points += [thing.outline.min(0), thing.outline.max(0)]
+    if shown.focus is not None and np.abs(shown.focus - shown.place).max() < 2.0 * reach:
+        points += list(shown.focus)
+    if shown.ends is not None:
+        points += list(shown.ends)
+    low, high = np.min(points, 0), np.max(points, 0)
+    middle, half = 0.5 * (low + high), np.maximum(0.54 * (high - low), 0.25)
+    return (float(middle[0] - half[0]), float(middle[0] + half[0]), float(middle[1] - half[1]),
+            float(middle[1] + half[1]))

@@ -1,0 +1,121 @@
+"""The zoom of a lens by its focal length, as its ring is engraved, and the figures of its stations.
+
+Lengths in mm; focal lengths are those at infinity.
+"""
+
+import argparse
+import math
+import re
+from functools import lru_cache
+from typing import Any
+
+import lensbench as lb
+from lensbench.app.state.scales import format_distance, read_length
+from lensbench.kernels.root_finding import root
+
+SAMPLES = 33            # of the focal length along the ring, to find it again
+ROUNDING = 1e-13        # of a focal length
+
+
+def read_zoom(text: str) -> tuple[str, float]:
+    """“0.4” from 0 (wide) to 1 (tele): ("part", 0.4); “105mm”, with its unit: ("length", 105.0)."""
+    if re.search(r"[cm]m\s*$", text.lower()):
+        return "length", read_length(text)
+    try:
+        part = float(text.replace(",", "."))
+    except ValueError:
+        part = math.nan
+    if not 0.0 <= part <= 1.0:
+        raise ValueError(f"“{text.strip()}”: type a number from 0 (wide) to 1 (tele), or a focal length such as 105mm")
+    return "part", part
+
+
+def read_close(text: str) -> float:
+    """“0.5” from 0 (infinity) to 1 (the nearest position of the focus groups)."""
+    try:
+        part = float(text.replace(",", "."))
+    except ValueError:
+        part = math.nan
+    if not 0.0 <= part <= 1.0:
+        raise ValueError(f"“{text.strip()}”: type a number from 0 (infinity) to 1 (the nearest position)")
+    return part
+
+
+def positioned(lens: lb.Lens, arguments: argparse.Namespace) -> lb.Lens:
+    """The lens where the options --zoom and --close put it."""
+    return lens.at(asked_zoom(lens, arguments.zoom), arguments.close)
+
+
+def stations(lens: lb.Lens) -> list[dict[str, Any]]:
+    """What the lens is at each of its stations; an empty list for a lens that has none.
+
+    in_focus: what its own back focus makes sharp, from the film; stated: what its file says.
+    """
+    positions, found = lens.positions, []
+    if positions is None:
+        return []
+    for i, zoom in enumerate(positions.zoom_stations):
+        for j, close in enumerate(positions.focus_stations):
+            far, there = lens.at(zoom=zoom, close=0.0), lens.at(zoom=zoom, close=close)
+            fo, film = lb.first_order(there), there.surfaces[-1].thickness
+            off = lb.first_order(far).bfl - far.surfaces[-1].thickness
+            found.append({
+                "name": positions.label(i, j), "zoom": zoom, "close": close, "efl": fo.efl,
+                "f_number": fo.f_number if close == 0.0 else None,      # which counts at infinity
+                "length": there.length, "back_focus": film, "in_focus": lb.focused_distance(there, film + off),
+                "stated_efl": positions.focal_lengths[i] if positions.focal_lengths else None,
+                "stated_distance": positions.distances[i][j] if positions.distances else None})
+    return found
+
+
+def station_lines(figures: list[dict[str, Any]]) -> list[str]:
+    """The stations as a table."""
+    rows = [("Positions", "EFL", "f-number", "Length", "Back focus", "In focus at")]
+    rows += [(f"  {row['name']}", f"{row['efl']:.3f} mm",
+              f"f/{row['f_number']:.2f}" if row["f_number"] is not None else "", f"{row['length']:.3f} mm",
+              f"{row['back_focus']:.3f} mm", format_distance(row["in_focus"])) for row in figures]
+    widths = [max(len(row[k]) for row in rows) for k in range(6)]
+    return ["   ".join([row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:],
+                                                                                           strict=True))])
+            for row in rows] if figures else []
+
+
+def asked_zoom(lens: lb.Lens, asked: tuple[str, float] | None) -> float | None:
+    """The zoom (0 to 1) that `read_zoom` read, for this lens; None: none was asked for. LensError: out of its reach."""
+    if asked is None:
+        return None
+    kind, value = asked
+    if kind == "part" or not lens.zooms:
+        lens.at(zoom=value)                     # raises where it cannot be
+        return value
+    shortest, longest = focal_length(lens, 0.0), focal_length(lens, 1.0)
+    if not shortest * (1.0 - 5e-3) <= value <= longest * (1.0 + 5e-3):      # engraved ends are rounded
+        raise lb.LensError(f"zoom to {value:g} mm: this lens zooms from {shortest:.4g} to {longest:.4g} mm")
+    return zoom_of(lens, value)
+
+
+@lru_cache(maxsize=256)
+def focal_length(lens: lb.Lens, zoom: float) -> float:
+    """Of the lens at a zoom setting, focused at infinity."""
+    return lb.first_order(lens.at(zoom=zoom, close=0.0)).efl
+
+
+@lru_cache(maxsize=256)
+def zoom_of(lens: lb.Lens, length: float) -> float:
+    """The zoom setting of a focal length, the nearest end for one beyond it."""
+    curve = _curve(lens)
+    if length <= curve[0]:
+        return 0.0
+    if length >= curve[-1]:
+        return 1.0
+    i = next(i for i in range(SAMPLES - 1) if (curve[i] - length) * (curve[i + 1] - length) <= 0.0)
+    low, high, rising = i / (SAMPLES - 1), (i + 1) / (SAMPLES - 1), curve[i + 1] >= curve[i]
+    sign = 1.0 if rising else -1.0
+    return root(lambda zoom: sign * (lb.first_order(lens.at(zoom=zoom, close=0.0)).efl - length), low, high,
+                ROUNDING * length)
+
+
+@lru_cache(maxsize=16)
+def _curve(lens: lb.Lens) -> tuple[float, ...]:
+    return tuple(focal_length(lens, i / (SAMPLES - 1)) for i in range(SAMPLES))
+

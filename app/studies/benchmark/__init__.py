@@ -1,0 +1,1 @@
+"""`lensbench bench`: speed, as ratios within one run."""

@@ -1,0 +1,48 @@
+"""How long lens files take: to load in every format, and to check, also as the first thing that a process does."""
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from lensbench import lenses
+from lensbench.app.studies.timing import least
+from lensbench.lenses.catalogue import path_of
+from lensbench.lenses.lens_file import WRITERS
+
+FIRST = """
+import sys, time
+from lensbench import lenses
+begin = time.perf_counter()
+loaded = lenses.load(sys.argv[1])
+between = time.perf_counter()
+lenses.check(loaded)
+print(between - begin, time.perf_counter() - between)
+"""
+
+
+def files() -> Iterator[tuple[str, float, str]]:
+    """The slowest lens of the library in each format; the first load and check of a new process."""
+    with tempfile.TemporaryDirectory() as folder:
+        for suffix in WRITERS:
+            paths = {name: Path(folder) / f"{name}{suffix}" for name in lenses.names()}
+            for name, path in paths.items():
+                lenses.save(lenses.load(name), path)
+            best = least({name: partial(lenses.load, path) for name, path in paths.items()}, 0.01)
+            slowest = max(best, key=best.__getitem__)
+            yield f"load the slowest {suffix}", best[slowest] * 1e3, "ms"
+    best = least({name: partial(lenses.check, lenses.load(name)) for name in lenses.names()}, 0.03)
+    slowest = max(best, key=best.__getitem__)
+    yield "check the slowest lens", best[slowest] * 1e3, "ms"
+    first = [_first(str(path_of(slowest))) for _ in range(5)]
+    yield "the first load of a process", min(first)[0] * 1e3, "ms"
+    yield "the first check of a process", min(check for _, check in first) * 1e3, "ms"
+
+
+def _first(path: str) -> tuple[float, float]:
+    """Seconds that a new process takes to load and to check a lens file, after its imports."""
+    done = subprocess.run([sys.executable, "-c", FIRST, path], capture_output=True, text=True, check=True)
+    load, check = done.stdout.split()
+    return float(load), float(check)

@@ -1,0 +1,45 @@
+"""Light fields: what recording and focusing them costs, and how close they come: a part of `lensbench bench`."""
+
+from collections.abc import Iterator
+from functools import partial
+from time import perf_counter
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.state.comparison import decibels
+from lensbench.app.studies.timing import LENS, least
+
+FILM = lb.Film(36.0, 24.0, 640, 427)
+VIEWS, SAMPLES = (9, 9), 16
+DISTANCES = (900.0, 1500.0, 2500.0)
+EDGE = 40                   # pixels that are left out, of which not every view sees all
+
+
+def light_fields() -> Iterator[tuple[str, float, str]]:
+    """The still life, 9 × 9 views of 640 × 427 pixels with 16 samples, by a thin lens and by a double Gauss."""
+    scene = lb.builtin_scene("still-life")
+    for model in ("thin", "trace"):
+        def camera(distance: float, model: str = model) -> lb.LensCamera:
+            return lb.LensCamera(lenses.load(LENS), FILM, distance, 2.8, model=model)
+
+        lb.capture_light_field(camera(1200.0), scene, (1, 1), 1)            # compiles
+        begin = perf_counter()
+        field = lb.capture_light_field(camera(1200.0), scene, VIEWS, SAMPLES)
+        yield f"light field recorded, {model}", perf_counter() - begin, "s"
+        seconds = least({"refocus": partial(field.refocus, 1500.0)})["refocus"]
+        yield f"light field focused again, {model}", 1e3 * seconds, "ms"
+        for distance in DISTANCES:
+            direct = lb.render(camera(distance), scene, 1024)
+            inner = slice(EDGE, -EDGE), slice(EDGE, -EDGE)
+            yield f"focused at {distance / 1000.0:g} m against a camera that is, {model}", decibels(
+                field.refocus(distance)[inner], direct[inner]), "dB"
+
+
+def choices() -> Iterator[tuple[str, float, str]]:
+    """Choosing the simplest model that is within half a pixel of the full trace."""
+    film, scene = lb.Film(36.0, 24.0, 960, 640), lb.builtin_scene("still-life")
+    for name, f_number in ((LENS, 2.8), (LENS, 16.0), ("pbrt-fisheye-10mm", None)):
+        camera = lb.LensCamera(lenses.load(name), film, 1200.0, f_number)
+        choice = lb.choose_model(camera, scene)
+        seconds = least({"choose": partial(lb.choose_model, camera, scene)})["choose"]
+        yield f"model chosen, {name}, {choice.table[-1].name}", 1e3 * seconds, "ms"

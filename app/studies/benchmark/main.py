@@ -1,0 +1,267 @@
+"""`lensbench bench`: the program's speed on this machine, each figure a ratio within one run where it can be.
+
+Timings that are compared are taken in turn, and the least of many is kept: other
+work on the machine can only add. Speeds in millions a second, lengths in mm.
+"""
+
+import argparse
+import json
+import math
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numba import njit
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.state import tone
+from lensbench.app.studies.charts.samplers import DEFAULT, WHITE, samplers
+from lensbench.app.studies.charts.sampling import COUNTS, gains, scenes, squares
+from lensbench.app.studies.timing import FILM, LENS, blocks, least
+from lensbench.cameras.environment import LAYOUTS
+from lensbench.cameras.fisheye import PROJECTIONS
+from lensbench.cameras.real_lens import MODELS
+from lensbench.kernels import block
+from lensbench.kernels.program import Program, stage_address
+from lensbench.kernels.sampling import sampler
+from lensbench.optics.block_trace import packed, trace, tracer
+from lensbench.optics.scalar_trace import surface_table, trace_rays
+from lensbench.pupils.radial_sampler import POINTS, PupilTable
+from lensbench.pupils.rim_solver import solve
+from lensbench.scenery.builtin.benchmark import benchmark_scene
+
+MANY = 24                       # passes, of which every fourth, eighth or twelfth has small lights from their own side
+
+
+@njit(nogil=True)
+def _rays(table, origins, directions, points, after, fate, surface, times):
+    for _ in range(times):
+        trace_rays(table, True, origins, directions, points, after, fate, surface, None, 0)
+
+
+def block_against_scalar() -> Iterator[tuple[str, float, str]]:
+    """The block tracer against the scalar reference: 512 rays that stay in the first cache, 11 surfaces, one thread."""
+    lens = lenses.load(LENS)
+    distance = lb.first_order(lens).bfl
+    rng = np.random.default_rng(1)
+    film, rear = rng.uniform(-5.0, 5.0, (2, block.B)), rng.uniform(-6.0, 6.0, (2, block.B))
+    way = np.stack([*(rear - film), np.full(block.B, -distance)], 1)
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    for real in (np.float32, np.float64):
+        bench, key = block.bench(real), np.zeros(block.KEYS, np.uint32)
+        table = bench.reshape(block.ROWS, block.PITCH)[:, :block.B]
+        table[block.X], table[block.Y] = film
+        table[block.L:block.N + 1] = way.T
+        table[block.WEIGHT] = 1.0
+        given = bench[block.X * block.PITCH:block.WEIGHT * block.PITCH + block.B].copy()
+        numbers, code = packed(lens, distance).astype(real), stage_address(trace, real)
+        origins = np.stack([*film, np.full(block.B, lens.length + distance)], 1).astype(real)
+        out = (np.empty((block.B, 3), real), np.empty((block.B, 3), real),
+               np.empty(block.B, np.int32), np.empty(block.B, np.int32))
+        surfaces = surface_table(lens, dtype=real)
+        ways = way.astype(real)
+        best = least({
+            "block": partial(blocks, bench, given, numbers, key, code, 60),
+            "scalar": partial(_rays, surfaces, origins, ways, *out, 2)})
+        name = np.dtype(real).name
+        fast, scalar = 60 * block.B / best["block"] / 1e6, 2 * block.B / best["scalar"] / 1e6
+        yield f"block tracer {name}", fast, "Mrays/s"
+        yield f"scalar reference {name}", scalar, "Mrays/s"
+        yield f"block / scalar {name}", fast / scalar, "×"
+
+
+def fused() -> Iterator[tuple[str, float, str]]:
+    """Whole samples: double Gauss traced in full, ten spheres, floor, sky, sun without shadows, 640 × 360."""
+    scene, camera = benchmark_scene(), lb.LensCamera(lenses.load(LENS), FILM, 1200.0)
+    steps = [*sampler(FILM.pixels_x, FILM.pixels_y, lit=False), *camera.steps(), *scene.steps(shadows=False)]
+    count = -(-FILM.pixels_x * FILM.pixels_y // block.B)
+    sums, bench = np.zeros((count, 3 * block.B), np.float32), block.bench()
+    grown = {step.kernel.__name__: Program(steps[:i + 1]) for i, step in enumerate(steps)}
+    best = least({name: partial(program.expose, sums, bench, 0, count, 0, 2, np.uint32(0))
+                  for name, program in grown.items()}, 0.3)
+    before = 0.0
+    for name, seconds in best.items():
+        each = seconds / (2 * count * block.B) * 1e9
+        yield f"stage {name}", each - before, "ns"
+        before = each
+    yield "fused render, one thread", 1e3 / before, "Msamples/s"
+    for model in ("trace", "polynomial", "thin", "pinhole"):
+        view = lb.LensCamera(lenses.load(LENS), FILM, 1200.0, model=model)
+        rendering = lb.Rendering(view, scene, shadows=False)
+        seconds = least({"add": partial(rendering.add, 8, threads=2)}, 1.0)["add"]
+        yield f"fused render, two threads, {model}", FILM.pixels_x * FILM.pixels_y * 8 / seconds / 1e6, "Msamples/s"
+    for name in ("still-life", "night-lights"):
+        rendering = lb.Rendering(camera, lb.builtin_scene(name))
+        rendering.add(4, threads=2)
+        seconds = least({"add": partial(rendering.add, MANY, threads=2)}, 1.0)["add"]
+        yield f"{name} with shadows, two threads", FILM.pixels_x * FILM.pixels_y * MANY / seconds / 1e6, "Msamples/s"
+
+
+def cameras() -> Iterator[tuple[str, float, str]]:
+    """Every kind of camera before still-life without shadows, two threads, and each against the pinhole in one run.
+
+    The camera's rays alone, and with small lights from their own side, which come with one later pass in some: over
+    MANY passes, that their share is in it.
+    """
+    lens, scene = lenses.load(LENS), lb.builtin_scene("still-life")
+    kinds: dict[str, lb.Camera] = {"perspective": lb.PerspectiveCamera(FILM)}
+    kinds["perspective with a lens"] = lb.PerspectiveCamera(FILM, lens_radius=10.0, focus_distance=1200.0)
+    kinds["orthographic"] = lb.OrthographicCamera(FILM, 1000.0)
+    kinds["orthographic with a lens"] = lb.OrthographicCamera(FILM, 1000.0, 10.0, 1200.0)
+    kinds.update({layout: lb.EnvironmentCamera(FILM, layout) for layout in LAYOUTS})
+    kinds.update({f"{name} fisheye": lb.FisheyeCamera(FILM, math.pi, name, "diagonal") for name in PROJECTIONS})
+    kinds.update({f"lens, {model}": lb.LensCamera(lens, FILM, 1200.0, model=model) for model in MODELS})
+    alone: dict[str, Callable[[], object]] = {}
+    lit: dict[str, Callable[[], object]] = {}
+    for name, camera in kinds.items():
+        alone[name] = partial(lb.Rendering(camera, scene, shadows=False, splat=False).add, 4, threads=2)
+        rendering = lb.Rendering(camera, scene, shadows=False)
+        rendering.add(4, threads=2)
+        lit[f"{name}, with small lights"] = partial(rendering.add, MANY, threads=2)
+    best = least(alone | lit)
+    for name, seconds in best.items():
+        passes = 4 if name in alone else MANY
+        yield f"still-life, no shadows, {name}", FILM.pixels_x * FILM.pixels_y * passes / seconds / 1e6, "Msamples/s"
+        if name in alone:
+            yield f"{name} / perspective", best["perspective"] / seconds, "×"
+
+
+def pupil() -> Iterator[tuple[str, float, str]]:
+    """Solving the exit-pupil region of 64 film radii, and what of its samples passes and what light it loses."""
+    for name in (LENS, "pbrt-fisheye-10mm"):
+        lens = lenses.load(name)
+        distance = lb.first_order(lens).bfl
+        table = PupilTable.of(lens, distance, 21.6)
+        radii = np.linspace(0.0, table.radius, 64)
+        tolerance = 2e-4 * lens.surfaces[-1].semi_diameter
+        seconds = least({"solve": partial(solve, lens, distance, radii, POINTS, tolerance)})["solve"]
+        yield f"pupil of 64 radii, {name}", seconds * 1e3, "ms"
+        radii = np.linspace(0.0, table.radius, 24)
+        exact = lb.exit_pupil(lens, distance, radii, points=1025)
+        n = 1 << 16
+        uv = np.column_stack([(np.arange(n) + 0.5) / n, np.arange(n) * 0.6180339887498949 % 1.0])
+        passing = light = kept = 0.0
+        for r, area in zip(radii[:-1], exact.area[:-1], strict=True):
+            points, areas = exact.sample(np.tile([r, 0.0], (n, 1)), uv)
+            way = np.column_stack([points - [r, 0.0], np.full(n, -distance)])
+            passed = lb.trace(lens, [r, 0.0, lens.length + distance], way).fate == lb.Fate.PASSED
+            passing += passed.mean() * r
+            kept += (areas * passed).mean() * r
+            light += area * r
+        yield f"samples that pass, {name}", 100.0 * passing / radii[:-1].sum(), "%"
+        yield f"light lost, {name}", 100.0 * (1.0 - kept / light), "%"
+
+
+def sampling() -> Iterator[tuple[str, float, str]]:
+    """How many samples white noise needs for the error of the default samples at 4, 16, 64 and 256."""
+    for name in ("soft", "still-life"):
+        camera, scene = scenes()[name]
+        steps = samplers(camera.film)
+        found = gains(dict(squares(camera, scene, COUNTS, {way: steps[way] for way in (DEFAULT, WHITE)})))
+        for count, gain in found[DEFAULT].items():
+            yield f"gain over white noise at {count}, {name}", gain, "×"
+
+
+def splats() -> Iterator[tuple[str, float, str]]:
+    """The error on the display of small lights traced from their own side, against the camera's rays alone.
+
+    Root mean square of developed values (0 to 1, filmic), 240 × 160, from 4096 samples of the camera's rays.
+    """
+    film = lb.Film(36.0, 24.0, 240, 160)
+    camera, night = lb.LensCamera(lenses.load(LENS), film, 1200.0, 2.0), lb.builtin_scene("night-lights")
+    away = replace(night, spheres=tuple(o for o in night.spheres if o.material.shines), floor=None,
+                   plates=tuple(o for o in night.plates if o.material.shines))
+    for name, scene in (("night-lights", night), ("its lights without mirrors", away)):
+        plain = lb.Rendering(camera, scene, seed=12345, splat=False)
+        plain.add(4096)
+        truth = tone.develop(plain.image(), 0.0, "filmic")
+        for splat, counts in ((True, (1, 4, 16)), (False, (4, 64, 256))):
+            rendering = lb.Rendering(camera, scene, seed=1, splat=splat)
+            for count in counts:
+                rendering.add(count - rendering.samples)
+                error = math.sqrt(((tone.develop(rendering.image(), 0.0, "filmic") - truth) ** 2).mean())
+                yield f"display error, {name}, {count} {'with splats' if splat else 'of the camera'}", error * 1e3, "‰"
+    for name in ("still-life", "night-lights"):
+        both: dict[str, Callable[[], object]] = {}
+        for splat in (True, False):
+            rendering = lb.Rendering(lb.LensCamera(lenses.load(LENS), FILM, 1200.0, 2.0), lb.builtin_scene(name),
+                                     splat=splat)
+            rendering.add(4)
+            both[str(splat)] = partial(rendering.add, MANY, threads=2)
+        best = least(both, 1.0)
+        yield f"later passes with splats in their turn over passes without, {name}", best["True"] / best["False"], "×"
+
+
+def precision() -> Iterator[tuple[str, float, str]]:
+    """Single against double precision on 24 megapixels: the worst ray, and fates that differ."""
+    for name in (LENS, "pbrt-fisheye-10mm"):
+        lens, n = lenses.load(name), 200_000
+        camera = lb.LensCamera(lens, lb.Film(pixels_x=6000, pixels_y=4000))
+        rng = np.random.default_rng(5)
+        raster, uv = rng.random((n, 2)) * [6000, 4000], rng.random((n, 2))
+        aimed = [block.X, block.Y, block.Z, block.L, block.M, block.N]
+        rays = Program(camera.steps()[:2]).run({block.X: raster[:, 0], block.Y: raster[:, 1], block.U0: uv[:, 0],
+                                                block.U1: uv[:, 1]}, aimed, n)
+        step = tracer(lens, camera.film_distance)
+        given = dict(zip([*aimed, block.WEIGHT], [*rays, np.ones(n)], strict=True))
+        wanted = [block.L, block.M, block.N, block.WEIGHT]
+        single, double = (Program([step], real).run(given, wanted, n).astype(float)
+                          for real in (np.float32, np.float64))
+        both = (single[3] > 0.0) & (double[3] > 0.0)
+        off = np.linalg.norm(np.cross(single[:3].T[both], double[:3].T[both]), axis=1)
+        yield f"worst float32 ray at 24 MP, {name}", float(off.max()) * camera.first_order.efl / 0.006, "px"
+        yield f"fates that differ in {n:,}, {name}", float(((single[3] > 0.0) != (double[3] > 0.0)).sum()), ""
+
+
+PARTS = {"tracer": block_against_scalar, "render": fused, "cameras": cameras, "pupil": pupil,
+         "sampling": sampling, "splats": splats, "precision": precision}
+
+
+def machine() -> str:
+    """The machine in words."""
+    name = platform.processor() or platform.machine()
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as lines:
+            name = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        pass
+    return f"{name}, {os.cpu_count()} cores, Python {platform.python_version()}, {platform.system()}"
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the parts that are named, or all; print a table, or JSON."""
+    from lensbench.app.studies.benchmark.camera_models import polynomials
+    from lensbench.app.studies.benchmark.exposure import exposure
+    from lensbench.app.studies.benchmark.lens_files import files
+    from lensbench.app.studies.benchmark.light_field import choices, light_fields
+    from lensbench.app.studies.benchmark.motion import motion
+    from lensbench.app.studies.benchmark.ray_differentials import differentials
+    from lensbench.app.studies.benchmark.window import window
+
+    parts = {**PARTS, "models": polynomials, "choice": choices, "light-field": light_fields, "motion": motion,
+             "exposure": exposure, "differentials": differentials, "files": files, "window": window}
+    parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
+    parser.add_argument("part", nargs="*", help=f"of {', '.join(parts)} (all by default)")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    options = parser.parse_args(argv)
+    unknown = [name for name in options.part if name not in parts]
+    if unknown:
+        parser.error(f"no part is called {unknown[0]!r}: choose from {', '.join(parts)}")
+    figures: dict[str, dict] = {}
+    if not options.json:
+        print(f"{machine()}, {time.strftime('%Y-%m-%d')}")
+    for name in options.part or parts:
+        for figure, value, unit in parts[name]():
+            figures[figure] = {"value": value, "unit": unit}
+            if not options.json:
+                print(f"{figure:<58}{value:>10.4g} {unit}", flush=True)
+    if options.json:
+        json.dump({"machine": machine(), "date": time.strftime("%Y-%m-%d"), "figures": figures}, sys.stdout, indent=1)
+        print()
+    return 0

@@ -1,0 +1,172 @@
+"""The window's part of the benchmark: start, answer to a slider, and pace beside a render, on no display.
+
+`python -m lensbench.app.studies.benchmark.window T` prints the seconds from T (time.time()) to the first picture on
+the screen.
+"""
+
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from lensbench.app.state.light_field_query import Look
+from lensbench.app.state.settings import Settings
+from lensbench.app.window.window import Bench, parameters, without_display
+from lensbench.app.workers.light_field_worker import FieldWorker
+
+SIZE = (1280, 720)
+SMALL = Settings(pixels_x=640, pixels_y=360, film_width=32.0, film_height=18.0, samples=100_000)
+MOVES = 40                      # of the focus slider
+FRAMES = 240                    # timed while the render goes on
+START_LIMIT = 300.0             # s
+
+
+class _Driven(Bench):
+    """A bench whose focus slider is moved by a script, as the panel would hand it on."""
+
+    focus: float | None = None
+    moved = worked = 0.0
+
+    def begin(self) -> None:
+        """The frame's beginning, and what the first panel would make of the settings."""
+        super().begin()
+        if self.focus is not None:
+            self.edited, self.focus = replace(self.edited, focus_distance=self.focus), None
+            self.moved, self.worked = time.perf_counter(), time.process_time()
+            self.hurry()
+
+    @property
+    def current(self) -> bool:
+        """Whether the picture on the screen is one of the present settings."""
+        news = self.easel.news
+        return news is not None and news.generation == self.worker.generation
+
+
+def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = False) -> None:
+    """Show the bench until `watch`, called after each frame, says that it is done; idle: rest as a window does."""
+    from imgui_bundle import immapp
+
+    without_display()
+    bench = _Driven(settings, remember=False, threads=2)
+    runner = parameters(bench, SIZE)
+    if not idle:
+        runner.fps_idling.enable_idling = False
+        runner.fps_idling.fps_max = 0.0
+
+    def after() -> None:
+        if watch(bench):
+            runner.app_shall_exit = True
+
+    runner.callbacks.after_swap = after
+    immapp.run(runner, immapp.AddOnsParams(with_implot=True))
+
+
+def latencies() -> list[tuple[float, float]]:
+    """Seconds from a move of the focus slider to the first picture of the new setting on the screen; of all cores."""
+    found: list[tuple[float, float]] = []
+    rest = [0]
+
+    def watch(bench: _Driven) -> bool:
+        if bench.moved and bench.current:
+            found.append((time.perf_counter() - bench.moved, time.process_time() - bench.worked))
+            bench.moved, rest[0] = 0.0, 12
+        elif not bench.moved and bench.focus is None and bench.current:
+            rest[0] -= 1
+            if rest[0] <= 0:
+                bench.focus = 800.0 + 37.0 * len(found)
+        return len(found) > MOVES
+
+    _run(SMALL, watch)
+    return found[1:]
+
+
+def paces() -> list[float]:
+    """Seconds from frame to frame while two threads render."""
+    marks: list[float] = []
+
+    def watch(bench: _Driven) -> bool:
+        if bench.settled(8):
+            marks.append(time.perf_counter())
+        return len(marks) > FRAMES
+
+    _run(SMALL, watch)
+    return list(np.diff(marks[20:]))
+
+
+def refocused() -> list[float]:
+    """Seconds from picture to picture while the refocus ring of 9 × 9 views of 640 × 427 pixels is turned."""
+    return _dragged(lambda worker, settings: worker.record(settings, (9, 9)),
+                    lambda look, now: replace(look, distance=800.0 + 700.0 * now % 1500.0))
+
+
+def moved() -> list[float]:
+    """The same while the viewpoint is dragged about 9 × 9 pinholes of as many pixels, 5 mm apart."""
+    return _dragged(lambda worker, settings: worker.record_array(settings, (9, 9), 5.0),
+                    lambda look, now: replace(look, place=(12.0 * math.sin(now), 8.0 * math.cos(now), 0.0)))
+
+
+def _dragged(record: Callable[[FieldWorker, Settings], None], turned: Callable[[Look, float], Look]) -> list[float]:
+    """Seconds from picture to picture of what is recorded, while a hand never rests."""
+    marks: list[float] = []
+    seen: list[object] = [None]
+
+    def watch(bench: _Driven) -> bool:
+        desk = bench.light_field
+        if desk.worker.recording is None:
+            if bench.settled(1) and desk.worker.task is None:
+                record(desk.worker, replace(Settings(), pixels_x=640, pixels_y=427, model="trace", samples=1))
+        elif desk.sight is not None:
+            if desk.sight is not seen[0]:
+                seen[0] = desk.sight
+                marks.append(time.perf_counter())
+            desk.look = turned(desk.look, time.perf_counter())
+        return len(marks) > FRAMES
+
+    _run(SMALL, watch)
+    return list(np.diff(marks[20:]))
+
+
+def start(cached: bool) -> float:
+    """Seconds from starting Python to the first picture; cached: with the compiled kernels at hand."""
+    environment = dict(os.environ)
+    with tempfile.TemporaryDirectory() as folder:
+        if not cached:
+            environment["XDG_CACHE_HOME"] = folder
+        done = subprocess.run([sys.executable, "-m", __spec__.name, str(time.time())], env=environment,
+                              capture_output=True, text=True, timeout=START_LIMIT, check=True)
+    return float(done.stdout.split()[-1])
+
+
+def window() -> Iterator[tuple[str, float, str]]:
+    """The figures of the window, 640 × 360 pixels of the still life in a window of 1280 × 720."""
+    answers, worked = np.array(latencies()).T * 1e3
+    yield "slider moved to picture on the screen, median", float(np.median(answers)), "ms"
+    yield "slider moved to picture on the screen, p95", float(np.percentile(answers, 95)), "ms"
+    yield "the same, time of all cores, median", float(np.median(worked)), "ms"
+    frames = np.array(paces()) * 1e3
+    yield "window frame beside two rendering threads, median", float(np.median(frames)), "ms"
+    yield "window frame beside two rendering threads, p95", float(np.percentile(frames, 95)), "ms"
+    again = np.array(refocused())
+    yield "refocus ring turned: pictures of a light field in the window, median", 1.0 / float(np.median(again)), "/s"
+    yield "viewpoint dragged: pictures of an array in the window, median", 1.0 / float(np.median(moved())), "/s"
+    start(cached=True)
+    yield "start to first picture, kernels cached", min(start(cached=True) for _ in range(3)), "s"
+    yield "start to first picture, first ever", start(cached=False), "s"
+
+
+if __name__ == "__main__":
+    began = float(sys.argv[1])
+
+    def first(bench: _Driven) -> bool:
+        """Say when the first picture stands on the screen, and end."""
+        if bench.current:
+            print(time.time() - began)
+        return bench.current
+
+    _run(SMALL, first, idle=True)

@@ -1,0 +1,64 @@
+"""Ways to focus a lens: what they cost against the blur that they leave beyond the least possible.
+
+The blur of an axis point, 2√2 × rms over the whole bundle, as it falls on the film that the method
+finds, less that on the best film; root mean square over objects at half a metre, 2 m and 10 m.
+"""
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.studies.charts.curves import Curve, Panel
+from lensbench.app.studies.charts.timing import go_on, in_turn
+from lensbench.app.studies.stability.focus_baselines import bracketing_search, school_formula
+from lensbench.app.studies.stability.focusing import closed_form, least_blur, rms_radius, three_rays, whole_bundle
+
+DISTANCES = (500.0, 2000.0, 10_000.0)
+NOTHING = 0.01                  # µm: a blur below is drawn there
+SECONDS = 0.1
+PIXEL = 4.0                     # µm
+
+METHODS: dict[str, tuple[Callable[[lb.Lens, float], float | str], str, bool]] = {
+    "school formula, float32": (lambda lens, at: school_formula(lens, at, np.float32), "grey", True),
+    "school formula, float64": (lambda lens, at: school_formula(lens, at, np.float64), "grey", False),
+    "closed form (the program's)": (closed_form, "green", False),
+    "bracketing search by one ray": (lambda lens, at: bracketing_search(lens, at, np.float64), "purple", False),
+    "bracketing search by three": (three_rays, "purple", True),
+    "whole bundle (the program's)": (whole_bundle, "vermilion", False),
+    "golden section over 200 rays": (least_blur, "blue", False)}
+
+
+def focus_panel(key: str, lens: lb.Lens, told: Callable[[float], bool] = lambda _: True) -> Panel:
+    """Every method as a point of time (µs) and blur (µm) for one lens as it is stopped."""
+    distances = [at for at in DISTANCES if at >= 1.02 * lb.nearest_focus(lens)]
+    least = {at: rms_radius(lens, least_blur(lens, at), at) for at in distances}
+    go_on(told, 0.3)
+    times = in_turn({name: partial(_all, method, lens, distances) for name, (method, _, _) in METHODS.items()}, SECONDS)
+    go_on(told, 0.8)
+    curves = []
+    for name, (method, tint, dotted) in METHODS.items():
+        blurs = [_beyond(method(lens, at), lens, at, least[at]) for at in distances]
+        blur, cost = math.sqrt(sum(b * b for b in blurs) / len(blurs)), 1e6 * times[name].least / len(distances)
+        figures = {"time, µs": cost, "blur, µm": blur}
+        points = ((cost, max(blur, NOTHING)),) if math.isfinite(blur) else ()
+        curves.append(Curve(name, tint, points, figures, dotted))
+    go_on(told, 1.0)
+    f_number, name = lb.first_order(lens).f_number, lens.name or key
+    said = any(f"f/{f_number:.{digits}g}" in name for digits in (2, 3))
+    return Panel(key, name if said else f"{name}, f/{f_number:.3g}", "Time (µs)",
+                 "Blur beyond the least (µm)", tuple(curves), ((PIXEL, "a pixel of 4 µm"),))
+
+
+def _all(method: Callable[[lb.Lens, float], float | str], lens: lb.Lens, distances: list[float]) -> None:
+    for at in distances:
+        method(lens, at)
+
+
+def _beyond(found: float | str, lens: lb.Lens, at: float, least: float) -> float:
+    """µm; inf where no film was found."""
+    if isinstance(found, str) or not math.isfinite(found):
+        return math.inf
+    return max(2e3 * math.sqrt(2.0) * (rms_radius(lens, found, at) - least), 0.0)

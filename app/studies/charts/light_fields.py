@@ -1,0 +1,84 @@
+"""How near a light field that is focused afterwards comes to a camera that was focused there, by its number of views.
+
+Neighbouring views may lie a pixel apart at most where blur is to be even (`LightField.clear_range`): the chart marks
+where that ends, and draws dots beyond it.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.state.comparison import decibels
+from lensbench.app.studies.plotting import COLOURS, DIM, look, plot, save, sheet
+
+VIEWS = (3, 5, 9, 17)
+NEARER = tuple(0.25 * k for k in range(1, 11))          # the recorded focus over the distances that are tried
+RAYS = 1445                     # of a pixel, through the whole pupil: 17 × 17 × 5
+TRUTH = 1024                    # samples a pixel of the pictures that are compared with
+BORDER = 10                     # part of the picture's sides that is left out, of which not every view sees all
+
+
+class Curve(NamedTuple):
+    """Of a light field of views × views."""
+
+    views: int
+    near: float                 # mm: between these views lie at most a pixel apart
+    far: float
+    distances: tuple[float, ...]
+    decibels: tuple[float, ...]
+
+
+def measure(camera: lb.Camera, scene: lb.Scene, views: tuple[int, ...] = VIEWS, seed: int = 0,
+            told: Callable[[float], object] = lambda share: None) -> list[Curve]:
+    """Record light fields at the camera's focus, and compare what they give at others with the camera's pictures.
+
+    All have as many rays a pixel. told: called with the share that is done. FocusError and others as of
+    `lb.capture_light_field`.
+    """
+    focus: float = camera.focus_distance                # type: ignore[attr-defined]
+    fields = []
+    for number in views:
+        samples = max(round(RAYS / number**2), 1)
+        fields.append(lb.capture_light_field(camera, scene, (number, number), samples, seed))
+        told(0.5 * len(fields) / len(views))
+    distances = [focus / part for part in NEARER if focus / part >= fields[0].nearest]
+    inner = tuple(slice(size // BORDER, size - size // BORDER) for size in (camera.film.pixels_y, camera.film.pixels_x))
+    found = np.empty((len(views), len(distances)))
+    for j, distance in enumerate(distances):
+        there = replace(camera, focus_distance=distance)        # type: ignore[call-arg]
+        direct = lb.render(there, scene, TRUTH, seed + 1)[inner]
+        found[:, j] = [decibels(field.refocus(distance)[inner], direct) for field in fields]
+        told(0.5 + 0.5 * (j + 1) / len(distances))
+    return [Curve(number, *field.clear_range, tuple(distances), tuple(row))
+            for number, field, row in zip(views, fields, found.tolist(), strict=True)]
+
+
+def draw(curves: list[Curve], focus: float, title: str, conditions: str, path: Path) -> None:
+    """Write the chart; ExportError where that cannot be. focus: mm, where all were recorded."""
+    colours = [COLOURS[name] for name in ("grey", "sky", "blue", "vermilion", "purple", "green")]
+    with look():
+        figure = sheet(8.0, 4.8)
+        axes = plot(figure.add_subplot(), "Focused at (m), evenly in the reciprocal",
+                    "Against a camera focused there (dB)", title)
+        for k, curve in enumerate(curves):
+            colour, x = colours[k % len(colours)], 1e3 / np.array(curve.distances)
+            inside = (np.array(curve.distances) >= curve.near) & (np.array(curve.distances) <= curve.far)
+            axes.plot(x, curve.decibels, color=colour, linestyle=(0, (1, 2)), linewidth=1.2)
+            axes.plot(np.where(inside, x, np.nan), curve.decibels, "o-", color=colour, markersize=3.5,
+                      label=f"{curve.views} × {curve.views} views")
+            for end in (1e3 / curve.near, 1e3 / curve.far):
+                if x.min() < end < x.max():
+                    axes.axvline(end, color=colour, linewidth=0.9, linestyle=(0, (4, 3)))
+        axes.axvline(1e3 / focus, color="#c98a1b", linewidth=1.2)
+        axes.text(1e3 / focus, 1.0, " recorded", transform=axes.get_xaxis_transform(), color="#c98a1b", va="top",
+                  fontsize=8.5)
+        ticks = [d for d in (0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)
+                 if x.min() <= 1.0 / d <= x.max()]
+        axes.set_xticks([1.0 / d for d in ticks], [f"{d:g}" for d in ticks])
+        axes.legend(frameon=False, loc="best")
+        figure.supxlabel(conditions, color=DIM, fontsize=8.0, x=0.01, ha="left")
+        save(figure, path)

@@ -1,0 +1,161 @@
+"""Camera models: the cost of a ray against how far it is from the traced lens.
+
+Cost in ns a ray on one thread, measured now: *streamed*, a block of rays resident in the first cache again and again,
+from the film point and the place in the pupil to the ray in front of the lens; and *fused*, whole samples as the
+renderer takes them, from random numbers to the colour on the film. All models of a lens are timed in turn.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.studies.charts.ladder import Model, ladder
+from lensbench.app.studies.charts.peers import peer_marks
+from lensbench.app.studies.charts.subjects import Subject
+from lensbench.app.studies.charts.timing import BLOCKS, Time, go_on, in_turn, streamed
+from lensbench.app.studies.charts.truth import Error, Truth
+from lensbench.app.studies.charts.values import Chart, Mark
+from lensbench.kernels import block
+from lensbench.kernels.block import U0, U1, B, Step, X, Y
+from lensbench.kernels.program import Program
+from lensbench.kernels.sampling import sampler
+from lensbench.optics.scalar_trace import surface_table, trace_rays
+from lensbench.scenery.builtin.benchmark import benchmark_scene
+
+STREAMED, FUSED = "Cost, streamed (ns a ray)", "Cost, fused in the renderer (ns a sample)"
+ERROR = "Error, rms (pixels)"
+ALSO = ((FUSED, "fused, ns", "its spread, %"),)
+PIXELS = (320, 180)             # of the film on which whole samples are timed
+SCALAR = 1024                   # rays in one piece of the scalar tracer's work
+LOST = 0.005                    # of the rays: what a model may lose at the very rims
+SECONDS = 0.06                  # for the timings of each model
+
+
+def charts(found: list[Subject], told: Callable[[float], bool] = lambda _: True,
+           peers: Sequence[str] = ()) -> list[Chart]:
+    """The chart of each lens. told: hears what part is done; where it says no, StoppedError is raised.
+
+    peers: other programs to stand beside the models, of those that are installed.
+    """
+    made = []
+    for i, subject in enumerate(found):
+        def part(share: float, i: int = i) -> bool:
+            return told((i + share) / len(found))
+        made.append(chart(subject, part, peers=peers))
+    return made
+
+
+def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seconds: float = SECONDS,
+          in_the_renderer: bool = True, peers: Sequence[str] = ()) -> Chart:
+    """The chart of one lens as its camera stands. seconds: for the timings of each model. LensError for a dark film.
+
+    in_the_renderer: whether whole samples are timed, too.
+    """
+    camera = subject.camera
+    models, truth = ladder(camera), Truth(camera)
+    if truth.rays == 0:
+        raise lb.LensError(f"{subject.title}: no ray passes to this film: open the stop, or take a smaller film")
+    errors: dict[str, Error] = {}
+    for i, model in enumerate(models):
+        if not model.why:
+            errors[model.name] = truth.error(model)
+        go_on(told, 0.3 * (i + 1) / len(models))
+    alive = [model for model in models if not model.why]
+    stream = _streamed(camera, alive, seconds)
+    go_on(told, 0.6)
+    fused = _fused(camera, alive, seconds) if in_the_renderer else {}
+    go_on(told, 1.0)
+    marks = [_mark(model, truth, errors.get(model.name), stream, fused) for model in models]
+    scalar = stream["scalar"]
+    marks.append(Mark("scalar reference", "scalar", scalar.least, 0.0, scalar.spread, 0.0,
+                      figures=_figures(Error(*[0.0] * 7), scalar, None)))
+    if peers:
+        marks += peer_marks(peers, truth)
+    note = (f"Of a streamed ray by table, polynomial or trace, {stream['aim'].least:.2g} ns are for aiming into the "
+            "exit-pupil region; the scalar reference has its rays aimed")
+    return Chart(subject.key, subject.title, STREAMED, ERROR, tuple(marks), conditions(camera, truth), (note,),
+                 ALSO if in_the_renderer else ())
+
+
+def conditions(camera: lb.LensCamera, truth: Truth) -> str:
+    """What holds for all marks of a chart, in a line."""
+    film, focus = camera.film, camera.focus_distance
+    at = "infinity" if math.isinf(focus) else f"{focus / 1000.0:.3g} m"
+    return (f"f/{lb.first_order(camera.lens.at(close=0.0)).f_number:.3g}, focused at {at}; "
+            f"film {film.width:.3g} × {film.height:.3g} mm, {film.pixels_x} × {film.pixels_y} pixels of "
+            f"{1000.0 * film.pitch:.3g} µm; {truth.rays} rays, objects in focus, at half the distance and far away")
+
+
+def _mark(model: Model, truth: Truth, error: Error | None, stream: dict[str, Time], fused: dict[str, Time]) -> Mark:
+    why, widest = model.why, truth.widest
+    if error is None:
+        return Mark(model.name, model.kind, why=why)
+    if not model.aim and widest >= 0.5 * math.pi:
+        why = f"the lens sees {math.degrees(widest):.0f}° off the axis, and no {model.name} as far as 90°"
+    elif error.lost > LOST:
+        why = f"loses {100.0 * error.lost:.2g} % of the rays that the lens passes"
+    time = stream[model.name]
+    return Mark(model.name, model.kind, time.least, error.rms, time.spread, error.worst, why,
+                _figures(error, time, fused.get(model.name)))
+
+
+def _figures(error: Error, stream: Time, fused: Time | None) -> dict[str, float]:
+    found = {"streamed, ns": stream.least, "spread, %": stream.spread}
+    if fused is not None:
+        found |= {"fused, ns": fused.least, "its spread, %": fused.spread}
+    return found | {"rms, px": error.rms, "p99, px": error.p99, "worst, px": error.worst, "in focus, px": error.focus,
+                    "light rms, stops": error.stops_rms, "light worst, stops": error.stops_worst,
+                    "lost, %": 100.0 * error.lost}
+
+
+@block.stage
+def nothing(lanes, p, key):
+    """A stage that leaves the rays alone: what putting them back costs."""
+
+
+def _streamed(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[str, Time]:
+    """The cost of a ray by each model, by aiming alone, and by the scalar tracer; ns."""
+    random = np.random.default_rng(1)
+    x, y, u0, u1 = random.random((4, B))
+    film = camera.film
+    given = {X: (x - 0.5) * film.width, Y: (y - 0.5) * film.height, U0: u0, U1: u1}
+    works: dict[str, Callable[[], object]] = {
+        f"nothing {real.__name__}": streamed([Step(nothing, [0.0])], given, real) for real in (np.float32, np.float64)}
+    aim = next(list(model.aim) for model in models if model.aim)
+    works["aim"] = streamed(aim, given)
+    works |= {model.name: streamed(model.steps, given, model.real) for model in models}
+    counts = dict.fromkeys(works, BLOCKS * B) | {"scalar": SCALAR}
+    works["scalar"] = _scalar(camera, aim)
+    times = {name: time.each(counts[name]) for name, time in in_turn(works, seconds).items()}
+    empty = {real: times[f"nothing {real.__name__}"].least for real in (np.float32, np.float64)}
+    reals = {model.name: model.real for model in models}
+    return {name: time if name == "scalar" else time.without(empty[reals.get(name, np.float32)])
+            for name, time in times.items()}
+
+
+def _scalar(camera: lb.LensCamera, aim: list[Step]) -> Callable[[], None]:
+    """A piece of work: the scalar tracer in double precision on rays of the camera, which start on its film."""
+    lens, away, random = camera.lens, camera.film_distance, np.random.default_rng(2)
+    x, y, u0, u1 = random.random((4, SCALAR))
+    x, y = (x - 0.5) * camera.film.width, (y - 0.5) * camera.film.height
+    way = Program(aim, np.float64).run({X: x, Y: y, U0: u0, U1: u1}, [block.L, block.M, block.N], SCALAR)
+    origins = np.column_stack([x, y, np.full(SCALAR, lens.length + away)])
+    return partial(trace_rays, surface_table(lens), True, origins, np.ascontiguousarray(way.T), np.empty((SCALAR, 3)),
+                   np.empty((SCALAR, 3)), np.empty(SCALAR, np.int32), np.empty(SCALAR, np.int32), None, -1)
+
+
+def _fused(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[str, Time]:
+    """The cost of a whole sample by each model, before the scene of the benchmark without shadows; ns."""
+    film = lb.Film(camera.film.width, camera.film.height, *PIXELS)
+    blocks = -(-film.pixels_x * film.pixels_y // B)
+    before = [*sampler(film.pixels_x, film.pixels_y, lit=False), film.step]
+    after = benchmark_scene().steps(shadows=False)
+    works: dict[str, Callable[[], object]] = {}
+    for model in models:
+        program = Program([*before, *model.steps, *after], model.real)
+        works[model.name] = partial(program.expose, np.zeros((blocks, 3 * B), model.real), block.bench(model.real), 0,
+                                    blocks, 0, 1, np.uint32(0))
+    return {name: time.each(blocks * B) for name, time in in_turn(works, seconds).items()}

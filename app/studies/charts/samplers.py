@@ -1,0 +1,81 @@
+"""Other ways to place the samples of a picture: here to be measured against the default net, used nowhere else.
+
+All of them are keyed by (pixel, sample, dimension, seed) as the default is, and fill the same rows. Sources: Roberts
+2018 (the additive recurrence of the generalised golden ratio); Cools, Kuo and Nuyens 2006 (the generating vector of
+the lattice sequence); Cranley and Patterson 1976 (a shift of each pixel's own).
+"""
+
+import numpy as np
+from numba import njit, uint32
+
+from lensbench.imaging.film import Film
+from lensbench.kernels.block import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
+from lensbench.kernels.sampling import independent, mix, sampler, sobol
+from lensbench.kernels.tile_order import add_corners
+
+_u = np.uint32
+DEFAULT, WHITE = "one scrambled net, blue-noise keys (the program's)", "white noise"
+_ROWS = np.array([U0, U1, X, Y, V0, V1, TIME])
+USED = len(_ROWS)
+_ROOT = 1.1127756842787055      # x⁸ = x + 1
+_STEPS = np.array([round(2.0**32 * _ROOT**-(d + 1)) % 2**32 for d in range(USED)], np.uint32)
+_LATTICE = np.array([1, 182667, 469891, 498753, 110745, 446247, 250185], np.uint32)
+
+
+@njit(inline="always")
+def _seeded(pixel, seed, d):
+    """A number of the pixel's own for dimension d."""
+    return mix(uint32(mix(uint32(pixel + _u(1))) + uint32(seed * _u(0x9E3779B9)) + uint32(_u(d) * _u(0x85EBCA6B))))
+
+
+@njit(inline="always")
+def _shift(lanes, key, d, step):
+    """Dimension d: the step, from a place of each pixel's own."""
+    real = lanes.dtype.type
+    out = rows(lanes)[_ROWS[d]]
+    first, seed, unit = key[PIXEL], key[SEED], real(1 / 16777216)
+    for i in range(B):
+        number = uint32(_seeded(first + uint32(i), seed, d) + step)
+        out[i] = real(np.int32(number >> _u(8))) * unit
+
+
+@stage
+def recurrence(lanes, p, key):
+    """Sample k is k golden steps from a place of the pixel's own."""
+    for d in range(USED):
+        _shift(lanes, key, d, uint32(key[SAMPLE] * _STEPS[d]))
+
+
+@stage
+def lattice(lanes, p, key):
+    """Sample k is a point of a rank-1 lattice, in an order that fills it evenly, shifted for each pixel."""
+    turned = uint32(0)
+    for b in range(32):                 # van der Corput's order
+        turned = uint32(turned | uint32((key[SAMPLE] >> _u(b)) & _u(1)) << _u(31 - b))
+    for d in range(USED):
+        _shift(lanes, key, d, uint32(turned * _LATTICE[d]))
+
+
+@stage
+def scrambled(lanes, p, key):
+    """Sobol's points, Owen-scrambled for each pixel anew."""
+    real = lanes.dtype.type
+    unit = real(1 / 16777216)
+    for d in range(USED):
+        out = rows(lanes)[_ROWS[d]]
+        for i in range(B):
+            own = _seeded(key[PIXEL] + uint32(i), key[SEED], 0)
+            out[i] = real(np.int32(sobol(key[SAMPLE], d, own) >> _u(8))) * unit
+
+
+def samplers(film: Film, timed: bool = False) -> dict[str, list[Step]]:
+    """The steps of every sampler by its name, the default first. timed: something moves."""
+    w, h = size = film.pixels_x, film.pixels_y
+    corners = Step(add_corners, size)
+    return {
+        DEFAULT: sampler(w, h, lit=True, timed=timed),
+        "Sobol, scrambled for each pixel": [Step(scrambled, []), corners],
+        "rank-1 lattice, shifted": [Step(lattice, []), corners],
+        "additive recurrence, shifted": [Step(recurrence, []), corners],
+        WHITE: [Step(independent, size)],
+    }

@@ -1,0 +1,107 @@
+"""Maps of where each camera model will do: of every lens, over its field and its stops."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.analysis.model_choice import LADDER
+from lensbench.analysis.model_error import Rung
+from lensbench.app.studies.plotting import DIM, INK, look, save, sheet
+from lensbench.app.studies.stability.models import FOCUS, PIXELS, RUNGS, STOPS, angle, circle, film, judge, name
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLUMNS = 5
+WIDTH, HEIGHT = 11.0, 1.55          # inches, of the sheet and of each of its lines
+# From the palest, for the simplest, to the darkest
+COLOURS = ("#e3f0e2", "#bfe0bd", "#94cc95", "#d3e6f4", "#a7cde9", "#73aedb", "#3d8ac6", "#1c64a4", "#d55e00")
+SIGNS = ("hole", "thin", "thick", "3", "5", "7", "9", "11", "trace")
+
+
+@dataclass(frozen=True, eq=False)
+class Domain:
+    """Which model is the simplest that will do, for one lens over its field and stops.
+
+    rung (f-numbers, film sizes): index into LADDER, of the first within PIXELS and STOPS; the last is the trace.
+    half_diagonals: mm; angles: degrees at the film's corners.
+    """
+
+    lens: str
+    half_diagonals: np.ndarray
+    angles: np.ndarray
+    f_numbers: np.ndarray
+    rung: np.ndarray
+
+
+def domain(lens_name: str, sizes: int = 7, stops: int = 5) -> Domain:
+    """The map of one lens, in focus at 2 m or as near as it can."""
+    lens = lenses.load(lens_name)
+    focus = max(FOCUS, 2.0 * lb.nearest_focus(lens))
+    widest = lb.first_order(lens).f_number * 1.0001
+    numbers = np.geomspace(max(22.0, 2.0 * widest), widest, stops)
+    halves = np.geomspace(0.5, circle(lens), sizes)
+    angles = np.array([angle(lb.LensCamera(lens, film(half * 1.3), focus), half) for half in halves])
+    rung = np.full((stops, sizes), len(RUNGS))
+    for i, number in enumerate(numbers):
+        first = 0
+        for j, half in enumerate(halves):
+            judged = judge(lens, half, float(number), focus)
+            # a larger film holds the smaller one: what failed there fails here
+            while first < len(RUNGS) and not _good(judged.rung(*RUNGS[first])):
+                first += 1
+            rung[i, j] = first
+    return Domain(lens_name, halves, angles, numbers, rung)
+
+
+def _good(rung: Rung) -> bool:
+    return rung.error_px <= PIXELS and rung.error_stops <= STOPS
+
+
+def domains() -> list[Domain]:
+    """Of every lens of the library that the ladder knows: those without cylinders."""
+    return [domain(each) for each in lenses.names() if lenses.load(each).is_rotationally_symmetric]
+
+
+def save_domains(found: list[Domain], path: Path) -> None:
+    """One map for each lens on one sheet; ExportError where it cannot be written."""
+    lines = -(-len(found) // COLUMNS)
+    with look():
+        figure = sheet(WIDTH, HEIGHT * lines + 1.0)
+        figure.suptitle(f"The simplest model within {PIXELS:g} px of 6 µm and {STOPS:g} stops of the traced lens; "
+                        "across: half the field at the film's corner, down: f-number", color=INK, fontsize=10.5, x=0.01,
+                        ha="left")
+        for axes, each in zip(figure.subplots(lines, COLUMNS, squeeze=False).flat, found, strict=False):
+            _draw(axes, each)
+        for axes in figure.axes[len(found):]:
+            axes.set_axis_off()
+        _legend(figure)
+        save(figure, path)
+
+
+def _legend(figure) -> None:
+    from matplotlib.patches import Patch
+
+    figure.legend(handles=[Patch(facecolor=colour, label=name(*rung))
+                           for colour, rung in zip(COLOURS, LADDER, strict=True)],
+                  loc="outside lower center", ncols=len(LADDER), frameon=False, fontsize=7.5, labelcolor=DIM,
+                  handlelength=1.0, columnspacing=1.2)
+
+
+def _draw(axes: "Axes", found: Domain) -> None:
+    from matplotlib.colors import ListedColormap
+
+    axes.imshow(found.rung, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=len(LADDER) - 0.5, aspect="auto")
+    for (i, j), rung in np.ndenumerate(found.rung):
+        axes.text(j, i, SIGNS[rung], ha="center", va="center", fontsize=5.5,
+                  color=INK if rung < 6 else "white")
+    axes.set_title(found.lens, fontsize=7.0, color=INK)
+    axes.set_xticks(range(0, len(found.angles), 2), [f"{value:.2g}°" for value in found.angles[::2]], fontsize=6.0)
+    axes.set_yticks(range(0, len(found.f_numbers), 2), [f"{value:.3g}" for value in found.f_numbers[::2]], fontsize=6.0)
+    axes.tick_params(length=0.0)
+    for side in axes.spines.values():
+        side.set_visible(False)

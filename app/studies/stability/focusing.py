@@ -1,0 +1,244 @@
+"""Where the film has to stand: the closed form, the whole bundle, and the searches and formulas of others."""
+
+import math
+from collections.abc import Callable, Sequence
+from decimal import Decimal
+from functools import partial
+
+import numpy as np
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.studies.stability.focus_baselines import bracketing_search, school_formula
+from lensbench.app.studies.stability.high_precision import exact, exactly
+from lensbench.app.studies.stability.sweep import Curve, Stress, curve
+
+Focus = Callable[[lb.Lens, float], float | str]
+
+LENS = "pbrt-wide-22mm"         # on which pbrt's own failures were found
+FAST = "lentil-takumar-1969"    # f/1.25
+LIMIT = 1e-3                    # mm
+WHY = "a quarter of a pixel of 4 µm"
+RAYS = 200                      # of the bundle that says where the blur is least
+PIXEL = 4e-3                    # mm
+PRECISIONS: tuple[tuple[type, str], ...] = ((np.float32, "float32"), (np.float64, "float64"))
+
+
+def conjugate(lens: lb.Lens, distance: float) -> Decimal:
+    """The paraxial film distance for an object `distance` mm from the film, in sixty digits; to be used `exactly`.
+
+    From the matrix of the whole lens, multiplied out; NaN where no film is conjugate.
+    """
+    one, zero = Decimal(1), Decimal(0)
+    a, b, c, d = one, zero, zero, one
+    n = list(exact(lens.indices()))
+    curvatures, gaps = (exact([getattr(s, what) for s in lens.surfaces]) for what in ("curvature", "thickness"))
+    for i, curvature in enumerate(curvatures):
+        power = (n[i + 1] - n[i]) * curvature
+        c, d = c - power * a, d - power * b
+        if i < len(gaps) - 1:
+            gap = gaps[i] / n[i + 1]
+            a, b = a + gap * c, b + gap * d
+    if math.isinf(distance):
+        return -a / c
+    # An axis point x before the first vertex and the film f behind the last: (a + f c) x + b + f d = 0
+    away = Decimal(distance) - sum(gaps[:-1])
+    p, q = c * away - a + d, a * away + b
+    inner = p * p + 4 * c * q
+    # where p is positive the object would be virtual
+    return (p + inner.sqrt()) / (2 * c) if inner >= 0 and p < 0 else Decimal("NaN")
+
+
+def rms_radius(lens: lb.Lens, film_distance: float, distance: float) -> float:
+    """Of the spot of an axis point `distance` mm from the film (mm), by the reference tracer's rays over the pupil."""
+    y, slope = _bundle(lens, lens.length + film_distance - distance)
+    return float(np.sqrt(((y + film_distance * slope) ** 2).mean()))
+
+
+def extent(lens: lb.Lens, film_distance: float, distance: float) -> float:
+    """The radius (mm) of the whole spot."""
+    y, slope = _bundle(lens, lens.length + film_distance - distance)
+    return float(np.abs(y + film_distance * slope).max())
+
+
+def _bundle(lens: lb.Lens, z: float) -> tuple[np.ndarray, np.ndarray]:
+    """Heights behind the last vertex, and slopes, of rays from the axis point z even over the pupil's area."""
+    edge, step = 0.0, lens.surfaces[0].semi_diameter
+    for _ in range(8):                                  # outwards, ever more finely
+        heights = edge + step * np.arange(33) / 32.0
+        passed = _traced(lens, z, heights).fate == lb.Fate.PASSED
+        last = int(np.argmin(passed)) - 1 if not passed.all() else 32
+        edge, step = float(heights[max(last, 0)]), step / 32.0
+    heights = edge * np.sqrt((np.arange(RAYS) + 0.5) / RAYS)
+    t = _traced(lens, z, heights)
+    slope = t.directions[:, 1] / t.directions[:, 2]
+    return t.points[:, 1] + (lens.length - t.points[:, 2]) * slope, slope
+
+
+def _traced(lens: lb.Lens, z: float, heights: np.ndarray) -> lb.Trace:
+    """Rays of the axis point z through heights on the plane of the first vertex."""
+    start = np.stack([0.0 * heights, heights, 0.0 * heights], 1)
+    ways = np.stack([0.0 * heights, 0.0 * heights if math.isinf(z) else heights / -z, np.ones(len(heights))], 1)
+    return lb.trace(lens, start, ways)
+
+
+def least_blur(lens: lb.Lens, distance: float, size: Callable[[lb.Lens, float, float], float] = rms_radius) -> float:
+    """The film distance (mm) of the smallest spot, by trial: golden section about the paraxial film."""
+    with exactly():
+        middle = float(conjugate(lens, distance))
+    reach = 0.05 * lb.first_order(lens).efl
+    low, high = middle - reach, middle + 0.2 * reach
+    golden = 0.5 * (math.sqrt(5.0) - 1.0)
+    places = [high - golden * (high - low), low + golden * (high - low)]
+    sizes = [size(lens, film, distance) for film in places]
+    for _ in range(22):
+        if sizes[0] < sizes[1]:
+            high, places[1], sizes[1] = places[1], places[0], sizes[0]
+            places[0] = high - golden * (high - low)
+            sizes[0] = size(lens, places[0], distance)
+        else:
+            low, places[0], sizes[0] = places[0], places[1], sizes[1]
+            places[1] = low + golden * (high - low)
+            sizes[1] = size(lens, places[1], distance)
+    return 0.5 * (low + high)
+
+
+def closed_form(lens: lb.Lens, distance: float) -> float | str:
+    """The program's own, paraxial."""
+    try:
+        return lb.film_distance(lens, distance)
+    except lb.FocusError:
+        return "FocusError"
+
+
+def whole_bundle(lens: lb.Lens, distance: float) -> float | str:
+    """The program's own, by the least rms blur."""
+    try:
+        return lb.film_distance(lens, distance, "real")
+    except lb.FocusError:
+        return "FocusError"
+
+
+def one_ray(lens: lb.Lens, distance: float) -> float | str:
+    """The search by one ray, in double."""
+    return bracketing_search(lens, distance, np.float64)
+
+
+def three_rays(lens: lb.Lens, distance: float) -> float | str:
+    """The search that goes on to narrower rays where one is blocked, as pbrt was mended."""
+    return bracketing_search(lens, distance, np.float64, (0.15, 0.015, 0.0015))
+
+
+def _off(found: float | str, truth: float | Decimal) -> float | str:
+    """How far a film stands from where it should, or what came in place of it."""
+    if isinstance(found, str):
+        return found
+    if not math.isfinite(found):
+        return "NaN"
+    if not math.isfinite(truth):
+        return "a film where none can stand"
+    return float(abs(Decimal(found) - Decimal(truth)))
+
+
+def _rivals() -> dict[str, Focus]:
+    """The school formula, in both precisions."""
+    return {f"school formula, {precision}": partial(school_formula, real=real) for real, precision in PRECISIONS}
+
+
+def far_focus() -> Stress:
+    """From a metre to ten kilometres and beyond."""
+    lens, values = lenses.load(LENS), np.logspace(3.0, 10.0, 29)
+    searches: dict[str, Focus] = {f"one ray, {precision}": partial(bracketing_search, real=real)
+                                  for real, precision in PRECISIONS}
+    with exactly():
+        truth = [conjugate(lens, at) for at in values]
+        curves = [curve(name, [_off(focus(lens, at), film) for at, film in zip(values, truth, strict=True)])
+                  for name, focus in {**_rivals(), **searches}.items()]
+        curves.append(curve("closed form", [_off(closed_form(lens, at), film)
+                                            for at, film in zip(values, truth, strict=True)], True))
+    return Stress("Far focus", "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT,
+                  WHY + " at f/1", tuple(curves),
+                  "The extension of the lens is f² over the distance. As a difference of conjugates it loses a digit "
+                  "with each digit of the distance; one ray off the axis has spherical aberration besides.")
+
+
+def near_focus() -> Stress:
+    """Nearer than magnification one there is no film at all."""
+    lens = lenses.load(LENS)
+    values = np.concatenate([np.geomspace(1000.0, 99.0, 16), np.geomspace(98.0, 5.0, 13)])
+    with exactly():
+        truth = [conjugate(lens, at) for at in values]
+        expected = tuple("" if film.is_finite() else "FocusError" for film in truth)
+        methods: dict[str, Focus] = {**_rivals(), "one ray": one_ray}
+        curves = [curve(name, [_off(focus(lens, at), film) for at, film in zip(values, truth, strict=True)])
+                  for name, focus in methods.items()]
+        curves.append(curve("closed form", [_off(closed_form(lens, at), film)
+                                            for at, film in zip(values, truth, strict=True)], True))
+    return Stress("Near focus", "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT,
+                  WHY + " at f/1", tuple(curves),
+                  "Object and image are nearest to each other at magnification −1. Nearer there is the root of a "
+                  "negative number; the program says how near it can.", expected=expected)
+
+
+def _shares(lens: lb.Lens, values: np.ndarray) -> list[lb.Lens]:
+    return [lens.with_stop_radius(float(radius)) for radius in values]
+
+
+def closing_stop() -> Stress:
+    """A stop that closes to a pinprick."""
+    lens, distance = lenses.load(LENS), 200.0
+    values = np.geomspace(lens.stop.semi_diameter, 0.02, 13)
+    closed = _shares(lens, values)
+    truth = [least_blur(each, distance) for each in closed]
+    spread = [1.0 / lb.first_order(each).f_number for each in closed]
+    methods: dict[str, tuple[Focus, bool, str]] = {
+        "one ray": (one_ray, False, ""), "three rays in turn": (three_rays, False, ""),
+        "whole bundle": (whole_bundle, True, "")}
+
+    def blur(found: float | str, film: float, wide: float) -> float | str:
+        off = _off(found, film)
+        return off if isinstance(off, str) else off * wide
+
+    curves = [curve(name, [blur(focus(each, distance), film, wide)
+                           for each, film, wide in zip(closed, truth, spread, strict=True)], own, switch)
+              for name, (focus, own, switch) in methods.items()]
+    return Stress("Focus as the stop closes", "Radius of the stop", "mm", values, "Blur for the film's place", "mm",
+                  5.0 * PIXEL, "five pixels of 4 µm: a focus that is plainly wrong", tuple(curves),
+                  "An object at 0.2 m. A ray that is aimed at a fixed part of the rear opening is cut off by the stop: "
+                  "the search then goes on for ever.")
+
+
+def best_focus(name: str) -> Stress:
+    """Where the sharpest film is, as the aperture opens."""
+    lens, distance = lenses.load(name), 2000.0
+    values = np.linspace(0.05, 1.0, 14)
+    opened = _shares(lens, values * lens.stop.semi_diameter)
+    least = [rms_radius(each, least_blur(each, distance), distance) for each in opened]
+
+    def narrow(each: lb.Lens, at: float) -> float | str:
+        return whole_bundle(each.with_stop_radius(0.2 * each.stop.semi_diameter), at)
+
+    def smallest(each: lb.Lens, at: float) -> float | str:
+        return least_blur(each, at, extent)
+
+    methods: dict[str, tuple[Focus, bool, str]] = {
+        "closed form": (closed_form, True, "the bench moves the film to the least blur, and the read-outs say so"),
+        "whole bundle": (whole_bundle, True, ""), "one ray": (one_ray, False, ""),
+        "a fifth of the bundle": (narrow, False, ""), "least whole spot": (smallest, False, "")}
+
+    def wider(found: float | str, each: lb.Lens, best: float) -> float | str:
+        return found if isinstance(found, str) else max(
+            2.0 * math.sqrt(2.0) * (rms_radius(each, found, distance) - best), 0.0)
+
+    curves: Sequence[Curve] = [
+        curve(label, [wider(focus(each, distance), each, best) for each, best in zip(opened, least, strict=True)], own,
+              switch) for label, (focus, own, switch) in methods.items()]
+    return Stress(f"Best focus, {lens.name or name}", "Stop, of the full one", "", values,
+                  "Blur beyond the least", "mm", PIXEL, "a pixel of 4 µm", tuple(curves),
+                  "Diameters 2√2 × rms of the axis point at 2 m. Spherical aberration parts the paraxial focus, the "
+                  "least rms blur and the smallest whole spot.", linear=True)
+
+
+STRESSES: dict[str, Callable[[], Stress]] = {
+    "Far focus": far_focus, "Near focus": near_focus, "Focus as the stop closes": closing_stop,
+    "Best focus, wide angle": lambda: best_focus(LENS), "Best focus, f/1.25": lambda: best_focus(FAST)}

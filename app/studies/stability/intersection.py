@@ -1,0 +1,276 @@
+"""Where a ray meets a surface: pbrt's quadratic, the books' forms and the program's own, in single and double."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.studies.stability import baselines
+from lensbench.app.studies.stability.high_precision import distance, exact, exactly, floats, root
+from lensbench.app.studies.stability.sweep import LOST, Curve, Stress, curve, paced
+from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.program import Program
+from lensbench.optics.block_trace import tracer
+from lensbench.optics.scalar_trace import surface_table, trace_rays
+
+Rays = tuple[np.ndarray, np.ndarray]            # origins, unit directions (n, 3), mm
+Found = tuple[np.ndarray, list[str]]            # hits (n, 3), and for each ray "" or the fate in place of one
+Method = Callable[[np.ndarray, np.ndarray, lb.Surface], Found]
+Exact = Callable[[np.ndarray, np.ndarray, lb.Surface], np.ndarray]
+
+RAYS = 24                       # for each value, over the whole aperture and from all sides
+LIMIT = 1e-3                    # mm
+WHY = "a quarter of a pixel of 4 µm"
+PRECISIONS = ((np.float32, "float32"), (np.float64, "float64"))
+GLASS = lb.Surface(1.0 / 50.0, 0.0, 20.0)       # radius 50 mm, 40 mm across
+TILT = math.radians(20.0)
+AWAY = 50.0                     # mm from the surface, where a ray begins
+
+
+def aimed(surface: lb.Surface, tilt: float = TILT, away: float = AWAY) -> Rays:
+    """Rays that begin `away` mm before points all over the surface, tilted by up to `tilt` against the axis."""
+    part = (np.arange(RAYS) + 0.5) / RAYS
+    turn = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(RAYS)           # the sunflower's
+    x, y = (surface.semi_diameter * np.sqrt(part) * way for way in (np.cos(turn), np.sin(turn)))
+    targets = np.stack([x, y, surface.sag(x, y)], 1)
+    lean = tilt * np.sqrt(part[7 * np.arange(RAYS) % RAYS])         # rim and middle alike
+    directions = np.stack([np.sin(lean) * np.cos(2.0 * turn), np.sin(lean) * np.sin(2.0 * turn), np.cos(lean)], 1)
+    return targets - away * directions, directions
+
+
+def hits_of_a_conic(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> np.ndarray:
+    """Where rays (n, 3) go through a conic towards +z, exactly; NaN where they miss or pass its equator."""
+    o, d, (c, k) = exact(origins), exact(directions), exact([surface.curvature, surface.conic])
+    a = c * ((d * d).sum(1) + k * d[:, 2] ** 2)
+    b = c * ((o * d).sum(1) + k * o[:, 2] * d[:, 2]) - d[:, 2]
+    e = c * ((o * o).sum(1) + k * o[:, 2] ** 2) - 2 * o[:, 2]
+    wide = root(b * b - a * e)
+    t = np.array([e_ / (w - b_) if b_ <= 0 else (-b_ - w) / a_ for a_, b_, e_, w in zip(a, b, e, wide, strict=True)])
+    at = o + t[:, None] * d
+    there = np.array([not z.is_nan() and (1 + k) * c * z < 1 for z in at[:, 2]])
+    return np.where(there[:, None], at, exact(math.nan))
+
+
+def reference(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> Found:
+    """The reference tracer, in the precision of the rays."""
+    n, real = len(origins), origins.dtype
+    points, after = np.empty((n, 3), real), np.empty((n, 3), real)
+    fate, reached = np.empty(n, np.int32), np.empty(n, np.int32)
+    table = surface_table(lb.Lens((surface,), stop_index=0), dtype=real)
+    trace_rays(table, False, origins, directions, points, after, fate, reached, None, 1)
+    return points, [lb.Fate(int(end)).name if end != lb.Fate.PASSED else "" for end in fate]
+
+
+def block(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> Found:
+    """The tracer of the pictures, with the surface where the film would be."""
+    rows = [X, Y, Z, L, M, N, WEIGHT]
+    out = Program([tracer(lb.Lens((surface,), stop_index=0), 0.0, towards="film")], origins.dtype.type).run(
+        dict(zip(rows, [*origins.T, *directions.T, np.ones(len(origins))], strict=True)), [X, Y, Z, WEIGHT],
+        len(origins))
+    return out[:3].T, ["" if weight > 0.0 else LOST for weight in out[3]]
+
+
+def rival(hits: np.ndarray) -> Found:
+    """Of a method that knows no fate but NaN."""
+    return hits, ["" if good else "NaN" for good in np.isfinite(hits).all(1)]
+
+
+def worst(found: Found, truth: np.ndarray, meant: np.ndarray) -> float | str:
+    """The greatest distance (mm) of the hits from the exact ones, or what came in place of one.
+
+    A ray that misses by its rounding alone may be said to miss, or to hit where it was meant to.
+    """
+    hits, fates = found
+    there = np.isfinite(floats(truth)).all(1)
+    lost = [fate for fate, known in zip(fates, there, strict=True) if known and fate]
+    if lost:
+        return lost[0]
+    claimed = np.array([not fate for fate in fates])
+    return float(distance(hits, np.where(there[:, None], truth, meant))[claimed].max(initial=0.0))
+
+
+def measured(surfaces: Sequence[lb.Surface], rays: Sequence[Rays], methods: dict[str, Method], own: dict[str, Method],
+             truth: Exact = hits_of_a_conic, switch: str = "") -> tuple[Curve, ...]:
+    """The curves of all methods, single and double, each at all values; the rays are rounded first.
+
+    switch: what the program does where its own leave their safe domain.
+    """
+    results: dict[str, list[float | str]] = {}
+    with exactly():
+        for surface, ray in paced(list(zip(surfaces, rays, strict=True))):
+            meant = truth(*ray, surface)
+            for real, precision in PRECISIONS:
+                origins, directions = (np.ascontiguousarray(part, real) for part in ray)
+                right = meant if real is np.float64 else truth(origins, directions, surface)
+                for name, method in {**methods, **own}.items():
+                    found = method(origins, directions, surface)
+                    results.setdefault(f"{name}, {precision}", []).append(worst(found, right, meant))
+    return tuple(curve(name, given, name.rpartition(",")[0] in own, switch if name.rpartition(",")[0] in own else "")
+                 for name, given in results.items())
+
+
+def _pbrt(origins, directions, surface):
+    return rival(baselines.sphere_about_its_centre(origins, directions, surface.curvature))
+
+
+def _school(origins, directions, surface):
+    return rival(baselines.conic_by_the_school_formula(origins, directions, surface.curvature, surface.conic))
+
+
+def _vertex_plane(origins, directions, surface):
+    return rival(baselines.sphere_from_the_vertex_plane(origins, directions, surface.curvature))
+
+
+SPHERES: dict[str, Method] = {"pbrt's quadratic": _pbrt, "from the vertex's plane": _vertex_plane}
+OWN: dict[str, Method] = {"foot form": reference, "foot form in blocks": block}
+CONICS: dict[str, Method] = {"school formula": _school}
+OWN_CONICS: dict[str, Method] = {"closed form": reference, "closed form in blocks": block}
+RADII = np.logspace(0.0, 12.0, 49)
+
+
+def _stress(title: str, axis: str, unit: str, values: np.ndarray, curves: tuple[Curve, ...], note: str) -> Stress:
+    return Stress(title, axis, unit, values, "Place of the hit", "mm", LIMIT, WHY, curves, note)
+
+
+def radius() -> Stress:
+    """Spheres from a bead to a plane."""
+    spheres = [replace(GLASS, curvature=1.0 / r, semi_diameter=min(0.6 * r, GLASS.semi_diameter)) for r in RADII]
+    return _stress("Radius of a sphere", "Radius", "mm", RADII,
+                   measured(spheres, [aimed(sphere) for sphere in spheres], SPHERES, OWN),
+                   "About the centre of a flat sphere the squares of two great numbers cancel; from the foot of the "
+                   "perpendicular nothing does, and a plane is a sphere like any other.")
+
+
+def paraboloid() -> Stress:
+    """The same for a conic."""
+    conics = [replace(GLASS, curvature=1.0 / r, conic=-1.0, semi_diameter=min(0.6 * r, GLASS.semi_diameter))
+              for r in RADII]
+    return _stress("Radius of a paraboloid", "Radius", "mm", RADII,
+                   measured(conics, [aimed(conic) for conic in conics], CONICS, OWN_CONICS),
+                   "The school formula divides a difference that vanishes by a coefficient that vanishes.")
+
+
+def ray_distance() -> Stress:
+    """A ray from far away."""
+    values = np.logspace(0.0, 7.0, 43)
+    return _stress("Distance of the ray's origin", "Distance", "mm", values,
+                   measured([GLASS] * len(values), [aimed(GLASS, away=away) for away in values], SPHERES, OWN,
+                            switch="no ray of a picture begins there: the camera's begin on the film, a light's on a "
+                                   "plane just before the lens"),
+                   "A float32 ray of 10 km knows its own path to a millimetre only; what the forms lose beyond that is "
+                   "theirs.")
+
+
+def grazing() -> Stress:
+    """A sphere almost along the ray, 15 mm from its axis."""
+    values = np.logspace(math.log10(45.0), -6.0, 45)
+    turn = 2.0 * math.pi * np.arange(RAYS) / RAYS
+    out = np.stack([np.cos(turn), np.sin(turn), np.zeros(RAYS)], 1)
+    axis, lean = np.array([0.0, 0.0, 1.0]), math.asin(15.0 / 50.0)
+    targets = 15.0 * out + float(GLASS.sag(15.0)) * axis
+    along, across = math.cos(lean) * out + math.sin(lean) * axis, math.cos(lean) * axis - math.sin(lean) * out
+    directions = [math.cos(angle) * along + math.sin(angle) * across for angle in np.radians(values)]
+    return _stress("Grazing incidence on a sphere", "Angle between ray and surface", "°", values,
+                   measured([GLASS] * len(values), [(targets - AWAY * way, way) for way in directions], SPHERES, OWN,
+                            switch="no ray through a lens of the library runs flatter than 10°; where light ends "
+                                   "is found in float64"),
+                   "The place is lost as one over the angle, whatever the method: the ray itself is known no better. "
+                   "Below that it may be said to miss.")
+
+
+def hemisphere() -> Stress:
+    """Rays along the axis near the equator of a sphere."""
+    values = np.logspace(0.0, -15.0, 46)
+    sphere = replace(GLASS, semi_diameter=50.0)
+    turn = 2.0 * math.pi * np.arange(RAYS) / RAYS
+    rays = [(np.stack([50.0 * (1.0 - part) * np.cos(turn), 50.0 * (1.0 - part) * np.sin(turn), np.full(RAYS, -AWAY)],
+                      1), np.tile([0.0, 0.0, 1.0], (RAYS, 1))) for part in values]
+    return _stress("Edge of a hemisphere", "Part of the radius left to the equator", "", values,
+                   measured([sphere] * len(values), rays, SPHERES, OWN,
+                            switch="no ray through a lens of the library comes nearer than a hundredth; where light "
+                                   "ends is found in float64"),
+                   "The surface stands along the ray there; beyond the equator it is a miss.")
+
+
+def _conics(title: str, axis: str, values: np.ndarray, ks: np.ndarray, note: str) -> Stress:
+    """Conic constants k, on as much of the surface as there is within 0.6 of its equator."""
+    reach = [min(0.6 * 50.0 / math.sqrt(1.0 + k), 20.0) if k > -1.0 else 20.0 for k in ks]
+    conics = [replace(GLASS, conic=float(k), semi_diameter=edge) for k, edge in zip(ks, reach, strict=True)]
+    return _stress(title, axis, "", values, measured(
+        conics, [aimed(conic) for conic in conics], CONICS, OWN_CONICS,
+        switch="a conic constant of a lens is a million times smaller"), note)
+
+
+def oblate() -> Stress:
+    """Conics flatter than a sphere."""
+    values = np.logspace(-2.0, 8.0, 41)
+    return _conics("Oblate conics", "Conic constant k", values, values,
+                   "The greater k, the smaller the whole ellipsoid: its equator comes down to the vertex.")
+
+
+def hyperbolic() -> Stress:
+    """Conics that open wide; their second branch must not be hit."""
+    values = np.logspace(0.0, 8.0, 41)
+    return _conics("Hyperbolic conics", "Minus the conic constant", values, -values,
+                   "A hyperboloid has a second sheet, which a wrong root would hit.")
+
+
+def first_hits(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> np.ndarray:
+    """Where rays first go through an even asphere, exactly: by bisection of the first change of sign."""
+    o, d = exact(origins), exact(directions)
+    (c, k), terms = exact([surface.curvature, surface.conic]), [(power, exact([a])[0]) for power, a in surface.aspheric]
+
+    def height(t):
+        at = o + t[:, None] * d
+        r2 = at[:, 0] ** 2 + at[:, 1] ** 2
+        sag = c * r2 / (1 + root(1 - (1 + k) * c * c * r2))
+        return at[:, 2] - sag - sum(a * r2 ** (power // 2) for power, a in terms)
+
+    along = np.linspace(AWAY - 40.0, AWAY + 5.0, 2001)
+    at = origins.astype(float)[:, None, :] + along[:, None] * directions.astype(float)[:, None, :]
+    over = at[..., 2] - surface.sag(at[..., 0], at[..., 1])
+    first = np.argmax((over[:, :-1] < 0.0) & (over[:, 1:] >= 0.0), 1)
+    low, high = exact(along[first]), exact(along[first + 1])
+    for _ in range(64):                                 # 0.0225 mm / 2^64
+        middle = (low + high) / 2
+        through = height(middle) > 0
+        low, high = np.where(through, low, middle), np.where(through, middle, high)
+    return o + low[:, None] * d
+
+
+def _newton(origins, directions, surface):
+    return rival(baselines.newton_to_a_millionth(origins, directions, surface))
+
+
+def asphere() -> Stress:
+    """The slope of an asphere's r^10 term at its rim, 15 mm from the axis; rays as oblique as that allows."""
+    values = np.logspace(-2.0, 1.0, 25)
+    surfaces = [replace(GLASS, semi_diameter=15.0, aspheric=((10, slope / (10.0 * 15.0**9)),)) for slope in values]
+    tilts = np.arctan(0.85 / (values + 0.35))           # no ray meets the surface twice
+    rays = [aimed(surface, min(tilt, math.radians(40.0))) for surface, tilt in zip(surfaces, tilts, strict=True)]
+    return _stress("Strong aspheres", "Slope of the r^10 term at the rim", "", values,
+                   measured(surfaces, rays, {"Newton to 1e-6 mm": _newton},
+                            {"Newton, halved steps": reference, "Newton in blocks": block}, first_hits),
+                   "Full steps overshoot where the surface is steeper than the ray.")
+
+
+def oblique() -> Stress:
+    """A surface that turns back at its rim, and rays that meet it ever more obliquely."""
+    values = np.linspace(5.0, 75.0, 22)
+    surface = replace(GLASS, semi_diameter=15.0, aspheric=((10, -2.0 / (10.0 * 15.0**9)),))
+    curves = measured([surface] * len(values), [aimed(surface, math.radians(tilt)) for tilt in values],
+                      {"Newton to 1e-6 mm": _newton},
+                      {"Newton, halved steps": reference, "Newton in blocks": block}, first_hits,
+                      switch="the ray is blocked, and the reference tracer finds it")
+    return replace(_stress("Oblique rays on a strong asphere", "Tilt of the rays", "°", values, curves,
+                           "The r^10 term falls by 2 mm a mm at the rim. Full steps land on a second crossing, or on "
+                           "none; the blocks go on while a ray of theirs moves, up to a few steps more, and block "
+                           "the one that has not come to rest then."), linear=True)
+
+
+STRESSES: dict[str, Callable[[], Stress]] = {
+    "Radius of a sphere": radius, "Radius of a paraboloid": paraboloid, "Distance of the ray's origin": ray_distance,
+    "Grazing incidence on a sphere": grazing, "Edge of a hemisphere": hemisphere, "Oblate conics": oblate,
+    "Hyperbolic conics": hyperbolic, "Strong aspheres": asphere, "Oblique rays on a strong asphere": oblique}

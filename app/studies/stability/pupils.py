@@ -1,0 +1,306 @@
+"""From where on the rear plane a film point gets its light: the paraxial disk, pbrt's boxes, and the solved region.
+
+Every method is a place to draw samples from; what it is worth shows when they are traced. The light
+is the mean of their weights, against the area of the true region, counted in cells of rays of the reference tracer.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
+from typing import NamedTuple
+
+import numpy as np
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.studies.stability.sweep import Curve, Stress, curve
+from lensbench.kernels.block import MARGIN, U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.kernels.program import Program
+from lensbench.optics.block_trace import tracer
+from lensbench.pupils.film_grid_sampler import PupilGrid
+from lensbench.pupils.radial_sampler import PupilTable
+from lensbench.pupils.rim_solver import solve
+
+SAMPLES = 1 << 12       # of each method at each value
+CELLS = 240             # each way, in one look at the true region
+FIRST_CELLS = 400       # and in the first one
+LOOKS = 14
+ENOUGH = 9000           # cells that a region must have: its area is then known to a few parts in a thousand
+BUCKETS = 64            # of film radii, for pbrt's boxes
+LIGHT, WASTE = 0.01, 0.5
+LENS = "pbrt-dgauss-50mm"
+SPLIT = "lib-miyamoto-fisheye-1964"
+CYLINDERS = "lentil-schneider-anamorphic-31-2001"
+FULL_FRAME = 0.5 * math.hypot(36.0, 24.0)
+
+Aim = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]     # uv (n, 2) → points (n, 2), area (n,) each stands for
+
+
+class Place(NamedTuple):
+    """A film point (x, y) behind a lens, the film's distance from the last vertex, half of its diagonal; mm."""
+
+    lens: lb.Lens
+    film_distance: float
+    film: tuple[float, float]
+    reach: float
+
+
+class Result(NamedTuple):
+    """Of one method at one place: how far the light is off, and which part of the samples is blocked."""
+
+    light: float
+    waste: float
+
+
+def passing(place: Place, points: np.ndarray) -> np.ndarray:
+    """Which rays from the film point to points (n, 2) of the rear plane arrive, by the block tracer in double."""
+    way = np.column_stack([points - place.film, np.full(len(points), -place.film_distance)])
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    n = len(points)
+    given = {X: np.full(n, place.film[0]), Y: np.full(n, place.film[1]), L: way[:, 0], M: way[:, 1], N: way[:, 2]}
+    return Program([tracer(place.lens, place.film_distance)], np.float64).run(given, [MARGIN], n)[0] <= 1.0
+
+
+@lru_cache(maxsize=256)
+def true_area(place: Place) -> float:
+    """Of the region (mm²), by cells of grids of the scalar reference tracer, each look closer about what passes."""
+    rear = 1.5 * place.lens.surfaces[-1].semi_diameter
+    low, high = np.minimum(-rear, np.minimum(place.film, 0.0)), np.maximum(rear, np.maximum(place.film, 0.0))
+    area, cells = 0.0, FIRST_CELLS
+    for _ in range(LOOKS):
+        cell = (high - low) / cells
+        at = [low[k] + cell[k] * (np.arange(cells) + 0.5) for k in (0, 1)]
+        u, v = np.meshgrid(*at)
+        inside = _inside(place, u.ravel(), v.ravel()).reshape(cells, cells)
+        area = float(inside.sum() * cell.prod())
+        if not inside.any():                            # about what comes closest
+            nearest = _nearest(place, u.ravel()[::7], v.ravel()[::7])
+            if nearest is None:
+                return 0.0
+            low, high, cells = nearest - 8.0 * cell, nearest + 8.0 * cell, CELLS
+            continue
+        across, down = np.asarray(inside.any(0)), np.asarray(inside.any(1))
+        open_low, open_high = (np.array([across[k], down[k]]) for k in (0, -1))
+        if inside.sum() >= ENOUGH and not (open_low.any() or open_high.any()):
+            return area
+        ends = np.array([np.flatnonzero(which)[[0, -1]] for which in (across, down)])
+        tight = low + cell * (ends[:, 0] - 4), low + cell * (ends[:, 1] + 5)
+        # A sliver may go on beyond what the cells have met of it
+        width = tight[1] - tight[0]
+        low, high, cells = tight[0] - 0.3 * open_low * width, tight[1] + 0.3 * open_high * width, CELLS
+    return area
+
+
+def _ways(place: Place, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    film = np.array([*place.film, place.lens.length + place.film_distance])
+    return film, np.column_stack([u, v, np.full(u.size, place.lens.length)]) - film
+
+
+def _inside(place: Place, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return lb.trace(place.lens, *_ways(place, u, v)).fate == lb.Fate.PASSED
+
+
+def _nearest(place: Place, u: np.ndarray, v: np.ndarray) -> np.ndarray | None:
+    """Of these points of the rear plane, that whose ray is least beyond any rim; None where all miss."""
+    t = lb.trace(place.lens, *_ways(place, u, v), record=True, clip=False)
+    assert t.paths is not None
+    rims = np.array([surface.semi_diameter for surface in place.lens.surfaces])[::-1]
+    share = np.where(t.fate == lb.Fate.PASSED, (np.hypot(t.paths[:, 1:, 0], t.paths[:, 1:, 1]) / rims).max(1), np.inf)
+    best = int(np.argmin(share))
+    return np.array([u[best], v[best]]) if math.isfinite(share[best]) else None
+
+
+def _uv() -> np.ndarray:
+    k = np.arange(SAMPLES)
+    return np.column_stack([(k + 0.5) / SAMPLES, k * 0.6180339887498949 % 1.0])
+
+
+def result(place: Place, aim: Aim) -> Result:
+    """What the samples of a method are worth."""
+    points, area = aim(_uv())
+    passed = passing(place, points) & (area > 0.0)
+    truth, found = true_area(place), float((area * passed).mean())
+    if truth == 0.0:
+        return Result(0.0 if found == 0.0 else math.inf, float((area > 0.0).mean()))
+    return Result(abs(found / truth - 1.0), 1.0 - float(passed.mean()))
+
+
+def paraxial_disk(place: Place) -> Aim:
+    """The paraxial exit pupil, seen from the film point on the rear plane."""
+    pupil = lb.first_order(place.lens).exit_pupil
+    toward = place.film_distance / (place.lens.length + place.film_distance - pupil.z)
+    centre, radius = np.array(place.film) * (1.0 - toward), abs(pupil.radius * toward)
+
+    def aim(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        r, turn = radius * np.sqrt(uv[:, 0]), 2.0 * math.pi * uv[:, 1]
+        return centre + r[:, None] * np.column_stack([np.cos(turn), np.sin(turn)]), np.full(
+            len(uv), math.pi * radius**2)
+
+    return aim
+
+
+def box(place: Place, samples: int) -> Aim:
+    """pbrt's: the box about those of so many rays that pass, from film points of the bucket to a square."""
+    random = np.random.default_rng(7)
+    radius, width = math.hypot(*place.film), place.reach / BUCKETS
+    bucket = min(int(radius / width), BUCKETS - 1)
+    cosine, sine = np.array(place.film) / radius if radius > 0.0 else (1.0, 0.0)
+    square = 1.5 * place.lens.surfaces[-1].semi_diameter
+    film = (bucket + random.random(samples)) * width
+    points = random.uniform(-square, square, (samples, 2))
+    way = np.column_stack([points[:, 0] - film, points[:, 1], np.full(samples, -place.film_distance)])
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    given = {X: film, L: way[:, 0], M: way[:, 1], N: way[:, 2]}
+    through = Program([tracer(place.lens, place.film_distance)], np.float64).run(given, [MARGIN], samples)[0] <= 1.0
+    margin = 2.0 * math.sqrt(2.0) * 2.0 * square / math.sqrt(samples)
+    low, high = ((points[through].min(0) - margin, points[through].max(0) + margin) if through.any()
+                 else (np.full(2, -square), np.full(2, square)))
+
+    def aim(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        at = low + uv * (high - low)
+        turned = np.column_stack([at[:, 0] * cosine - at[:, 1] * sine, at[:, 0] * sine + at[:, 1] * cosine])
+        return turned, np.full(len(uv), (high - low).prod())
+
+    return aim
+
+
+def sampled(place: Place, table: PupilTable | PupilGrid) -> Aim:
+    """As a camera samples this table."""
+    def aim(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        n = len(uv)
+        given = {X: np.full(n, place.film[0]), Y: np.full(n, place.film[1]), U0: uv[:, 0], U1: uv[:, 1]}
+        l, m, n_, weight = Program([table.step(1.0)], np.float64).run(given, [L, M, N, WEIGHT], n)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            points = np.array(place.film) + place.film_distance * np.column_stack([l, m]) / -n_[:, None]
+            return np.nan_to_num(points), np.where(weight > 0.0, weight / n_**4, 0.0)
+
+    return aim
+
+
+_table = lru_cache(maxsize=32)(PupilTable.of)
+_grid = lru_cache(maxsize=2)(PupilGrid.of)
+
+
+def solved(place: Place) -> Aim:
+    """The program's own: the regions of 64 rings of the film, cut into triangles of equal area."""
+    return sampled(place, _table(place.lens, place.film_distance, place.reach))
+
+
+def solved_everywhere(place: Place) -> Aim:
+    """The program's own for lenses with cylinders: of a grid of film points."""
+    side = place.reach / math.sqrt(2.0)
+    return sampled(place, _grid(place.lens, place.film_distance, side, side))
+
+
+def turned(place: Place) -> Aim:
+    """The table by radius of the section y–z, turned with the film point, as if there were no cylinder."""
+    return sampled(place, _table(place.lens.section("y"), place.film_distance, place.reach))
+
+
+def one_piece(place: Place) -> Aim:
+    """The rim about one centre of the very film point, and nothing beyond it."""
+    radius = math.hypot(*place.film)
+    centre, rim = solve(place.lens, place.film_distance, np.array([radius]), 129, 1e-6)
+    corners = np.concatenate([rim[0], rim[0, -2::-1] * [1.0, -1.0]])
+    cross = corners[:-1, 0] * corners[1:, 1] - corners[:-1, 1] * corners[1:, 0]
+    upto = np.append(0.0, np.cumsum(np.maximum(cross, 0.0)))
+
+    def aim(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if not upto[-1] > 0.0:
+            return np.zeros_like(uv), np.zeros(len(uv))
+        at = np.interp(uv[:, 0] * upto[-1], upto, np.arange(len(upto)))
+        k = np.minimum(at.astype(int), len(cross) - 1)
+        share = (at - k)[:, None]
+        edge = corners[k] * (1.0 - share) + corners[k + 1] * share
+        return np.sqrt(uv[:, 1:]) * edge + [centre[0], 0.0], np.full(len(uv), 0.5 * upto[-1])
+
+    return aim
+
+
+METHODS: dict[str, Callable[[Place], Aim]] = {
+    "paraxial disk": paraxial_disk, **{f"boxes of {rays:,} rays": partial(box, samples=rays)
+                                       for rays in (1 << 10, 1 << 15, 1 << 20)}, "solved region": solved}
+OWN = {"solved region", "solved all over the film"}
+
+
+def _curves(places: Sequence[Place], methods: dict[str, Callable[[Place], Aim]]) -> dict[str, list[Result]]:
+    return {name: [result(place, method(place)) for place in places] for name, method in methods.items()}
+
+
+def _stresses(title: str, axis: str, unit: str, values: np.ndarray, note: str,
+              found: Callable[[], dict[str, list[Result]]], linear: bool = False,
+              switch: str = "") -> dict[str, Callable[[], Stress]]:
+    """The two of one run: the light, and the samples. switch: what the program does where its own method fails."""
+    once = lru_cache(maxsize=1)(found)
+
+    def stress(light: bool) -> Stress:
+        curves: tuple[Curve, ...] = tuple(
+            curve(name, [each.light if light else each.waste for each in results], name in OWN,
+                  switch if name in OWN else "") for name, results in once().items())
+        what, limit, why = (("Light", LIGHT, "a hundredth: a step that the eye may see in an even sky") if light
+                            else ("Share of the samples that pass", WASTE, "half of them are blocked"))
+        return Stress(f"{title}: {'light' if light else 'samples'}", axis, unit, values, what, "", limit, why, curves,
+                      note, linear)
+
+    return {f"{title}: light": lambda: stress(True), f"{title}: samples": lambda: stress(False)}
+
+
+def _place(name: str, radius: float, reach: float = FULL_FRAME, stop: float = 1.0) -> Place:
+    lens = lenses.load(name)
+    closed = lens.with_stop_radius(stop * lens.stop.semi_diameter)
+    return Place(closed, lb.film_distance(lens, math.inf), (radius, 0.0), reach)
+
+
+@lru_cache(maxsize=4)
+def _end(name: str) -> float:
+    """The film radius at which the light ends."""
+    lens = lenses.load(name)
+    return PupilTable.of(lens, lb.film_distance(lens, math.inf), 10.0 * lens.surfaces[-1].semi_diameter).dark_beyond
+
+
+FIELD, STOPS, SIZES = np.logspace(0.0, -3.5, 12), np.logspace(0.0, -4.0, 9), np.geomspace(1.0, 20.0, 5)
+LAST, ACROSS = np.geomspace(0.1, 4e-3, 9), np.linspace(0.0, 11.0, 6)
+
+
+def _field() -> dict[str, list[Result]]:
+    end = _end(LENS)
+    return _curves([_place(LENS, end * (1.0 - left), 1.0001 * end) for left in FIELD], METHODS)
+
+
+def _stop() -> dict[str, list[Result]]:
+    return _curves([_place(LENS, 15.0, stop=share) for share in STOPS], METHODS)
+
+
+def _size() -> dict[str, list[Result]]:
+    end = _end(LENS)
+    return _curves([_place(LENS, 0.9 * end, size * end) for size in SIZES], METHODS)
+
+
+def _split() -> dict[str, list[Result]]:
+    end = _end(SPLIT)
+    return _curves([_place(SPLIT, end * (1.0 - left), 1.0001 * end) for left in LAST],
+                   {**METHODS, "one piece": one_piece})
+
+
+def _cylinders() -> dict[str, list[Result]]:
+    lens = lenses.load(CYLINDERS)
+    z, turn = lb.film_distance(lens, 3000.0), math.radians(45.0)
+    places = [Place(lens, z, (r * math.cos(turn), r * math.sin(turn)), 12.0) for r in ACROSS]
+    return _curves(places, {"paraxial disk": paraxial_disk, "boxes of 1,048,576 rays": partial(box, samples=1 << 20),
+                            "table by radius, turned": turned, "solved all over the film": solved_everywhere})
+
+
+STRESSES: dict[str, Callable[[], Stress]] = {
+    **_stresses("Field up to the dark", "Part of the field left to where the light ends", "", FIELD,
+                "The region shrinks to a sliver and then to nothing. A paraxial disk knows no rims.", _field,
+                switch="in the last thousandth of the field half of the samples are blocked; no light is lost"),
+    **_stresses("Pupil as the stop closes", "Stop, of the full one", "", STOPS,
+                "15 mm from the axis. Random rays seldom find a small region; what is found in none is taken to be "
+                "everywhere.", _stop),
+    **_stresses("Film too large", "Half the film's diagonal, of the circle of light", "", SIZES,
+                "At nine tenths of the circle of light; 64 boxes for a larger film are each wider.", _size),
+    **_stresses("A region that falls in pieces", "Part of the field left to where the light ends", "", LAST,
+                "Miyamoto's fisheye: a hole opens in the region and parts it.", _split,
+                switch="what light is left in the last hundredth of the field is up to a fiftieth off"),
+    **_stresses("Cylinders", "Film point from the axis, diagonally", "mm", ACROSS,
+                "An anamorphic lens: no turn about the axis maps its regions onto each other.", _cylinders, True)}

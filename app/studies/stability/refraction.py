@@ -1,0 +1,138 @@
+"""Refraction out of glass, up to the critical angle and beyond it."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.studies.stability.high_precision import exact, exactly, floats, root
+from lensbench.app.studies.stability.intersection import PRECISIONS
+from lensbench.app.studies.stability.sweep import LOST, Curve, Stress, curve, paced
+from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.program import Program
+from lensbench.optics.block_trace import tracer
+from lensbench.optics.scalar_trace import surface_table, trace_rays
+
+Found = tuple[np.ndarray, list[str]]            # unit directions (n, 3), and for each "" or the fate in place of one
+
+INDEX = 1.75                    # of the glass that the light leaves for air, through a plane
+CRITICAL = math.degrees(math.asin(1.0 / INDEX))
+LIMIT = 20.0                    # µrad
+WHY = "1 µm on a film 50 mm behind"
+TURNS = 24                      # of the plane of incidence
+TOTAL = lb.Fate.TOTAL_REFLECTION.name
+WINDOW = lb.Lens((lb.Surface(0.0, 0.0, 100.0),), stop_index=0, front_index=INDEX)
+
+
+def snell(directions: np.ndarray) -> np.ndarray:
+    """The direction in air, exactly, of the very vectors that the floats are; NaN where there is none."""
+    d = exact(directions)
+    index = exact(np.float64(INDEX))[()]
+    d = d / root((d * d).sum(1))[:, None]
+    across = index * d[:, :2]
+    along = root(1 - (across * across).sum(1))
+    return np.concatenate([across, along[:, None]], 1)
+
+
+def reference(directions: np.ndarray) -> Found:
+    """The reference tracer, in the precision of the directions."""
+    n, real = len(directions), directions.dtype
+    points, after = np.empty((n, 3), real), np.empty((n, 3), real)
+    fate, reached = np.empty(n, np.int32), np.empty(n, np.int32)
+    trace_rays(surface_table(WINDOW, dtype=real), False, -directions, directions, points, after, fate, reached, None, 1)
+    return after, [lb.Fate(int(end)).name if end != lb.Fate.PASSED else "" for end in fate]
+
+
+def block(directions: np.ndarray) -> Found:
+    """The tracer of the pictures, which takes directions as long as the index."""
+    rows = [X, Y, Z, L, M, N, WEIGHT]
+    given = [*-directions.T, *(INDEX * directions).T, np.ones(len(directions))]
+    out = Program([tracer(WINDOW, 0.0, towards="film")], directions.dtype.type).run(
+        dict(zip(rows, given, strict=True)), [L, M, N, WEIGHT], len(directions))
+    return out[:3].T, ["" if weight > 0.0 else LOST for weight in out[3]]
+
+
+def by_the_angle(directions: np.ndarray) -> Found:
+    """asin(n sin i), as Snell's law is taught."""
+    real = directions.dtype.type
+    across = np.hypot(directions[:, 0], directions[:, 1])
+    with np.errstate(all="ignore"):
+        angle = np.arcsin(real(INDEX) * np.sin(np.arccos(np.clip(directions[:, 2], real(-1), real(1)))))
+        flat = np.sin(angle) / np.where(across > 0.0, across, real(1))
+    found = np.stack([directions[:, 0] * flat, directions[:, 1] * flat, np.cos(angle)], 1)
+    return found, ["" if good else "NaN" for good in np.isfinite(found).all(1)]
+
+
+def by_the_cosine(directions: np.ndarray) -> Found:
+    """As pbrt's Refract: the sine from the cosine, the cosine behind from the sine; false beyond the critical angle."""
+    real = directions.dtype.type
+    index, cosine = real(INDEX), directions[:, 2]
+    sine2 = index * index * np.maximum(real(0), real(1) - cosine * cosine)
+    behind = np.sqrt(np.maximum(real(0), real(1) - sine2))
+    found = index * directions
+    found[:, 2] += behind - index * cosine
+    return found, ["" if good else TOTAL for good in sine2 < 1.0]
+
+
+METHODS: dict[str, Callable[[np.ndarray], Found]] = {
+    "by the angle": by_the_angle, "pbrt's Refract": by_the_cosine, "vector form": reference,
+    "vector form in blocks": block}
+OWN = ("vector form", "vector form in blocks")
+
+
+def worst(found: Found, truth: np.ndarray, directions: np.ndarray) -> float | str:
+    """The greatest angle (µrad) from the exact directions, or what came in place of one.
+
+    Where there is none, a ray along the surface may be given all the same: it is that far from the critical one.
+    """
+    there = np.isfinite(floats(truth)).all(1)
+    lost = [fate for fate, known in zip(found[1], there, strict=True) if known and fate]
+    if lost:
+        return lost[0]
+    claimed = np.array([not fate for fate in found[1]])
+    if not claimed.any():
+        return found[1][0]
+    flat = exact(directions) * [1, 1, 0]
+    flat = flat / np.where(there, 1, root((flat * flat).sum(1)))[:, None]          # used only where there is none
+    off = exact(np.where(claimed[:, None], found[0], 0.0)) - np.where(there[:, None], truth, flat)
+    return 1e6 * float(floats(root((off * off).sum(1)))[claimed].max())
+
+
+def measured(incidences: np.ndarray) -> tuple[Curve, ...]:
+    """The curves of all methods at these angles of incidence (°)."""
+    switch = "no ray through a lens of the library runs flatter than 10°; where light ends is found in float64"
+    turn = 2.0 * math.pi * np.arange(TURNS) / TURNS
+    results: dict[str, list[float | str]] = {}
+    with exactly():
+        for angle in paced(np.radians(incidences)):
+            tilted = np.stack([math.sin(angle) * np.cos(turn), math.sin(angle) * np.sin(turn),
+                               np.full(TURNS, math.cos(angle))], 1)
+            for real, precision in PRECISIONS:
+                directions = np.ascontiguousarray(tilted, real)
+                truth = snell(directions)
+                for name, method in METHODS.items():
+                    results.setdefault(f"{name}, {precision}", []).append(worst(method(directions), truth, directions))
+    return tuple(curve(name, given, name.rpartition(",")[0] in OWN, switch if name.rpartition(",")[0] in OWN else "")
+                 for name, given in results.items())
+
+
+def to_the_critical_angle() -> Stress:
+    """Ever nearer to it."""
+    below = np.logspace(math.log10(CRITICAL - 0.5), -12.0, 46)
+    return Stress("Just below the critical angle", "Below the critical angle", "°", below, "Direction", "µrad", LIMIT,
+                  WHY, measured(CRITICAL - below),
+                  "The ray leaves along the surface there, and its angle grows as the root of what is left.")
+
+
+def beyond_it() -> Stress:
+    """All angles of incidence, with a fate beyond the critical one."""
+    angles = np.array([*np.arange(0.0, CRITICAL - 0.5, 1.0), *np.arange(math.ceil(CRITICAL), 89.0, 1.0), 89.0, 89.9])
+    expected = tuple(TOTAL if angle > CRITICAL else "" for angle in angles)
+    return Stress("Incidence", "Angle of incidence", "°", angles, "Direction", "µrad", LIMIT, WHY, measured(angles),
+                  f"Out of glass of index {INDEX}: beyond {CRITICAL:.2f}° there is no ray, and a fate instead.",
+                  linear=True, expected=expected)
+
+
+STRESSES: dict[str, Callable[[], Stress]] = {"Incidence": beyond_it, "Just below the critical angle":
+                                             to_the_critical_angle}

@@ -1,0 +1,1 @@
+"""Theme, dials and other controls for imgui."""

@@ -1,0 +1,122 @@
+"""What the plots share: one map from plot coordinates to pixels, curves with joins and dashes, engraved log axes."""
+
+from dataclasses import dataclass
+from math import floor
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui, implot
+
+from lensbench.app.widgets import theme
+
+PLOT_FLAGS = (implot.Flags_.no_title | implot.Flags_.no_legend | implot.Flags_.no_menus | implot.Flags_.no_box_select
+              | implot.Flags_.no_mouse_text)
+AXIS_FLAGS = implot.AxisFlags_.no_menus | implot.AxisFlags_.no_side_switch | implot.AxisFlags_.no_highlight
+FAR = 1e5                       # pixels, to which what lies far outside is bounded
+
+
+@dataclass(frozen=True)
+class PlotMap:
+    """The plot being drawn: where its corners lie and what they stand for (logarithms where an axis is one)."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+    x0: float
+    x1: float
+    y0: float
+    y1: float
+    log: bool
+
+    @classmethod
+    def current(cls, log: bool) -> "PlotMap":
+        """Of the plot between begin_plot and end_plot."""
+        limits, at, size = implot.get_plot_limits(), implot.get_plot_pos(), implot.get_plot_size()
+        ends = np.array([limits.x.min, limits.x.max, limits.y.min, limits.y.max])
+        x0, x1, y0, y1 = (float(v) for v in (np.log10(np.maximum(ends, 1e-12)) if log else ends))
+        return cls(at.x, at.y, at.x + size.x, at.y + size.y, x0, x1, y0, y1, log)
+
+    def pixels(self, x, y) -> np.ndarray:
+        """Arrays (n,) of plot coordinates to (n, 2) pixels."""
+        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+        if self.log:
+            x, y = np.log10(np.maximum(x, 1e-12)), np.log10(np.maximum(y, 1e-12))
+        px = self.left + (x - self.x0) / (self.x1 - self.x0) * (self.right - self.left)
+        py = self.bottom - (y - self.y0) / (self.y1 - self.y0) * (self.bottom - self.top)
+        return np.clip(np.stack([px, py], axis=-1), -FAR, FAR)
+
+    def at(self, x: float, y: float) -> ImVec2:
+        """One point."""
+        px, py = self.pixels(x, y)
+        return ImVec2(float(px), float(py))
+
+    def x_at(self, pixel: float) -> float:
+        """The plot coordinate under a pixel's column."""
+        x = self.x0 + (pixel - self.left) / max(self.right - self.left, 1e-6) * (self.x1 - self.x0)
+        return float(10.0**x) if self.log else float(x)
+
+
+def polyline(draw: imgui.ImDrawList, points: np.ndarray, colour: int, weight: float, closed: bool = False) -> None:
+    """A curve through pixels (n, 2), with joins; broken where it is not a number."""
+    flags = imgui.ImDrawFlags_.closed if closed else imgui.ImDrawFlags_.none
+    for piece in pieces(points):
+        draw.add_polyline(piece, colour, weight * theme.scale(), flags)
+
+
+def pieces(points: np.ndarray, on: float = 0.0, off: float = 0.0) -> list[list[ImVec2]]:
+    """What to draw of a curve through pixels (n, 2): its unbroken runs, or dashes of `on` pixels with gaps of `off`."""
+    found: list[list] = []
+    for run in _runs(points):
+        if on <= 0.0:
+            found.append(run.tolist())
+            continue
+        lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(run, axis=0).T))])
+        starts = (on + off) * np.arange(min(int(lengths[-1] / (on + off)) + 1, 2000))
+        ends = np.minimum(starts + on, lengths[-1])
+        corners = [np.interp(marks, lengths, part).tolist() for marks in (starts, ends) for part in run.T]
+        inner, points = np.searchsorted(lengths, starts, "right"), run.tolist()
+        beyond = np.searchsorted(lengths, ends, "left")
+        found += [[(x0, y0), *points[i:j], (x1, y1)]
+                  for x0, y0, x1, y1, i, j in zip(*corners, inner.tolist(), beyond.tolist(), strict=True)]
+    return [[ImVec2(x, y) for x, y in piece] for piece in found]
+
+
+def dashed_line(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int, on: float = 5.0, off: float = 4.0) -> None:
+    """A straight line in dashes of `on` pixels with gaps of `off`, one pixel wide."""
+    pixel = theme.scale()
+    dx, dy = b.x - a.x, b.y - a.y
+    length = max((dx * dx + dy * dy) ** 0.5, 1e-6)
+    dx, dy, step = dx / length, dy / length, (on + off) * pixel
+    for k in range(min(int(length / step) + 1, 1000)):
+        s, t = k * step, min(k * step + on * pixel, length)
+        draw.add_line(ImVec2(a.x + s * dx, a.y + s * dy), ImVec2(a.x + t * dx, a.y + t * dy), colour, pixel)
+
+
+def _runs(points: np.ndarray) -> list[np.ndarray]:
+    good = np.isfinite(points).all(axis=1)
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
+    return [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a > 1]
+
+
+def text(draw: imgui.ImDrawList, at: ImVec2, colour: theme.Colour, words: str, right: bool = False,
+         plate: bool = False) -> None:
+    """Text on whole pixels; at is its upper left corner, or its upper right one; plate: lines end beside it."""
+    size = imgui.calc_text_size(words)
+    x, y = floor((at.x - size.x if right else at.x) + 0.5), floor(at.y + 0.5)
+    if plate:
+        pad = theme.scale()
+        draw.add_rect_filled(ImVec2(x - 2.0 * pad, y + pad), ImVec2(x + size.x + 2.0 * pad, y + size.y),
+                             theme.packed(theme.colours().well, 0.8), 2.0 * pad)
+    draw.add_text(ImVec2(x, y), theme.packed(colour), words)
+
+
+def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:
+    """Ticks of a logarithmic axis from low to high that is so many pixels long, each needing `room` of them.
+
+    The finest of 1-2-5, 1-3 and 1 a decade that fits.
+    """
+    decades = range(floor(np.log10(low)), floor(np.log10(high)) + 2)
+    per_decade = pixels / max(np.log10(high / low), 1e-6)
+    series = (1.0, 2.0, 5.0) if per_decade >= 3.4 * room else (1.0, 3.0) if per_decade >= 2.1 * room else (1.0,)
+    values = [m * 10.0**e for e in decades for m in series]
+    return values, [f"{value:g}" if value < 1e5 else f"{value:.0e}" for value in values]

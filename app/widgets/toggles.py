@@ -1,0 +1,42 @@
+"""A row of flat buttons of which one is pressed in: a choice among few, without a list to open; and a list's mark."""
+
+from collections.abc import Hashable, Mapping
+from typing import TypeVar
+
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+
+from lensbench.app.widgets import theme
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+def toggles(label: str, names: Mapping[Key, str], value: Key, tips: Mapping[Key, str],
+            indent: float = 3.2) -> Key:
+    """Draw the row after its dim label, so many em wide, or without it for 0; the key that is pressed in now."""
+    colour = theme.colours()
+    if indent:
+        imgui.align_text_to_frame_padding()
+        imgui.text_disabled(label)
+        imgui.same_line(theme.em(indent))
+    for i, (key, name) in enumerate(names.items()):
+        on = key == value
+        if i:
+            imgui.same_line(0.0, 2.0 * theme.scale())
+        imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(*(colour.frame if on else (0.0, 0.0, 0.0, 0.0))))
+        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if on else colour.dim)))
+        if imgui.button(f"{name}###{label} {key}"):
+            value = key
+        imgui.pop_style_color(2)
+        imgui.set_item_tooltip(tips[key])
+    return value
+
+
+def angle(corner: ImVec2, width: float) -> None:
+    """A small angle at the right of an opened or closed list that was drawn there, in place of a button."""
+    colour, icon = theme.colours(), icons_fontawesome_6.ICON_FA_ANGLE_DOWN
+    theme.small()
+    size = imgui.calc_text_size(icon)
+    imgui.get_window_draw_list().add_text(
+        ImVec2(corner.x + width - size.x - theme.em(0.6), corner.y + 0.5 * (imgui.get_frame_height() - size.y)),
+        theme.packed(colour.dim), icon)
+    imgui.pop_font()

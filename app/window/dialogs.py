@@ -1,0 +1,334 @@
+"""Asking for a file, and the export with its progress.
+
+A file is asked for with the system's own dialog where there is one, else in the
+window. Both answer in a later frame.
+"""
+
+import os
+import shutil
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+from imgui_bundle import portable_file_dialogs as native
+
+from lensbench.app.files.export import export_render
+from lensbench.app.state.constraints import with_longer_side
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+
+fa = icons_fontawesome_6
+HELPERS = ("zenity", "kdialog", "matedialog", "qarma")
+FORMATS = {                     # suffix, bits, and what else there is to say
+    "PNG, 8 bits": (".png", 8, "As the window shows it, with its settings"),
+    "PNG, 16 bits": (".png", 16, "As the window shows it, finely graded, with its settings"),
+    "PPM, 16 bits": (".ppm", 16, "The same without compression, for simple programs"),
+    "EXR, linear": (".exr", 16, "The light itself, neither exposed nor toned, with its settings"),
+    "PFM, linear": (".pfm", 16, "The light itself, for simple programs; holds no settings"),
+}
+LONGEST = 20_000                # pixels of an exported picture's longer side
+
+
+def has_native_dialog() -> bool:
+    """Whether the system can ask for a file itself."""
+    if sys.platform in ("win32", "darwin"):
+        return True
+    shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    return bool(shown) and any(shutil.which(helper) for helper in HELPERS)
+
+
+@dataclass(frozen=True)
+class Question:
+    """What file is asked for, and why: `purpose` comes back with the answer."""
+
+    purpose: str
+    title: str
+    what: str                               # of the files, for people
+    suffixes: tuple[str, ...]
+    save: bool = False
+    name: str = ""                          # proposed for saving
+
+
+class FilePrompt:
+    """Asks for one file at a time."""
+
+    def __init__(self, use_native: bool | None = None):
+        self._native = has_native_dialog() if use_native is None else use_native
+        self._question: Question | None = None
+        self._dialog: Any = None
+        self._folder = Path.home() if os.access(Path.home(), os.R_OK) else Path("/")
+        self._text = ""
+        self._open = False
+        self._problem = ""
+
+    def ask(self, question: Question) -> None:
+        """Ask; a question that is still open is dropped."""
+        self._question, self._text, self._problem = question, question.name, ""
+        if self._native:
+            pattern = " ".join(f"*{suffix}" for suffix in question.suffixes)
+            filters = [question.what, pattern, "All files", "*"]
+            start = str(self._folder / question.name)
+            kind = native.save_file if question.save else native.open_file
+            self._dialog = kind(question.title, start, filters)
+        else:
+            self._open = True
+
+    def answer(self) -> tuple[str, Path] | None:
+        """Purpose and path, once, when they are known. Draws the window's own dialog; call it in every frame."""
+        if self._question is None:
+            return None
+        path = self._native_answer() if self._dialog is not None else self._own_answer(self._question)
+        if path is None:
+            return None
+        question, self._question = self._question, None
+        self._folder = path.parent
+        if question.save and path.suffix.lower() not in question.suffixes:
+            path = path.with_name(path.name + question.suffixes[0])
+        return question.purpose, path
+
+    def _native_answer(self) -> Path | None:
+        if not self._dialog.ready(0):
+            return None
+        result, self._dialog = self._dialog.result(), None
+        chosen = result if isinstance(result, str) else next(iter(result), "")
+        if not chosen:
+            self._question = None
+            return None
+        return Path(chosen)
+
+    def _own_answer(self, question: Question) -> Path | None:
+        """The dialog in the window: a folder's content, and a line for a name or a path."""
+        title = f"{question.title}###File"
+        if self._open:
+            imgui.open_popup(title)
+            self._open = False
+        centre_next(28.0)
+        shown, still_open = imgui.begin_popup_modal(title, True, imgui.WindowFlags_.no_saved_settings
+                                                    | imgui.WindowFlags_.no_resize)
+        if not shown:
+            self._question = None
+            return None
+        chosen = self._listing(question)
+        if chosen is not None or not still_open:
+            imgui.close_current_popup()
+            if chosen is None:
+                self._question = None
+        imgui.end_popup()
+        return chosen
+
+    def _listing(self, question: Question) -> Path | None:
+        # The folder and its content
+        if imgui.button(fa.ICON_FA_ARROW_UP + "###Up"):
+            self._folder = self._folder.parent
+        imgui.set_item_tooltip("The folder above")
+        imgui.same_line()
+        imgui.align_text_to_frame_padding()
+        imgui.text_disabled(str(self._folder))
+        if imgui.begin_child("Files", ImVec2(0.0, theme.em(17.0)), imgui.ChildFlags_.frame_style):
+            found = _content(self._folder, question.suffixes)
+            if not found:
+                imgui.text_disabled(f"Nothing here of the kinds {' '.join(question.suffixes)}")
+            for path in found:
+                folder = path.is_dir()
+                icon = fa.ICON_FA_FOLDER if folder else "     "
+                if imgui.selectable(f"{icon}  {path.name}###{path.name}", path.name == self._text,
+                                    imgui.SelectableFlags_.no_auto_close_popups)[0]:
+                    if folder:
+                        self._folder = path
+                    else:
+                        self._text = path.name
+        imgui.end_child()
+
+        # The name, and what to do with it
+        imgui.set_next_item_width(-1.0)
+        if imgui.is_window_appearing():
+            imgui.set_keyboard_focus_here()
+        entered, self._text = imgui.input_text("##Name", self._text, imgui.InputTextFlags_.enter_returns_true)
+        if self._problem:
+            imgui.text_colored(imgui.ImVec4(*theme.colours().warning), self._problem)
+        verb = "Save" if question.save else "Open"
+        if imgui.button(verb, ImVec2(theme.em(6.0), 0.0)) or entered:
+            path = Path(os.path.expanduser(self._text.strip() or "."))
+            path = path if path.is_absolute() else self._folder / path
+            if path.is_dir():
+                self._folder, self._text = path, ""
+            elif not question.save and not path.is_file():
+                self._problem = f"There is no file {path.name} here"
+            else:
+                return path
+        imgui.same_line()
+        if imgui.button("Cancel", ImVec2(theme.em(6.0), 0.0)) or imgui.is_key_pressed(imgui.Key.escape):
+            self._question = None
+            imgui.close_current_popup()
+        return None
+
+
+def _content(folder: Path, suffixes: Sequence[str]) -> list[Path]:
+    """Folders, then files of these kinds; hidden ones left out."""
+    try:
+        paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
+    except OSError:
+        return []
+    folders = sorted((path for path in paths if path.is_dir()), key=lambda path: path.name.lower())
+    files = [path for path in paths if path.suffix.lower() in suffixes and path.is_file()]
+    return folders + sorted(files, key=lambda path: path.name.lower())
+
+
+def centre_next(width: float) -> None:
+    """Put the next dialog, so many em wide, in the middle of the window."""
+    viewport = imgui.get_main_viewport()
+    middle = viewport.get_center()
+    imgui.set_next_window_pos(middle, imgui.Cond_.always, ImVec2(0.5, 0.5))
+    width = min(theme.em(width), 0.95 * viewport.work_size.x)
+    imgui.set_next_window_size(ImVec2(width, 0.0))
+
+
+@dataclass
+class _Export:
+    """An export under way, in a thread of its own."""
+
+    path: Path
+    fraction: float = 0.0
+    cancelled: bool = False
+    done: bool = False
+    error: str = ""
+
+    def run(self, settings: Settings, bits: int) -> None:
+        try:
+            export_render(settings, self.path, None, None, bits, self._progress, lambda: self.cancelled)
+        except (ValueError, OSError, MemoryError) as error:
+            self.error = str(error) or "there is not enough memory for a picture of this size"
+        finally:
+            self.done = True
+
+    def _progress(self, fraction: float) -> None:
+        self.fraction = fraction
+
+
+class ExportDialog:
+    """Export at any size and number of samples, with progress and Cancel."""
+
+    def __init__(self) -> None:
+        self.path = Path("lensbench.png").resolve()
+        self.wants_path = False                 # Browse was pressed
+        self._settings: Settings | None = None
+        self._format = "PNG, 8 bits"
+        self._open = False
+        self._export: _Export | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether an export is under way."""
+        return self._export is not None and not self._export.done
+
+    def open(self, settings: Settings) -> None:
+        """Show the dialog for these settings."""
+        self._settings, self._open = settings, True
+
+    def take_path(self, path: Path) -> None:
+        """The place that was chosen by Browse."""
+        self.path = path
+        suffix = path.suffix.lower()
+        if suffix != FORMATS[self._format][0]:
+            self._format = next((name for name, (known, *_) in FORMATS.items() if known == suffix), self._format)
+        self._open = True
+
+    def cancel(self) -> None:
+        """Give up an export under way."""
+        if self._export is not None:
+            self._export.cancelled = True
+
+    def draw(self) -> tuple[str, bool] | None:
+        """Call it in every frame; says once how an export ended, and whether well."""
+        if self._settings is None:
+            return None
+        if self._open:
+            imgui.open_popup("Export")
+            self._open = False
+        centre_next(31.0)
+        shown, _ = imgui.begin_popup_modal("Export", None, imgui.WindowFlags_.no_saved_settings
+                                           | imgui.WindowFlags_.no_resize)
+        if not shown:
+            return None
+        said = None
+        if self._export is not None:
+            said = self._running(self._export)
+        else:
+            self._form(self._settings)
+        imgui.end_popup()
+        return said
+
+    def _form(self, settings: Settings) -> None:
+        indent = theme.em(6.0)
+
+        # What
+        _label("Size", indent)
+        imgui.set_next_item_width(theme.em(6.0))
+        longer = max(settings.pixels_x, settings.pixels_y)
+        changed, longer = imgui.input_int("##Longer side", longer, 0)
+        if changed:
+            settings = with_longer_side(settings, min(max(longer, 16), LONGEST))
+        imgui.same_line()
+        imgui.text_disabled(f"px along the longer side: {settings.pixels_x} × {settings.pixels_y}")
+        _label("Samples", indent)
+        imgui.set_next_item_width(theme.em(6.0))
+        changed, samples = imgui.input_int("##Samples a pixel", settings.samples, 0)
+        if changed:
+            settings = replace(settings, samples=min(max(samples, 1), 1_000_000))
+        imgui.same_line()
+        imgui.text_disabled("a pixel")
+        for i, name in enumerate(FORMATS):
+            if i % 3:
+                imgui.same_line(indent + i % 3 * theme.em(8.0))
+            else:
+                _label("" if i else "Format", indent)
+            if imgui.radio_button(name, name == self._format):
+                self._format = name
+                self.path = self.path.with_suffix(FORMATS[name][0])
+            imgui.set_item_tooltip(FORMATS[name][2])
+        _label("File", indent)
+        imgui.set_next_item_width(-theme.em(6.0))
+        _, text = imgui.input_text("##File", str(self.path))
+        self.path = Path(text)
+        imgui.same_line()
+        if imgui.button("Browse…", ImVec2(-1.0, 0.0)):
+            self.wants_path = True
+            imgui.close_current_popup()
+        self._settings = settings
+
+        # Do it, or not
+        imgui.dummy(ImVec2(0.0, theme.em(0.3)))
+        if imgui.button("Export", ImVec2(theme.em(6.0), 0.0)):
+            suffix, bits, _ = FORMATS[self._format]
+            self.path = Path(os.path.expanduser(str(self.path))).with_suffix(suffix)
+            self._export = _Export(self.path)
+            threading.Thread(target=self._export.run, args=(settings, bits), daemon=True).start()
+        imgui.same_line()
+        if imgui.button("Cancel", ImVec2(theme.em(6.0), 0.0)) or imgui.is_key_pressed(imgui.Key.escape):
+            imgui.close_current_popup()
+
+    def _running(self, export: _Export) -> tuple[str, bool] | None:
+        imgui.text_unformatted(f"Rendering {export.path.name}")
+        colour = theme.colours()
+        imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*colour.dim))
+        imgui.progress_bar(export.fraction, ImVec2(-1.0, theme.em(1.2)), f"{100 * export.fraction:.0f} %")
+        imgui.pop_style_color()
+        if imgui.button("Cancel", ImVec2(theme.em(6.0), 0.0)):
+            export.cancelled = True
+        if not export.done:
+            return None
+        imgui.close_current_popup()
+        self._export = None
+        if export.error:
+            return export.error, False
+        return None if export.cancelled else (f"Exported {export.path}", True)
+
+
+def _label(text: str, indent: float) -> None:
+    imgui.align_text_to_frame_padding()
+    imgui.text_disabled(text)
+    imgui.same_line(indent)

@@ -1,0 +1,249 @@
+"""The docked panels: where they stand, and how each gets the settings and hands them on."""
+
+import math
+import sys
+import traceback
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from imgui_bundle import ImVec2, hello_imgui, imgui, implot
+
+from lensbench.app.panels.circle_of_confusion import coc_panel
+from lensbench.app.panels.controls.controls import controls_panel
+from lensbench.app.panels.exit_pupil import pupil_panel
+from lensbench.app.panels.falloff import falloff_panel
+from lensbench.app.panels.image.image_panel import render_panel
+from lensbench.app.panels.lens_section.panel import section_panel
+from lensbench.app.panels.light_field.panel import light_field_panel
+from lensbench.app.panels.models import chart_panel
+from lensbench.app.panels.plan import plan_panel
+from lensbench.app.panels.readouts import Status, readouts_panel
+from lensbench.app.panels.spaces import spaces_panel
+from lensbench.app.state.image_circle import lit
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.window.menus import about
+from lensbench.app.window.status import status_bar
+
+if TYPE_CHECKING:
+    from lensbench.app.studies.stability.worker import Surveyor
+    from lensbench.app.window.session import Bench
+
+PANELS = ("Controls", "Read-outs", "Spaces", "Render", "Section", "Circle of confusion", "Plan", "Exit pupil",
+          "Falloff", "Models", "Light field", "Stability")
+
+
+def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSplit]:
+    """The splits of a window of this size: columns left and right, the section under the render."""
+    left = min(max(0.165 * width, 18.0 * em), 22.0 * em)
+    right = min(max(0.215 * width, 19.4 * em), 30.0 * em)
+    side = imgui.Dir
+    return [
+        hello_imgui.DockingSplit("MainDockSpace", "Left", side.left, min(left / width, 0.4)),
+        hello_imgui.DockingSplit("MainDockSpace", "Right", side.right, min(right / max(width - left, 1.0), 0.45)),
+        hello_imgui.DockingSplit("MainDockSpace", "Bottom", side.down, 0.30),
+        hello_imgui.DockingSplit("Left", "LeftBottom", side.down, min(max(1.0 - 32.6 * em / height, 0.28), 0.45)),
+        hello_imgui.DockingSplit("Right", "RightBottom", side.down, 0.55),
+    ]
+
+
+class Panels:
+    """Draws the panels of a bench; one that breaks is said, and never ends the window."""
+
+    def __init__(self, bench: "Bench"):
+        self._bench = bench
+        self._surveyor: Surveyor | None = None          # of the atlas, from when it is first looked at
+        self._field = 0.7                               # the film point that looks at the lens, part of the lit film
+        self._logged: set[str] = set()
+        self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
+
+    def windows(self) -> list[hello_imgui.DockableWindow]:
+        """All of them, for hello_imgui."""
+        return [
+            self._docked("Controls", "Left", self._controls),
+            self._docked("Read-outs", "LeftBottom", self._readouts, first=True),
+            self._docked("Spaces", "LeftBottom", self._spaces),
+            self._docked("Section", "Bottom", self._section, first=True, padding=4.0),
+            self._docked("Stability", "Bottom", self._stability),
+            self._docked("Circle of confusion", "Right", self._confusion, first=True),
+            self._docked("Plan", "Right", self._plan),
+            self._docked("Exit pupil", "RightBottom", self._pupil, first=True),
+            self._docked("Falloff", "RightBottom", self._falloff),
+            self._docked("Models", "RightBottom", self._models),
+            self._docked("Light field", "RightBottom", self._light_field),
+            self._docked("Render", "MainDockSpace", self._render, padding=0.0),
+        ]
+
+    def _docked(self, label: str, dock: str, draw: Callable[[], None], first: bool = False,
+                padding: float | None = None) -> hello_imgui.DockableWindow:
+        """A panel. first: of the tabs there; padding: a margin of its own, and then it does not scroll."""
+        shown = self.guarded(label, draw)
+        panel = hello_imgui.DockableWindow(label, dock, lambda: self._window(label, shown, padding),
+                                           can_be_closed_=False)
+        panel.call_begin_end = False
+        panel.focus_window_at_next_frame = first
+        panel.remember_is_visible = self._bench.remember
+        return panel
+
+    def guarded(self, name: str, draw: Callable[[], None]) -> Callable[[], None]:
+        """A callback that cannot end the window: what goes wrong in it is shown, and logged once.
+
+        A panel that broke is left alone until the settings change.
+        """
+        def call() -> None:
+            if name in PANELS and name != "Render" and not self._bench.prepared:
+                return
+            if name in self._failed:
+                if self._failed[name] == self._bench.edited:
+                    imgui.text_disabled("Nothing can be shown for these settings")
+                    return
+                del self._failed[name]
+            drawing = imgui.get_current_context() is not None and imgui.internal.get_current_window_read() is not None
+            state = imgui.internal.ErrorRecoveryState()
+            if drawing:
+                imgui.internal.error_recovery_store_state(state)
+            try:
+                draw()
+            except Exception as error:
+                if drawing:
+                    _recover(state)
+                if name in PANELS:
+                    self._failed[name] = self._bench.edited
+                message = f"{name}: {type(error).__name__}: {error}"
+                if message not in self._logged:
+                    self._logged.add(message)
+                    self._bench.view.say(message)
+                    traceback.print_exc(file=sys.stderr)
+            if name in PANELS:
+                self._bench.hurry()
+        return call
+
+    def _window(self, name: str, draw: Callable[[], None], padding: float | None) -> None:
+        """A panel in its window: the render's, in the central node, has no tab; see `_docked`."""
+        panel = hello_imgui.get_runner_params().docking_params.dockable_window_of_name(name)
+        if panel is not None and panel.focus_window_at_next_frame:      # hello_imgui does so in windows it begins alone
+            panel.focus_window_at_next_frame = False
+            imgui.set_next_window_focus()
+        if name == "Render":
+            one = imgui.WindowClass()
+            one.dock_node_flags_override_set = imgui.internal.DockNodeFlagsPrivate_.no_tab_bar
+            imgui.set_next_window_class(one)
+        c, flags = theme.colours(), imgui.WindowFlags_.no_collapse
+        own = name == "Render" or _in_the_dock(name)    # the render fills its ground itself
+        imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*c.panel[:3], 0.0 if own else 1.0))
+        margin = imgui.get_style().window_padding
+        if padding is not None:
+            margin = ImVec2(padding * theme.scale(), padding * theme.scale())
+            flags = flags | imgui.WindowFlags_.no_scrollbar | imgui.WindowFlags_.no_scroll_with_mouse
+        imgui.push_style_var(imgui.StyleVar_.window_padding, margin)
+        shown, _ = imgui.begin(name, None, flags)
+        imgui.pop_style_var()
+        imgui.pop_style_color()
+        if shown:
+            draw()
+        imgui.end()
+
+    def _render(self) -> None:
+        bench = self._bench
+        bench.worker.await_first()
+        bench.light_field.await_sight()
+        bench.easel.take(bench.view)            # perhaps there is already one of what the panels before have changed
+        bench.edited = render_panel(bench.edited, bench.easel.picture(bench.edited, bench.view), bench.view)
+
+    def _controls(self) -> None:
+        bench = self._bench
+        bench.chooser.exposing = bench.easel.exposing(bench.edited)
+        bench.edited = controls_panel(bench.edited, bench.chooser)
+
+    def _readouts(self) -> None:
+        news = self._bench.easel.news
+        readouts_panel(self._bench.edited, Status(news.rate if news else 0.0, hello_imgui.frame_rate(),
+                                                  news.samples if news else 0))
+
+    def _spaces(self) -> None:
+        bench, film = self._bench, self._bench.edited.film
+        news, view = bench.easel.news, bench.view
+        at = view.pointed or (film.pixels_x / 2.0, film.pixels_y / 2.0)
+        at = (min(at[0], float(film.pixels_x)), min(at[1], float(film.pixels_y)))
+        if spaces_panel(bench.edited, at, bench.easel.depth(bench.edited), news.image if news else None):
+            bench.files.ask("intrinsics")
+
+    def _plan(self) -> None:
+        self._bench.edited = plan_panel(self._bench.edited)
+
+    def _section(self) -> None:
+        self._bench.edited = section_panel(self._bench.edited, self._field * lit(self._bench.edited))
+
+    def _confusion(self) -> None:
+        self._bench.edited = coc_panel(self._bench.edited)
+
+    def _pupil(self) -> None:
+        settings, at, hover = self._bench.edited, self._bench.view.hover, None
+        if at is not None:
+            film = settings.film
+            hover = math.hypot((0.5 - at[0] / film.pixels_x) * film.width, (at[1] / film.pixels_y - 0.5) * film.height)
+        full = lit(settings)
+        radius = pupil_panel(settings, self._field * full, hover)
+        if radius != self._field * full and full > 0.0:
+            self._field = radius / full
+
+    def _falloff(self) -> None:
+        falloff_panel(self._bench.edited)
+
+    def _models(self) -> None:
+        bench, news = self._bench, self._bench.easel.news
+        choice = news.choice if news is not None else None
+        bench.edited = chart_panel(bench.edited, bench.charts, choice and (choice.model, choice.degree))
+
+    def _light_field(self) -> None:
+        bench = self._bench
+        desk = bench.light_field
+        desk.look = light_field_panel(bench.edited, desk.look, desk.form, desk.worker, bench.easel.strip)
+        desk.ask()                              # at once: the other panels take their time to follow
+
+    def _stability(self) -> None:
+        from lensbench.app.panels.stability import stability_panel
+        from lensbench.app.studies.stability.worker import Surveyor
+
+        if self._surveyor is None:
+            self._surveyor = Surveyor(self._bench.woken)
+        stability_panel(self._surveyor)
+
+    def closed(self) -> None:
+        """The window is about to go: nothing is measured any more."""
+        if self._surveyor is not None:
+            self._surveyor.cancel()
+
+    def dialogs(self) -> None:
+        """What stands over the panels."""
+        bench = self._bench
+        said = bench.export.draw()
+        if said is not None:
+            bench.view.say(*said)
+        if bench.export.wants_path:
+            bench.export.wants_path = False
+            bench.files.ask("export")
+        about(bench)
+
+    def status(self) -> None:
+        """The line at the bottom."""
+        bench = self._bench
+        status_bar(bench.edited, bench.easel.news, bench.view)
+
+
+def _in_the_dock(name: str) -> bool:
+    """Whether a panel lies in the window's own dock, and does not float above others."""
+    window = imgui.internal.find_window_by_name(name)
+    if window is None:
+        return True
+    return window.dock_node is not None and imgui.internal.dock_node_get_root_node(window.dock_node).is_dock_space()
+
+
+def _recover(state: imgui.internal.ErrorRecoveryState) -> None:
+    """End what a panel had begun when it broke."""
+    if implot.internal.get_current_plot() is not None:
+        implot.end_plot()
+    io = imgui.get_io()
+    asserting, io.config_error_recovery_enable_assert = io.config_error_recovery_enable_assert, False
+    imgui.internal.error_recovery_try_to_recover_state(state)
+    io.config_error_recovery_enable_assert = asserting

@@ -1,0 +1,203 @@
+"""The menus, the keys, and what Help says about both."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from imgui_bundle import hello_imgui, imgui
+
+from lensbench.app.state.pose import at_home
+from lensbench.app.state.settings import VIEWS, Settings
+from lensbench.app.widgets import theme
+from lensbench.app.window.dialogs import centre_next
+from lensbench.lenses import WRITERS
+
+if TYPE_CHECKING:
+    from lensbench.app.window.session import Bench
+
+KEYS = (
+    ("Click in the picture", "focus there"),
+    ("Drag · wheel", "orbit about what is in focus · dolly"),
+    ("Shift + drag, right drag", "pan"),
+    ("Ctrl + wheel · Ctrl + drag", "zoom the picture · move it"),
+    ("F · 1 · Home", "whole picture · 100 % · camera back to its start"),
+    ("P · C · Z · H · V", "peaking · circles of confusion · clipping · histogram · next view"),
+    ("A · S · W · D", "pin the picture as A · compare side by side · by a wipe · their difference"),
+    ("Space · R", "pause · restart the render"),
+    ("Ctrl + Z · Ctrl + Shift + Z", "undo · redo"),
+    ("Ctrl + O · Ctrl + E · Ctrl + S", "open a lens · export · save the picture"),
+    ("On a ring", "drag, click, wheel; Ctrl + click types, double click resets"),
+    ("In a plot", "drag to pan, wheel to zoom, double click to fit"),
+)
+NOTHING_PINNED = "Nothing to compare with yet: keep a picture as A first (A)"
+CTRL, SHIFT, KEY = imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key
+
+
+def menus(bench: "Bench") -> None:
+    """File, Edit, View and Help in the menu bar."""
+    history = bench.history
+    if imgui.begin_menu("File"):
+        for name, kind, key in (("Open lens…", "lens", "Ctrl+O"), ("Open scene…", "scene", ""),
+                                ("Open picture…", "picture", ""), ("Open settings…", "settings", ""),
+                                ("Open light field…", "light field", "")):
+            if _item(name, key):
+                bench.files.ask(kind)
+        if imgui.begin_menu("Recent", bool(bench.files.recent)):
+            for path in list(bench.files.recent):
+                if _item(_short(path)):
+                    bench.files.open(path)
+                imgui.set_item_tooltip(str(path))
+            imgui.end_menu()
+        imgui.separator()
+        if _item("Save lens…", enabled=not history.present.lensless):
+            bench.files.ask("save lens")
+        imgui.set_item_tooltip(f"In the format of the suffix: {' '.join(WRITERS)}")
+        if _item("Save settings…"):
+            bench.files.ask("save settings")
+        if _item("Export…", "Ctrl+E"):
+            bench.export.open(history.present)
+        if _item("Screenshot of render…", "Ctrl+S"):
+            bench.files.ask("screenshot")
+        if _item("Screenshot of window…"):
+            bench.files.ask("window")
+        imgui.separator()
+        if _item("Quit", "Ctrl+Q"):
+            hello_imgui.get_runner_params().app_shall_exit = True
+        imgui.end_menu()
+
+    if imgui.begin_menu("Edit"):
+        if _item("Undo", "Ctrl+Z", history.can_undo):
+            undo(bench)
+        if _item("Redo", "Ctrl+Shift+Z", history.can_redo):
+            redo(bench)
+        imgui.separator()
+        if _item("Reset all"):
+            bench.edited = replace(Settings(), lens=history.present.lens, scene=history.present.scene)
+            bench.edited = _reachable(bench.edited)
+            bench.history.edit(bench.edited, False, 0.0)
+        imgui.end_menu()
+
+    if imgui.begin_menu("View"):
+        runner = hello_imgui.get_runner_params()
+        for panel in runner.docking_params.dockable_windows:
+            if panel.label != "Render" and _item(panel.label, "", True, panel.is_visible):
+                panel.is_visible = not panel.is_visible
+        imgui.separator()
+        if _item("Reset camera", "Home"):
+            bench.edited = at_home(bench.edited)
+        imgui.separator()
+        if _item("Dark theme", "", True, bench.dark):
+            bench.choose_theme(True)
+        if _item("Light theme", "", True, not bench.dark):
+            bench.choose_theme(False)
+        imgui.separator()
+        if _item("Reset layout"):
+            for panel in runner.docking_params.dockable_windows:
+                panel.is_visible = True
+            bench.lay_out()
+        imgui.end_menu()
+
+    if imgui.begin_menu("Help"):
+        if _item("Keys and mouse", "F1"):
+            bench.about = True
+        imgui.end_menu()
+
+
+def _item(name: str, key: str = "", enabled: bool = True, checked: bool = False) -> bool:
+    return imgui.menu_item(name, key, checked, enabled)[0]
+
+
+def _short(path: Path) -> str:
+    return path.name if len(path.name) <= 40 else f"{path.name[:20]}…{path.name[-18:]}"
+
+
+def _reachable(settings: Settings) -> Settings:
+    from lensbench.app.state.constraints import within_reach
+
+    try:
+        return within_reach(settings)
+    except (ValueError, OSError):
+        return Settings()
+
+
+def undo(bench: "Bench") -> None:
+    """Take the latest gesture back, unless one is under way."""
+    if not any(imgui.is_mouse_down(button) for button in range(3)) or imgui.is_popup_open(
+            "", imgui.PopupFlags_.any_popup_id):
+        bench.edited = bench.history.undo()
+
+
+def redo(bench: "Bench") -> None:
+    """Bring back what was taken back."""
+    bench.edited = bench.history.redo()
+
+
+def shortcuts(bench: "Bench") -> None:
+    """The keys, as long as nobody types."""
+    io = imgui.get_io()
+    if imgui.is_key_pressed(KEY.escape) and imgui.internal.get_top_most_popup_modal() is None:
+        imgui.internal.close_popups_except_modals()
+    if io.want_text_input or imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id):
+        return
+    held = any(imgui.is_mouse_down(button) for button in range(3))
+
+    def pressed(chord: int, repeat: bool = False) -> bool:
+        return imgui.is_key_chord_pressed(chord) if not repeat else imgui.is_key_chord_pressed(chord)
+
+    if not held and pressed(CTRL | KEY.z):
+        undo(bench)
+    if not held and (pressed(CTRL | SHIFT | KEY.z) or pressed(CTRL | KEY.y)):
+        redo(bench)
+    view, wanted = bench.view, bench.view.requests
+    for chord, request in ((KEY.space, "pause"), (KEY.r, "restart"), (CTRL | KEY.s, "screenshot"),
+                           (CTRL | KEY.e, "export"), (CTRL | KEY.o, "open lens"), (KEY.a, "pin")):
+        if pressed(chord):
+            wanted.add(request)
+    if pressed(KEY.f):
+        view.zoom, view.centre = None, (0.5, 0.5)
+    if pressed(KEY._1):
+        view.zoom = 1.0
+    if pressed(KEY.home):
+        bench.edited = at_home(bench.edited)
+    if pressed(KEY.h):
+        view.histogram = not view.histogram
+    for chord, overlay in ((KEY.p, "peaking"), (KEY.c, "coc"), (KEY.z, "clipping")):
+        if pressed(chord):
+            bench.edited = replace(bench.edited, overlay="none" if bench.edited.overlay == overlay else overlay)
+    for chord, way in ((KEY.s, "side"), (KEY.w, "wipe"), (KEY.d, "difference")):
+        if pressed(chord) and view.pinned is None:
+            view.say(NOTHING_PINNED)
+        elif pressed(chord):
+            bench.edited = replace(bench.edited, compare="off" if bench.edited.compare == way else way)
+    if pressed(KEY.v):
+        views = list(VIEWS)
+        bench.edited = replace(bench.edited, view=views[(views.index(bench.edited.view) + 1) % len(views)])
+    if pressed(KEY.f1):
+        bench.about = True
+    if pressed(CTRL | KEY.q):
+        hello_imgui.get_runner_params().app_shall_exit = True
+
+
+def about(bench: "Bench") -> None:
+    """The dialog of keys and mouse."""
+    if bench.about:
+        imgui.open_popup("Keys and mouse")
+        bench.about = False
+    column = max(imgui.calc_text_size(key).x for key, _ in KEYS) + theme.em(2.0)
+    words = max(imgui.calc_text_size(what).x for _, what in KEYS)
+    centre_next((column + words) / theme.em(1.0) + 1.5)
+    shown, _ = imgui.begin_popup_modal("Keys and mouse", True, imgui.WindowFlags_.no_saved_settings
+                                       | imgui.WindowFlags_.no_resize)
+    if not shown:
+        return
+    for key, what in KEYS:
+        imgui.text_disabled(key)
+        imgui.same_line(column)
+        imgui.text_unformatted(what)
+    imgui.separator()
+    from importlib.metadata import version
+
+    imgui.text_disabled(f"lensbench {version('lensbench')}. Lenses, cameras, their rays and their pictures.")
+    if imgui.is_key_pressed(imgui.Key.escape):
+        imgui.close_current_popup()
+    imgui.end_popup()

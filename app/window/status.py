@@ -1,0 +1,91 @@
+"""The line at the bottom of the window: what is rendered, how far, how fast, and what the mouse points at."""
+
+import math
+
+from imgui_bundle import ImVec2, hello_imgui, imgui
+
+from lensbench.app.display.frame import View
+from lensbench.app.panels.controls.controls import lens_title
+from lensbench.app.state.auto_model import headline, tale
+from lensbench.app.state.build import design
+from lensbench.app.state.scales import format_distance
+from lensbench.app.state.settings import MODELS, Settings
+from lensbench.app.widgets import theme
+from lensbench.app.workers.render_worker import News
+
+
+def status_bar(settings: Settings, news: News | None, view: View) -> None:
+    """Draw the status into the bar that hello_imgui has begun."""
+    colour, dot = theme.colours(), theme.em(0.9)
+    theme.small()
+    corner = imgui.get_cursor_screen_pos()
+    width = imgui.get_window_width()
+    window = imgui.get_window_pos()
+    y = window.y + round(0.5 * (imgui.get_window_height() - imgui.get_text_line_height()))
+    draw = imgui.get_window_draw_list()
+
+    # From the right: the lens, and what the mouse points at
+    left, right = window.x + theme.em(0.78), window.x + width - theme.em(0.9)
+    told = headline(news.choice, news.speeds) if news is not None and news.choice is not None else []
+    parts = [told[0] if told else MODELS[settings.model], *_progress(news)]
+    separator = 2.0 * dot + imgui.calc_text_size("·").x
+    needed = sum(imgui.calc_text_size(text).x for text in parts) + separator * len(parts)
+    texts = [_lens(settings)]
+    if view.hover is not None and news is not None and news.depth is not None:
+        texts.append(_pointed(view.hover, news))
+    for text in filter(None, texts):
+        extent = imgui.calc_text_size(text).x
+        if right - extent < left + needed:
+            break
+        right -= extent
+        draw.add_text(ImVec2(round(right), y), theme.packed(colour.dim), text)
+        right -= 3.0 * dot
+
+    # From the left: model, samples, speed; of an automatic model its error, what it saves and what was refused
+    x = left
+    for i, text in enumerate([*parts, *told[1:]]):
+        if i:
+            if right - x < separator + theme.em(3.0):
+                break
+            draw.add_text(ImVec2(round(x + dot), y), theme.packed(colour.faint), "·")
+            x += separator
+        text = theme.shortened(text, right - x)
+        draw.add_text(ImVec2(round(x), y), theme.packed(colour.strong if i == 0 else colour.dim), text)
+        x += imgui.calc_text_size(text).x
+    if told:
+        imgui.set_cursor_screen_pos(ImVec2(left, y))
+        imgui.invisible_button("Automatic model", ImVec2(x - left, imgui.get_text_line_height()))
+        assert news is not None
+        imgui.set_item_tooltip(tale(news.choice, news.speeds))
+    imgui.set_cursor_screen_pos(corner)
+    imgui.dummy(ImVec2(1.0, imgui.get_text_line_height()))
+    imgui.pop_font()
+
+
+def _progress(news: News | None) -> list[str]:
+    """How far the picture is, and how fast."""
+    frames = f"{hello_imgui.frame_rate():.0f} fps"
+    if news is None:
+        return [frames]
+    return [f"{news.samples} sample{'s' if news.samples > 1 else ''}", f"{news.rate / 1e6:.0f} Msamples/s", frames]
+
+
+def _lens(settings: Settings) -> str:
+    if settings.lensless:
+        return ""
+    try:
+        surfaces = len(design(settings).surfaces)
+    except (ValueError, OSError):
+        return lens_title(settings.lens)
+    return f"{lens_title(settings.lens)}: {surfaces} surfaces"
+
+
+def _pointed(hover: tuple[float, float], news: News) -> str:
+    """The pixel under the mouse and how far away it lies."""
+    assert news.depth is not None
+    x, y = int(hover[0]), int(hover[1])
+    rows, columns = news.depth.shape
+    if not (0 <= y < rows and 0 <= x < columns):
+        return ""
+    depth = float(news.depth[y, x])
+    return f"({x}, {y})  {'no light' if math.isnan(depth) else format_distance(depth)}"

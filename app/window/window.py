@@ -1,0 +1,104 @@
+"""The window: opened on a screen, or on none for a picture of it."""
+
+from pathlib import Path
+from time import monotonic
+
+from imgui_bundle import hello_imgui, immapp
+
+import glfw  # isort: skip - after imgui_bundle, so that both share one library
+
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.window.docking import layout
+from lensbench.app.window.menus import menus
+from lensbench.app.window.session import Bench
+
+TITLE = "lensbench"
+SIZE = (1280, 720)
+SCREENSHOT_SAMPLES = 64
+SCREENSHOT_SECONDS = 120.0          # after which a screenshot shows what there is
+
+
+def parameters(bench: Bench, size: tuple[int, int] = SIZE) -> hello_imgui.RunnerParams:
+    """Everything that hello_imgui needs to run the bench."""
+    runner = hello_imgui.RunnerParams()
+    runner.app_window_params.window_title = TITLE
+    runner.app_window_params.window_geometry.size = size
+    runner.app_window_params.restore_previous_geometry = bench.remember
+    runner.ini_disable = not bench.remember
+    runner.ini_folder_type = hello_imgui.IniFolderType.app_user_config_folder
+    runner.ini_filename = f"{TITLE}/window.ini"
+    runner.ini_filename_use_app_window_title = False
+    runner.fps_idling.fps_idle = 2.0
+    runner.fps_idling.time_active_after_last_event = 0.5
+    runner.fps_idling.fps_max = 120.0
+    runner.renderer_backend_options.open_gl_options.anti_aliasing_samples = 0
+
+    window = runner.imgui_window_params
+    window.default_imgui_window_type = hello_imgui.DefaultImGuiWindowType.provide_full_screen_dock_space
+    window.show_menu_bar = True
+    window.show_menu_app = window.show_menu_view = False
+    window.show_status_bar, window.show_status_fps, window.remember_status_bar_settings = True, False, False
+    window.remember_theme = False
+    window.config_windows_move_from_title_bar_only = True
+
+    def end() -> None:
+        bench.panels.dialogs()
+        bench.end()
+
+    call, guarded = runner.callbacks, bench.panels.guarded
+    call.load_additional_fonts = theme.load_font
+    call.setup_imgui_style = theme.style_imgui
+    call.post_init = bench.opened
+    call.before_exit = bench.closed
+    call.show_menus = guarded("Menus", lambda: menus(bench))
+    call.show_status = guarded("Status", bench.panels.status)
+    call.show_gui = guarded("Frame", bench.begin)
+    call.post_render_dockable_windows = guarded("Dialogs", end)
+    call.before_swap = guarded("Screenshot", bench.drawn)
+
+    bench.laid_out_for = (*size, theme.FONT_SIZE)
+    runner.docking_params.docking_splits = layout(*bench.laid_out_for)
+    runner.docking_params.dockable_windows = bench.panels.windows()
+    return runner
+
+
+def without_display() -> None:
+    """Have the next window made on no display, by GLFW's null platform and EGL. Call it before every such window."""
+    glfw.init_hint(glfw.PLATFORM, glfw.PLATFORM_NULL)
+    glfw.init()
+    glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.EGL_CONTEXT_API)
+
+
+def run(settings: Settings, screenshot: Path | str | None = None) -> int:
+    """Open the bench and return when it is closed; with `screenshot`, on no display, save a picture of it and return.
+
+    OSError where the picture cannot be written.
+    """
+    bench = Bench(settings, remember=screenshot is None)
+    try:
+        runner = parameters(bench)
+        if screenshot is not None:
+            without_display()
+            _photograph(bench, runner, Path(screenshot))
+        immapp.run(runner, immapp.AddOnsParams(with_implot=True))
+    finally:
+        bench.worker.stop()
+    if bench.shot_problem:
+        raise OSError(bench.shot_problem)
+    return 0
+
+
+def _photograph(bench: Bench, runner: hello_imgui.RunnerParams, path: Path) -> None:
+    """Have the window photographed when there are samples enough, or time is up, and closed then."""
+    runner.fps_idling.enable_idling = False
+    runner.fps_idling.fps_max = 30.0
+    end = monotonic() + SCREENSHOT_SECONDS
+
+    def watch() -> None:
+        if bench.shots_taken or bench.shot_problem:
+            runner.app_shall_exit = True
+        elif bench.settled(SCREENSHOT_SAMPLES) or monotonic() > end:
+            bench.photograph(path)
+
+    runner.callbacks.after_swap = watch

@@ -1,0 +1,397 @@
+"""Render in the background: settings in, the newest picture out.
+
+One thread of the worker prepares cameras and scenes (and compiles kernels, the
+first time), a pool of them fills the film. `restart` returns at once, abandons
+what is under way within a millisecond and never waits; a picture is only ever
+replaced by a later one.
+"""
+
+import math
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lensbench.app.state.auto_model import Chosen, is_automatic, judged, provisional, weighed
+from lensbench.app.state.settings import Settings
+from lensbench.app.workers.threads import lower_priority, thread_count
+
+PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
+FIRST_SECONDS = 0.15        # a first pass may take, once begun: a hand that never rests sees pictures all the same
+HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its first picture
+PAUSED_SAMPLES = 4          # that new settings get while the render is paused
+DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
+
+
+class News(NamedTuple):
+    """A picture as far as it has come."""
+
+    generation: int                             # counts the restarts
+    image: NDArray[np.float32]                  # (h, w, 3) linear
+    samples: int                                # a pixel
+    seconds: float                              # since the restart, without pauses
+    settings: Settings
+    rate: float                                 # samples a second, over the whole picture
+    depth: NDArray[np.float32] | None = None    # (h, w) mm from the film along the axis, inf for the sky
+    choice: Any = None                          # of the automatic model: the Choice
+    speeds: tuple[float, float] | None = None   # ns that a ray takes by that model, and traced in full
+    is_provisional: bool = False                # that choice is of settings just before: this picture may be taken anew
+    coded: bool = False                         # the image is of codes of the screen, neither exposed nor toned
+
+    @property
+    def raw(self) -> bool:
+        """Whether it shows something else than light."""
+        return self.coded or bool(self.settings.sample_view)
+
+
+class Failure(NamedTuple):
+    """Settings from which no picture can be made, and why."""
+
+    generation: int
+    settings: Settings
+    error: Exception
+
+
+@dataclass
+class _Job:
+    """One picture on its way."""
+
+    generation: int
+    settings: Settings
+    camera: Any                                 # as it is rendered
+    scene: Any
+    rendering: Any
+    automatic: Any = None                       # the camera whose model is to be chosen, until it is
+    splat: bool = True
+    seconds: float = 0.0
+    rate: float = 0.0
+    pass_samples: int = 1
+    depth: NDArray[np.float32] | None = None
+
+
+def prepare(settings: Settings) -> tuple[Any, Any]:
+    """The camera and the scene of the settings."""
+    from lensbench.app.state.build import camera
+    from lensbench.app.state.scene_file import find_scene
+
+    return camera(settings), find_scene(settings.scene)
+
+
+class Worker:
+    """Renders the latest settings until their samples are reached; see the module."""
+
+    def __init__(self, settings: Settings, woken: Callable[[], None] = lambda: None, threads: int | None = None):
+        """Begin with these settings; `woken` is called from the worker's thread at every piece of news."""
+        self._woken = woken
+        self._threads = threads or thread_count()
+        self._change = threading.Condition()
+        self._settings = settings
+        self._generation = 1
+        self._target = settings.samples
+        self._paused = self._held = self._stopped = self._depth_wanted = False
+        self._news: News | None = None
+        self._shown: News | None = None
+        self._failure: Failure | None = None
+        self._set_up_for = 0                    # the generation whose picture is set up
+        self._started = perf_counter()
+        self._first_seconds = math.inf          # from the restart to the first picture, the last time
+        self._chosen: Chosen | None = None      # the automatic model, as it was chosen last
+        self._choosing: Future | None = None    # that is being chosen, perhaps for settings that have gone by
+        self._speeds: dict[tuple, tuple[float, float]] = {}     # by lens and choice
+        self._thread = threading.Thread(target=self._work, name="lensbench render", daemon=True)
+        self._thread.start()
+
+    # The window's side
+
+    def restart(self, settings: Settings) -> int:
+        """Render these settings from now on.
+
+        Where only the number of samples differs, the picture goes on. Returns the generation.
+        """
+        with self._change:
+            if settings.picture != self._settings.picture:
+                self._generation += 1
+                self._started = perf_counter()
+            self._settings, self._target = settings, settings.samples
+            self._change.notify_all()
+            return self._generation
+
+    def again(self) -> None:
+        """Begin the same picture anew."""
+        with self._change:
+            self._generation += 1
+            self._started = perf_counter()
+            self._change.notify_all()
+
+    def newest(self) -> News | None:
+        """The newest picture, perhaps of an older generation; None before the first."""
+        return self._news
+
+    @property
+    def generation(self) -> int:
+        """Counts the restarts; news of another generation are of older settings."""
+        return self._generation
+
+    @property
+    def error(self) -> Failure | None:
+        """Why there is no picture of the present generation; None while all is well."""
+        failure = self._failure
+        return failure if failure is not None and failure.generation == self._generation else None
+
+    def await_set_up(self) -> None:
+        """Hold the frame until the first pass of the present settings is under way: both are Python until then."""
+        self._await(lambda: self._set_up_for == self._generation)
+
+    def await_first(self) -> None:
+        """Hold the frame for the first picture of the present settings, where it is about to come."""
+        self._await(lambda: False)
+
+    def _await(self, enough: Callable[[], bool]) -> None:
+        """Until `enough` or there is a picture.
+
+        Not beyond HOLD_SECONDS after the restart, and not at all where pictures take twice as long.
+        """
+        with self._change:
+            if self._first_seconds < 2.0 * HOLD_SECONDS:       # frames drawn beside a picture make it so slow
+                self._change.wait_for(lambda: enough() or self.waiting == 0.0 or self._stopped,
+                                      max(0.0, self._started + HOLD_SECONDS - perf_counter()))
+
+    def shown(self, news: News | None) -> None:
+        """The window has this news on its screen: the next pass need not hold back any more."""
+        self._note(_shown=news)
+
+    @property
+    def waiting(self) -> float:
+        """Seconds since the restart without a picture of the present generation; 0 where there is one."""
+        news = self._news
+        current = news is not None and news.generation == self._generation
+        return 0.0 if current or self.error is not None else perf_counter() - self._started
+
+    @property
+    def busy(self) -> bool:
+        """Whether more samples are to come."""
+        news = self._news
+        if self._paused or self._held or self.error is not None:
+            return False
+        return (news is None or news.generation != self._generation or news.samples < self._target
+                or news.is_provisional)
+
+    @property
+    def paused(self) -> bool:
+        """Whether the render is held."""
+        return self._paused
+
+    def pause(self) -> None:
+        """Hold the render; new settings still get their first samples."""
+        with self._change:
+            self._paused = True
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        self._note(_paused=False)
+
+    def hold(self, held: bool) -> None:
+        """Leave the processor to others: new settings get as many samples as while the render is paused."""
+        self._note(_held=held)
+
+    def want_depth(self, wanted: bool) -> None:
+        """Whether the depth map shall come with the first sample, and not a little later."""
+        self._note(_depth_wanted=wanted)
+
+    @property
+    def alive(self) -> bool:
+        """Whether it has not been stopped."""
+        return not self._stopped
+
+    def stop(self) -> None:
+        """End; returns when the threads have ended."""
+        self._note(_stopped=True)
+        self._thread.join()
+
+    def _note(self, **changed: Any) -> None:
+        """Change some of what the threads wait for, and wake them."""
+        with self._change:
+            vars(self).update(changed)
+            self._change.notify_all()
+
+    # The worker's side
+
+    def _work(self) -> None:
+        from lensbench.app.workers.warm_cache import compile_ahead
+        from lensbench.scenery.small_lights import small_lights
+
+        helper = compile_ahead(self._settings.scene)
+        # Somebody waits for the first pass, the others step back behind the window
+        with ThreadPoolExecutor(4, "lensbench pass") as passes, \
+                ThreadPoolExecutor(self._threads, "lensbench first") as first, \
+                ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:
+            job: _Job | None = None
+            while True:
+                with self._change:
+                    while not self._stopped and not self._due(job):
+                        self._change.wait()
+                    if self._stopped:
+                        return
+                    generation, settings = self._generation, self._settings
+                try:
+                    if job is None or job.generation != generation:
+                        job = self._begun(generation, settings, helper is None)
+                        self._note(_set_up_for=generation)
+                    elif helper is not None and helper.poll() is not None:
+                        helper = None                           # now small lights can be traced from their own side
+                        if small_lights(job.scene.objects):
+                            self.again()
+                            continue
+                    self._advance(job, passes, pool if job.rendering.samples else first)
+                except Exception as error:              # whatever it was, the window has to say so and live on
+                    self._failure = Failure(generation, settings, error)
+                    job = None
+                    self._woken()
+
+    def _due(self, job: _Job | None) -> bool:
+        """Whether there is anything to do."""
+        if self.error is not None:
+            return False
+        if job is None or job.generation != self._generation:
+            return True
+        if self._depth_due(job) or job.automatic is not None or self._timing_due(job):
+            return True
+        return job.rendering.samples < self._present_target
+
+    @property
+    def _present_target(self) -> int:
+        return min(self._target, PAUSED_SAMPLES) if self._paused or self._held else self._target
+
+    def _depth_due(self, job: _Job) -> bool:
+        return job.depth is None and job.rendering.samples >= (
+            1 if self._depth_wanted else min(DEPTH_SAMPLES, self._target))
+
+    def _begun(self, generation: int, settings: Settings, splat: bool) -> _Job:
+        camera, scene = prepare(settings.checked())
+        job = _Job(generation, settings, camera, scene, None, splat=splat)
+        if self._choosing is not None and self._choosing.done() and self._choosing.exception() is None:
+            self._chosen, self._choosing = self._choosing.result(), None
+        if is_automatic(settings):
+            if self._chosen is not None and self._chosen.of == weighed(settings):
+                job.camera = self._chosen.choice.applied(camera)
+            else:
+                job.automatic, job.camera = camera, provisional(settings, camera, self._chosen)
+        self._set_up(job)
+        return job
+
+    @staticmethod
+    def _set_up(job: _Job) -> None:
+        """Begin the picture of the job's camera."""
+        import lensbench as lb
+
+        job.pass_samples = 1
+        job.rendering = lb.Rendering(job.camera, job.scene, seed=job.settings.seed, view=job.settings.sample_view,
+                                     splat=job.splat and job.settings.splats)
+
+    def _choose(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
+        """Have the automatic model chosen; where it is another than that of the first pass, begin anew with it."""
+        self._choosing = passes.submit(judged, job.settings, job.automatic, job.scene, self._chosen)
+        if not self._finished(self._choosing, wanted):
+            return
+        self._chosen, self._choosing = self._choosing.result(), None
+        camera, job.automatic = self._chosen.choice.applied(job.automatic), None
+        if (camera.model, camera.degree) != (job.camera.model, job.camera.degree):
+            job.camera = camera
+            self._set_up(job)
+        elif self._news is not None and self._news.generation == job.generation:
+            self._news = self._news._replace(**self._said(job))
+            self._woken()
+
+    def _said(self, job: _Job) -> dict[str, Any]:
+        """What news say of the automatic model."""
+        if not is_automatic(job.settings):
+            return {}
+        known = self._chosen is not None and self._chosen.of.lens == job.settings.lens
+        return {"choice": self._chosen.choice if known and self._chosen is not None else None,
+                "speeds": self._speeds.get(self._timed(job)), "is_provisional": job.automatic is not None}
+
+    def _timed(self, job: _Job) -> tuple:
+        """What the speed of the job's camera depends on."""
+        return job.settings.lens, job.settings.zoom, job.camera.model, job.camera.degree
+
+    def _timing_due(self, job: _Job) -> bool:
+        return (is_automatic(job.settings) and job.automatic is None and job.depth is not None
+                and self._timed(job) not in self._speeds)
+
+    def _time(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
+        """Measure what the chosen model saves."""
+        assert self._chosen is not None
+        choice = self._chosen.choice
+        timing = passes.submit(lambda: (choice.ns_per_ray, choice.trace_ns_per_ray))
+        if self._finished(timing, wanted):
+            self._speeds[self._timed(job)] = timing.result()
+            if self._news is not None and self._news.generation == job.generation:
+                self._news = self._news._replace(**self._said(job))
+                self._woken()
+
+    def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
+        """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""
+        begun = perf_counter()
+        patience = begun + FIRST_SECONDS if job.rendering.samples == 0 else begun
+
+        def wanted() -> bool:
+            return not self._stopped and (job.generation == self._generation or perf_counter() < patience)
+
+        if job.automatic is not None and job.rendering.samples:
+            self._choose(job, passes, wanted)
+            return
+        if self._timing_due(job):
+            self._time(job, passes, wanted)
+            return
+        if self._depth_due(job):
+            import lensbench as lb
+
+            depth = pool.submit(lb.depth_map, job.camera, job.scene)
+            if not self._finished(depth, wanted):
+                return
+            job.depth = depth.result()
+            if self._news is not None and self._news.generation == job.generation:
+                self._news = self._news._replace(depth=job.depth)
+                self._woken()
+            return
+
+        count = max(1, min(job.pass_samples, self._present_target - job.rendering.samples))
+        added = passes.submit(job.rendering.add, count, pool, wanted)
+        if not self._finished(added, wanted) or not added.result():
+            return
+        seconds = perf_counter() - begun
+        image = job.rendering.image()
+        pixels = image.shape[0] * image.shape[1]
+        rate = pixels * count / max(seconds, 1e-9)
+        job.seconds += perf_counter() - begun
+        job.rate = rate if job.rate == 0.0 else 0.7 * job.rate + 0.3 * rate
+        job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
+        if wanted() or job.rendering.samples == count:
+            news = News(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate, job.depth,
+                        **self._said(job))
+            with self._change:
+                if self.waiting and job.generation == self._generation:
+                    self._first_seconds = perf_counter() - self._started
+                self._news = news
+                self._change.notify_all()
+            self._woken()
+            if job.rendering.samples == count:          # the processor may have to draw the window: not beside it
+                with self._change:
+                    self._change.wait_for(lambda: self._shown is news or not wanted(), HOLD_SECONDS)
+
+    def _finished(self, work: Future, wanted: Callable[[], bool]) -> bool:
+        """Wait for some work, but no longer than it is wanted: its threads, of low priority, may be slow to give up."""
+        def tell(_: Future) -> None:
+            with self._change:
+                self._change.notify_all()
+
+        work.add_done_callback(tell)
+        with self._change:
+            while not work.done() and wanted():
+                self._change.wait(FIRST_SECONDS)
+        return work.done() and not self._stopped

@@ -1,0 +1,23 @@
+"""The kernels that the panels use, compiled before the first of them is drawn.
+
+Compiling takes seconds on the first start ever: call `prepare` from a thread of
+its own, or behind a progress bar, and draw the panels when it is done.
+"""
+
+from lensbench.app.state.coc_curves import curves, plot_range
+from lensbench.app.state.exit_pupil_geometry import box_samples
+from lensbench.app.state.figures import optical, readings, setup
+from lensbench.app.state.section_geometry import sketch
+from lensbench.app.state.settings import Settings
+
+
+def prepare(settings: Settings) -> None:
+    """Compute once what every panel shows of these settings; what cannot be computed the panels explain."""
+    try:
+        got = readings(settings)
+        sketch(settings)
+        curves(optical(settings), *plot_range(settings, got)[:2])
+        stand = setup(settings)
+        box_samples(stand.lens, stand.film_distance, 0.0)
+    except (ValueError, OSError):
+        return

@@ -1,0 +1,262 @@
+"""Aberrations of a lens for an object at infinity: Seidel sums, first-order colour, and the foci along the chief ray.
+
+Lengths in mm, angles in radians. Seidel sums are Welford's S_I to S_V (of the
+wavefront, in mm), colour his C_L and C_T; a conic and the r⁴ term count, an r²
+term is curvature, and an r³ term, whose aberration is of the second order and has no
+place among the sums, is refused; higher terms do not count. Sources: Welford, Aberrations of Optical Systems, ch. 8 and
+10; Coddington's equations, ch. 9.
+"""
+
+from dataclasses import dataclass
+from math import atan2, copysign, cos, hypot, inf, isinf, isnan, nan, pi, sin, sqrt, tan
+
+import numpy as np
+
+from lensbench.kernels.root_finding import least, root
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.paraxial import first_order, ray_matrix
+from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.scalar_trace import BACKWARD, PASSED, Fate, surface_table, trace_ray, trace_rays
+
+_FIELD_STEP = 0.02              # rad near the axis, between the rays from the stop that are looked at
+_LEAST_STEP = 1e-3              # and at the stop
+_HALVINGS = 50
+_ENDS = {Fate.MISSED: "miss", Fate.CLIPPED: "meet the rim of", Fate.TOTAL_REFLECTION: "be totally reflected at",
+         Fate.BACKWARD: "be turned back at"}
+
+
+@dataclass(frozen=True, eq=False)
+class Seidel:
+    """Third-order sums, mm. surfaces (n, 5): S_I … S_V of each surface; total (5,).
+
+    axial_colour, lateral_colour (n,): C_L and C_T of each surface, the shorter
+    wavelength less the longer; None where they were not asked for. invariant: Lagrange's, n (ū y − u ȳ).
+    """
+
+    surfaces: np.ndarray
+    axial_colour: np.ndarray | None
+    lateral_colour: np.ndarray | None
+    invariant: float
+
+    @property
+    def total(self) -> np.ndarray:
+        """The sums over all surfaces: spherical aberration, coma, astigmatism, Petzval curvature, distortion."""
+        return self.surfaces.sum(axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class ChiefRay:
+    """The real ray through the middle of the stop. points (surfaces, 3) mm, lens frame; direction (3,) after the lens.
+
+    pupil_z: where it crosses the axis in the scene, the real entrance pupil (lens frame, mm).
+    """
+
+    field_angle: float
+    pupil_z: float
+    points: np.ndarray
+    direction: np.ndarray
+
+
+def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wavelength: float = D_LINE,
+           colour: tuple[float, float] | None = None) -> Seidel:
+    """Seidel sums for an object at infinity, field_angle (rad) from the axis.
+
+    pupil_radius: of the entrance pupil (mm), None: as the stop gives it. colour: two
+    wavelengths, the shorter first, such as (lb.F_LINE, lb.C_LINE), for C_L and C_T. LensError where the
+    lens has a cylinder, a toroid or an r³ term, the entrance pupil lies at infinity, or the angle reaches 90°.
+    """
+    _check_symmetry(lens)
+    if not abs(field_angle) < 0.5 * pi:
+        raise LensError(f"field angle {np.degrees(field_angle):.4g}°: it must lie below 90°")
+    for i, surface in enumerate(lens.surfaces):
+        if dict(surface.aspheric).get(3):
+            raise LensError(f"surface {i} has an r³ term: its aberration is of the second order, which Seidel sums "
+                            "have no place for; trace real rays instead")
+    pupil = first_order(lens, wavelength).entrance_pupil
+    if isinf(pupil.z):
+        raise LensError("the entrance pupil of this lens lies at infinity: it has no chief ray from a far object")
+    n = lens.indices(wavelength)
+    spread = np.subtract(lens.indices(colour[0]), lens.indices(colour[1])) if colour else None
+
+    # A marginal ray (y, w = n u) and a chief ray (ȳ, w̄)
+    y, w = pupil.radius if pupil_radius is None else pupil_radius, 0.0
+    y_bar, w_bar = -pupil.z * tan(field_angle), n[0] * tan(field_angle)
+    invariant = w_bar * y - w * y_bar
+    sums, axial, lateral = np.zeros((len(lens.surfaces), 5)), np.zeros(len(n) - 1), np.zeros(len(n) - 1)
+    for i, surface in enumerate(lens.surfaces):
+        c, before, after = surface.vertex_curvature, n[i], n[i + 1]
+        a, a_bar = w + before * y * c, w_bar + before * y_bar * c
+        inverse, inverse2 = 1.0 / after - 1.0 / before, after**-2 - before**-2
+        bend = a * inverse2 - y * c * inverse                           # Δ(u / n)
+        petzval = -(invariant**2) * c * inverse
+        # S_V without a quotient, for A may be 0
+        distortion = a_bar * (c * y_bar * (a_bar * y + invariant) * inverse - a_bar**2 * y * inverse2)
+        sums[i] = -a * a * y * bend, -a * a_bar * y * bend, -a_bar**2 * y * bend, petzval, distortion
+        figure = 8.0 * _fourth_power(surface) * (after - before)
+        sums[i] += figure * y * np.array([y**3, y * y * y_bar, y * y_bar**2, 0.0, y_bar**3])
+        if spread is not None:
+            chromatic = y * (spread[i + 1] / after - spread[i] / before)
+            axial[i], lateral[i] = a * chromatic, a_bar * chromatic
+
+        # Refraction and transfer
+        power = (after - before) * c
+        w, w_bar = w - power * y, w_bar - power * y_bar
+        gap = surface.thickness / after
+        y, y_bar = y + gap * w, y_bar + gap * w_bar
+    return Seidel(sums, axial if colour else None, lateral if colour else None, invariant)
+
+
+def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: bool = False) -> ChiefRay:
+    """The real ray from a far object, field_angle (rad) from the axis, through the middle of the stop.
+
+    It lies in the plane y–z and rises with a positive angle, 90° and more included where a lens
+    sees that far. clip: whether rims end it; by default they do not. It is found from the stop
+    outwards, to the rounding of its angle. LensError where no ray gets through: it names the surface
+    that ends the field, and at what angle.
+    """
+    _check_symmetry(lens)
+    if not abs(field_angle) < pi:
+        raise LensError(f"field angle {np.degrees(field_angle):.4g}°: it must lie below 180°")
+    if isinf(first_order(lens, wavelength).entrance_pupil.z):
+        raise LensError("the entrance pupil of this lens lies at infinity: it has no chief ray from a far object")
+    ray = _chief_ray(lens, field_angle, wavelength, clip)
+    if isinstance(ray, ChiefRay):
+        return ray
+    end, dark, why = 0.0, field_angle, ray
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (end + dark)
+        ray = _chief_ray(lens, middle, wavelength, clip)
+        end, dark, why = (middle, dark, why) if isinstance(ray, ChiefRay) else (end, middle, ray)
+    raise LensError(f"no chief ray at {np.degrees(field_angle):.4g}°: beyond {np.degrees(end):.4g}° it would {why}")
+
+
+def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) -> tuple[float, float]:
+    """Where, in z (mm, lens frame), the tangential and sagittal foci lie on a far object's chief ray, by Coddington.
+
+    inf where the rays leave parallel. LensError as `chief_ray`.
+    """
+    ray = chief_ray(lens, field_angle, wavelength)
+    n, at = lens.indices(wavelength), ray.points
+    tangential = sagittal = 0.0                         # vergences, n / distance
+    way = np.array([0.0, sin(field_angle), cos(field_angle)])
+    for i, surface in enumerate(lens.surfaces):
+        y, before, after = float(at[i, 1]), n[i], n[i + 1]
+        slope, across, along = _curvatures(surface, y)
+        size = hypot(1.0, slope)
+        # Angles with the normal; refraction itself gives the direction after, so that no gap divides
+        cos_in = (way[2] - slope * way[1]) / size
+        cos_out = sqrt(1.0 - (before / after) ** 2 * (1.0 - cos_in**2))
+        power = after * cos_out - before * cos_in
+        way = (before * way + power * np.array([0.0, -slope, 1.0]) / size) / after
+        sagittal = sagittal + power * across
+        tangential = (tangential * cos_in**2 + power * along) / cos_out**2
+        if i < len(lens.surfaces) - 1:
+            gap = float((at[i + 1] - at[i]) @ way) / after
+            sagittal, tangential = sagittal / (1.0 - sagittal * gap), tangential / (1.0 - tangential * gap)
+    last = float(at[-1, 2])
+    return tuple(last + n[-1] / vergence * float(way[2]) if vergence else inf       # type: ignore[return-value]
+                 for vergence in (tangential, sagittal))
+
+
+def _chief_ray(lens: Lens, field_angle: float, wavelength: float, clip: bool) -> ChiefRay | str:
+    """The chief ray, or what would become of it: traced from the stop to both sides, so that it loses no digits."""
+    z, angle = first_order(lens, wavelength).entrance_pupil.z, 0.0
+    if field_angle:
+        found = _aim(lens, abs(field_angle), wavelength)
+        if isinstance(found, str):
+            return found
+        z, angle = found
+    table, stop = surface_table(lens, wavelength), lens.stop_index
+    way = np.array([[0.0, copysign(1.0, field_angle) * sin(angle), cos(angle)]])
+    points = np.full((2, 1, len(table) + 1, 3), nan)
+    after, at = np.zeros((1, 3)), np.array([[0.0, 0.0, lens.vertices[stop]]])
+    fate, surface = np.zeros(1, np.int32), np.zeros(1, np.int32)
+    for order, first, last in ((-1, 0, stop), (1, stop, len(table))):
+        if first == last:
+            continue
+        trace_rays(table[first:last], clip, at, order * way, np.empty((1, 3)), after, fate, surface,
+                   points[max(order, 0)], order)
+        if fate[0] != PASSED and not (order < 0 and fate[0] == BACKWARD and surface[0] == 0):
+            return _end(int(fate[0]), int(surface[0]), order, first, last)
+    path = np.concatenate([points[0, 0, 1:stop + 1][::-1], points[1, 0, 1:len(table) - stop + 1]])
+    return ChiefRay(field_angle, z, path, after[0])
+
+
+def _end(fate: int, surface: int, order: int, first: int, last: int) -> str:
+    """What becomes of a ray that is lost among the surfaces from first to before last; surface counts from first."""
+    if fate == Fate.MISSED:
+        surface = surface + order if surface >= 0 else (0 if order > 0 else last - first - 1)
+    return f"{_ENDS[Fate(fate)]} surface {first + surface}"
+
+
+def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | str:
+    """Where on the axis (z, mm) the chief ray of this angle crosses in the scene, and its angle at the stop.
+
+    Or what would become of it.
+    Rays leave the middle of the stop for the scene, ever steeper, until one comes out beyond the wanted
+    angle; the root between the last two is taken. A field ends where these rays do, or where
+    what they see turns back.
+    """
+    stop = lens.stop_index
+    table, start, n = surface_table(lens, wavelength)[:stop], lens.vertices[stop], lens.indices(wavelength)
+    magnified = ray_matrix(lens, 0, stop, wavelength)[0] * n[stop] / n[0]       # object's angle over the stop's
+    turn = -1.0 if magnified > 0.0 else 1.0
+
+    def leave(angle: float) -> tuple[float, float, float, str]:
+        """Height, z and object's angle of a ray from the stop; NaN where it is lost, and why."""
+        if not stop:
+            return 0.0, start, angle, ""
+        _, y, z, _, dy, dz, fate, surface = trace_ray(table, False, 0.0, 0.0, start, 0.0, turn * sin(angle),
+                                                      -cos(angle), None, 0, -1)
+        if fate == PASSED or (fate == BACKWARD and surface == 0):       # beyond 90° it runs backwards when it has left
+            return y, z, atan2(-dy, -dz), ""
+        return nan, nan, nan, _end(fate, surface, -1, 0, stop)
+
+    def short(angle: float) -> float:
+        return leave(angle)[2] - wanted
+
+    step = max(_FIELD_STEP / max(1.0, abs(magnified)), _LEAST_STEP)
+    before, low, high, why = 0.0, 0.0, 0.0, f"not meet surface {stop} from the scene"
+    while short(high) < 0.0 and high < 0.5 * pi:
+        before, low, high = low, high, min(high + step, 0.5 * pi)
+        if isnan(short(high)) or short(high) <= short(low):
+            break
+    if isnan(short(high)):
+        good = low
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (good + high)
+            good, high = (good, middle) if isnan(short(middle)) else (middle, high)
+        why, high = leave(high)[3], good
+    if not short(high) >= 0.0:
+        top = least(lambda angle: -short(angle), before, high)
+        if short(top) > short(high):
+            low, high, why = before, top, "see no more of the scene"
+        if not short(high) >= 0.0:
+            return why
+    angle = root(short, low, high)
+    angle = high if isnan(short(angle)) else angle                      # at the very end some rays are lost by rounding
+    y, z, seen, _ = leave(angle)
+    return z - y * cos(seen) / sin(seen), -turn * angle
+
+
+def _fourth_power(surface: Surface) -> float:
+    """Coefficient of r⁴ beyond that of the sphere of the same curvature at the vertex."""
+    c = surface.curvature
+    return ((1.0 + surface.conic) * c**3 - surface.vertex_curvature**3) / 8.0 + dict(surface.aspheric).get(4, 0.0)
+
+
+def _curvatures(surface: Surface, y: float) -> tuple[float, float, float]:
+    """At height y: dz/dy, and the curvatures across and along the meridian (1/mm)."""
+    c, r = surface.curvature, abs(y)
+    root = sqrt(1.0 - (1.0 + surface.conic) * (c * r) ** 2)
+    over_r, second = c / root, c / root**3              # dz/dr / r, d²z/dr²
+    for power, a in surface.aspheric:
+        over_r += power * a * r ** (power - 2)
+        second += power * (power - 1) * a * r ** (power - 2)
+    steep = sqrt(1.0 + (over_r * r) ** 2)
+    return over_r * y, over_r / steep, second / steep**3
+
+
+def _check_symmetry(lens: Lens) -> None:
+    if not lens.is_rotationally_symmetric:
+        raise LensError("aberrations are known for rotationally symmetric lenses: this one has a cylinder or toroid")

@@ -1,0 +1,124 @@
+"""The simplest camera model that will do for a picture: its error below a tolerance, in pixels and stops.
+
+"Simplest" goes by the order of a ladder, from the pinhole to the full trace, and not by timings, so that the
+choice is the same on every machine and day. How each rung is judged: see `judge`.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from time import perf_counter
+
+import numpy as np
+
+from lensbench.analysis.model_error import Judge, Rung
+from lensbench.cameras.base import Camera
+from lensbench.cameras.rays import CameraError
+from lensbench.cameras.real_lens import LensCamera
+from lensbench.kernels.block import B, bench
+from lensbench.kernels.program import Program
+from lensbench.kernels.sampling import sampler
+from lensbench.lens_models.polynomial import DEGREES
+from lensbench.scenery.scene import Scene
+
+KEEP = 0.8                                  # of a tolerance: a simpler model must be this good to take over
+LADDER = (("pinhole", 0), ("thin", 0), ("thick", 0), *(("polynomial", degree) for degree in DEGREES), ("trace", 0))
+CLOSE = 0.1                                 # of the nearest depth: no camera is taken to have come nearer
+BLOCKS, TIMES = 4, 7                        # of rays for a timing, and how often: the least counts
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The simplest model within the tolerances, and what was looked at on the way: the ladder's rungs in order.
+
+    degree: of the polynomial, otherwise 0. Errors in pixels and stops.
+    """
+
+    model: str
+    degree: int
+    error_px: float
+    error_stops: float
+    table: tuple[Rung, ...]
+    judge: Judge = field(repr=False, compare=False)
+
+    @property
+    def name(self) -> str:
+        """The model in words."""
+        return self.table[-1].name
+
+    @property
+    def reason(self) -> str:
+        """Why the next simpler model was refused; "" where there is none."""
+        return f"{self.table[-2].name}: {self.table[-2].worst}" if len(self.table) > 1 else ""
+
+    def applied(self, camera: LensCamera) -> LensCamera:
+        """The camera with this model."""
+        return replace(camera, model=self.model, degree=self.degree or camera.degree)
+
+    @property
+    def ns_per_ray(self) -> float:
+        """What a ray of this model takes on this machine, from the film to before the lens: measured when first asked.
+
+        In float32 on one thread, the pupil's sampling included; so does `trace_ns_per_ray`.
+        """
+        return self._times[0]
+
+    @property
+    def trace_ns_per_ray(self) -> float:
+        """What a ray of the full trace takes, measured in turn with that."""
+        return self._times[1]
+
+    @cached_property
+    def _times(self) -> tuple[float, ...]:
+        camera = self.judge.camera
+        return ray_times([self.applied(camera), replace(camera, model="trace")])
+
+
+def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = 0.5, tolerance_stops: float = 0.05,
+                 previous: Choice | None = None) -> Choice:
+    """The first model of the ladder whose picture of this scene is within the tolerances of the traced lens.
+
+    For the camera's film, focus and aperture, and for the depths of the scene (`depth_range`, which is told from the
+    world's origin: of a camera that stands elsewhere, as much nearer and farther). previous: the choice for settings
+    just before; where it is still good, a simpler model takes over only when it is well within the tolerances,
+    so that the choice does not flicker. A lens without rotational symmetry is traced, and no polynomial is
+    fitted to one with blades. CameraError for tolerances that are not positive.
+    """
+    if not (tolerance_px > 0.0 and tolerance_stops > 0.0):
+        raise CameraError("tolerances must be positive: pixels, and stops")
+    near, far = scene.depth_range
+    away = max(float(np.linalg.norm(camera.world_from_camera_at(time)[:3, 3]))
+               for time in (camera.shutter_open, camera.shutter_close))
+    judge = Judge(camera, (max(near - away, CLOSE * near), far + away))
+    held = -1 if previous is None else LADDER.index((previous.model, previous.degree))
+    table: list[Rung] = []
+    for place, (model, degree) in enumerate(LADDER):
+        share = KEEP if place < held else 1.0
+        limits = share * tolerance_px, share * tolerance_stops
+        rung = judge.rung(model, degree, limits)
+        table.append(rung)
+        if rung.error_px <= limits[0] and rung.error_stops <= limits[1]:
+            break
+    return Choice(*rung[:4], tuple(table), judge)
+
+
+def resolved(camera: Camera, scene: Scene) -> Camera:
+    """The camera with the model that this scene needs where it is a LensCamera of the model "auto"; else as it is."""
+    if isinstance(camera, LensCamera) and camera.model == "auto":
+        return choose_model(camera, scene).applied(camera)
+    return camera
+
+
+def ray_times(cameras: list[LensCamera]) -> tuple[float, ...]:
+    """What a ray of each camera takes, ns: float32, one thread, from raster and pupil to the camera frame."""
+    film = cameras[0].film
+    before = sampler(film.pixels_x, film.pixels_y, lit=False)
+    programs = [Program(before), *(Program([*before, camera.film_step, *camera.camera_steps()]) for camera in cameras)]
+    lanes, sums = bench(), np.zeros((BLOCKS, 3 * B), np.float32)
+    least = [math.inf] * len(programs)
+    for _ in range(TIMES):
+        for i, program in enumerate(programs):
+            start = perf_counter()
+            program.expose(sums, lanes, 0, BLOCKS, 0, 1, np.uint32(0))
+            least[i] = min(least[i], perf_counter() - start)
+    return tuple((seconds - least[0]) / (BLOCKS * B) * 1e9 for seconds in least[1:])

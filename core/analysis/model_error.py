@@ -1,0 +1,317 @@
+"""How far a camera model is from the traced lens, in the picture.
+
+A point of the scene is imaged as a blur: where its middle lies, how wide it is along the radius and across it, and
+how bright it is are what a model can get wrong. For some film radii and distances of the scene, rays of the model
+and of the lens through the solved exit-pupil regions (with Gauss's nodes along the radius of a region and even steps
+around it) say where both see the scene; the difference, by the lens's own derivative with respect to the film point,
+is in pixels of the film. Where pictures are traced in colours, ideal models are held against red and blue light too.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from lensbench.cameras.ideal_lens import Gaussian
+from lensbench.cameras.rays import CameraError
+from lensbench.cameras.real_lens import LensCamera
+from lensbench.imaging.spectrum import WAVELENGTHS
+from lensbench.kernels.block import BLUE, MARGIN, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.program import Program
+from lensbench.lens_models.polynomial import Polynomial
+from lensbench.optics.block_trace import round_through
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.paraxial import middle_of_view
+from lensbench.optics.prescription import LensError
+from lensbench.pupils.radial_sampler import PupilTable
+
+FIELDS = np.array([0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.98])    # film radii, of half the diagonal
+TURNS, REACHES = 12, 4                      # rays of one region: around it, and from its centre to its rim
+STEP = 1e-4                                 # of half the diagonal: for the derivative along the film
+STEEPEST = 0.2                              # cosine: beyond it a depth along the axis counts as a distance
+RIM = 1.01                                  # (r / semi-diameter)² up to which a ray of a region is not beyond its edge
+BETWEEN = 1.1, 1.1                          # pixels and stops there, over those at the fields that are looked at
+COARSE = 0.045                              # of a region's half width: where they move less, no ray is traced again
+LIT = 0.98                                  # of the radius where the light ends: so far out a model is judged
+HUES = (D_LINE, WAVELENGTHS[RED][4], WAVELENGTHS[BLUE][4])
+
+NAMES = {"pinhole": "pinhole", "thin": "thin lens", "thick": "thick lens", "trace": "full trace"}
+
+
+class Rung(NamedTuple):
+    """One model of the ladder: its errors in pixels and stops, and which of them is the worst and where."""
+
+    model: str
+    degree: int                             # of the polynomial, otherwise 0
+    error_px: float
+    error_stops: float
+    worst: str
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        return f"polynomial of degree {self.degree}" if self.degree else NAMES[self.model]
+
+
+class Moments(NamedTuple):
+    """Of blurs (…, depths, fields), in mm of the film: middles along the radius, and 2 σ along it and across."""
+
+    middle: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """The traced lens's blurs, against which models are held.
+
+    camera: a LensCamera of any model; depths: nearest and farthest of the scene, mm from the film along the axis.
+    """
+
+    camera: LensCamera
+    depths: tuple[float, float]
+
+    def rung(self, model: str, degree: int = 0, limits: tuple[float, float] = (math.inf, math.inf)) -> Rung:
+        """The errors of a model. limits: pixels and stops beyond which it need not be known by how much it fails."""
+        if model == "trace":
+            return Rung(model, 0, 0.0, 0.0, "")
+        if why := self._refusal(model):
+            return Rung(model, degree, math.inf, math.inf, why)
+        try:
+            if model != "polynomial":
+                ideal = self.camera.ideal(model)
+                return self._compared(model, 0, *self._rays_of(ideal), [self._true, *self._hues],
+                                      self._offset(model, ideal))
+            rung = self._fitted(degree, D_LINE, self._true)
+            for wavelength, true in zip(HUES[1:], self._hues if _within(rung, limits) else [], strict=False):
+                other = self._fitted(degree, wavelength, true)
+                if other.error_px > rung.error_px:
+                    rung = other._replace(error_stops=max(rung.error_stops, other.error_stops))
+            return rung
+        except (CameraError, LensError) as error:
+            return Rung(model, degree, math.inf, math.inf, str(error))
+
+    def _fitted(self, degree: int, wavelength: float, true: Moments) -> Rung:
+        """The errors of a polynomial for one wavelength."""
+        fit = Polynomial.fit(self.camera.lens, self.camera.film_distance, self.table, degree, wavelength,
+                             self.camera.focus_distance)
+        lines = Program([fit.step], np.float64).run(self._given, [X, Y, Z, L, M, N], self._aims.shape[1])
+        rung = self._compared("polynomial", degree, lines, self._weights, [true])
+        if wavelength == D_LINE:
+            return rung
+        return rung._replace(worst=f"in {'red' if wavelength == HUES[1] else 'blue'} light, {rung.worst}")
+
+    def _refusal(self, model: str) -> str:
+        """Why the model cannot be had at all; "" where it can."""
+        if not self.camera.lens.is_rotationally_symmetric:
+            return "the lens has a cylinder or toroid"
+        if model == "polynomial" and not self.camera.lens.iris.is_round:
+            return "no polynomial knows where rays meet the blades of the stop"
+        if not self._true_weights[0].sum() > 0.0:
+            return "no light comes through this lens"
+        if model == "polynomial" and self.table.coarseness > COARSE:
+            return "the exit-pupil regions move too far between the film radii of their table"
+        if model != "polynomial" and self.table.dark_beyond < self.camera.film.diagonal / 2.0:
+            return "the film's corners are dark, and this model lights them"
+        return ""
+
+    @cached_property
+    def table(self) -> PupilTable:
+        """The exit-pupil regions, of their own size."""
+        return PupilTable.of(self.camera.lens, self.camera.film_distance, self.camera.film.diagonal / 2.0, D_LINE,
+                             widened=False)
+
+    @cached_property
+    def _radii(self) -> np.ndarray:
+        """Of the film points that are judged, mm; as far out as the lens lights the film."""
+        return FIELDS * min(self.camera.film.diagonal / 2.0, LIT * self.table.dark_beyond)
+
+    @cached_property
+    def _film(self) -> np.ndarray:
+        """(fields, 3) x of the film points: each, a little outwards and a little inwards, for the derivative."""
+        return self._radii[:, None] + self._step * np.array([0.0, 1.0, -1.0])
+
+    @property
+    def _step(self) -> float:
+        return STEP * self.camera.film.diagonal / 2.0
+
+    @cached_property
+    def _aims(self) -> np.ndarray:
+        """(5, rays) film x, direction and weight of every ray of the lens: those of the regions, then the middles."""
+        turn, area, _ = NODES
+        film = np.concatenate([np.repeat(self._radii, len(turn)), self._film.ravel()])
+        u = np.concatenate([np.tile(turn * 0.5, len(FIELDS)), np.zeros(self._film.size)])
+        v = np.concatenate([np.tile(area, len(FIELDS)), np.zeros(self._film.size)])
+        given = {X: np.abs(film), U0: u, U1: v}
+        out = Program([self.table.step(1.0)], np.float64).run(given, [L, M, N, WEIGHT], len(film))
+        out[0] *= np.where(film < 0.0, -1.0, 1.0)
+        return np.stack([film, *out])
+
+    @cached_property
+    def _given(self) -> dict[int, np.ndarray]:
+        film, l, m, n, weight = self._aims
+        return {X: film, L: l, M: m, N: n, WEIGHT: weight}
+
+    def _lines(self, wavelength: float) -> np.ndarray:
+        """(7, rays) the rays of the lens in front of it, camera frame, and the MARGIN by which they came there."""
+        steps = round_through(self.camera.lens, self.camera.film_distance, wavelength)
+        return Program(steps, np.float64).run(self._given, [X, Y, Z, L, M, N, MARGIN], self._aims.shape[1])
+
+    @cached_property
+    def _weights(self) -> np.ndarray:
+        """(fields, rays) of the light that the regions promise."""
+        share = NODES[2]
+        return self._aims[4, :len(FIELDS) * len(share)].reshape(len(FIELDS), -1) * share
+
+    @cached_property
+    def _true_weights(self) -> np.ndarray:
+        """(fields, rays) of the light that comes through."""
+        return np.where(self._true_lines[6, :self._weights.size].reshape(self._weights.shape) <= RIM, self._weights,
+                        0.0)
+
+    def _rays_of(self, lens: Gaussian) -> tuple[np.ndarray, np.ndarray]:
+        """Rays of an ideal lens by like nodes of its disk, and its middles, and their weights."""
+        turn, area, share = NODES
+        a, b = np.sqrt(area) * np.cos(math.pi * turn), np.sqrt(area) * np.sin(math.pi * turn)
+        film = np.concatenate([np.repeat(self._radii, len(turn)), self._film.ravel()])
+        a, b = (np.concatenate([np.tile(q, len(FIELDS)), np.zeros(self._film.size)]) for q in (a, b))
+        dx, dy = film * lens.slope_film + a * lens.slope_pupil, b * lens.slope_pupil
+        size = 1.0 / np.sqrt(dx * dx + dy * dy + 1.0)
+        lines = np.stack([film * lens.origin_film + a * lens.origin_pupil, b * lens.origin_pupil,
+                          np.full(len(film), lens.z), dx * size, dy * size, -size])
+        ex, ey = film * lens.approach_film + a * lens.approach_pupil, b * lens.approach_pupil
+        cos4 = 1.0 / (ex * ex + ey * ey + 1.0) ** 2
+        return lines, cos4[:len(FIELDS) * len(turn)].reshape(len(FIELDS), -1) * share
+
+    def _offset(self, model: str, lens: Gaussian) -> float:
+        """Stops by which an ideal lens is brighter on the axis: nothing where weights are relative."""
+        camera = self.camera
+        if camera.weights == "relative":
+            return 0.0
+        light = lens.cone if model == "pinhole" else lens.axis_irradiance
+        there = 1.0 if model == "thick" else camera.lens.front_index**2
+        return math.log2(light * there * camera.film_distance**2 / camera.axis_irradiance)
+
+    @cached_property
+    def _eye(self) -> float:
+        """Z of the entrance pupil in the camera frame, or of the first vertex where that lies far away."""
+        camera = self.camera
+        return middle_of_view(camera.lens) - camera.lens.length - camera.film_distance
+
+    @cached_property
+    def _depths(self) -> np.ndarray:
+        """Nearest and farthest of the scene, and the plane in focus where it lies between."""
+        near, far = max(self.depths[0], 1.01 * -self._eye), max(self.depths[1], 1.01 * -self._eye)
+        focus = self.camera.focus_distance
+        return np.array([near, focus, far] if near < focus < far else [near, far])
+
+    @cached_property
+    def _nearness(self) -> np.ndarray:
+        """(depths, fields) 1 / the distance along each field's middle ray to the plane of a depth."""
+        middles = self._true_lines[5, -self._film.size:].reshape(-1, 3)[:, 0]
+        return np.maximum(-middles, STEEPEST) / (self._depths + self._eye)[:, None]
+
+    @cached_property
+    def _true_lines(self) -> np.ndarray:
+        return self._lines(D_LINE)
+
+    @cached_property
+    def _scales(self) -> tuple[np.ndarray, np.ndarray]:
+        """What a mm of film is there: (2, depths, fields) along the radius over its square, (depths, fields) across.
+
+        By the derivative along the radius, and by the turn about the axis.
+        """
+        x, _, z = self._seen(self._true_lines[:6, -self._film.size:], 3)
+        along = np.stack([x[..., 1] - x[..., 2], z[..., 1] - z[..., 2]]) / (2.0 * self._step)
+        square, radii = (along**2).sum(0), self._radii
+        across = np.where(radii > 0.0, np.abs(x[..., 0]) / np.maximum(radii, 1e-30), np.sqrt(square))
+        return along / square, across
+
+    def _seen(self, lines: np.ndarray, rays: int) -> np.ndarray:
+        """(3, depths, fields, rays) where lines lead at the depths, as directions from the entrance pupil."""
+        away = lines[:3] - np.array([0.0, 0.0, self._eye])[:, None]
+        foot = away - (away * lines[3:]).sum(0) * lines[3:]
+        foot, direction = (part.reshape(3, 1, -1, rays) for part in (foot, lines[3:]))
+        return direction + foot * self._nearness[:, :, None]
+
+    def _moments(self, lines: np.ndarray, weights: np.ndarray) -> Moments:
+        """Of the blurs that these rays of the regions make."""
+        rays = weights.shape[1]
+        x, y, z = self._seen(lines[:6, :weights.size], rays)
+        per_mm, across = self._scales
+        share = weights / weights.sum(1)[:, None]
+        place = x * per_mm[0][..., None] + z * per_mm[1][..., None]
+        middle = (place * share).sum(-1)
+        along = ((place - middle[..., None]) ** 2 * share).sum(-1)
+        return Moments(middle, 2.0 * np.sqrt(along), 2.0 * np.sqrt((y * y * share).sum(-1)) / across)
+
+    @cached_property
+    def _true(self) -> Moments:
+        return self._moments(self._true_lines, self._true_weights)
+
+    @cached_property
+    def _hues(self) -> list[Moments]:
+        """Of red and blue light, where the camera's pictures are traced in colours."""
+        camera = self.camera if self.camera.follows_rays else replace(self.camera, model="trace")
+        if not camera.disperses:
+            return []
+        return [self._moments(self._lines(wavelength), self._true_weights) for wavelength in HUES[1:]]
+
+    def _compared(self, model: str, degree: int, lines: np.ndarray, weights: np.ndarray, truths: list[Moments],
+                  offset: float = 0.0) -> Rung:
+        """The errors of rays with these weights; the first of the truths is that of their own wavelength."""
+        blur = self._moments(lines, weights)
+        worst_px, said = 0.0, ""
+        for k, true in enumerate(truths):
+            shift = np.abs(blur.middle - true.middle)
+            spread = np.hypot(blur.along - true.along, blur.across - true.across)
+            names = ("lateral colour", "colour blur") if k else ("distortion", "blur off by")
+            for what, error in zip(names, (shift, spread), strict=True):
+                depth, field = divmod(int(np.argmax(error)), error.shape[1])
+                pixels = float(error[depth, field]) / self.camera.film.pitch
+                if not pixels <= (2.0 * worst_px if k else worst_px):
+                    said = f"{what} {BETWEEN[0] * pixels:.2g} px {self._place(field)}"
+                if not pixels <= worst_px:
+                    worst_px = pixels
+        # Of a wall, which is as bright as the film is lit; and of a light, which is as much brighter as it is larger
+        with np.errstate(divide="ignore", invalid="ignore"):
+            light = np.log2(weights.sum(1) / self._true_weights.sum(1))
+            size = self._stretched(blur.middle - truths[0].middle)
+            wall, spot = (np.abs(each - each[..., :1] + offset) for each in (light[None], light - size))
+        stops = np.concatenate([wall, spot]).max(0)
+        worst_px, worst_stops = BETWEEN[0] * worst_px, BETWEEN[1] * float(stops.max())
+        if math.isnan(worst_px) or math.isnan(worst_stops):
+            return Rung(model, degree, math.inf, math.inf, "some rays are lost")
+        if worst_px <= 10.0 * worst_stops:
+            said = f"brightness off by {worst_stops:.2g} stops {self._place(int(np.argmax(stops)))}"
+        return Rung(model, degree, worst_px, worst_stops, said)
+
+    def _stretched(self, shift: np.ndarray) -> np.ndarray:
+        """(depths, fields) log2 of how much larger the lens shows what a model shows with its middles shifted so (mm).
+
+        Along the radius by what the shift adds from field to field, and around the axis by its part of the radius.
+        """
+        r = self._radii
+        along = np.gradient(shift, r, axis=1, edge_order=2)
+        around = np.concatenate([along[:, :1], shift[:, 1:] / r[1:]], 1)
+        return np.log2(np.maximum((1.0 + along) * (1.0 + around), 1e-30))
+
+    def _place(self, field: int) -> str:
+        part = self._radii[field] / (self.camera.film.diagonal / 2.0)
+        return "on the axis" if part == 0.0 else "at the corner" if part > 0.95 else f"at {part:.1f} of the field"
+
+
+def _within(rung: Rung, limits: tuple[float, float]) -> bool:
+    return rung.error_px <= limits[0] and rung.error_stops <= limits[1]
+
+
+def _nodes() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of one region: turn 0 … 1 around the upper half, the share of the area within, and weights of the rays."""
+    node, weight = np.polynomial.legendre.leggauss(REACHES)
+    turn, area = np.meshgrid((np.arange(TURNS) + 0.5) / TURNS, 0.5 * (node + 1.0), indexing="ij")
+    return turn.ravel(), area.ravel(), np.tile(0.5 * weight / TURNS, TURNS)
+
+
+NODES = _nodes()

@@ -1,0 +1,72 @@
+"""A sensor without a lens: every place of it sees the whole scene before it, and no picture forms."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.cameras.base import Camera
+from lensbench.cameras.importance import FilmImportance
+from lensbench.imaging.film import Film
+from lensbench.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, rows, stage
+from lensbench.kernels.concentric_map import concentric
+from lensbench.kernels.program import Program
+from lensbench.optics.glass import D_LINE
+
+
+@dataclass(frozen=True, eq=False)
+class BareSensor(Camera):
+    """A film that lies open at the camera's origin and faces −z: each point gets the irradiance of its hemisphere.
+
+    Relative weights: E / π, the mean radiance weighted by the cosine, 1 under a uniform sky of 1. Physical weights: E
+    times the open time. The film is read as it is behind a lens, turned upright, so that light from the right
+    brightens the left of the picture.
+    """
+
+    film: Film
+
+    def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """One step: a direction of the hemisphere, as often as the cosine is great."""
+        return [Step(hemisphere, [self.gain])]
+
+    @property
+    def gain(self) -> float:
+        """Weight of every ray."""
+        return math.pi / self._normaliser(math.pi, 1.0)
+
+    def film_slopes(self, film_xy, directions):
+        """The rays of film points are parallel."""
+        slopes = np.zeros((2, len(directions), 6))
+        slopes[0, :, 0] = slopes[1, :, 1] = 1.0
+        return slopes
+
+    def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
+        """Where the ray of this direction through the point begins: every film point sees every point before it."""
+        given = {U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
+        l, m, n = Program(self.camera_steps(wavelength), np.float64).run(given, [L, M, N], len(points))
+        before = points[:, 2] < 0.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            film = points[:, :2] - points[:, 2:] * np.stack([l, m], 1) / n[:, None]
+        return np.where(before[:, None], film, math.nan), before & np.isfinite(film).all(1)
+
+    def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
+        """Of every ray from the film alike."""
+        cosine = -directions[:, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            film = origins[:, :2] + (origins[:, 2] / cosine)[:, None] * directions[:, :2]
+        place = np.full(len(film), 1.0 / (self.film.width * self.film.height))
+        return FilmImportance(film, self.gain / math.pi * place, place, cosine / math.pi, cosine > 0.0)
+
+
+@stage
+def hemisphere(lanes, p, key):
+    """From the film point X, Y, Z to a direction about −z by U0, U1: the unit disk raised on the sphere. p: WEIGHT."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    l, m, n, weight, u, v = row[L], row[M], row[N], row[WEIGHT], row[U0], row[U1]
+    gain = p[0]
+    for i in range(B):
+        a, b = concentric(real, v[i], u[i])
+        left = real(1) - a * a - b * b
+        l[i], m[i], n[i] = a, b, -math.sqrt(left if left > real(0) else real(0))
+        weight[i] = gain

@@ -1,0 +1,133 @@
+"""Back through a real lens: the film point whose ray, by a given place in the pupil, meets a point of the scene.
+
+Newton's method on the film point, with the very stages that the camera renders with,
+in double. What is brought to zero is the angle between the ray and the way from where
+it leaves the lens to the point, which knows no special direction: points beside and behind the
+front of a fisheye are found as well.
+"""
+
+import math
+
+import numpy as np
+
+from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.program import Program
+
+RADII = 129             # of the table that the search begins with
+BEYOND = 1.25           # that table over the film's radius: for points whose middle ray falls beside the film
+ROUNDS = 60             # of Newton; five or six do, but for points near where the light ends
+AGAIN = 12              # times that the search begins anew where it failed
+CONVERGED = 1e-10       # radians
+
+
+def film_from_point(program: Program, points: np.ndarray, pupil_uv: np.ndarray, middle: tuple[float, float],
+                    film_radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Film points (n, 2) in mm for points (n, 3) of the camera's frame (mm), and which of them are seen.
+
+    program: from the film to the ray of the camera's frame, in float64. middle: the U0, U1 of the ray by which the
+    search begins. NaN where no such film point is found within BEYOND · film_radius. Places in the pupil turn with the
+    film point, so a point that is far out of focus may have several; it is one of them.
+    """
+    reach = BEYOND * film_radius
+    film = _begin(program, points, middle, reach)
+    axes, seen = _across(points), np.zeros(len(points), bool)
+    todo = np.nonzero(np.isfinite(film).all(1))[0]
+    for again in range(AGAIN + 1):
+        if again:                                       # from elsewhere: along a spiral that fills the film
+            angle, radius = again * math.pi * (3.0 - math.sqrt(5.0)), film_radius * math.sqrt(again / (AGAIN + 1))
+            film[todo] = radius * math.cos(angle), radius * math.sin(angle)
+        film[todo], seen[todo] = _newton(program, film[todo], points[todo], pupil_uv[todo], axes[todo], film_radius)
+        todo = todo[np.isnan(film[todo, 0])]
+        if not todo.size:
+            break
+    return film, seen
+
+
+def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np.ndarray, axes: np.ndarray,
+            film_radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """As film_from_point, from given film points (n, 2)."""
+    step, reach = 1e-6 * film_radius, BEYOND * film_radius
+
+    def miss(film, which):
+        """(m, 2) radians between the rays and their points, and the weights (m,), 0 where a ray runs the other way."""
+        o, d, weight = _rays(program, film, pupil_uv[which])
+        way = points[which] - o
+        with np.errstate(invalid="ignore"):
+            way /= np.sqrt((way * way).sum(1))[:, None]
+            return (axes[which] @ (d - way)[..., None])[..., 0], np.where((d * way).sum(1) > 0.0, weight, -1.0)
+
+    n = len(film)
+    best, weights, change = np.full(n, np.inf), np.zeros(n), np.zeros((n, 2))
+    film, trial, todo = film.copy(), film.copy(), np.arange(n)
+    for _ in range(ROUNDS):
+        off, weight = miss(trial[todo], todo)
+        size = np.hypot(off[:, 0], off[:, 1])
+        better = size < best[todo]                      # NaN is not
+        change[todo[~better]] *= 0.25                   # otherwise back, a quarter of the way
+        new, off = todo[better], off[better]
+        if new.size:
+            # Slopes by differences, and Newton's step
+            film[new], best[new], weights[new] = trial[new], size[better], weight[better]
+            columns = [(miss(film[new] + shift, new)[0] - off) / step for shift in ((step, 0.0), (0.0, step))]
+            (a, b), (c, d) = (column.T for column in columns)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                u, v = off.T / (a * d - b * c)
+                ahead = np.stack([c * v - d * u, b * u - a * v], 1)
+                ahead *= np.minimum(1.0, 0.2 * film_radius / np.hypot(ahead[:, 0], ahead[:, 1]))[:, None]
+            change[new] = np.where(np.isfinite(ahead), ahead, 0.0)
+        trial[todo] = film[todo] + change[todo]
+        far = todo[np.hypot(trial[todo, 0], trial[todo, 1]) > reach]
+        change[far] *= 0.5
+        trial[far] = film[far] + change[far]
+        todo = todo[np.hypot(change[todo, 0], change[todo, 1]) > 1e-15 * film_radius]
+        if not todo.size:
+            break
+    found = (best < CONVERGED) & (weights >= 0.0)
+    return np.where(found[:, None], film, np.nan), found & (weights > 0.0)
+
+
+def _rays(program: Program, film: np.ndarray, pupil_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Origins (n, 3), directions (n, 3) and weights (n,) from film points."""
+    given = {X: film[:, 0], Y: film[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
+    out = program.run(given, [X, Y, Z, L, M, N, WEIGHT], len(film))
+    return out[:3].T, out[3:6].T, out[6]
+
+
+def _across(points: np.ndarray) -> np.ndarray:
+    """(n, 2, 3): two unit vectors across the direction of each point, and across each other (Duff and others 2017)."""
+    with np.errstate(invalid="ignore"):
+        x, y, z = (points / np.sqrt((points * points).sum(1))[:, None]).T
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], 1)
+    return np.stack([first, np.stack([b, sign + y * y * a, -y], 1)], 1)
+
+
+def _begin(program: Program, points: np.ndarray, middle: tuple[float, float], reach: float) -> np.ndarray:
+    """Where the search begins (n, 2): the radius whose ray by the middle of the pupil passes the point.
+
+    By the sign of its distance, in the plane of the axis and the point, between neighbours of a table; where
+    it never changes, the nearest. NaN for a point that no ray of the table runs towards.
+    """
+    radii = np.linspace(0.0, reach, RADII)
+    o, d, _ = _rays(program, np.stack([radii, 0.0 * radii], 1), np.tile(middle, (RADII, 1)))
+    away = np.hypot(points[:, 0], points[:, 1])
+    guess = np.full(len(points), np.nan)
+    for first in range(0, len(points), 4096):           # a table of at most 4096 × RADII at a time
+        part = slice(first, first + 4096)
+        dx, dz = -away[part, None] - o[:, 0], points[part, None, 2] - o[:, 2]
+        with np.errstate(invalid="ignore"):
+            side = np.arctan2(d[:, 0] * dz - d[:, 2] * dx, d[:, 0] * dx + d[:, 2] * dz)     # angle from ray to point
+            near = np.abs(side)
+            turns = (side[:, :-1] * side[:, 1:] <= 0.0) & (near[:, :-1] + near[:, 1:] < 1.0)
+        k = np.argmax(turns, 1)
+        i = np.arange(len(k))
+        low, high = side[i, k], side[i, k + 1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(low != high, low / (low - high), 0.0)
+        near = np.where(near < 1.0, near, np.inf)
+        least = np.where(np.isfinite(near.min(1)), radii[np.argmin(near, 1)], np.nan)
+        guess[part] = np.where(turns.any(1), radii[k] + share * (radii[1] - radii[0]), least)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return -points[:, :2] * np.where(away > 0.0, guess / away, 0.0)[:, None]

@@ -1,0 +1,169 @@
+"""A sensor: photons become electrons, electrons a voltage, and that a number, each with its noise and its limit.
+
+A pixel of area A collects PHOTONS · A · H photons of an exposure of H lux seconds (all light counts
+as that of 555 nm; what colour filters take is part of the quantum efficiency), and of these an electron each with
+that probability: Poisson's law. The well holds no more than it holds; reading adds
+normal noise; the gain, ISO over base ISO, amplifies both; the converter rounds, and clips.
+"""
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from statistics import NormalDist
+
+import numpy as np
+from numba import njit, uint32
+
+from lensbench.imaging.exposure import PHOTONS, SATURATION, ExposureError, checked_positive
+from lensbench.imaging.film import Film
+from lensbench.kernels.sampling import mix
+
+CELLS = 4096            # of the table of the normal law
+PART = 1 << 16          # numbers that a thread takes at a time
+FEW = 8.0               # electrons, below which Poisson's law is followed number by number
+PEDESTAL = 1 / 64       # of the converter's range: so far below black it goes, that noise may go below
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A sensor of one kind of pixel, with a channel of its own for each colour at every place.
+
+    full_well: electrons; quantum_efficiency: electrons a photon, (0, 1]; read_noise: electrons, rms;
+    base_iso: at which the full well is the top of the converter's range; bits: 8 to 16, of the converter. pitch: of a
+    pixel (µm); None: such that the exposure that saturates at base_iso, SATURATION / base_iso lux seconds, fills the
+    well. ExposureError for what cannot be.
+    """
+
+    full_well: float = 50_000.0
+    quantum_efficiency: float = 0.5
+    read_noise: float = 3.0
+    base_iso: float = 100.0
+    bits: int = 14
+    pitch: float | None = None
+
+    def __post_init__(self):
+        checked_positive("full well", self.full_well)
+        checked_positive("base ISO", self.base_iso)
+        if self.pitch is not None:
+            checked_positive("pixel pitch", self.pitch)
+        if not 0.0 < self.quantum_efficiency <= 1.0:
+            raise ExposureError(f"quantum efficiency {self.quantum_efficiency:g}: it must lie between 0 and 1")
+        if not (math.isfinite(self.read_noise) and self.read_noise >= 0.0):
+            raise ExposureError(f"read noise {self.read_noise:g} electrons: it must be 0 or positive")
+        if self.bits not in range(8, 17):
+            raise ExposureError(f"{self.bits} bits: a converter has 8 to 16 of them")
+
+    @classmethod
+    def of(cls, film: Film, quantum_efficiency: float = 0.5, read_noise: float = 3.0, base_iso: float = 100.0,
+           bits: int = 14) -> "Sensor":
+        """The sensor whose pixels are the film's own, and whose wells the base ISO fills."""
+        pitch = film.pitch * 1000.0
+        per_lux_second = quantum_efficiency * PHOTONS * pitch**2
+        checked_positive("base ISO", base_iso)
+        return cls(per_lux_second * SATURATION / base_iso, quantum_efficiency, read_noise, base_iso, bits, pitch)
+
+    @property
+    def electrons(self) -> float:
+        """For each lux second."""
+        if self.pitch is None:
+            return self.full_well * self.base_iso / SATURATION
+        return self.quantum_efficiency * PHOTONS * self.pitch**2
+
+    @property
+    def pixel_pitch(self) -> float:
+        """Of a pixel, in µm: as given, or as the full well has it."""
+        return math.sqrt(self.electrons / (self.quantum_efficiency * PHOTONS))
+
+    def top(self, iso: float) -> float:
+        """Electrons at the top of the converter's range at this ISO; ExposureError where that is none."""
+        return self.full_well * self.base_iso / checked_positive("ISO", iso)
+
+    def clips_at(self, iso: float) -> float:
+        """Lux seconds from which pictures clip at this ISO: the well is full, or the converter at its end."""
+        return min(self.full_well, self.top(iso)) / self.electrons
+
+    @property
+    def dynamic_range(self) -> float:
+        """In stops, at the base ISO: the full well over the noise of reading and rounding."""
+        step = self.full_well / (2**self.bits - 1)
+        return math.log2(self.full_well / math.hypot(self.read_noise, step / math.sqrt(12.0)))
+
+    def record(self, image, iso: float, lux_seconds: float = 1.0, seed: int = 0) -> np.ndarray:
+        """What the sensor makes of a picture (h, w, 3), linear: float32 (h, w, 3) in the same unit, black at 0.
+
+        lux_seconds: the exposure for which a value of 1 stands (`Exposure.lux_seconds` for a picture of relative
+        weights, LUMINANCE for one of physical weights). Noise may go below black. A pixel's noise depends on the
+        seed and its place alone, not on the number of threads or on its neighbours. ExposureError for an ISO
+        that is none.
+        """
+        top = self.top(iso)
+        values = np.ascontiguousarray(image, np.float32)
+        out = np.empty_like(values)
+        unit = self.electrons * checked_positive("exposure", lux_seconds)
+        levels = 2**self.bits - 1
+        numbers = [np.float32(x) for x in (unit, self.full_well, self.read_noise, top / levels, levels)]
+
+        def work(first: int) -> None:
+            part = slice(first, first + PART)
+            _record(values.reshape(-1)[part], out.reshape(-1)[part], first, _normal(), np.uint32(seed & 0xFFFFFFFF),
+                    *numbers)
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(work, range(0, values.size, PART)))
+        return out
+
+
+@lru_cache(maxsize=1)
+def _normal() -> np.ndarray:
+    """(CELLS + 1,) quantiles of the normal law, the last on either side such that the variance between them is 1."""
+    normal = NormalDist()
+    inner = np.array([normal.inv_cdf(i / CELLS) for i in range(1, CELLS)])
+    a, b = inner[:-1], inner[1:]
+    left = (3.0 * CELLS - (a * a + a * b + b * b).sum()) / 2.0          # = a² + a b + b² of the outermost cells
+    last = inner[-1]
+    end = 0.5 * (-last + math.sqrt(4.0 * left - 3.0 * last**2))
+    return np.concatenate([[-end], inner, [end]]).astype(np.float32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+def _record(values, out, first, normal, seed, unit, full_well, read_noise, step, levels):
+    """Exposures in `unit` electrons → the same after the sensor; step: electrons to a number of the converter.
+
+    first: which number of the whole picture values[0] is.
+
+    Poisson's law by the sum of its terms for FEW electrons, else by its normal part with the third moment
+    (Cornish and Fisher), rounded, its variance less by what the correction and the rounding add.
+    """
+    real = np.float32
+    start = mix(uint32(seed * uint32(0x9E3779B9) + uint32(0x51ED270B)))
+    cell, part = uint32(20), real(1.0 / 1048576.0)
+    low, back = np.floor(-real(PEDESTAL) * levels), step / unit
+    for i in range(values.size):
+        a = mix(uint32(uint32(first + i) * uint32(0x9E3779B9) + start))
+        b = mix(uint32(a + uint32(0x85EBCA6B)))
+        j, k = a >> cell, b >> cell
+        f, g = real(np.int32(a & uint32(0xFFFFF))) * part, real(np.int32(b & uint32(0xFFFFF))) * part
+        z = normal[j] + f * (normal[j + 1] - normal[j])
+        mean = values[i] * unit
+        mean = mean if mean > real(0) else real(0)              # which NaN is not
+        mean = mean if mean < real(1e9) else real(1e9)
+        if mean >= real(FEW):
+            count = np.floor(mean + math.sqrt(mean - real(5.0 / 36.0)) * z + (z * z - real(1)) * real(1.0 / 6.0)
+                             + real(0.5))
+        else:
+            u = real(np.int32(mix(uint32(a ^ uint32(0x68E31DA4))) >> uint32(8))) * real(1.0 / 16777216.0)
+            term = real(math.exp(-mean))
+            count = real(0)
+            while u >= term and count < real(64):
+                u -= term
+                count += real(1)
+                term *= mean / count
+        count = count if count > real(0) else real(0)
+        count = count if count < full_well else full_well
+        noise = read_noise * (normal[k] + g * (normal[k + 1] - normal[k]))
+        number = np.floor((count + noise) / step + real(0.5))
+        number = number if number > low else low
+        number = number if number < levels else levels
+        out[i] = number * back

@@ -1,0 +1,147 @@
+"""Run a list of stages over blocks of lanes.
+
+Stages reach the driver as addresses of machine code, so the driver is compiled
+once, whatever the picture is made of, and never contains a copy of a stage.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+from numba import from_dtype, njit, types, uint32, void
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from lensbench.kernels.block import (
+    ALIVE,
+    BLUE,
+    GREEN,
+    KEYS,
+    LOST,
+    PITCH,
+    PIXEL,
+    RED,
+    SAMPLE,
+    SEED,
+    V0,
+    V1,
+    WEIGHT,
+    B,
+    Step,
+    bench,
+    rows,
+    stage,
+)
+
+
+def _signature(real):
+    number = from_dtype(np.dtype(real))
+    return void(number[::1], number[::1], uint32[::1])
+
+
+@cache
+def stage_address(kernel, real) -> int:
+    """Where the machine code of a stage for this type of number begins."""
+    kernel.compile(_signature(real))
+    made = kernel.get_compile_result(_signature(real))
+    return made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
+
+
+@intrinsic
+def call_stage(typing, address, lanes, p, key):
+    """Call the stage at an address."""
+    def build(context, builder, signature, arguments):
+        kinds, convention = signature.args[1:], context.call_conv
+        pointer = convention.get_function_type(types.none, kinds).as_pointer()
+        status, _ = convention.call_function(builder, builder.inttoptr(arguments[0], pointer),
+                                             types.none, kinds, arguments[1:])
+        with cgutils.if_unlikely(builder, status.is_error):
+            convention.return_status_propagate(builder, status)
+        return context.get_dummy_value()
+
+    return types.none(address, lanes, p, key), build
+
+
+class Program:
+    """Steps with their parameters, packed for the driver as numbers of one type."""
+
+    def __init__(self, steps: Sequence[Step], real=np.float32):
+        parts = [np.ravel(np.asarray(step.parameters, real)) for step in steps]
+        self.real = real
+        self.code = np.array([stage_address(step.kernel, real) for step in steps], np.int64)
+        self.gated = np.array([step.gated for step in steps], np.bool_)
+        self.data = np.concatenate([*parts, np.zeros(1, real)])
+        self.ends = np.cumsum([0] + [part.size for part in parts])
+
+    def expose(self, film: np.ndarray, lanes: np.ndarray, first: int, last: int,
+               sample: int, samples: int, seed: np.uint32) -> None:
+        """Add samples `sample` … to the blocks first … last − 1 of the film, (blocks, 3 B) sums."""
+        _expose(film, lanes, self.code, self.gated, self.data, self.ends, first, last, sample, samples, seed)
+
+    def run(self, given: dict[int, np.ndarray], wanted: Sequence[int], n: int) -> np.ndarray:
+        """Run the steps once over n lanes whose rows are given, and read the wanted rows back.
+
+        given: {row: (n,) values}; the rest starts as `bench` has it. Returns (len(wanted), n).
+        The last block is padded with copies of the last lane.
+        """
+        table = np.zeros((len(given), n), self.real)
+        for j, values in enumerate(given.values()):
+            table[j] = values
+        out = np.empty((len(wanted), n), self.real)
+        _run(table, np.array(list(given), np.int64), out, np.array(list(wanted), np.int64), bench(self.real),
+             self.code, self.gated, self.data, self.ends)
+        return out
+
+
+@stage
+def develop(lanes, film):
+    """Add the colours of a block to its place on the film: B sums each of red, green and blue."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    weight, red, green, blue = row[WEIGHT], row[RED], row[GREEN], row[BLUE]
+    for i in range(B):
+        w = weight[i]
+        alive = w > real(0)
+        film[i] += w * red[i] if alive else real(0)
+        film[B + i] += w * green[i] if alive else real(0)
+        film[2 * B + i] += w * blue[i] if alive else real(0)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def perform(lanes, code, gated, data, ends, key):
+    """Run the steps of a Program, given by its arrays, over one block."""
+    key[ALIVE] = uint32(1)
+    for s in range(code.size):
+        if key[ALIVE] == LOST:
+            return
+        if key[ALIVE] != 0 or not gated[s]:
+            call_stage(code[s], lanes, data[ends[s]:ends[s + 1]], key)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _expose(film, lanes, code, gated, data, ends, first, last, sample, samples, seed):
+    key = np.empty(KEYS, np.uint32)
+    key[SEED] = seed
+    for block in range(first, last):
+        key[PIXEL] = block * B
+        for k in range(sample, sample + samples):
+            key[SAMPLE] = k
+            perform(lanes, code, gated, data, ends, key)
+            develop(lanes, film[block])
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _run(table, given, out, wanted, lanes, code, gated, data, ends):
+    key = np.zeros(KEYS, np.uint32)
+    n = out.shape[1]
+    for start in range(0, n, B):
+        key[PIXEL] = start
+        lanes[:] = 0
+        lanes[V0 * PITCH:(V1 + 1) * PITCH] = 0.5
+        for j in range(given.size):
+            for i in range(B):
+                lanes[given[j] * PITCH + i] = table[j, min(start + i, n - 1)]
+        perform(lanes, code, gated, data, ends, key)
+        for j in range(wanted.size):
+            for i in range(min(B, n - start)):
+                out[j, start + i] = lanes[wanted[j] * PITCH + i]

@@ -1,0 +1,237 @@
+"""Where the samples of a picture fall: scrambled Sobol points, keyed per pixel by blue noise.
+
+Point k of dimension d is Sobol's, Owen-scrambled once for the whole picture;
+each pixel then takes it XORed with a key of its own, which keeps its net
+properties and costs two operations. The keys of the first four dimensions come
+from a 64 × 64 tile chosen so that neighbouring pixels err against each other
+(the eye, and a little blur, average them out); further dimensions take a hash
+of the pixel. Everything is stateless: a number depends on (pixel, sample,
+dimension, seed) alone, so a picture is the same for any number of threads.
+
+Sources: Joe and Kuo 2008 (direction numbers); Laine and Karras 2011, with the
+constants of Vegdahl (the hashed Owen scrambling); the tile was found here by
+exchanging pixels so that the blurred error over random half-planes is least.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numba import njit, uint32
+
+from lensbench.kernels.block import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
+from lensbench.kernels.tile_order import WIDE, add_corners, onward, walked
+
+# Primitive polynomials and first direction numbers of dimensions 1 … (dimension 0 is van der Corput's).
+_JOE_KUO = [(1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)), (3, 2, (1, 1, 1)), (4, 1, (1, 1, 3, 3)),
+            (4, 4, (1, 3, 5, 13)), (5, 2, (1, 1, 5, 5, 17))]
+DIMENSIONS = 1 + len(_JOE_KUO)
+PUPIL, RASTER, CLOCK, LIGHT, WAVELENGTH = 0, 2, 4, 5, 7     # first dimension of each pair (clock and wavelength: alone)
+
+
+def _directions() -> np.ndarray:
+    """(DIMENSIONS, 32) uint32: the number that bit b of the sample's index turns on."""
+    table = np.zeros((DIMENSIONS, 32), np.uint32)
+    table[0] = [1 << (31 - b) for b in range(32)]
+    for d, (s, a, m) in enumerate(_JOE_KUO, start=1):
+        v = [m[b] << (31 - b) for b in range(s)]
+        for b in range(s, 32):
+            x = v[b - s] ^ (v[b - s] >> s)
+            for k in range(1, s):
+                if a >> (s - 1 - k) & 1:
+                    x ^= v[b - k]
+            v.append(x)
+        table[d] = v
+    return table
+
+
+_SOBOL = _directions()
+CHUNK = 16              # lanes that are written at a time: a row has as many to spare
+_TILE = np.load(Path(__file__).parent / "blue_noise_keys_64.npy").transpose(2, 0, 1)
+_TILE = np.concatenate([_TILE, _TILE[:, :, :WIDE]], 2)          # a line of a strip begins anywhere in it
+_TILE_PITCH, _TILE_SIZE = np.uint64(_TILE.shape[2]), np.uint64(_TILE[0].size)
+_TILE = np.ascontiguousarray(_TILE).reshape(-1)
+
+_u = np.uint32
+
+
+@njit(inline="always")
+def mix(s):
+    """Scatter the bits of a number over all 32."""
+    s = uint32((s ^ (s >> _u(16))) * _u(0x7FEB352D))
+    s = uint32((s ^ (s >> _u(15))) * _u(0x846CA68B))
+    return uint32(s ^ (s >> _u(16)))
+
+
+@njit(inline="always")
+def _reverse(n):
+    """The 32 bits in opposite order."""
+    n = uint32((n << _u(16)) | (n >> _u(16)))
+    n = uint32(((n & _u(0x00FF00FF)) << _u(8)) | ((n & _u(0xFF00FF00)) >> _u(8)))
+    n = uint32(((n & _u(0x0F0F0F0F)) << _u(4)) | ((n & _u(0xF0F0F0F0)) >> _u(4)))
+    n = uint32(((n & _u(0x33333333)) << _u(2)) | ((n & _u(0xCCCCCCCC)) >> _u(2)))
+    return uint32(((n & _u(0x55555555)) << _u(1)) | ((n & _u(0xAAAAAAAA)) >> _u(1)))
+
+
+@njit(cache=True)
+def sobol(k, d, seed):
+    """Point k (uint32) of dimension d, Owen-scrambled by the seed: 32 bits."""
+    n = uint32(0)
+    for b in range(32):
+        if (k >> _u(b)) & _u(1):
+            n = uint32(n ^ _SOBOL[d, b])
+    s = mix(uint32(seed * _u(0x9E3779B9) + _u(d) * _u(0x85EBCA6B) + _u(1)))
+    n = _reverse(n)
+    n = uint32(n ^ uint32(n * _u(0x3D20ADEA)))
+    n = uint32(n + s)
+    n = uint32(n * uint32((s >> _u(16)) | _u(1)))
+    n = uint32(n ^ uint32(n * _u(0x05526C56)))
+    n = uint32(n ^ uint32(n * _u(0x53A22864)))
+    return _reverse(n)
+
+
+@stage
+def pixels(lanes, p, key):
+    """One sample in each pixel of the block: raster X, Y and the place in the pupil U0, U1. p: pixels across, down."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u0, u1, x, y = row[U0], row[U1], row[X], row[Y]
+    w, h = np.int64(p[0]), np.int64(p[1])
+    k, seed = key[SAMPLE], key[SEED]
+    d0, d1 = sobol(k, PUPIL, seed), sobol(k, PUPIL + 1, seed)
+    d2, d3 = sobol(k, RASTER, seed), sobol(k, RASTER + 1, seed)
+    unit = real(1 / 16777216)
+    strip, left, end, column, line = walked(np.int64(key[PIXEL]), w, h)
+    i = np.uint64(0)
+    while i < np.uint64(B):             # a line of a strip in whole registers: what is too much, the next writes over
+        run = np.uint64(end - column)
+        j = np.uint64(line & 63) * _TILE_PITCH + np.uint64(column & 63)
+        for q in range(0, min(run, np.uint64(B) - i), CHUNK):
+            at, tile = i + np.uint64(q), j + np.uint64(q)
+            x0, y0 = real(np.int32(column + q)), real(np.int32(line))
+            for e in range(CHUNK):
+                m = np.uint64(e)
+                a, b = _TILE[tile + m], _TILE[tile + m + _TILE_SIZE]
+                c, d = _TILE[tile + m + _TILE_SIZE * np.uint64(2)], _TILE[tile + m + _TILE_SIZE * np.uint64(3)]
+                u0[at + m] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
+                u1[at + m] = real(np.int32(uint32(b ^ d1) >> _u(8))) * unit
+                x[at + m] = real(np.int32(e)) + real(np.int32(uint32(c ^ d2) >> _u(8))) * unit + x0
+                y[at + m] = real(np.int32(uint32(d ^ d3) >> _u(8))) * unit + y0
+        i += run
+        strip, left, end, line = onward(strip, left, end, line, w, h)
+        column = left
+
+
+@stage
+def lights(lanes, p, key):
+    """Where on a light, V0 and V1: for pictures with soft shadows."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    v0, v1 = row[V0], row[V1]
+    k, seed = key[SAMPLE], key[SEED]
+    d0, d1 = sobol(k, LIGHT, seed), sobol(k, LIGHT + 1, seed)
+    unit = real(1 / 16777216)
+    for i in range(B):
+        a = mix(uint32(key[PIXEL] + uint32(i)))
+        v0[i] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
+        v1[i] = real(np.int32(uint32(mix(uint32(a + _u(0x9E3779B9))) ^ d1) >> _u(8))) * unit
+
+
+@stage
+def moments(lanes, p, key):
+    """When, TIME in [0, 1): for pictures of what moves."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    time = row[TIME]
+    d = sobol(key[SAMPLE], CLOCK, key[SEED])
+    unit = real(1 / 16777216)
+    for i in range(B):
+        a = mix(uint32(uint32(key[PIXEL] + uint32(i)) ^ _u(0x68E31DA4)))
+        time[i] = real(np.int32(uint32(a ^ d) >> _u(8))) * unit
+
+
+@stage
+def independent(lanes, p, key):
+    """White noise in place of `pixels`, `lights` and `moments`: each number on its own, to measure them against."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u0, u1, x, y, v0, v1, time = row[U0], row[U1], row[X], row[Y], row[V0], row[V1], row[TIME]
+    start = mix(uint32(key[SEED] * _u(0x9E3779B9) + key[SAMPLE]))
+    unit = real(1 / 16777216)
+    step = _u(0x9E3779B9)
+    for i in range(B):
+        a = mix(uint32(mix(uint32(key[PIXEL] + uint32(i))) + start))
+        b = mix(uint32(a + step))
+        c = mix(uint32(b + step))
+        d = mix(uint32(c + step))
+        u0[i] = real(np.int32(a >> _u(8))) * unit
+        u1[i] = real(np.int32(b >> _u(8))) * unit
+        x[i] = real(np.int32(c >> _u(8))) * unit
+        y[i] = real(np.int32(d >> _u(8))) * unit
+    for i in range(B):
+        e = mix(uint32(mix(uint32(mix(uint32(key[PIXEL] + uint32(i))) + start)) ^ _u(0x68E31DA4)))
+        f = mix(uint32(e + step))
+        v0[i] = real(np.int32(e >> _u(8))) * unit
+        v1[i] = real(np.int32(f >> _u(8))) * unit
+        time[i] = real(np.int32(mix(uint32(f + step)) >> _u(8))) * unit
+    add_corners(lanes, p, key)
+
+
+def _first_points() -> np.ndarray:
+    """(4 · B,) uint32: points 0 … B − 1 of the first four dimensions, not scrambled."""
+    k = np.arange(B, dtype=np.uint32)[None, :]
+    points = np.zeros((4, B), np.uint32)
+    for bit in range(32):
+        points ^= np.where(k >> np.uint32(bit) & np.uint32(1), _SOBOL[:4, bit:bit + 1], np.uint32(0))
+    return points.reshape(-1)
+
+
+_FIRST = _first_points()
+
+
+@stage
+def net(lanes, p, key):
+    """U0, U1, V0, V1: points B · SAMPLE … of a net of its own for every PIXEL, Owen-scrambled in all four dimensions.
+
+    For samples that belong together, and to no pixel of a film: B is a power of two, so that the points of a block
+    are those of the first, each XORed with the same number.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    first = uint32(key[SAMPLE] * _u(B))
+    seed = mix(uint32(key[SEED] + mix(uint32(key[PIXEL] + _u(1)))))
+    unit = real(1 / 16777216)
+    for d in range(4):
+        out = row[U0 + d]
+        start = uint32(0)
+        for b in range(32):
+            if (first >> _u(b)) & _u(1):
+                start = uint32(start ^ _SOBOL[d, b])
+        s = mix(uint32(seed + _u(d) * _u(0x85EBCA6B)))
+        odd = uint32((s >> _u(16)) | _u(1))
+        place = np.uint64(d) * np.uint64(B)
+        for i in range(B):
+            n = _reverse(uint32(_FIRST[place + np.uint64(i)] ^ start))
+            n = uint32(n ^ uint32(n * _u(0x3D20ADEA)))
+            n = uint32(n + s)
+            n = uint32(n * odd)
+            n = uint32(n ^ uint32(n * _u(0x05526C56)))
+            n = uint32(n ^ uint32(n * _u(0x53A22864)))
+            out[i] = real(np.int32(_reverse(n) >> _u(8))) * unit
+
+
+def unit_square(places, real) -> np.ndarray:
+    """(n, 2) places of the unit square as numbers of this type, each below 1: 1 is taken for the number before it.
+
+    ValueError for places outside: a look-up by them would leave its table.
+    """
+    places = np.atleast_2d(np.asarray(places, real))
+    if not ((places >= 0.0) & (places <= 1.0)).all():
+        raise ValueError("pupil points must lie in the unit square, from 0 to 1")
+    return np.minimum(places, np.nextafter(places.dtype.type(1), places.dtype.type(0)))
+
+
+def sampler(w: int, h: int, lit: bool, timed: bool = False) -> list[Step]:
+    """The steps that place the samples of w × h pixels; lit: the scene samples its lights; timed: something moves."""
+    steps = [Step(pixels, [w, h])]
+    steps += [Step(lights, [])] if lit else []
+    return [*steps, Step(moments, [])] if timed else steps

@@ -1,0 +1,1 @@
+"""Faster stand-ins for a traced lens: fitted polynomial and table of rays."""

@@ -1,0 +1,163 @@
+"""A lens as a table of rays, with linear interpolation: a comparison, for polynomials are both faster and nearer.
+
+The table goes over film radii, and over places on the plane of the last vertex: along the meridian, less what the
+middle of the pupil region drifts across the film, and across it; by symmetry one half of them. Each entry is the
+direction in which objects in focus are seen, and the ray's point nearest to the entrance pupil. Camera frame, mm.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, A6, A7, A8, B, L, M, N, Step, X, Y, Z, gather, rows, stage
+from lensbench.kernels.program import Program
+from lensbench.optics.block_trace import round_through
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.paraxial import middle_of_view
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.pupils.radial_sampler import PupilTable
+
+RADII, ALONG, ACROSS = 64, 24, 12           # of the table
+NODES = RADII * ALONG * ACROSS
+
+
+def tabulated(lens: Lens, film_distance: float, table: PupilTable, wavelength: float = D_LINE,
+              distance: float = math.inf) -> Step:
+    """The step from an aimed ray at the film to the ray in front of the lens, for the regions of a pupil table.
+
+    film_distance: last vertex → film; distance: from the film to what is to be seen best (mm). LensError for a lens
+    without rotational symmetry.
+    """
+    if not lens.is_rotationally_symmetric:
+        raise LensError("a table of rays holds for every azimuth, and this lens has a cylinder or toroid")
+    away = film_distance
+    film, reach, drift = np.linspace(0.0, table.radius, RADII), *_box(table)
+    r, u, v = (grid.ravel() for grid in np.meshgrid(
+        film, np.linspace(-reach, reach, ALONG), np.linspace(0.0, reach, ACROSS), indexing="ij"))
+    x, y = u + drift * r - r, v
+    size = 1.0 / np.sqrt(x * x + y * y + away * away)
+    given = {X: r, L: x * size, M: y * size, N: -away * size}
+    ray = Program(round_through(lens, away, wavelength), np.float64).run(given, [X, Y, Z, L, M, N], NODES)
+
+    # The point nearest to the pupil, and where what is in focus is seen from there
+    centre = middle_of_view(lens, wavelength) - lens.length - away
+    point, direction = ray[:3], ray[3:]
+    point[2] -= centre
+    point -= (point * direction).sum(0) * direction
+    near = 1.0 / (distance + centre)
+    entries = np.concatenate([direction + near * point, point]).reshape(6, RADII, ALONG, ACROSS)
+    _fill(entries)
+    head = [-away, (RADII - 1) / table.radius, drift, 0.5 * (ALONG - 1) / reach, (ACROSS - 1) / reach, centre, near]
+    return Step(interpolate, np.concatenate([head, entries.ravel()]))
+
+
+def _box(table: PupilTable) -> tuple[float, float]:
+    """How far the regions reach from the line along which their middles drift (mm), and that drift for a mm of film."""
+    film = table.radius * np.linspace(0.0, 1.0, 33)
+    ring, _ = table.ring(film)
+    centres = table.centre(film)
+    drift = float(centres @ film / (film @ film))
+    rims = np.maximum(np.abs(table.outline[ring]).max((1, 2)), np.abs(table.outline[ring + 1]).max((1, 2)))
+    return float((np.abs(centres - drift * film) + rims).max()), drift
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _fill(entries):
+    """Give what no ray reached in (6, RADII, ALONG, ACROSS) the mean of its neighbours on the plane of the last vertex.
+
+    Again and again, from what is known outwards; 0 for film radii without a single ray.
+    """
+    for k in range(RADII):
+        known = np.ones((ALONG, ACROSS), np.bool_)
+        for i in range(ALONG):
+            for j in range(ACROSS):
+                for q in range(6):
+                    known[i, j] &= math.isfinite(entries[q, k, i, j])
+        any_known = known.any()
+        while not known.all():
+            before = known.copy()
+            for i in range(ALONG):
+                for j in range(ACROSS):
+                    if before[i, j]:
+                        continue
+                    count = 0
+                    total = np.zeros(6)
+                    for a in range(max(i - 1, 0), min(i + 2, ALONG)):
+                        for b in range(max(j - 1, 0), min(j + 2, ACROSS)):
+                            if before[a, b]:
+                                count += 1
+                                for q in range(6):
+                                    total[q] += entries[q, k, a, b]
+                    if count or not any_known:
+                        known[i, j] = True
+                        for q in range(6):
+                            entries[q, k, i, j] = total[q] / max(count, 1)
+
+
+@stage
+def interpolate(lanes, p, key):
+    """Replace the ray at the film by the ray in front of the lens.
+
+    p: −film distance, film radii of the table for a mm, drift, its places along and across for a mm, z of the centre,
+    1 / distance from it, then the six tables.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    node, f, g, h = row[A0], row[A1], row[A2], row[A3]
+    cosine, sine, side, found, share = row[A4], row[A5], row[A6], row[A7], row[A8]
+    behind, per_radius, drift, per_along, per_across, centre, near = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
+    table = p[7:]
+    last_r, last_u, last_v = real(RADII - 1.001), real(ALONG - 1.001), real(ACROSS - 1.001)
+    for i in range(B):
+        r2 = x[i] * x[i] + y[i] * y[i]
+        off = r2 > real(1e-12)
+        inverse = real(1) / math.sqrt(r2 if off else real(1))
+        c, s = x[i] * inverse if off else real(1), y[i] * inverse
+        r = r2 * inverse
+        t = behind / n[i]
+        a, b = x[i] + l[i] * t, y[i] + m[i] * t
+        a, b = a * c + b * s - drift * r, b * c - a * s
+        side[i] = real(1) if b >= real(0) else real(-1)
+        k, u, v = r * per_radius, a * per_along + real(0.5 * (ALONG - 1)), abs(b) * per_across
+        k = k if k < last_r else last_r
+        u = u if u < last_u else last_u
+        u = u if u > real(0) else real(0)
+        v = v if v < last_v else last_v
+        node[i] = (np.floor(k) * real(ALONG) + np.floor(u)) * real(ACROSS) + np.floor(v)
+        f[i], g[i], h[i] = k - np.floor(k), u - np.floor(u), v - np.floor(v)
+        cosine[i], sine[i] = c, s
+        x[i], y[i], z[i], l[i], m[i], n[i] = real(0), real(0), real(0), real(0), real(0), real(0)
+    for corner in range(8):
+        beyond, along, across = real(corner // 4), real(corner // 2 % 2), real(corner % 2)
+        place = (corner // 4 * ALONG + corner // 2 % 2) * ACROSS + corner % 2
+        for i in range(B):
+            share[i] = ((beyond * f[i] + (real(1) - beyond) * (real(1) - f[i]))
+                        * (along * g[i] + (real(1) - along) * (real(1) - g[i]))
+                        * (across * h[i] + (real(1) - across) * (real(1) - h[i])))
+        gather(found, table[place:], node)
+        for i in range(B):
+            l[i] += share[i] * found[i]
+        gather(found, table[NODES + place:], node)
+        for i in range(B):
+            m[i] += share[i] * found[i]
+        gather(found, table[2 * NODES + place:], node)
+        for i in range(B):
+            n[i] += share[i] * found[i]
+        gather(found, table[3 * NODES + place:], node)
+        for i in range(B):
+            x[i] += share[i] * found[i]
+        gather(found, table[4 * NODES + place:], node)
+        for i in range(B):
+            y[i] += share[i] * found[i]
+        gather(found, table[5 * NODES + place:], node)
+        for i in range(B):
+            z[i] += share[i] * found[i]
+    for i in range(B):
+        c, s = cosine[i], sine[i]
+        dx, dy, dz = l[i] - near * x[i], (m[i] - near * y[i]) * side[i], n[i] - near * z[i]
+        size = real(1) / math.sqrt(dx * dx + dy * dy + dz * dz)
+        px, py = x[i], y[i] * side[i]
+        l[i], m[i], n[i] = (dx * c - dy * s) * size, (dx * s + dy * c) * size, dz * size
+        x[i], y[i], z[i] = px * c - py * s, px * s + py * c, z[i] + centre

@@ -1,0 +1,1 @@
+"""Light fields, lumigraphs and the plenoptic camera: capture once, refocus afterwards."""

@@ -1,0 +1,257 @@
+"""Lumigraphs: pictures by an array of pinholes in one plane, from which views from other places are put together.
+
+The pinholes stand on the plane (u, v), in mm, x to the right and y up; each of them sees the same window of
+the plane (s, t) before them, whose pixels are the same for all but for a part of one. A ray is named by where it meets
+both planes. What a new view sees along it is interpolated linearly between the four nearest pinholes, and in each by
+cubics between its pixels: straight lines would blur. Where the ray's surface is at a depth z, and (s, t) at D, the
+pinhole at u sees it not at s but at s + (u₀ − u)(D/z − 1), by similar triangles: with depths known, neighbours agree,
+and nothing is seen double.
+(Levoy and Hanrahan 1996; Gortler, Grzeszczuk, Szeliski and Cohen 1996 for the depths.)
+"""
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from lensbench.cameras.base import Camera
+from lensbench.cameras.perspective import PerspectiveCamera
+from lensbench.cameras.real_lens import LensCamera
+from lensbench.imaging.coordinate_spaces import transformed, window_of
+from lensbench.kernels.half_float import bits_of, unit
+from lensbench.lightfields.capture import TOP, checked_views
+from lensbench.lightfields.light_field import LightFieldError, spread_offsets
+from lensbench.lightfields.novel_view_kernel import Pinholes, Surface, look
+from lensbench.rendering.progressive import depth_map, render
+from lensbench.scenery.scene import Scene
+
+MOST_RAYS = 8           # of a pixel, across and down
+BAND = 16               # lines of a picture that a thread takes at a time
+NOTHING, NO_RAYS, MIDDLE = np.zeros(0, np.float32), np.zeros((0, 6)), np.zeros((1, 1, 2))
+
+
+class NovelView(NamedTuple):
+    """What a camera sees by a lumigraph."""
+
+    picture: np.ndarray         # float32 (h, w, 3), linear; 0 where nothing was recorded
+    covered: np.ndarray         # (h, w) bool: which pixels were recorded
+
+
+@dataclass(frozen=True, eq=False)
+class Lumigraph:
+    """What `capture_lumigraph` recorded.
+
+    camera: the pinhole in the array's middle. spacing: mm between neighbours, distance: mm to the plane (s, t).
+    texels: (down, across, h, w, 4) float16, the lowest row of pinholes first: linear radiance in three colours, and
+    the nearness, which is 1 / depth before the pinholes' plane, 1/m, 0 where only sky is seen.
+    """
+
+    camera: PerspectiveCamera
+    spacing: float
+    distance: float
+    texels: np.ndarray
+
+    @property
+    def views(self) -> tuple[int, int]:
+        """Pinholes across and down."""
+        return self.texels.shape[1], self.texels.shape[0]
+
+    @property
+    def pictures(self) -> np.ndarray:
+        """(down, across, 3, h, w) the radiance of the texels."""
+        return self.texels[..., :3].transpose(0, 1, 4, 2, 3)
+
+    @property
+    def nearness(self) -> np.ndarray:
+        """(down, across, h, w) that of the texels."""
+        return self.texels[..., 3]
+
+    @property
+    def places(self) -> np.ndarray:
+        """(down, across, 2) mm from the middle, where the pinholes stand."""
+        across, down = self.views
+        return np.stack(np.meshgrid(self.spacing * (np.arange(across) - 0.5 * (across - 1)),
+                                    self.spacing * (np.arange(down) - 0.5 * (down - 1))), -1)
+
+    @cached_property
+    def offsets(self) -> np.ndarray:
+        """(down, across, 2) by what part of a pixel each pinhole's grid lies aside, to the right and down."""
+        return spread_offsets(*self.views)
+
+    @cached_property
+    def raster(self) -> np.ndarray:
+        """Of the plane (s, t): mm a pixel across and down, then the pixels where the axis meets it."""
+        across, middle, down, low = self.camera.film_step.parameters
+        scale = self.distance / self.camera.film_distance
+        return np.array([across * scale, down * scale, middle / across, low / down])
+
+    def seen_by(self, camera: Camera, surface="recorded") -> NovelView:
+        """What a camera anywhere sees through the middle of its pupil: a ray for each pixel, or each that was recorded.
+
+        surface: where things are taken to be. "recorded": where each pinhole saw them; None: all on
+        the plane (s, t), no depth correction; a number: on a plane at this distance from the pinholes (mm); an array
+        (h, w): at these depths (mm, inf is sky), as the middle of the array sees them. A ray is covered
+        where it comes through the array, points to what its pinholes saw, and the light on it was free to go on to
+        them: a camera behind the array, or before it with nothing between. LightFieldError for another surface,
+        CameraError for a camera that is not projective.
+        """
+        h, w = camera.film.pixels_y, camera.film.pixels_x
+        many, own = self._rays(camera), isinstance(surface, str)
+        things, by = self._surface(surface)
+        lines = self._lines(camera)
+        given = NO_RAYS if lines is not None else self._traced(camera, many)
+        lines = np.zeros((6, 3)) if lines is None else lines
+        picture, covered = np.zeros((h, w, 3), np.float32), np.zeros((h, w), np.bool_)
+        texels = bits_of(self.texels).reshape(-1)
+
+        def see(first: int) -> None:
+            look(lines, given, many, self._pinholes, texels, by, things, own, picture, covered, first,
+                 min(first + BAND, h))
+
+        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+            list(pool.map(see, range(0, h, BAND)))
+        return NovelView(picture, covered)
+
+    def _rays(self, camera: Camera) -> int:
+        """How many rays for each pixel, across and down: where its pixels are coarser than those recorded."""
+        def pixel(one: Camera) -> float:
+            return abs(one.gaussian.slope_film) * one.film_step.parameters[0]
+
+        return min(max(round(pixel(camera) / pixel(self.camera)), 1), MOST_RAYS)
+
+    def _lines(self, camera: Camera) -> np.ndarray | None:
+        """(6, 3) origin and direction of a camera's rays in the array's frame, linear in the raster's x, y and 1.
+
+        None where they are not.
+        """
+        lens = camera.gaussian
+        if camera.moves or camera.has_port or isinstance(camera, LensCamera) and camera.follows_rays:
+            return None
+        across, middle, down, low = camera.film_step.parameters
+        film = np.array([[-across, 0.0, middle], [0.0, down, -low]])
+        ahead = np.array([[0.0, 0.0, 1.0]])
+        there = np.linalg.inv(self.camera.placement()) @ camera.placement()
+        origins = there[:3, :3] @ np.concatenate([lens.origin_film * film, lens.z * ahead]) + there[:3, 3:] * ahead
+        return np.concatenate([origins, there[:3, :3] @ np.concatenate([lens.slope_film * film, -ahead])])
+
+    def _traced(self, camera: Camera, many: int) -> np.ndarray:
+        """(n, 6) origins and directions of many² rays a pixel, in the array's frame; NaN for those that are blocked."""
+        y, x = ((np.arange(size * many) + 0.5) / many for size in (camera.film.pixels_y, camera.film.pixels_x))
+        points = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
+        rays = camera.generate_rays(points, np.broadcast_to(camera.pupil_centre, points.shape), 0.5)
+        back = np.linalg.inv(self.camera.placement())
+        found = np.concatenate([transformed(back, rays.origins), rays.directions @ back[:3, :3].T], 1)
+        found[~(rays.weights > 0.0)] = math.nan
+        return found
+
+    @cached_property
+    def _pinholes(self) -> Pinholes:
+        """The array, for kernels."""
+        return Pinholes.of(self.places[0, 0], self.spacing, self.raster, self.distance, self.offsets, self._pixels)
+
+    @cached_property
+    def _own(self) -> Surface:
+        """Where each pinhole saw things."""
+        bits, scale = bits_of(self.texels), 1e-3 * self.distance
+        ends = np.array([bits[..., 3].max(), bits[..., 3].min()]).view(np.float16)      # as of whole numbers
+        nearest, farthest = (scale * ends.astype(float)).tolist()
+        return Surface(bits.reshape(-1), 4, 3, scale * float(unit(bits)), nearest, farthest)
+
+    @property
+    def _pixels(self) -> tuple[int, int]:
+        """Of a pinhole's picture, across and down."""
+        return self.texels.shape[3], self.texels.shape[2]
+
+    def _surface(self, surface) -> tuple[Surface, Pinholes]:
+        """Where things are taken to be, and by which pinholes that is told."""
+        if isinstance(surface, str):
+            if surface != "recorded":
+                raise LightFieldError(f"surface {surface!r}: a distance, depths of the middle's pixels, or recorded")
+            return self._own, self._pinholes
+        if surface is None or np.ndim(surface) == 0:
+            if surface is not None and not float(surface) > 0.0:
+                raise LightFieldError(f"a surface at {float(surface):g} mm: its distance must be positive")
+            flat = 1.0 if surface is None else self.distance / float(surface)
+            return Surface(NOTHING, 1, 0, 1.0, flat, flat), self._pinholes
+        depths = np.asarray(surface, np.float32)
+        if depths.shape != self.texels.shape[2:4] or not (depths > 0.0).all():
+            h, w = self.texels.shape[2:4]
+            raise LightFieldError(f"depths of the shape {depths.shape}: they must be {h} × {w} positive numbers")
+        near = np.float32(self.distance) / depths
+        middle = Pinholes.of((0.0, 0.0), self.spacing, self.raster, self.distance, MIDDLE, self._pixels)
+        return Surface(near.reshape(-1), 1, 0, 1.0, float(near.max()), float(near.min())), middle
+
+
+def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
+    """The pinhole that sees what a perspective camera does, from the middle of its pupil; with the camera's shutter.
+
+    LightFieldError for cameras that move, or have no one place that all their film points look through; CameraError
+    for those that are not projective.
+    """
+    lens, film = camera.gaussian, camera.film
+    if camera.moves:
+        raise LightFieldError("the camera moves while the shutter is open, so that its array has no one place: hold it "
+                              "still, or record a light field by the lens")
+    if camera.has_port:
+        raise LightFieldError("through a flat window into water no pinhole sees straight, so that views cannot be put "
+                              "together: record the array in air, or a light field by the lens")
+    if lens.slope_film == 0.0:
+        raise LightFieldError("a lumigraph is recorded by pinholes: this camera looks through no one place")
+    place = camera.placement() @ np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0],
+                                           [0.0, 0.0, 1.0, lens.z + lens.origin_film / lens.slope_film],
+                                           [0.0, 0.0, 0.0, 1.0]])
+    fov = 2.0 * math.atan(0.5 * min(film.width, film.height) * abs(lens.slope_film))
+    return PerspectiveCamera(film, fov, window=camera.window or window_of(film), world_from_camera=place,
+                             shutter_open=camera.shutter_open, shutter_close=camera.shutter_close,
+                             shutter_ramp=camera.shutter_ramp, readout=camera.readout,
+                             readout_direction=camera.readout_direction, medium=camera.medium)
+
+
+def array_camera(middle: PerspectiveCamera, place, distance: float, aside=(0.0, 0.0)) -> PerspectiveCamera:
+    """The pinhole at a place (2, mm) of the array about `middle`, its window shifted to the same of (s, t).
+
+    aside: but for so many pixels to the right and down.
+    """
+    half = distance * math.tan(middle.fov / 2.0)
+    x, y = -place[0] / half, -place[1] / half
+    left, right, bottom, top = middle.window or window_of(middle.film)
+    x += aside[0] * (right - left) / middle.film.pixels_x
+    y -= aside[1] * (top - bottom) / middle.film.pixels_y
+    moved = np.eye(4)
+    moved[:2, 3] = place
+    window = (left + x, right + x, bottom + y, top + y)
+    return replace(middle, world_from_camera=middle.placement() @ moved, window=window)
+
+
+def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), spacing: float = 5.0,
+                      distance: float | None = None, samples: int = 16, seed: int = 0,
+                      told: Callable[[float], bool] = lambda share: True) -> Lumigraph:
+    """Record pictures and depths by an array of pinholes about the middle of a camera's pupil.
+
+    spacing: mm between neighbours; distance: mm from them to the plane (s, t) that they all see the same window
+    of, by default where the camera is focused. samples: for each pixel of each. told: as of `capture_light_field`.
+    LightFieldError for numbers that cannot be, more memory than there is, and a capture that was given up.
+    """
+    middle = lumigraph_pinhole(camera)
+    if distance is None:
+        eye = np.linalg.inv(camera.placement()) @ middle.placement()
+        distance = getattr(camera, "focus_distance", math.inf) + float(eye[2, 3])
+    if not (math.isfinite(spacing) and spacing > 0.0):
+        raise LightFieldError(f"{spacing:g} mm between the pinholes: it must be a positive number")
+    if not (math.isfinite(distance) and distance > 0.0):
+        raise LightFieldError(f"a plane at {distance:g} mm: the pinholes need one at a finite distance before them")
+    across, down = checked_views(camera.film, views, samples, np.float16)
+    h, w = camera.film.pixels_y, camera.film.pixels_x
+    made = Lumigraph(middle, spacing, distance, np.zeros((down, across, h, w, 4), np.float16))
+    for number, (j, i) in enumerate(np.ndindex(down, across), 1):
+        one = array_camera(middle, made.places[j, i], distance, made.offsets[j, i])
+        made.pictures[j, i] = np.minimum(render(one, scene, samples, seed + number), TOP).transpose(2, 0, 1)
+        made.nearness[j, i] = 1e3 / depth_map(one, scene)
+        if not told(number / (across * down)):
+            raise LightFieldError("the capture was given up")
+    return made

@@ -1,0 +1,192 @@
+"""Adding pictures up, each read between its pixels, shifted and a little enlarged: what focusing a light field is.
+
+The pictures' grids lie aside from each other by many parts of a pixel, so that the pixels of the sum are filled with
+samples as those of a picture are, by taking of each view what lies nearest. Half-way to straight lines between its
+pixels is best: it moves no sample far, and does not blur as those do. What this takes from the fine detail, and
+the shift within a cell of the pupil does, is known, and one short filter gives it back. (To enlarge the sum in place of
+the views costs two decibels: it is sampled already, and its edges are finer than its pixels.)
+"""
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numba import njit
+
+from lensbench.kernels.half_float import bits_of, fetched, stored, unit
+
+TAPS = 6                # pixels to either side that the sharpening of a sum sees
+GAIN = 2.0              # by which it raises the finest detail, at most
+STEEP = 2.0             # how much faster than a straight line the reading between two pixels changes, about its middle
+MANY = 16               # views from which on it does: fewer leave gaps in a pixel
+LOBES = 5               # of the kernel that changes a picture's scale
+BAND = 32               # lines that a thread takes at a time
+CACHE_LINE = 64         # bytes
+
+
+def added(light: np.ndarray, used: np.ndarray, begins: np.ndarray, scale: float, weights: np.ndarray, step,
+          fill: float = 1.0, gain: float = 1.0) -> np.ndarray:
+    """(h, w, 3) float32: gain · Σ weight · view(begin + scale · pixel), begins (n, 2); beyond its edge its last pixel.
+
+    light: (views down, views across, 3, h, w), float32, or half floats that are never negative; used: which views,
+    (n, 2). A view's own rays are spread over `step` (across, down) pixels, and fill this part of a pixel's
+    side. The sum is that of pixels that are filled.
+    """
+    h, w = light.shape[3:]
+    bits, weights = bits_of(light), weights.astype(np.float32)
+    steep = np.float32(STEEP if len(used) >= MANY else 1.0)
+    across, down = (_sharpening(begins[:, axis] % 1.0 if scale == 1.0 else (np.arange(len(used)) + 0.5) / len(used),
+                                weights, float(steep), abs(step[axis]), fill) for axis in (0, 1))
+    sums, out = np.zeros((3, h, w), np.float32), np.empty((h, w, 3), np.float32)
+    heavy, raised = weights * unit(bits), np.float32(gain)
+
+    def add(first: int) -> None:
+        _add(bits, used, begins, scale, steep, heavy, sums, first, min(first + BAND, h))
+
+    def sharpen(first: int) -> None:
+        _sharpen(sums, across, down, raised, out, first, min(first + BAND, h))
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        list(pool.map(add, range(0, h, BAND)))
+        list(pool.map(sharpen, range(0, h, BAND)))
+    return out
+
+
+def spectral_gain(f: np.ndarray, step: float, fill: float) -> np.ndarray:
+    """By what views at their exact places are multiplied at frequencies f (1 / pixel), to be a picture's filled pixels.
+
+    step: pixels over which a view's rays are spread; fill: the part of a pixel's side that its samples fill.
+    """
+    return 1.0 / np.maximum(np.sinc(f * step) * np.sinc(f * fill) / np.sinc(f), 1.0 / GAIN)
+
+
+def _sharpening(part: np.ndarray, weights: np.ndarray, steep: float, step: float, fill: float) -> np.ndarray:
+    """(2 TAPS + 1,) what makes of pictures read at these parts of a pixel, on the average, one of filled pixels.
+
+    As far as nothing finer is raised to more than GAIN times; (1,) where there is nothing to undo.
+    """
+    f = np.fft.rfftfreq(8 * TAPS)
+    turns = np.exp(-2j * math.pi * f[:, None] * part)
+    beyond = np.clip((part - 0.5) * steep + 0.5, 0.0, 1.0)
+    read = ((1.0 - beyond) * turns + beyond * turns * np.exp(2j * math.pi * f[:, None])) @ weights / weights.sum()
+    response = read.real * np.sinc(f * step) * np.sinc(f * fill) / np.sinc(f)
+    if np.abs(response - 1.0).max() < 1e-6:
+        return np.ones(1, np.float32)
+    taps = np.fft.fftshift(np.fft.irfft(1.0 / np.maximum(response, 1.0 / GAIN)))
+    middle = len(taps) // 2
+    window = 0.5 + 0.5 * np.cos(math.pi * np.arange(-TAPS, TAPS + 1) / (TAPS + 1))
+    taps = taps[middle - TAPS:middle + TAPS + 1] * window
+    return (taps / taps.sum()).astype(np.float32)
+
+
+@njit(inline="always")
+def _between(part, steep):
+    """How much of the second of two pixels is read at a part of the way to it, float32."""
+    f = (part - np.float32(0.5)) * steep + np.float32(0.5)
+    f = f if f > np.float32(0) else np.float32(0)
+    return f if f < np.float32(1) else np.float32(1)
+
+
+@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
+def _add(light, used, begins, scale, steep, weights, sums, first, last):
+    """Lines first … last − 1 of the sums (3, h, w): each of a view between two of its lines, and there of its pixels.
+
+    As much of the next view is fetched meanwhile: they lie too far apart for the processor to foresee it.
+    """
+    h, w = light.shape[3], light.shape[4]
+    line, parts, runs = np.zeros(w + 1, np.float32), np.zeros(w, np.float32), np.zeros((w + 1, 2), np.int64)
+    one, ahead = np.float32(1), CACHE_LINE // light.itemsize
+    for q in range(len(used)):
+        following = min(q + 1, len(used) - 1)
+        number = _aside(begins[q, 0], scale, steep, parts, runs)
+        for channel in range(3):
+            view = light[used[q, 0], used[q, 1], channel]
+            later = light[used[following, 0], used[following, 1], channel]
+            for y in range(first, last):
+                soon = later[min(max(int(begins[following, 1] + scale * y), 0), h - 1)]
+                for i in range(0, w, ahead):
+                    fetched(soon, i)
+                at = begins[q, 1] + scale * y
+                top = int(math.floor(at))
+                below = _between(np.float32(at - top), steep)
+                above, under = view[min(max(top, 0), h - 1)], view[min(max(top + 1, 0), h - 1)]
+                b = weights[q] * below
+                a = weights[q] - b
+                if below == np.float32(0) or below == one:
+                    nearest = under if below == one else above
+                    for i in range(w):
+                        line[i] = weights[q] * stored(nearest[i])
+                else:
+                    for i in range(w):
+                        line[i] = a * stored(above[i]) + b * stored(under[i])
+                line[w] = line[w - 1]
+                for k in range(number):
+                    begin, end, aside = runs[k, 0], runs[k + 1, 0], runs[k, 1]
+                    here, there = line[begin + aside:end + aside], line[begin + aside + 1:end + aside + 1]
+                    part, into = parts[begin:end], sums[channel, y, begin:end]
+                    for i in range(into.size):
+                        into[i] += here[i] + part[i] * (there[i] - here[i])
+
+
+@njit(inline="always")
+def _aside(begin, scale, steep, parts, runs):
+    """How much of the second of two pixels a line is read at begin + scale · i, and runs of i that lie as far aside.
+
+    Each is its beginning and by how many pixels; after the last the line's end. Returns their number.
+    """
+    w, number = parts.size, 0
+    for i in range(w):
+        at = min(max(begin + scale * i, 0.0), float(w - 1))
+        whole = int(at)
+        parts[i] = _between(np.float32(at - whole), steep)
+        if number == 0 or runs[number - 1, 1] != whole - i:
+            runs[number, 0], runs[number, 1] = i, whole - i
+            number += 1
+    runs[number, 0] = w
+    return number
+
+
+@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
+def _sharpen(sums, across, down, gain, out, first, last):
+    """Lines first … last − 1 of the picture (h, w, 3): gain times sums (3, h, w), filtered; their last pixels go on."""
+    _, h, w = sums.shape
+    reach = len(across) // 2
+    line, made = np.zeros(w + 2 * reach, np.float32), np.zeros((3, w), np.float32)
+    for y in range(first, last):
+        for channel in range(3):
+            line[:], made[channel] = np.float32(0), np.float32(0)
+            inner, into = line[reach:reach + w], made[channel]
+            for k in range(len(down)):
+                source, tap = sums[channel, min(max(y + k - len(down) // 2, 0), h - 1)], down[k] * gain
+                for i in range(w):
+                    inner[i] += tap * source[i]
+            line[:reach], line[reach + w:] = line[reach], line[reach + w - 1]
+            for k in range(len(across)):
+                tap, here = across[k], line[k:k + w]
+                for i in range(w):
+                    into[i] += tap * here[i]
+        for i in range(w):
+            out[y, i, 0], out[y, i, 1], out[y, i, 2] = made[0, i], made[1, i], made[2, i]
+
+
+def magnified(picture: np.ndarray, scale: float, middle) -> np.ndarray:
+    """(3, h, w) whose pixel x is taken from scale · (x − middle) + middle of a picture, by Lanczos's kernel.
+
+    middle: across and down, in raster pixels.
+    """
+    for axis, centre in zip((2, 1), middle, strict=True):
+        size = picture.shape[axis]
+        place = scale * (np.arange(size) + 0.5 - centre) + centre - 0.5
+        whole = np.floor(place).astype(int)
+        k = np.arange(1 - LOBES, 1 + LOBES)
+        off = k - (place - whole)[:, None]
+        taps = np.sinc(off) * np.sinc(off / LOBES)
+        taps = (taps / taps.sum(1, keepdims=True)).astype(np.float32)
+        source = np.clip(whole[:, None] + k, 0, size - 1)
+        lines = np.ascontiguousarray(np.moveaxis(picture, axis, 0))
+        total = np.zeros_like(lines)
+        for j in range(2 * LOBES):
+            total += taps[:, j, None, None] * lines[source[:, j]]
+        picture = np.ascontiguousarray(np.moveaxis(total, 0, axis))
+    return picture

@@ -1,0 +1,125 @@
+"""The real rays of a point on the axis: how wide a bundle every rim lets pass, and where it goes.
+
+Lengths in mm, lens frame. A point on the axis is named by its nearness, 1/mm: one
+over its distance before the first vertex (or behind the last, for light that runs
+back), 0 at infinity. A bundle is known by the places of its rays on the plane of
+the vertex that it meets first. Of a lens with rotational symmetry the rays upwards stand for all; one with a
+cylinder or toroid is alike in four quadrants, and an even fan of directions stands for the rays of one.
+"""
+
+from functools import lru_cache
+from math import pi, sqrt
+
+import numpy as np
+from numba import njit
+
+from lensbench.optics.paraxial import ray_matrix
+from lensbench.optics.prescription import Lens
+from lensbench.optics.scalar_trace import PASSED, surface_table, trace_ray
+
+ZONES = 24                      # over the pupil's area: the rms needs 8, the widest ray of a spot within 1 % these
+FAN = 5                         # directions in a quadrant, for a pupil without rotational symmetry
+WITHIN_THE_RIM = 1.0 - 1e-12    # of the marginal height: the outermost ray, safe from the rounding of the search
+_SCAN = 24                      # steps outwards to the first ray that fails: a ring of light beyond it is no part
+_HALVINGS = 46                  # of one such step, to the rounding of the height
+
+
+@lru_cache
+def zone_rule() -> tuple[np.ndarray, np.ndarray]:
+    """Heights (relative to the marginal one) and weights (sum 1) of Gauss's rule over the area of the pupil.
+
+    And the outermost ray, of no weight.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(ZONES)
+    return np.append(np.sqrt(0.5 * (nodes + 1.0)), WITHIN_THE_RIM), np.append(0.5 * weights, 0.0)
+
+
+def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (n, a, 2) from the axis, x and y, and what the rim there, squared, weighs in the pupil's area (n, a).
+
+    A quarter of the ellipse that is the paraxial pupil, at equal areas by the trapezium rule.
+    """
+    if lens.is_rotationally_symmetric:
+        return np.tile([0.0, 1.0], (len(nearness), 1, 1)), np.ones((len(nearness), 1))
+    axes = []
+    for section in lens.sections:
+        a, b, _, _ = ray_matrix(section, 0, lens.stop_index)
+        axes.append(1.0 / np.maximum(np.abs(a + b * nearness * lens.front_index), 1e-6))
+    turn, weights = np.linspace(0.0, 0.5 * pi, FAN), np.ones(FAN)
+    weights[[0, -1]] = 0.5
+    corners = np.array(axes).T[:, None, :] * np.stack([np.cos(turn), np.sin(turn)], 1)
+    reach2 = (corners**2).sum(2, keepdims=True)
+    return corners / np.sqrt(reach2), weights / reach2[..., 0]
+
+
+def pupil_rays(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The bundles of axis points of nearness (n,), spread evenly over the pupil that all rims leave, with its rim.
+
+    Places and slopes (n, rays, 2), x and y, on the plane of the last vertex, and weights (n, rays) of sum 1: by the
+    area on the plane of the first vertex.
+    """
+    (zones, zone_weights), (ways, weights) = zone_rule(), fan_rule(lens, nearness)
+    places, slopes = np.empty((2, *ways.shape[:2], len(zones), 2))
+    rims = np.empty(ways.shape[:2])
+    trace_bundles(surface_table(lens), nearness, zones, ways, places, slopes, rims)
+    area = weights * np.maximum(rims, 1e-30) ** 2
+    shares = (area / area.sum(1, keepdims=True))[:, :, None] * zone_weights
+    n = len(nearness)
+    return places.reshape(n, -1, 2), slopes.reshape(n, -1, 2), shares.reshape(n, -1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trace_axial(table, height, nearness, forward, across, up):
+    """A ray of the axis through height · (across, up) on the plane of the vertex met first.
+
+    → (x, y, dx/dz, dy/dz, fate) on the plane of the vertex met last. The ray starts on the
+    first plane, so that a far point costs no accuracy.
+    """
+    last = table.shape[0] - 1
+    slope = height * nearness
+    scale = 1.0 / sqrt(1.0 + slope**2)
+    way = scale if forward else -scale
+    start, end = (table[0, 1], table[last, 1]) if forward else (table[last, 1], table[0, 1])
+    x, y, z, dx, dy, dz, fate, _ = trace_ray(
+        table, True, across * height, up * height, start, across * slope * scale, up * slope * scale, way, None, 0, 0)
+    slope_x, slope_y = dx / dz, dy / dz
+    return x + (end - z) * slope_x, y + (end - z) * slope_y, slope_x, slope_y, fate
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def marginal_height(table, nearness, forward, across=0.0, up=1.0):
+    """Distance (mm) from the axis of the outermost ray that passes every rim, in the direction (across, up) from it.
+
+    On the plane of the vertex met first; 0 if none does.
+    """
+    rim = 2.0 * sqrt(table[0, 2] if forward else table[table.shape[0] - 1, 2])
+    inside, outside = 0.0, 0.0
+    for step in range(1, _SCAN + 1):
+        outside = rim * step / _SCAN
+        if trace_axial(table, outside, nearness, forward, across, up)[4] != PASSED:
+            break
+        inside = outside
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (inside + outside)
+        if trace_axial(table, middle, nearness, forward, across, up)[4] == PASSED:
+            inside = middle
+        else:
+            outside = middle
+    return inside
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trace_bundles(table, nearness, zones, ways, places, slopes, rims):
+    """Forward bundles of n axis points into places, slopes (n, ways, zones, 2) on the plane of the last vertex.
+
+    ways (n, a, 2): directions from the axis; zones (k,): heights relative to the marginal ray, at most 1; that ray's
+    own height goes into rims (n, a).
+    """
+    for i in range(nearness.shape[0]):
+        for j in range(ways.shape[1]):
+            across, up = ways[i, j, 0], ways[i, j, 1]
+            rims[i, j] = marginal_height(table, nearness[i], True, across, up)
+            for k in range(zones.shape[0]):
+                x, y, slope_x, slope_y, _ = trace_axial(table, zones[k] * rims[i, j], nearness[i], True, across, up)
+                places[i, j, k, 0], places[i, j, k, 1] = x, y
+                slopes[i, j, k, 0], slopes[i, j, k, 1] = slope_x, slope_y

@@ -1,0 +1,72 @@
+"""By what margin rays pass a lens: the greatest r / semi-diameter met on the way, which is to be no more than 1.
+
+Rays are named by their film point and by where they cross the plane of the last vertex, mm; the film lies film_distance
+behind it. They are traced in blocks, in float64 or, where a thousandth of a rim will do, in float32, which is
+three times as fast. Lens frame.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from lensbench.kernels.block import KEYS, MARGIN, B, L, M, N, X, Y, Z, bench, rows
+from lensbench.kernels.program import call_stage, stage_address
+from lensbench.optics.block_trace import tracer
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.prescription import Lens
+
+SINGLE = 1.2e-5             # the largest error of a root margin in float32, for a stop as large as the rear surface
+
+
+class Machine(NamedTuple):
+    """What traces the rays of one lens before one film: workbench, code, numbers and key, in float64 and in float32.
+
+    error: of a root margin in float32.
+    """
+
+    double: tuple[Any, ...]
+    single: tuple[Any, ...]
+    error: float
+
+
+def machine(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> Machine:
+    """For one thread: the workbenches are its own."""
+    step = tracer(lens, film_distance, wavelength)
+    double, single = ((bench(real), stage_address(step.kernel, real), np.asarray(step.parameters, real),
+                       np.zeros(KEYS, np.uint32)) for real in (np.float64, np.float32))
+    return Machine(double, single, SINGLE * max(1.0, lens.surfaces[-1].semi_diameter / lens.stop.semi_diameter))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _traced(film_x, film_y, px, py, distance, out, lanes, code, p, key):
+    n, real = out.size, lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, o, margin = row[X], row[Y], row[Z], row[L], row[M], row[N], row[MARGIN]
+    for start in range(0, n, B):
+        count = min(B, n - start)
+        for i in range(count):
+            dx, dy = px[start + i] - film_x[start + i], py[start + i] - film_y[start + i]
+            size = 1.0 / math.sqrt(dx * dx + dy * dy + distance * distance)
+            x[i], y[i], z[i] = real(film_x[start + i]), real(film_y[start + i]), real(0)
+            l[i], m[i], o[i] = real(dx * size), real(dy * size), real(-distance * size)
+        for i in range(count, B):           # the last ray again
+            x[i], y[i], z[i], l[i], m[i], o[i] = x[i - 1], y[i - 1], z[i - 1], l[i - 1], m[i - 1], o[i - 1]
+        call_stage(code, lanes, p, key)
+        for i in range(count):
+            out[start + i] = math.sqrt(margin[i]) if margin[i] < math.inf else math.inf
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def margins(film_x, film_y, px, py, distance, out, machine, accuracy):
+    """The root margins of the rays from (film_x, film_y) to (px, py), inf where one does not come through.
+
+    As many as `out` has room for. accuracy: how large an error may be; 0 for all digits.
+    """
+    if machine.error <= accuracy:
+        lanes, code, p, key = machine.single
+        _traced(film_x, film_y, px, py, distance, out, lanes, code, p, key)
+    else:
+        bench, code_of_double, numbers, own_key = machine.double
+        _traced(film_x, film_y, px, py, distance, out, bench, code_of_double, numbers, own_key)

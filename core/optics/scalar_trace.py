@@ -1,0 +1,224 @@
+"""The reference tracer: exact rays through surfaces of every kind, one at a time, each with its fate.
+
+Lengths in mm, in the lens frame: the first vertex is the origin and light travels
+along +z, from scene to film. Rays may run either way. Inside the kernel a
+direction is optical: its length is the index of the medium it runs in.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from math import sqrt
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, DTypeLike
+
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.prescription import Lens
+from lensbench.optics.surfaces import COLUMNS, KIND, SPHERE, intersect
+
+
+class Fate(IntEnum):
+    """How a ray ends.
+
+    MISSED: it meets no point of the surface on the vertex's side of the equator,
+    or none that Newton's method finds.
+    CLIPPED: it lands outside the rim. BACKWARD: it was bent to run against its travel.
+    """
+
+    PASSED = 0
+    MISSED = 1
+    CLIPPED = 2
+    TOTAL_REFLECTION = 3
+    BACKWARD = 4
+
+
+PASSED, MISSED, CLIPPED, TOTAL_REFLECTION, BACKWARD = (int(fate) for fate in Fate)
+BEFORE_THE_LENS = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """What became of n rays.
+
+    points (n, 3): mm, on the last surface reached, or the origin where there was
+    none. directions (n, 3): unit, after the refraction there; before it for a ray
+    that was clipped or totally reflected. fate (n,): of lb.Fate. surface (n,): index
+    of the last surface reached, −1 before the first. paths (n, surfaces + 1, 3):
+    the origin, then the points in the order traversed, nan after the end; or None.
+    """
+
+    points: np.ndarray
+    directions: np.ndarray
+    fate: np.ndarray
+    surface: np.ndarray
+    paths: np.ndarray | None = None
+
+
+def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: float = D_LINE,
+          dtype: DTypeLike = np.float64, clip: bool = True, record: bool = False,
+          forward: bool | None = None) -> Trace:
+    """Trace rays through the whole lens, in the order that the sign of direction.z asks for.
+
+    origins, directions: (n, 3) or (3,), broadcast; mm, lens frame; directions of any
+    length. A ray that runs across the axis (direction.z = 0) is MISSED before the
+    lens where forward is not given. clip=False ignores the rims, the stop's and its blades' included; record=True keeps
+    the paths. dtype: float32 or float64, the precision of all arithmetic. forward: True for light
+    from the scene and False for light from the film whatever direction.z is, as for a fisheye
+    that sees beyond 90°: there light reaches the first surface against the lens's z.
+    ValueError: a shape that does not fit, a number that is not finite, a zero
+    direction.
+    """
+    real = np.dtype(dtype)
+    if real not in (np.dtype(np.float32), np.dtype(np.float64)):
+        raise ValueError(f"dtype {real}: rays are traced in float32 or float64")
+    starts, ways = _rays(origins, directions)
+    count, surfaces = len(starts), len(lens.surfaces)
+    points, after = np.empty((count, 3), real), np.empty((count, 3), real)
+    fate, surface = np.empty(count, np.int32), np.empty(count, np.int32)
+    bladed = clip and not lens.iris.is_round
+    paths = np.full((count, surfaces + 1, 3), np.nan, real) if record or bladed else None
+    order = 0 if forward is None else 1 if forward else -1
+    trace_rays(surface_table(lens, wavelength, real), clip, starts.astype(real), ways.astype(real),
+               points, after, fate, surface, paths, order)
+    if bladed and paths is not None:
+        _meet_blades(lens, (ways[:, 2] if order == 0 else np.full(count, order)) > 0, points, after, fate, surface,
+                     paths)
+    return Trace(points, after, fate, surface, paths if record else None)
+
+
+def _meet_blades(lens: Lens, forward: np.ndarray, points: np.ndarray, after: np.ndarray, fate: np.ndarray,
+                 surface: np.ndarray, paths: np.ndarray) -> None:
+    """End the rays that went on through the blades of the stop; forward (n,): which way each ran."""
+    for way in (True, False):
+        at = 1 + (lens.stop_index if way else len(lens.surfaces) - 1 - lens.stop_index)
+        place = paths[:, at] / lens.stop.semi_diameter
+        met = (forward == way) & np.isfinite(place[:, 0]) & ~lens.iris.contains(place[:, 0], place[:, 1])
+        met &= (fate != CLIPPED) | (surface != lens.stop_index)
+        travel = paths[met, at] - paths[met, at - 1]
+        points[met], after[met] = paths[met, at], travel / np.linalg.norm(travel, axis=1)[:, None]
+        fate[met], surface[met] = CLIPPED, lens.stop_index
+        paths[met, at + 1:] = np.nan
+
+
+def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.float64) -> np.ndarray:
+    """The lens as the kernel reads it, (surfaces, COLUMNS).
+
+    Curvature, vertex z, rim radius², indices before and after; then the columns of `surfaces`.
+    """
+    n = lens.indices(wavelength)
+    table = np.empty((len(lens.surfaces), COLUMNS))
+    for i, (surface, z) in enumerate(zip(lens.surfaces, lens.vertices, strict=True)):
+        table[i] = surface.shape
+        table[i, 1:5] = z, surface.semi_diameter**2, n[i], n[i + 1]
+    return table.astype(dtype)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
+    """One ray (origin, unit direction) → (x, y, z, dx, dy, dz, fate, surface).
+
+    order: 1 from the first surface to the last, −1 back, 0 as the sign of dz asks for.
+    Welford's quotient for the intersection, from the foot of the perpendicular that
+    the vertex drops on the ray: neither a flat surface nor a far origin cancels.
+    The points go to paths[ray] unless paths is None.
+    """
+    count = table.shape[0]
+    zero, one = table.dtype.type(0), table.dtype.type(1)
+    forward = dz > zero if order == 0 else order > 0
+    sign = one if forward else -one
+    reached = BEFORE_THE_LENS
+    if paths is not None:
+        paths[ray, 0, 0], paths[ray, 0, 1], paths[ray, 0, 2] = x, y, z
+    if dz == zero and order == 0:
+        return x, y, z, dx, dy, dz, MISSED, reached
+
+    first = 0 if forward else count - 1
+    index = table[first, 3] if forward else table[first, 4]
+    p, q, r = index * dx, index * dy, index * dz
+    for step in range(count):
+        i = step if forward else count - 1 - step
+        c, vertex = table[i, 0], table[i, 1]
+        index, index_after = (table[i, 3], table[i, 4]) if forward else (table[i, 4], table[i, 3])
+
+        # A ray that was bent against its travel ends where that happened
+        if step > 0 and r * sign <= zero:
+            return x, y, z, p / index, q / index, r / index, BACKWARD, reached
+
+        # Intersection
+        squared = index * index
+        z_foot = z - vertex
+        back = (p * x + q * y + r * z_foot) / squared
+        x_foot, y_foot, z_foot = x - back * p, y - back * q, z_foot - back * r
+        if step == 0:                                   # of a far origin it is rounded coarsely: drop it again
+            back = (p * x_foot + q * y_foot + r * z_foot) / squared
+            x_foot, y_foot, z_foot = x_foot - back * p, y_foot - back * q, z_foot - back * r
+        if table[i, KIND] == SPHERE:
+            d = c * (x_foot * x_foot + y_foot * y_foot + z_foot * z_foot) - z_foot - z_foot
+            cos2_in = r * r - squared * c * d
+            if not cos2_in >= zero:
+                return x, y, z, p / index, q / index, r / index, MISSED, reached
+            cos_in = sign * sqrt(cos2_in)
+            t = d / (r + cos_in)
+            z_hit = z_foot + t * r
+            if not c * z_hit < one:
+                return x, y, z, p / index, q / index, r / index, MISSED, reached
+            x, y, z = x_foot + t * p, y_foot + t * q, z_hit + vertex
+            normal_x, normal_y, normal_z, steepness = -c * x, -c * y, one - c * z_hit, one
+        else:
+            x_hit, y_hit, z_hit, normal_x, normal_y, normal_z = intersect(
+                table, i, x_foot, y_foot, z_foot, p, q, r, sign)
+            if not z_hit == z_hit:
+                return x, y, z, p / index, q / index, r / index, MISSED, reached
+            x, y, z = x_hit, y_hit, z_hit + vertex
+            steepness = normal_x * normal_x + normal_y * normal_y + normal_z * normal_z
+            cos_in = (p * normal_x + q * normal_y + r * normal_z) / sqrt(steepness)
+            cos2_in = cos_in * cos_in
+        reached = i
+        if paths is not None:
+            paths[ray, step + 1, 0], paths[ray, step + 1, 1], paths[ray, step + 1, 2] = x, y, z
+
+        # Rim
+        if clip and x * x + y * y > table[i, 2]:
+            return x, y, z, p / index, q / index, r / index, CLIPPED, reached
+
+        # Refraction
+        cos2_out = cos2_in + (index_after - index) * (index_after + index)
+        if not cos2_out >= zero:
+            return x, y, z, p / index, q / index, r / index, TOTAL_REFLECTION, reached
+        g = (sign * sqrt(cos2_out) - cos_in) / sqrt(steepness)
+        p, q, r = p + g * normal_x, q + g * normal_y, r + g * normal_z
+
+    index = table[count - 1, 4] if forward else table[0, 3]
+    return x, y, z, p / index, q / index, r / index, PASSED if r * sign > zero else BACKWARD, reached
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trace_rays(table, clip, origins, directions, points, after, fate, surface, paths, order):
+    """trace_ray over n rows into points, after (n, 3), fate, surface (n,), paths (n, surfaces + 1, 3) or None."""
+    for i in range(origins.shape[0]):
+        x, y, z, dx, dy, dz, fate[i], surface[i] = trace_ray(
+            table, clip, origins[i, 0], origins[i, 1], origins[i, 2],
+            directions[i, 0], directions[i, 1], directions[i, 2], paths, i, order)
+        points[i, 0], points[i, 1], points[i, 2] = x, y, z
+        after[i, 0], after[i, 1], after[i, 2] = dx, dy, dz
+
+
+def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Origins and unit directions as contiguous (n, 3) in float64, or a ValueError that says what is wrong."""
+    starts = np.atleast_2d(np.asarray(origins, np.float64))
+    ways = np.atleast_2d(np.asarray(directions, np.float64))
+    for name, rays in (("origins", starts), ("directions", ways)):
+        if rays.ndim != 2 or rays.shape[1] != 3:
+            raise ValueError(f"{name} have the shape {rays.shape}: it must be (n, 3)")
+        bad = ~np.isfinite(rays).all(axis=1)
+        if bad.any():
+            raise ValueError(f"{name}: row {int(np.argmax(bad))} holds a number that is not finite")
+    lengths = np.hypot(np.hypot(ways[:, 0], ways[:, 1]), ways[:, 2])
+    if not lengths.all():
+        raise ValueError(f"directions: row {int(np.argmin(lengths))} is zero")
+    try:
+        starts, ways = np.broadcast_arrays(starts, ways / lengths[:, None])
+    except ValueError:
+        raise ValueError(f"{len(starts)} origins do not go with {len(ways)} directions") from None
+    return np.ascontiguousarray(starts), np.ascontiguousarray(ways)

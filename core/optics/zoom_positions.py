@@ -1,0 +1,144 @@
+"""Where the groups of a lens can stand: gaps that vary as it zooms and as it focuses, as a frozen table.
+
+Lengths in mm. A station is a tabulated position: zoom stations from wide (0) to
+tele (1), and at each the same focus stations from infinity (0) to the nearest (1).
+Between stations every gap follows a monotone cubic (`interpolation`): it is smooth,
+exact at the stations, and never leaves the range of its neighbours there.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf, isfinite
+
+from lensbench.kernels.pchip import monotone
+
+
+class PositionsError(ValueError):
+    """A table of positions that cannot be; the message says why."""
+
+
+@dataclass(frozen=True)
+class Positions:
+    """The gaps behind the surfaces `gaps` at every station, and where the lens stands now.
+
+    thicknesses[i][j][k]: zoom station i, focus station j, gap gaps[k].
+    zoom_stations and focus_stations: where they stand, 0 to 1; (0.0,) where there is but
+    one. What follows may be left empty: names and stated focal lengths and f-numbers of the zoom
+    stations; distances[i][j], from the film to the object that is in focus;
+    stops[i][j], the stop's semi-diameter where it varies. zoom and close: the position
+    that the lens is in. PositionsError for what cannot be.
+    """
+
+    gaps: tuple[int, ...]
+    thicknesses: tuple[tuple[tuple[float, ...], ...], ...]
+    zoom_stations: tuple[float, ...] = (0.0,)
+    focus_stations: tuple[float, ...] = (0.0,)
+    names: tuple[str, ...] = ()
+    focal_lengths: tuple[float, ...] = ()
+    f_numbers: tuple[float, ...] = ()
+    distances: tuple[tuple[float, ...], ...] = ()
+    stops: tuple[tuple[float, ...], ...] = ()
+    zoom: float = 0.0
+    close: float = 0.0
+
+    def __post_init__(self):
+        for name, places in (("zoom_stations", self.zoom_stations), ("focus_stations", self.focus_stations)):
+            rising = all(a < b for a, b in zip(places, places[1:], strict=False))
+            if not (rising and places[:1] == (0.0,) and (len(places) == 1 or places[-1] == 1.0)):
+                raise PositionsError(f"{name} are {_listed(places)}: they must rise from 0 to 1")
+        if not self.gaps or any(a >= b for a, b in zip((-1, *self.gaps), self.gaps, strict=False)):
+            raise PositionsError(f"the varying gaps are {_listed(self.gaps)}: they must be surfaces, in rising order")
+        for name, row in (("names", self.names), ("focal_lengths", self.focal_lengths), ("f_numbers", self.f_numbers)):
+            if row and len(row) != len(self.zoom_stations):
+                raise PositionsError(f"{name} has {len(row)} values for {len(self.zoom_stations)} zoom stations")
+        shape = [len(self.focus_stations)] * len(self.zoom_stations)
+        for name, table in (("thicknesses", self.thicknesses), ("distances", self.distances), ("stops", self.stops)):
+            if (table or name == "thicknesses") and [len(row) for row in table] != shape:
+                raise PositionsError(f"{name} must have a row for each of the {len(shape)} zoom stations, with a value "
+                                     f"for each of the {len(self.focus_stations)} focus stations")
+        if any(len(gaps) != len(self.gaps) for row in self.thicknesses for gaps in row):
+            raise PositionsError(f"every station must have {len(self.gaps)} gaps, those behind surfaces "
+                                 f"{_listed(self.gaps)}")
+        if not all(isfinite(gap) for row in self.thicknesses for gaps in row for gap in gaps):
+            raise PositionsError("a gap is not a finite number")
+        if not all(isfinite(value) for value in (*self.focal_lengths, *self.f_numbers)):
+            raise PositionsError("a focal length or f-number is not a finite number")
+        if not all(0.0 < stop < inf for row in self.stops for stop in row):
+            raise PositionsError("a semi-diameter of the stop is not a positive number")
+        if not all(distance > 0.0 for row in self.distances for distance in row):
+            raise PositionsError("a distance of the object is not positive; inf is allowed")
+        for name, value, ends in (("zoom", self.zoom, "wide) and 1 (tele"), ("close", self.close,
+                                                                            "infinity) and 1 (nearest")):
+            if not 0.0 <= value <= 1.0:
+                raise PositionsError(f"{name} {value:g}: it must lie between 0 ({ends})")
+        if (self.zoom and not self.zooms) or (self.close and not self.focuses):
+            raise PositionsError("the lens stands where it has no station")
+
+    @property
+    def zooms(self) -> bool:
+        """Whether there is more than one zoom station."""
+        return len(self.zoom_stations) > 1
+
+    @property
+    def focuses(self) -> bool:
+        """Whether there is more than one focus station: groups move to focus."""
+        return len(self.focus_stations) > 1
+
+    def at(self, zoom: float, close: float) -> "Positions":
+        """The same table of a lens that stands there."""
+        return replace(self, zoom=zoom, close=close)
+
+    @property
+    def thickness_now(self) -> tuple[float, ...]:
+        """The gaps where the lens stands."""
+        return tuple(self._between([[gaps[k] for gaps in row] for row in self.thicknesses])
+                     for k in range(len(self.gaps)))
+
+    @property
+    def stop_now(self) -> float | None:
+        """The stop's semi-diameter where the lens stands; None where it does not vary."""
+        return self._between(self.stops) if self.stops else None
+
+    @property
+    def focal_length_now(self) -> float | None:
+        """The stated focal length where the lens stands."""
+        return monotone(self.zoom_stations, self.focal_lengths, self.zoom) if self.focal_lengths else None
+
+    @property
+    def f_number_now(self) -> float | None:
+        """The stated f-number, wide open, where the lens stands."""
+        return monotone(self.zoom_stations, self.f_numbers, self.zoom) if self.f_numbers else None
+
+    def _between(self, table: Sequence[Sequence[float]]) -> float:
+        """Of values by zoom and focus station, the one where the lens stands: along the zoom first."""
+        along = [monotone(self.zoom_stations, column, self.zoom) for column in zip(*table, strict=True)]
+        return monotone(self.focus_stations, along, self.close)
+
+    def label(self, i: int, j: int = 0) -> str:
+        """What a station is called: “70 mm, infinity”, “tele”, “close”."""
+        words = []
+        if self.zooms:
+            named = self.names[i] if self.names else ""
+            length = f"{self.focal_lengths[i]:g} mm" if self.focal_lengths else ""
+            end = {0: "wide", len(self.zoom_stations) - 1: "tele"}.get(i, f"zoom {self.zoom_stations[i]:.3g}")
+            words.append(named or length or end)
+        if self.focuses:
+            end = {0: "infinity", len(self.focus_stations) - 1: "close"}.get(j, f"close {self.focus_stations[j]:.3g}")
+            words.append(end)
+        return ", ".join(words)
+
+    def scaled(self, factor: float) -> "Positions":
+        """The same for a lens made `factor` times as large."""
+        return replace(
+            self, focal_lengths=tuple(f * factor for f in self.focal_lengths),
+            thicknesses=tuple(tuple(tuple(gap * factor for gap in gaps) for gaps in row) for row in self.thicknesses),
+            distances=tuple(tuple(distance * factor for distance in row) for row in self.distances),
+            stops=tuple(tuple(stop * factor for stop in row) for row in self.stops))
+
+    def with_stops(self, factor: float) -> "Positions":
+        """The same with the stop opened or closed by a factor at every station."""
+        return replace(self, stops=tuple(tuple(stop * factor for stop in row) for row in self.stops))
+
+
+def _listed(values: Sequence[float]) -> str:
+    return ", ".join(f"{value:g}" for value in values) or "none"

@@ -1,0 +1,81 @@
+"""Solving the whole outline of the exit-pupil region, for film points anywhere and lenses of any symmetry.
+
+As `pupil_rim`, but a region has no axis of symmetry here: its centre is looked for
+in both directions of the plane, and its rim all the way around. Lens frame, mm, float64.
+"""
+
+import math
+
+import numpy as np
+
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.prescription import Lens
+from lensbench.pupils.ray_aiming import Aim
+from lensbench.pupils.rim_solver import REACH, ROUGH, rims
+
+ROUGH_POINTS = 16       # of a first rim, which tells where on the rim the others are to be
+LOOKS = 128             # directions in which its length is measured
+
+
+def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, tolerance: float,
+                   wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (n, 2), and (n, points, 2) of each rim seen from them, counter-clockwise from the one in +x, in mm.
+
+    The centre is the centroid; the points are evenly spaced along the rim to about a tenth. A film
+    point whose region is empty has all its points at 0. tolerance: of a rim, in mm.
+    """
+    film = np.asarray(film_points, float)
+    film_x, film_y = np.ascontiguousarray(film.T)
+    n = len(film)
+    aim = Aim(lens, film_distance, wavelength)
+    rear = lens.surfaces[-1].semi_diameter
+    reach, size = REACH * rear, REACH * min(rear, lens.stop.semi_diameter)
+
+    def solved(centre: np.ndarray, level: np.ndarray, cosine: np.ndarray, sine: np.ndarray, guess: np.ndarray,
+               accuracy: float) -> np.ndarray:
+        rim = np.zeros(cosine.shape)
+        rims(film_x, film_y, *np.ascontiguousarray(centre.T), level, np.ascontiguousarray(cosine),
+             np.ascontiguousarray(sine), guess, film_distance, reach, accuracy, rim, aim.machine, 0.0)
+        return rim
+
+    centre, level = aim.lit(film)
+    lit = level < 1.0
+
+    # A rough rim, and from its centroid the directions of the final one
+    turn = 2.0 * math.pi * np.arange(ROUGH_POINTS) / ROUGH_POINTS
+    cosine, sine = (np.tile(f(turn), (n, 1)) for f in (np.cos, np.sin))
+    begin = np.where(lit, 0.6 * reach * np.maximum(1.0 - level, 1e-3), reach)
+    rough = solved(centre, level, cosine, sine, np.tile(begin[:, None], ROUGH_POINTS), ROUGH * size)
+    outline = np.stack([rough * cosine, rough * sine], 2)
+    moved = centre + _centroids(outline)
+    there = aim.levels(film, moved)
+    better = lit & (there < 1.0)                        # or stay where light is known
+    outline += np.where(better[:, None], centre - moved, 0.0)[:, None, :]
+    centre, level = np.where(better[:, None], moved, centre), np.where(better, there, level)
+    angle, guess = _even_directions(outline, points)
+    rim = solved(centre, level, np.cos(angle), np.sin(angle), np.maximum(guess, 1e-3 * tolerance), tolerance)
+    centre[~lit] = 0.0
+    return centre, np.stack([rim * np.cos(angle), rim * np.sin(angle)], 2)
+
+
+def _centroids(outlines: np.ndarray) -> np.ndarray:
+    """(n, 2) of polygons (n, m, 2); 0 where one is empty."""
+    after = np.roll(outlines, -1, 1)
+    cross = outlines[..., 0] * after[..., 1] - outlines[..., 1] * after[..., 0]
+    area = cross.sum(1)[:, None]
+    moment = (cross[..., None] * (outlines + after)).sum(1) / 3.0
+    return np.divide(moment, area, out=np.zeros_like(moment), where=area > 0.0)
+
+
+def _even_directions(outlines: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Angles (n, points), from 0, of places evenly spaced along outlines (n, m, 2) about 0, and how far they are."""
+    around = 2.0 * math.pi * np.arange(LOOKS + 1) / LOOKS
+    angles, sizes = np.zeros((2, len(outlines), points))
+    for k, line in enumerate(outlines):
+        size = np.interp(around, np.arctan2(line[:, 1], line[:, 0]), np.hypot(line[:, 0], line[:, 1]),
+                         period=2.0 * math.pi)
+        along = np.append(0.0, np.cumsum(np.hypot(np.diff(size * np.cos(around)), np.diff(size * np.sin(around)))))
+        if along[-1] > 0.0:
+            angles[k] = np.interp(along[-1] * np.arange(points) / points, along, around)
+            sizes[k] = np.interp(angles[k], around, size)
+    return angles, sizes

@@ -1,0 +1,353 @@
+"""What a camera samples: the exit-pupil regions of many film radii, cut into triangles of equal area."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from lensbench.kernels.block import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    A6,
+    A7,
+    A8,
+    A9,
+    ALIVE,
+    LOST,
+    U0,
+    U1,
+    WEIGHT,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    gather,
+    rows,
+    stage,
+)
+from lensbench.optics.clearance import Machine, machine, margins
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.prescription import Lens
+from lensbench.pupils.disjoint_regions import enclosed
+from lensbench.pupils.rim_solver import ROUGH, aimed, looked, rear_rim, shadows, size_of_regions, solve
+
+RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
+POINTS = 41                     # solved on the upper half of each rim
+TOLERANCE = 2e-4                # of the rims, of the regions' size
+GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
+LOOKS, ROUNDS = 24, 3           # film radii in one look for where the light ends, and looks
+NEARLY = 0.95                   # of the radius where the light ends
+STEADY = 0.015                  # of a half width: regions that move so evenly from ring to ring need no course
+SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
+
+
+@dataclass(frozen=True, eq=False)
+class PupilTable:
+    """The regions of RINGS film radii, each cut into 2 SECTORS triangles of equal area, for a camera to sample.
+
+    outline: (RINGS, SECTORS + 1, 2) corners in the upper half, from the region's
+    centre; that lies at (c₀ + c₁ t + c₂ t²) r, t = (r / end)², and what the rings' `offsets` (RINGS,) add to it.
+    course: those c, 0 but where a small stop's regions move by much of their size from ring to ring. Ring k stands
+    where 1 − √(1 − r / end) is k / (RINGS − 1)
+    of what it is at the last: the rings crowd towards a radius `end` where the light
+    ends, for there a region shrinks as a root. No light falls beyond dark_beyond.
+    """
+
+    film_distance: float
+    radius: float                   # of the last ring, mm
+    end: float
+    dark_beyond: float
+    outline: np.ndarray
+    course: np.ndarray
+    offsets: np.ndarray
+
+    @classmethod
+    def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE,
+           widened: bool = True) -> "PupilTable":
+        """Solve the table for film radii 0 … film_radius, or to where the light ends.
+
+        widened: by SPREAD, for a camera that traces what it samples; or else of the regions' own area.
+        """
+        tolerance = TOLERANCE * size_of_regions(lens, film_distance, wavelength)
+        by = machine(lens, film_distance, wavelength)
+        film_radius = max(film_radius, 1e-30)           # a film that is a point has a ring of its own all the same
+        rim, middle = rear_rim(lens, film_distance), aimed(lens, film_distance, wavelength)
+        dark = _dark_beyond(film_radius, film_distance, rim, middle, by)
+        end = 4.0 * film_radius
+        if 0.0 < dark < math.inf:                       # spread the rings to where the light ends
+            film_radius = end = dark
+        radii = _ring_radii(film_radius, end)
+        centres, rims = solve(lens, film_distance, radii, POINTS, tolerance, wavelength, shadows(radii, *rim), by)
+        centres, rims = enclosed(lens, film_distance, radii, centres, rims, tolerance, by, wavelength)
+        course, offsets = _course(radii, end, dark, centres, rims)
+        return cls(film_distance, film_radius, end, dark,
+                   _equal_areas(_widened(offsets, rims)) if widened else _filled(rims), course, offsets)
+
+    def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Between which rings film radii (n,) lie: the inner one, (n,) below RINGS − 1, and the share of the next."""
+        place = (1.0 - np.sqrt(np.maximum(1.0 - film_radius / self.end, 0.0))) * self.scale
+        inner = np.minimum(place.astype(int), RINGS - 2)
+        return inner, place - inner
+
+    def centre(self, film_radius: np.ndarray) -> np.ndarray:
+        """(n,) x from which the region of film points (r, 0), r in film_radius (n,), is told."""
+        inner, f = self.ring(film_radius)
+        return (_followed(self.course, film_radius, self.end)
+                + self.offsets[inner] * (1.0 - f) + self.offsets[inner + 1] * f)
+
+    @property
+    def coarseness(self) -> float:
+        """How far regions between two rings may lie from where these say, as a part of their half width.
+
+        Along the meridian, at worst, up to nearly where the light ends.
+        """
+        return _coarseness(_ring_radii(self.radius, self.end), self.dark_beyond, self.offsets, self.outline)
+
+    @property
+    def scale(self) -> float:
+        """Rings per unit of 1 − √(1 − r / end)."""
+        return (RINGS - 1) / (1.0 - math.sqrt(1.0 - self.radius / self.end))
+
+    def area_at(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
+        """Over what area (n,) in mm² the samples of film points (n, 2) are spread, as densely as at rear points (n, 2).
+
+        That of the triangle there times their number; 0 for film points beyond dark_beyond.
+        """
+        # The corners of each film point's triangles, and where it aims, both from the region's centre
+        r = np.hypot(film_xy[:, 0], film_xy[:, 1])
+        inner, f = self.ring(r)
+        size, cells = self._grid
+        corners = cells[inner] + f[:, None, None] * (cells[inner + 1] - cells[inner])
+        corners = corners * (2.0 * size / (GRID - 1)) - size
+        off = r > 1e-6
+        cosine, sine = np.where(off, film_xy.T / np.where(off, r, 1.0), [[1.0], [0.0]])
+        x = rear_xy[:, 0] * cosine + rear_xy[:, 1] * sine - self.centre(r)
+        y = np.abs(rear_xy[:, 1] * cosine - rear_xy[:, 0] * sine)
+        # The last corner that it lies beyond, counter-clockwise
+        beyond = corners[..., 0] * y[:, None] - corners[..., 1] * x[:, None] >= 0.0
+        k = np.clip(beyond.sum(1) - 1, 0, SECTORS - 1)
+        i = np.arange(len(k))
+        (ax, ay), (bx, by) = corners[i, k].T, corners[i, k + 1].T
+        return np.where(r <= self.dark_beyond, SECTORS * np.maximum(ax * by - bx * ay, 0.0), 0.0)
+
+    @property
+    def _grid(self) -> tuple[float, np.ndarray]:
+        """The reach of the corners (mm), and the corners as whole cells of 2 reach / (GRID − 1)."""
+        size = max(float(np.abs(self.outline).max()), 1e-30)
+        return size, np.round((self.outline / size + 1.0) * (0.5 * (GRID - 1)))
+
+    def step(self, normaliser: float) -> Step:
+        """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
+        size, cells = self._grid
+        head = [self.film_distance, self.scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser, *self.course]
+        return Step(aim, np.concatenate([
+            [*head, 2.0 * size / (GRID - 1), -size],
+            (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.offsets]))
+
+
+def _dark_beyond(film_radius: float, film_distance: float, rim: tuple[np.ndarray, np.ndarray, float], middle: float,
+                 by: Machine) -> float:
+    """The film radius beyond which no light falls; inf where it reaches film_radius, 0 where there is none at all.
+
+    rim: the last surface's; middle: where the paraxial exit pupil is seen, as a multiple of the film radius.
+    """
+    corner, zero, level = np.full(B, film_radius), np.zeros(B), np.empty(B)
+    low, high = shadows(corner[:1], *rim)
+    heights = low + (high - low) * (np.arange(B) + 0.5) / B         # one block of rays mostly says that there is light
+    margins(corner, zero, heights, zero, film_distance, level, by, ROUGH)
+    if (level <= 1.0).any():
+        return math.inf
+    inner, outer = 0.0, film_radius
+    for _ in range(ROUNDS):
+        between = np.linspace(inner, outer, LOOKS)
+        low, high = shadows(between, *rim)
+        _, level = looked(between, film_distance, low, high, middle * between, by)
+        last = int(np.max(np.flatnonzero(level < 1.0), initial=-1))
+        if last < 0:
+            return 0.0
+        if between[last] == film_radius:
+            return math.inf
+        inner, outer = between[last], between[min(last + 1, LOOKS - 1)]
+    return float(outer)
+
+
+def _ring_radii(radius: float, end: float) -> np.ndarray:
+    """(RINGS,) film radii 0 … radius, ever denser towards `end`."""
+    last = 1.0 - math.sqrt(1.0 - radius / end)
+    return end * (1.0 - (1.0 - np.linspace(0.0, last, RINGS)) ** 2)
+
+
+def _course(radii: np.ndarray, end: float, dark: float, centres: np.ndarray,
+            rims: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The course that the regions' centres take across the film, if they need one, and the offsets from it.
+
+    As near to all of them as it can be, in their own half widths. Beyond the light nothing moves.
+    """
+    half = 0.5 * (rims[:, 0, 0] - rims[:, -1, 0])
+    lit = half > 0.0
+    dark_from = int(np.max(np.flatnonzero(lit), initial=-1)) + 1
+    centres[dark_from:] = centres[dark_from - 1] if dark_from else 0.0
+    if _coarseness(radii, dark, centres, rims) <= STEADY:
+        return np.zeros(3), centres
+    t, weight = (radii[lit] / end) ** 2, 1.0 / half[lit]
+    terms = np.stack([t**0, t, t * t], 1) * radii[lit, None]
+    course = np.linalg.lstsq(terms * weight[:, None], centres[lit] * weight, rcond=None)[0]
+    offsets = centres - _followed(course, radii, end)
+    offsets[dark_from:] = offsets[dark_from - 1]
+    return course, offsets
+
+
+def _followed(course: np.ndarray, radii: np.ndarray, end: float) -> np.ndarray:
+    t = (radii / end) ** 2
+    return radii * (course[0] + t * (course[1] + t * course[2]))
+
+
+def _coarseness(radii: np.ndarray, dark: float, offsets: np.ndarray, rims: np.ndarray) -> float:
+    """As the table's; the first and the last points of rims are the ends along the meridian."""
+    ends = offsets[:, None] + rims[:, [0, -1], 0]
+    half, off = 0.5 * (ends[1:-1, 0] - ends[1:-1, 1]), np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0
+    counts = (half > 0.0) & (radii[1:-1] < NEARLY * dark)
+    return float(np.max(off[counts] / half[counts], initial=0.0))
+
+
+def _widened(offsets: np.ndarray, rims: np.ndarray) -> np.ndarray:
+    """The rims by SPREAD larger, and drawn out along the meridian by what a straight line between two rings may be off.
+
+    The latter counts where the stop is so small that a region moves by many times its own size from ring to ring.
+    """
+    off, ends = np.zeros(len(offsets)), offsets[:, None] + rims[:, [0, -1], 0]
+    off[1:-1] = np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0       # of a straight line from a parabola
+    off = np.maximum(np.maximum(off, np.roll(off, 1)), np.roll(off, -1))
+    off[rims[:, 0, 0] <= rims[:, -1, 0]] = 0.0          # an empty region stays so
+    widened = rims * SPREAD
+    side = np.sign(np.argmax(rims[:, :, 1], 1)[:, None] - np.arange(rims.shape[1]))     # of the topmost point
+    widened[:, :, 0] += side * off[:, None]
+    return widened
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _filled(rims):
+    """Corners at equal areas, that together have the area of the regions and not of their chords."""
+    corners = _equal_areas(rims)
+    for ring in range(rims.shape[0]):
+        rim, corner, area, chords = rims[ring], corners[ring], 0.0, 0.0
+        angle, r2 = math.atan2(rim[0, 1], rim[0, 0]), rim[0, 0] ** 2 + rim[0, 1] ** 2
+        for i in range(1, rim.shape[0]):
+            before, r2_before = angle, r2
+            angle, r2 = math.atan2(rim[i, 1], rim[i, 0]), rim[i, 0] ** 2 + rim[i, 1] ** 2
+            area += 0.5 * (r2 + r2_before) * (angle - before)
+        for k in range(SECTORS):
+            chords += corner[k, 0] * corner[k + 1, 1] - corner[k + 1, 0] * corner[k, 1]
+        if chords > 0.0:
+            corner *= math.sqrt(area / chords)
+    return corners
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _equal_areas(rims):
+    """(rings, points, 2) of the rims → (rings, SECTORS + 1, 2) corners at equal areas along the same chords."""
+    rings, points, _ = rims.shape
+    corners, area = np.zeros((rings, SECTORS + 1, 2)), np.zeros(points)
+    for ring in range(rings):
+        rim = rims[ring]
+        for i in range(1, points):
+            area[i] = area[i - 1] + rim[i - 1, 0] * rim[i, 1] - rim[i, 0] * rim[i - 1, 1]
+        if area[points - 1] > 0.0:
+            i = 0
+            for k in range(SECTORS + 1):
+                wanted = area[points - 1] * k / SECTORS
+                while i < points - 2 and area[i + 1] <= wanted:
+                    i += 1
+                share = (wanted - area[i]) / (area[i + 1] - area[i]) if area[i + 1] > area[i] else 0.0
+                share = min(max(share, 0.0), 1.0)
+                for axis in range(2):
+                    corners[ring, k, axis] = rim[i, axis] * (1.0 - share) + rim[i + 1, axis] * share
+    return corners
+
+
+_NODES = SECTORS + 1
+
+
+@stage
+def aim(lanes, p, key):
+    """From a film point X, Y (mm, Z = 0) aim into the region that it sees: L, M, N and WEIGHT.
+
+    p: film distance, rings per unit of 1 − √(1 − r / end), 1 / end, the radius
+    beyond which no light falls, 1 / normaliser, the course's three numbers, the size and origin of the corners' grid,
+    then the table: both coordinates of every corner in one number, and the offsets.
+    The weight holds the exact area of the triangle that was sampled, so that
+    neither the interpolation between rings nor the grid leaves an error, or a
+    ring in the picture.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, l, m, n, u, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U0], row[U1], row[WEIGHT]
+    ring, between, turn, corner = row[A0], row[A1], row[A2], row[A3]
+    inner0, inner1, outer0, outer1 = row[A4], row[A5], row[A6], row[A7]
+    centre0, centre1 = row[A8], row[A9]
+    distance, scale, end, dark, gain, cell, origin = p[0], p[1], p[2], p[3], p[4], p[8], p[9]
+    straight, bent, bent_more = p[5], p[6], p[7]
+    table = p[10:]
+    last = real(RINGS - 1.001)
+    for i in range(B):
+        r = math.sqrt(x[i] * x[i] + y[i] * y[i])
+        left = real(1) - r * end
+        k = (real(1) - math.sqrt(left if left > real(0) else real(0))) * scale
+        k = k if k < last else last
+        s = u[i] * real(2 * SECTORS)
+        t = s - real(SECTORS) if s >= real(SECTORS) else s
+        ring[i] = np.floor(k)
+        between[i] = k - np.floor(k)
+        turn[i] = t
+        corner[i] = np.floor(k) * real(_NODES) + np.floor(t)
+        weight[i] = gain if r <= dark else real(0)
+    gather(inner0, table, corner)
+    gather(inner1, table[1:], corner)
+    gather(outer0, table[_NODES:], corner)
+    gather(outer1, table[_NODES + 1:], corner)
+    gather(centre0, table[RINGS * _NODES:], ring)
+    gather(centre1, table[RINGS * _NODES + 1:], ring)
+    unit = real(1 / GRID)
+    for i in range(B):
+        f = between[i]
+        e = real(1) - f
+        y0, y1, y2, y3 = (np.floor(inner0[i] * unit), np.floor(inner1[i] * unit),
+                          np.floor(outer0[i] * unit), np.floor(outer1[i] * unit))
+        x0, x1, x2, x3 = (inner0[i] - y0 * real(GRID), inner1[i] - y1 * real(GRID),
+                          outer0[i] - y2 * real(GRID), outer1[i] - y3 * real(GRID))
+        ax, bx = (e * x0 + f * x2) * cell + origin, (e * x1 + f * x3) * cell + origin
+        ay, by = (e * y0 + f * y2) * cell + origin, (e * y1 + f * y3) * cell + origin
+        g = turn[i] - np.floor(turn[i])
+        h = real(1) - g
+        reach = math.sqrt(v[i])
+        r2 = x[i] * x[i] + y[i] * y[i]
+        r, t = math.sqrt(r2), r2 * end * end
+        middle = e * centre0[i] + f * centre1[i] + r * (straight + t * (bent + t * bent_more))
+        a = middle + reach * (h * ax + g * bx)
+        b = reach * (h * ay + g * by)
+        b = -b if u[i] >= real(0.5) else b
+        off = r2 > real(1e-12)                              # on the axis every azimuth is the same
+        inverse = real(1) / (r if off else real(1))
+        cosine, sine = x[i] * inverse if off else real(1), y[i] * inverse
+        dx, dy = a * cosine - b * sine - x[i], a * sine + b * cosine - y[i]
+        size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)
+        l[i], m[i], n[i] = dx * size, dy * size, -distance * size
+        c2 = distance * size
+        c2 = c2 * c2
+        area = ax * by - bx * ay                            # the last crumbs of a region may be turned inside out
+        weight[i] *= c2 * c2 * real(SECTORS) * (area if area > real(0) else real(0))
+        z[i] = real(0)
+    alive = np.int32(0)
+    for i in range(B):
+        alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
+    if alive == 0:
+        key[ALIVE] = np.uint32(LOST)

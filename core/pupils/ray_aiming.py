@@ -1,0 +1,163 @@
+"""Aiming: from film points anywhere, through lenses of any symmetry, at places where light passes.
+
+A ray is named by its film point and by where it crosses the plane of the last vertex, both (n, 2) mm. It passes
+where its root margin is at most 1: the greatest share of a rim's radius at which it meets a surface. Where on the
+stop it arrives is a smooth map of where it leaves that plane, which Newton's method inverts: a stop of any size is
+found, and what other rims leave of it is then looked for in the stop itself. Lens frame, float64.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lensbench.kernels.block import L, M, N, X, Y
+from lensbench.kernels.program import Program
+from lensbench.optics.block_trace import tracer
+from lensbench.optics.clearance import Machine, machine, margins
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.paraxial import first_order
+from lensbench.optics.prescription import Lens
+from lensbench.pupils.rim_solver import span
+
+ROUNDS = 30             # of Newton's method, with the steps that it takes back
+STEP = 1e-5             # × the rear semi-diameter, for the slopes of the map
+CENTRED = 0.01          # × the stop's radius: near enough to its centre
+LEGS = 8                # from the axis to a film point whose chief ray is far from the paraxial one
+SCAN = 12               # points each way in one look for light
+NEARBY = 2              # cells about the best of one look that the next one takes up
+LOOKS = 7
+WINDOW = 1.25           # × what is looked at: a map of the stop that bends reaches further than its slopes say
+
+
+@dataclass(frozen=True, eq=False)
+class Aim:
+    """Rays of one lens with its film film_distance (mm) behind the last vertex, at one wavelength (µm)."""
+
+    lens: Lens
+    film_distance: float
+    wavelength: float = D_LINE
+    machine: Machine = field(init=False)        # what `margins` and `rims` trace with
+    _to_stop: Program = field(init=False)
+
+    def __post_init__(self):
+        behind = slice(0, len(self.lens.surfaces) - self.lens.stop_index)
+        to_stop = Program([tracer(self.lens, self.film_distance, self.wavelength, part=behind)], np.float64)
+        object.__setattr__(self, "machine", machine(self.lens, self.film_distance, self.wavelength))
+        object.__setattr__(self, "_to_stop", to_stop)
+
+    def levels(self, film: np.ndarray, rear: np.ndarray) -> np.ndarray:
+        """Root margins (n,), inf where a ray does not come through."""
+        out = np.empty(len(film))
+        margins(*_columns(film), *_columns(rear), self.film_distance, out, self.machine, 0.0)
+        return out
+
+    def lit(self, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """For each film point a rear point of small root margin, and that margin (n,): ≥ 1 where no light was found."""
+        rear = self.paraxial_centres(film)
+        level = self.levels(film, rear)
+
+        def improve(which: np.ndarray, found: np.ndarray, there: np.ndarray) -> np.ndarray:
+            better = there < level[which]
+            rear[which[better]], level[which[better]] = found[better], there[better]
+            return np.flatnonzero(~(level < 1.0))
+
+        # At the centre of the stop, then elsewhere on it, then wherever the last surface can be seen
+        dark = np.flatnonzero(~(level < 1.0))
+        if dark.size:
+            centre, window = self.stop_centres(film[dark], rear[dark])
+            left = improve(dark, centre, self.levels(film[dark], centre))
+            still = np.isin(dark, left)
+            left = improve(left, *self.scanned(film[left], centre[still], window[still], 1.0))
+            if left.size:
+                low, high = np.stack([span(self.lens, self.film_distance, film[left, axis], upright)
+                                      for axis, upright in ((0, False), (1, True))], 2)
+                half = 0.5 * (high - low)[:, :, None] * np.eye(2)
+                improve(left, *self.scanned(film[left], 0.5 * (low + high), half, 1.0))
+        return rear, level
+
+    def stop_centres(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rear points of the rays to the stop's centre, and (n, 2, 2) the stop's image there: rear mm by stop radii.
+
+        By Newton's method from `start`; for those that it does not lead there, or through a rim, from the axis on,
+        where the ray of the film's centre runs. Where there is no such ray, a place as near as was found.
+        """
+        at, off, image = self._newton(film, start)
+        far = np.flatnonzero(~((off < CENTRED) & (self.levels(film, at) < 1.0)))
+        way = np.zeros((far.size, 2))
+        for leg in range(1, LEGS + 1):
+            way, off_way, image_way = self._newton(film[far] * (leg / LEGS), way)
+        if far.size:
+            better = (off_way < CENTRED) | (off_way < off[far])
+            at[far[better]], image[far[better]] = way[better], image_way[better]
+        return at, image
+
+    def scanned(self, film: np.ndarray, centre: np.ndarray, window: np.ndarray,
+                enough: float) -> tuple[np.ndarray, np.ndarray]:
+        """Rear points of least root margin within centre ± window · (±1, ±1), and that margin.
+
+        window: (n, 2, 2). Ever closer looks about the best place, until that is below `enough`.
+        """
+        at, window = centre.copy(), WINDOW * window
+        level = np.full(len(film), np.inf)
+        cells = (np.stack(np.meshgrid(np.arange(SCAN), np.arange(SCAN)), 2).reshape(-1, 2) + 0.5) * (2.0 / SCAN) - 1.0
+        left = np.flatnonzero(np.isfinite(window).all((1, 2)))
+        for _ in range(LOOKS):
+            if not left.size:
+                break
+            places = at[left, None, :] + cells @ window[left].transpose(0, 2, 1)
+            found = self.levels(np.repeat(film[left], len(cells), 0), places.reshape(-1, 2)).reshape(left.size, -1)
+            least = np.argmin(found, 1)
+            there = found[np.arange(left.size), least]
+            better = there < level[left]
+            at[left[better]], level[left[better]] = places[np.arange(left.size), least][better], there[better]
+            window[left] *= 2.0 * NEARBY / SCAN
+            left = left[~(level[left] < enough)]
+        return at, level
+
+    def paraxial_centres(self, film: np.ndarray) -> np.ndarray:
+        """Where the lines to the middle of the paraxial exit pupil cross the rear plane; each section has its own."""
+        centres = np.empty_like(film)
+        for k, section in enumerate("xy"):
+            fo = first_order(self.lens.section(section), self.wavelength)
+            ahead = self.lens.length + self.film_distance - fo.exit_pupil.z
+            centres[:, k] = film[:, k] * (1.0 - self.film_distance / ahead if ahead else 1.0)
+        return centres
+
+    def _newton(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From `start` (n, 2) towards the stop's centre: rear points, how far off (stop radii), and the stop's images.
+
+        A step that leads no nearer is taken back and halved twice.
+        """
+        at, advance = start.copy(), np.zeros_like(start)
+        off, image = np.full(len(film), np.inf), np.full((len(film), 2, 2), np.nan)
+        left = np.arange(len(film))
+        for _ in range(ROUNDS):
+            if not left.size:
+                break
+            trial = at[left] + advance[left]
+            place, slopes = self._on_stop(film[left], trial)
+            far = np.hypot(*place.T)
+            better = far < off[left]
+            at[left[better]], off[left[better]] = trial[better], far[better]
+            image[left[better]] = slopes[better]
+            advance[left] = np.where(better[:, None], -(slopes @ place[:, :, None])[:, :, 0], 0.25 * advance[left])
+            left = left[(off[left] >= CENTRED) & (off[left] < np.inf) & np.isfinite(advance[left]).all(1)]
+        return at, off, image
+
+    def _on_stop(self, film: np.ndarray, rear: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where rays meet the stop (n, 2), in its radii; and the change of their rear points with that (n, 2, 2)."""
+        radius, small = self.lens.stop.semi_diameter, STEP * self.lens.surfaces[-1].semi_diameter
+        n = len(film)
+        ways = np.concatenate([rear, rear + [small, 0.0], rear + [0.0, small]]) - np.tile(film, (3, 1))
+        size = 1.0 / np.sqrt((ways**2).sum(1) + self.film_distance**2)
+        given = {X: np.tile(film[:, 0], 3), Y: np.tile(film[:, 1], 3), L: ways[:, 0] * size, M: ways[:, 1] * size,
+                 N: -self.film_distance * size}
+        here, beside, above = (self._to_stop.run(given, [X, Y], 3 * n).T / radius).reshape(3, n, 2)
+        (a, c), (b, d) = ((beside - here) / small).T, ((above - here) / small).T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inverse = np.array([[d, -b], [-c, a]]) / (a * d - b * c)
+        return here, inverse.transpose(2, 0, 1)
+
+
+def _columns(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1])

@@ -1,0 +1,204 @@
+"""The exit-pupil region: from where on the rear plane a film point receives light."""
+
+import math
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+
+from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.kernels.program import Program
+from lensbench.kernels.sampling import unit_square
+from lensbench.optics.glass import D_LINE
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.scalar_trace import Fate, trace
+from lensbench.pupils.outline_solver import solve_outlines
+from lensbench.pupils.radial_sampler import PupilTable
+from lensbench.pupils.rim_solver import solve
+
+_OUTLINE = 1024          # points of the region of a lens with a cylinder or toroid
+_RINGS = 512             # in which the blades end the region of the axis
+
+
+@dataclass(frozen=True, eq=False)
+class ExitPupil:
+    """The exit-pupil region of a lens for film points (+r, 0), r in film_radii, on the plane of the last vertex.
+
+    Lens frame, mm. A film point at another azimuth sees the region turned with it. The stop counts
+    as the circle about its blades: what these leave of a region is `open_region`.
+    """
+
+    lens: Lens
+    film_distance: float
+    film_radii: np.ndarray          # (n,)
+    centres: np.ndarray             # (n,) on the meridian: the x that the rims are seen from
+    rims: np.ndarray                # (n, m, 2) points of the upper half, from the centre; 0 where no light passes
+
+    def boundary(self, i: int) -> np.ndarray:
+        """(2 m − 2, 2) points of the rim, counter-clockwise from the one furthest in +x."""
+        half = self.rims[i] + [self.centres[i], 0.0]
+        return np.concatenate([half, half[-2:0:-1] * [1.0, -1.0]])
+
+    @property
+    def area(self) -> np.ndarray:
+        """(n,) mm²: ∫ r²/2 over all directions, by the trapezium rule."""
+        return _integral(self.rims, lambda r2: r2)
+
+    @property
+    def cos4_area(self) -> np.ndarray:
+        """(n,) ∫ cos⁴θ dA in mm², θ at the film point; divided by film_distance² it is the irradiance of radiance 1.
+
+        By Gauss's rule along every radius of the region and the trapezium rule around it.
+        """
+        node, weight = _gauss(12)
+        total = np.zeros(len(self.rims))
+        for t, w in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):
+            offset = t * self.rims + np.stack([self.centres - self.film_radii, 0.0 * self.centres], 1)[:, None, :]
+            cos2 = self.film_distance**2 / (self.film_distance**2 + (offset**2).sum(2))
+            total += w * _integral(self.rims, lambda r2, t=t, cos2=cos2: 2.0 * t * r2 * cos2**2)
+        return total
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """(n, 4) x0, y0, x1, y1: the box about the region that pbrt samples."""
+        tops = np.array([_peak(rim[:, 1]) for rim in self.rims])
+        left, right = (np.array([_peak(sign * rim[:, 0]) for rim in self.rims]) for sign in (-1.0, 1.0))
+        return np.stack([self.centres - left, -tops, self.centres + right, tops], 1)
+
+    @cached_property
+    def _table(self) -> "PupilTable":
+        return PupilTable.of(self.lens, self.film_distance, float(self.film_radii.max()))
+
+    def sample(self, film_xy, uv) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, 2) of the regions that film_xy (n, 2) mm sees, and those regions' areas (n,) mm².
+
+        uv (n, 2) in [0, 1]: equal areas stay equal. The very sampling that a
+        LensCamera uses: its region is a hair larger than the true one. LensError
+        for a film point farther from the axis than the greatest of film_radii.
+        """
+        film_xy, uv = np.asarray(film_xy, float), unit_square(uv, np.float64)
+        if not (np.hypot(film_xy[:, 0], film_xy[:, 1]) <= self.film_radii.max() * (1.0 + 1e-9)).all():
+            raise LensError(f"this pupil is solved for film points up to {self.film_radii.max():g} mm from the axis")
+        n = len(film_xy)
+        x, y, l, m, n_, weight = Program([self._table.step(1.0)], np.float64).run(
+            {X: film_xy[:, 0], Y: film_xy[:, 1], U0: uv[:, 0], U1: uv[:, 1], WEIGHT: np.ones(n)},
+            [X, Y, L, M, N, WEIGHT], n)
+        along = self.film_distance / -n_
+        return np.stack([x + along * l, y + along * m], 1), weight / n_**4
+
+
+def _integral(rims: np.ndarray, radial) -> np.ndarray:
+    """∫ radial(r²) dθ over whole regions, (n,): twice the integral of f r dr from 0 to the rim, for the upper half."""
+    value = radial((rims**2).sum(2))
+    return ((value[:, 1:] + value[:, :-1]) * 0.5 * np.diff(np.arctan2(rims[..., 1], rims[..., 0]))).sum(1)
+
+
+@cache
+def _gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of Gauss's rule from −1 to 1."""
+    return np.polynomial.legendre.leggauss(points)
+
+
+def _peak(values: np.ndarray) -> float:
+    """The maximum of a curve known at equal steps: of the parabola through the three highest neighbours."""
+    i = int(np.argmax(values))
+    if not 0 < i < len(values) - 1:
+        return float(values[i])
+    before, at, after = values[i - 1:i + 2]
+    bend = before - 2.0 * at + after
+    return float(at - (after - before) ** 2 / (8.0 * bend)) if bend < 0.0 else float(at)
+
+
+def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE,
+               points: int = 257) -> ExitPupil:
+    """Solve the exit-pupil region for film points at these radii (mm); LensError for radii or distances that cannot be.
+
+    film_distance: last vertex → film, mm. Rims to 1e-10 of the rear semi-diameter.
+    """
+    radii = np.atleast_1d(np.asarray(film_radii, float))
+    if not (np.isfinite(radii).all() and (radii >= 0.0).all() and math.isfinite(film_distance) and film_distance > 0.0):
+        raise LensError("the exit pupil needs film radii of at least 0 mm and a film behind the lens")
+    tolerance = 1e-10 * lens.surfaces[-1].semi_diameter
+    return ExitPupil(lens, film_distance, radii, *solve(lens, film_distance, radii, points, tolerance, wavelength))
+
+
+def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
+    """∫ cos⁴θ dA in mm² over the region that the axis point of the film sees, less what the stop's blades cover.
+
+    On the axis a ray keeps its azimuth: along each, the blades end the region at the ring of
+    it that meets the stop where they begin.
+    """
+    if not lens.is_rotationally_symmetric:
+        return _cos4_area(open_region(lens, film_distance, (0.0, 0.0), wavelength), film_distance)
+    pupil = exit_pupil(lens, film_distance, [0.0], wavelength)
+    if lens.iris.is_round or not pupil.area[0] > 0.0:
+        return float(pupil.cos4_area[0])
+    rim, z2 = pupil.rims[0, 0, 0], film_distance**2
+    height = np.linspace(0.0, rim * (1.0 - 1e-9), _RINGS)
+    film = np.array([0.0, 0.0, lens.length + film_distance])
+    rays = np.column_stack([height, 0.0 * height, np.full(_RINGS, lens.length)]) - film
+    met = trace(lens, film, rays, wavelength, clip=False, record=True).paths
+    assert met is not None
+    at_stop = np.abs(met[:, len(lens.surfaces) - lens.stop_index, 0]) / lens.stop.semi_diameter
+    within = np.pi * z2 * height**2 / (z2 + height**2)          # of the disk of this radius, by the closed form
+    return lens.iris.mean(lambda r: np.interp(r, at_stop, within))
+
+
+def _cos4_area(outline: np.ndarray, film_distance: float) -> float:
+    """∫ cos⁴θ dA in mm² over a region seen from the film's axis point: by Gauss's rule in triangles."""
+    if not len(outline):
+        return 0.0
+    node, weight = _gauss(8)
+    after = np.roll(outline, -1, 0)
+    twice = outline[:, 0] * after[:, 1] - outline[:, 1] * after[:, 0]
+    total = 0.0
+    for s, ws in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):            # from the middle out
+        for t, wt in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):        # along the chord
+            x, y = (s * (outline + t * (after - outline))).T
+            cos2 = film_distance**2 / (film_distance**2 + x * x + y * y)
+            total += ws * wt * float((s * twice * cos2**2).sum())
+    return total
+
+
+def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D_LINE) -> np.ndarray:
+    """(m, 2) mm: the outline, counter-clockwise, of what the film point film_xy (mm) sees through the stop's blades.
+
+    On the plane of the last vertex, to 1e-6 of the region's size; empty where no light passes. With a round stop
+    it is the boundary of its exit-pupil region. For lenses of any symmetry; LensError for one that has both blades
+    and a cylinder or toroid.
+    """
+    film_xy = np.asarray(film_xy, float)
+    if not lens.is_rotationally_symmetric:
+        if not lens.iris.is_round:
+            raise LensError("a lens with a cylinder or toroid has no blades here: leave its stop round")
+        centre, rim = solve_outlines(lens, film_distance, [film_xy], _OUTLINE, 1e-8 * lens.stop.semi_diameter,
+                                     wavelength)
+        return centre[0] + rim[0] if rim.any() else np.zeros((0, 2))
+    r = math.hypot(*film_xy)
+    pupil = exit_pupil(lens, film_distance, [r], wavelength)
+    if not pupil.area[0] > 0.0:
+        return np.zeros((0, 2))
+    cosine, sine = film_xy / r if r > 0.0 else (1.0, 0.0)
+    rim = pupil.boundary(0) @ np.array([[cosine, sine], [-sine, cosine]])
+    if lens.iris.is_round:
+        return rim
+    film = np.array([*film_xy, lens.length + film_distance])
+
+    def passing(points):
+        ways = np.column_stack([points, np.full(len(points), lens.length)]) - film
+        return trace(lens, film, ways, wavelength).fate == Fate.PASSED
+
+    # Seen from the middle of what passes, bisect towards the rim
+    middle = rim.mean(0)
+    share = np.sqrt((np.arange(12) + 0.5) / 12.0)[:, None, None]
+    looks = (middle + share * (rim[::8] - middle)).reshape(-1, 2)
+    inside = looks[passing(looks)]
+    if not len(inside):
+        return np.zeros((0, 2))
+    middle = inside.mean(0)
+    low, high = np.zeros(len(rim)), np.ones(len(rim))
+    for _ in range(20):
+        half = 0.5 * (low + high)
+        passed = passing(middle + half[:, None] * (rim - middle))
+        low, high = np.where(passed, half, low), np.where(passed, high, half)
+    return middle + low[:, None] * (rim - middle)

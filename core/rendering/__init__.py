@@ -1,0 +1,1 @@
+"""The progressive picture, its auxiliary output variables (AOVs), and light tracing."""

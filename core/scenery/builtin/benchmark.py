@@ -1,0 +1,16 @@
+"""The scene of the speed figures: ten spheres, a checkered floor, sky and sun."""
+
+from lensbench.scenery.objects import Floor, Material, Sphere, Sun
+from lensbench.scenery.scene import Scene
+
+
+def benchmark_scene() -> Scene:
+    """Ten matte spheres at 0.7 to 6 m on a checkered floor; render it without shadows."""
+    places = [(-420, -60, -1500, 190), (30, -110, -1150, 140), (430, -90, -1600, 160), (-180, -190, -800, 60),
+              (190, -195, -760, 55), (-1300, 200, -4200, 450), (500, 150, -5200, 400), (1500, 0, -3600, 250),
+              (320, -200, -980, 50), (-60, -215, -650, 35)]
+    colours = [(.05, .45, .5), (.8, .12, .08), (.7, .7, .72), (.75, .35, .2), (.8, .65, .2), (.5, .5, .52),
+               (.8, .78, .72), (.2, .15, .6), (.3, .55, .15), (.8, .7, .05)]
+    balls = tuple(Sphere((float(x), float(y), float(z)), float(r), Material(c))
+                  for (x, y, z, r), c in zip(places, colours, strict=True))
+    return Scene("benchmark", sun=Sun((0.5, 0.8, 0.45)), floor=Floor(), spheres=balls)

@@ -1,0 +1,156 @@
+"""The fairground: a toy one in the evening sun, where a wheel of lights turns, a tram passes and a pinwheel spins."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from lensbench.scenery.builtin.composites import bar, box, ring, spokes
+from lensbench.scenery.objects import (
+    Disk,
+    Floor,
+    Material,
+    Pattern,
+    Plate,
+    Rectangle,
+    Sky,
+    Sphere,
+    Sun,
+    Triple,
+    across,
+    triple,
+    unit,
+)
+from lensbench.scenery.scene import Scene
+
+GROUND = -150.0         # mm, the boards below the camera
+RED, CREAM, TEAL = (0.62, 0.05, 0.035), (0.80, 0.70, 0.50), (0.02, 0.30, 0.32)
+YELLOW, BLUE, ROSE = (0.85, 0.55, 0.05), (0.05, 0.12, 0.45), (0.70, 0.22, 0.25)
+WARM = (15.0, 9.5, 4.2)
+
+Things = list[Sphere | Plate]
+
+
+def _moving(things: Iterable[Sphere | Plate], velocity: Triple = (0.0, 0.0, 0.0), spin: Triple = (0.0, 0.0, 0.0),
+            pivot: Triple | None = None) -> Things:
+    return [replace(thing, velocity=velocity, spin=spin, pivot=pivot) for thing in things]
+
+
+def _big_wheel() -> Things:
+    """Two rims with cabins and bulbs between them, a turn in six seconds; its legs stand still."""
+    centre, axis, radius = np.array([215.0, 190.0, -2250.0]), unit((-0.45, 0.0, 1.0)), 285.0
+    right, up = across(axis)
+    steel, paint = Material((0.55, 0.55, 0.56)), Material((0.72, 0.70, 0.66))
+    turning: Things = []
+    for side in (-38.0, 38.0):
+        middle = triple(centre + side * axis)
+        turning += ring(middle, triple(axis), radius, 32, 9.0, paint)
+        turning += ring(middle, triple(axis), 0.55 * radius, 16, 5.0, paint)
+        turning += spokes(middle, triple(axis), 0.0, radius, 16, 4.0, [steel])
+    colours = [RED, YELLOW, TEAL, CREAM, BLUE, ROSE, TEAL, YELLOW]
+    for k in range(16):
+        angle = 2.0 * math.pi * (k + 0.5) / 16
+        out = math.cos(angle) * right + math.sin(angle) * up
+        if k % 2:
+            turning.append(Sphere(triple(centre + radius * out), 27.0, Material(colours[k // 2], "coat")))
+        turning.append(Sphere(triple(centre + (radius + 12.0) * out + 44.0 * axis), 6.5, Material(WARM, "light")))
+        turning.append(Sphere(triple(centre + 0.55 * radius * out + 44.0 * axis), 4.5, Material(WARM, "light")))
+    turning.append(Disk(triple(centre + 40.0 * axis), triple(axis), 24.0, Material(
+        RED, pattern=Pattern("star", CREAM, columns=8.0))))
+    legs: Things = []
+    for side in (-52.0, 52.0):
+        for foot in (-150.0, 150.0):
+            top, down = centre + side * axis, centre + side * axis + foot * right
+            legs.append(bar(triple(top), (float(down[0]), GROUND, float(down[2])), 13.0, (0.0, 0.0, 0.0),
+                            Material((0.16, 0.20, 0.24))))
+    return _moving(turning, spin=triple(axis * 1.05), pivot=triple(centre)) + legs
+
+
+def _tram() -> Things:
+    """A tram of 0.4 m on its rails, at 0.6 m/s to the right."""
+    left, near, far, length = -470.0, -1560.0, -1680.0, 420.0
+    floor, sill, roof = GROUND + 26.0, GROUND + 78.0, GROUND + 132.0
+    x0, x1, velocity = left, left + length, (600.0, 0.0, 0.0)
+    body: Things = [
+        *box(x0, x1, floor, sill, far, near, Material(RED, "coat")),
+        *box(x0, x1, sill, roof, far, near, Material(CREAM)),
+        *box(x0 - 8.0, x1 + 8.0, roof, roof + 9.0, far - 6.0, near + 6.0, Material((0.10, 0.12, 0.11))),
+        *box(x0 + 60.0, x1 - 60.0, roof + 9.0, roof + 24.0, far + 30.0, near - 30.0, Material((0.30, 0.31, 0.30)))]
+    for k in range(6):
+        middle = x0 + length * (k + 0.5) / 6.0
+        body.append(Rectangle((middle, (sill + roof) / 2.0, near + 1.0), (25.0, 0.0, 0.0), (0.0, 17.0, 0.0),
+                              Material((0.035, 0.05, 0.065), "coat")))
+    body.append(Rectangle(((x0 + x1) / 2.0, sill - 4.0, near + 1.0), (length / 2.0, 0.0, 0.0), (0.0, 2.2, 0.0),
+                          Material((0.85, 0.66, 0.25))))
+    body.append(Sphere((x1 + 4.0, floor + 20.0, (near + far) / 2.0), 9.0, Material((18.0, 15.0, 10.0), "light")))
+    body.append(Sphere((x0 - 3.0, floor + 20.0, near - 20.0), 5.0, Material((12.0, 0.6, 0.3), "light")))
+    moving = _moving(body, velocity)
+    wheel = Material((0.62, 0.60, 0.56), pattern=Pattern("star", (0.05, 0.05, 0.055), columns=7.0))
+    for x in (x0 + 62.0, x0 + 132.0, x1 - 132.0, x1 - 62.0):
+        moving += _moving([Disk((x, GROUND + 27.0, near + 2.0), (0.0, 0.0, 1.0), 24.0, wheel)], velocity,
+                          (0.0, 0.0, -velocity[0] / 24.0))
+    steel = Material((0.42, 0.41, 0.40))
+    rails: Things = [Rectangle((0.0, GROUND + 2.5, z), (4000.0, 0.0, 0.0), (0.0, 0.0, 3.0), steel)
+                     for z in (near - 12.0, far + 12.0)]
+    return moving + rails
+
+
+def _pinwheel(centre: Triple, radius: float, rate: float, colours: list[Triple], axis: Triple) -> Things:
+    """A paper windmill on a stick: `rate` turns a second."""
+    blades = spokes(centre, axis, 0.10 * radius, radius, 8, 0.62 * radius, [Material(c) for c in colours], 0.45)
+    head: Things = [*blades, Sphere(triple(np.add(centre, 8.0 * unit(axis))), 0.12 * radius,
+                                    Material((0.95, 0.75, 0.38), "metal"))]
+    back = np.subtract(centre, 12.0 * unit(axis))
+    stick = bar(triple(back), (float(back[0]), GROUND, float(back[2])), 6.5, (0.0, 0.0, 0.0),
+                Material((0.80, 0.77, 0.70)))
+    return [*_moving(head, spin=triple(unit(axis) * 2.0 * math.pi * rate), pivot=centre), stick]
+
+
+def _posts() -> Things:
+    """Striped posts, as upright as a rolling shutter lets them be, and strings of bulbs between them."""
+    stripes = Material((0.82, 0.80, 0.74), pattern=Pattern("checker", RED, columns=1.0, rows=14.0))
+    places = [-1080.0, -720.0, -360.0, 0.0, 360.0, 720.0, 1080.0]
+    top, away = GROUND + 420.0, -1900.0
+    things: Things = []
+    for x in places:
+        things.append(Rectangle((x, (GROUND + top) / 2.0, away), (9.0, 0.0, 0.0), (0.0, (top - GROUND) / 2.0, 0.0),
+                                stripes))
+        things.append(Sphere((x, top + 15.0, away), 15.0, Material((0.80, 0.62, 0.22), "metal")))
+    random = np.random.default_rng(4)
+    for x0, x1 in zip(places[:-1], places[1:], strict=True):
+        for k in range(7):
+            u = (k + 0.5) / 7.0
+            warm = random.uniform(0.8, 1.2)
+            things.append(Sphere((x0 + u * (x1 - x0), top - 4.0 * 75.0 * u * (1.0 - u), away + 10.0), 5.0,
+                                 Material(triple(np.array(WARM) * warm), "light")))
+    return things
+
+
+def _apples() -> Things:
+    """Candied apples on sticks, and a steel ball that rolls among them."""
+    things: Things = []
+    for x, z, radius, colour in ((28.0, -1190.0, 46.0, (0.58, 0.02, 0.012)), (136.0, -1110.0, 39.0, (0.24, 0.38, 0.02)),
+                                 (232.0, -1280.0, 47.0, (0.62, 0.16, 0.01))):
+        things.append(Sphere((x, GROUND + radius, z), radius, Material(colour, "coat")))
+        foot = (x + 3.0, GROUND + 1.9 * radius, z)
+        things.append(bar(foot, (x + 14.0, GROUND + 2.0 * radius + 62.0, z - 6.0), 6.0, (0.0, 0.0, 0.0),
+                          Material((0.72, 0.56, 0.34))))
+    ball = Sphere((-20.0, GROUND + 22.0, -960.0), 22.0, Material((0.93, 0.93, 0.94), "metal"))
+    return [*things, *_moving([ball], velocity=(260.0, 0.0, -25.0))]
+
+
+def fairground() -> Scene:
+    """Focus at 1.2 m on the apples; 1/125 to 1/30 s shows the motion, and a readout of 1/40 s bends the pinwheels."""
+    things = [
+        *_big_wheel(), *_tram(), *_posts(), *_apples(),
+        *_pinwheel((-205.0, 42.0, -1150.0), 84.0, 4.0, [RED, CREAM], (0.25, 0.05, 1.0)),
+        *_pinwheel((-330.0, 5.0, -1370.0), 66.0, -2.7, [TEAL, YELLOW], (0.1, 0.0, 1.0)),
+        *_pinwheel((330.0, 15.0, -1330.0), 62.0, 3.3, [BLUE, ROSE, CREAM, YELLOW], (-0.3, 0.0, 1.0))]
+    return Scene(
+        "fairground", sky=Sky((0.03, 0.09, 0.30), (0.34, 0.38, 0.46), (0.16, 0.13, 0.11)),
+        sun=Sun((-0.66, 0.40, 0.50), (2.3, 1.45, 0.74), math.radians(1.0)),
+        floor=Floor(GROUND, 58.0, (0.34, 0.235, 0.15), (0.26, 0.175, 0.11), turn=math.radians(45.0)),
+        spheres=tuple(thing for thing in things if isinstance(thing, Sphere)),
+        plates=tuple(thing for thing in things if not isinstance(thing, Sphere)),
+        ambient=(0.05, 0.05, 0.06), depth_range=(700.0, 8000.0))

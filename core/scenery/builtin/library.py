@@ -1,0 +1,27 @@
+"""The built-in scenes, by name."""
+
+from functools import cache
+
+from lensbench.scenery.builtin.benchmark import benchmark_scene
+from lensbench.scenery.builtin.fairground import fairground
+from lensbench.scenery.builtin.focus_ruler import focus_ruler
+from lensbench.scenery.builtin.grid_wall import grid_wall, white_wall
+from lensbench.scenery.builtin.night_lights import night_lights
+from lensbench.scenery.builtin.room import room
+from lensbench.scenery.builtin.still_life import still_life
+from lensbench.scenery.objects import SceneError
+from lensbench.scenery.scene import Scene
+
+_MAKERS = {"still-life": still_life, "night-lights": night_lights, "focus-ruler": focus_ruler, "grid-wall": grid_wall,
+           "white-wall": white_wall, "room": room, "fairground": fairground}
+SCENES = tuple(_MAKERS)
+
+
+@cache
+def builtin_scene(name: str) -> Scene:
+    """The scene of that name: one of SCENES, or "benchmark"; SceneError where there is none."""
+    if name == "benchmark":
+        return benchmark_scene()
+    if name not in _MAKERS:
+        raise SceneError(f"no scene is called {name!r}: choose one of {', '.join(SCENES)}")
+    return _MAKERS[name]()

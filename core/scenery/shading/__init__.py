@@ -1,0 +1,1 @@
+"""Stages that find the light that an intersection sends along a ray."""

@@ -1,0 +1,104 @@
+"""Coats where lights move: each lane's coat mirrors them where they are at its TIME.
+
+Sharp coats carry the mirrored ray, rough ones the whole lit point into the frame where the light rests.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lensbench.kernels.block import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    H0,
+    H1,
+    H2,
+    H3,
+    H4,
+    H5,
+    H6,
+    H7,
+    H8,
+    NX,
+    NY,
+    NZ,
+    TIME,
+    B,
+    L,
+    M,
+    N,
+    rows,
+    stage,
+)
+from lensbench.scenery.intersect.moving_objects import HEAD, at_rest, motion_of, packed_groups
+from lensbench.scenery.objects import Plate, Sphere
+from lensbench.scenery.shading.clearcoat import LIGHTS, coat_close, coat_lights, coat_open, mirrored_parameters
+from lensbench.scenery.shading.rough_clearcoat import SKY, gleam_parameters, sheen_close, sheen_lights, sheen_open
+
+
+def moving_mirrored(lights: Sequence[Sphere | Plate], opening: float) -> np.ndarray:
+    """What `moving_coat` reads of lights that move. opening: seconds at TIME 0."""
+    return packed_groups(lights, opening, lambda bulbs, panels: (mirrored_parameters(panels, bulbs), len(panels)))
+
+
+def moving_gleams(lights: Sequence[Sphere | Plate], opening: float) -> np.ndarray:
+    """What `moving_sheen` reads of lights that move. opening: seconds at TIME 0."""
+    return packed_groups(lights, opening, lambda bulbs, panels: (gleam_parameters([*bulbs, *panels]), 0))
+
+
+@stage
+def moving_coat(lanes, p, key):
+    """`coat`, where lights move.  p: how many numbers `coat` reads, these, then moving_mirrored."""
+    still = 1 + int(p[0])
+    if coat_open(lanes, p[1:still]) == 0:
+        return
+    coat_lights(lanes, p[1 + LIGHTS:still], int(p[4]))
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz, time = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[TIME]
+    hx, hy, hz, ex, ey, ez = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5]
+    for i in range(B):
+        hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
+    s = still
+    while s < p.size:
+        end, motion = s + int(p[s]), motion_of(p, s + 3)
+        for i in range(B):
+            x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
+                                                            ex[i], ey[i], ez[i])
+        coat_lights(lanes, p[s + HEAD:end], int(p[s + 1]))
+        s = end
+    coat_close(lanes, p[1:still])
+
+
+@stage
+def moving_sheen(lanes, p, key):
+    """`sheen`, where lights move.  p: how many numbers `sheen` reads, these, then moving_gleams."""
+    still = 1 + int(p[0])
+    if sheen_open(lanes, p[1:still]) == 0:
+        return
+    sheen_lights(lanes, p[1 + SKY:still])
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz, nx, ny, nz, time = (row[A0], row[A1], row[A2], row[L], row[M], row[N], row[NX], row[NY],
+                                             row[NZ], row[TIME])
+    hx, hy, hz, ex, ey, ez, ux, uy, uz = (row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6], row[H7],
+                                          row[H8])
+    for i in range(B):
+        hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
+        ux[i], uy[i], uz[i] = nx[i], ny[i], nz[i]
+    s = still
+    while s < p.size:
+        end, motion = s + int(p[s]), motion_of(p, s + 3)
+        for i in range(B):
+            x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
+                                                            ex[i], ey[i], ez[i])
+            _, _, _, nx[i], ny[i], nz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i], ux[i], uy[i], uz[i])
+        sheen_lights(lanes, p[s + HEAD:end])
+        s = end
+    for i in range(B):
+        dx[i], dy[i], dz[i], nx[i], ny[i], nz[i] = ex[i], ey[i], ez[i], ux[i], uy[i], uz[i]
+    sheen_close(lanes)

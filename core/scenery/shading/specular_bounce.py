@@ -1,0 +1,118 @@
+"""Mirrors and glass: where a path goes on."""
+
+import math
+
+import numpy as np
+
+from lensbench.kernels.block import (
+    ALIVE,
+    BENT,
+    DEPTH,
+    DISK,
+    FAN,
+    FOOT,
+    GLASS,
+    GLOSS,
+    GLOW,
+    METAL,
+    NX,
+    NY,
+    NZ,
+    OX,
+    OY,
+    OZ,
+    SPREAD,
+    TB,
+    TG,
+    TR,
+    B,
+    L,
+    M,
+    N,
+    X,
+    Y,
+    Z,
+    rows,
+    stage,
+)
+from lensbench.scenery.shading.illumination import INDEX
+
+LIFT = 4e-6             # a path goes on so far off the surface, in parts of the coordinates of the point
+
+
+@stage
+def bounce(lanes, p, key):
+    """Send the paths that met metal or glass on, end the others; key[ALIVE] = 0 where none goes on.
+
+    Metal mirrors. A glass ball is passed in one step, in closed form: refraction in, the chord 2 R cos θ′,
+    refraction out at the same angle. A pane is passed straight. A path that ends has no direction: it meets nothing.
+    It is BENT where GLOW is below 0. The footprint of a pixel grows on with the length of the path, as it does
+    behind plane mirrors; a ball of glass spreads it as it does near its middle.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
+    depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
+    tr, tg, tb, foot, spread = row[TR], row[TG], row[TB], row[FOOT], row[SPREAD]
+    glow, bent = row[GLOW], row[BENT]
+    many = np.int32(0)
+    for i in range(B):
+        on = (gloss[i] >= real(METAL)) & (tr[i] + tg[i] + tb[i] > real(0))
+        tr[i] = tr[i] if on else real(0)
+        tg[i] = tg[i] if on else real(0)
+        tb[i] = tb[i] if on else real(0)
+        bent[i] = real(1) if glow[i] < real(0) else real(0)
+        many = np.int32(many + np.int32(on))
+    if many == 0:
+        key[ALIVE] = np.uint32(0)
+        return
+    for i in range(B):
+        t = depth[i]
+        on, glass, ball = tr[i] + tg[i] + tb[i] > real(0), gloss[i] >= real(GLASS), gloss[i] > real(GLASS)
+        u, v, w, ux, uy, uz = dx[i], dy[i], dz[i], nx[i], ny[i], nz[i]
+        hx, hy, hz = x[i] + t * u, y[i] + t * v, z[i] + t * w
+        cosine = -(u * ux + v * uy + w * uz)
+        # metal
+        mx, my, mz = u + real(2) * cosine * ux, v + real(2) * cosine * uy, w + real(2) * cosine * uz
+        # a glass ball: in, across, out
+        inner = math.sqrt(real(1) - real(1 / INDEX**2) * (real(1) - cosine * cosine))
+        bend = real(1 / INDEX) * cosine - inner
+        ix, iy, iz = real(1 / INDEX) * u + bend * ux, real(1 / INDEX) * v + bend * uy, real(1 / INDEX) * w + bend * uz
+        chord = real(2) * inner * (gloss[i] - real(GLASS))
+        ex, ey, ez = ux + real(2) * inner * ix, uy + real(2) * inner * iy, uz + real(2) * inner * iz
+        back = real(INDEX) * inner - cosine
+        gx, gy, gz = real(INDEX) * ix - back * ex, real(INDEX) * iy - back * ey, real(INDEX) * iz - back * ez
+        # which of the three, and a little off the surface
+        lift = real(LIFT) * (abs(hx) + abs(hy) + abs(hz))
+        lift = -lift if glass & (not ball) else lift
+        sx, sy, sz = (ex, ey, ez) if ball else (ux, uy, uz)
+        chord = chord if ball else real(0)
+        px, py, pz = hx + chord * ix + lift * sx, hy + chord * iy + lift * sy, hz + chord * iz + lift * sz
+        qx, qy, qz = (gx, gy, gz) if ball else (u, v, w) if glass else (mx, my, mz)
+        size = real(1) / math.sqrt(qx * qx + qy * qy + qz * qz)
+        x[i], y[i], z[i] = px if on else x[i], py if on else y[i], pz if on else z[i]
+        dx[i], dy[i], dz[i] = qx * size if on else real(0), qy * size if on else real(0), qz * size if on else real(0)
+        # the footprint: a glass ball is a thin lens in its middle, of the focal length n R / (2 (n − 1))
+        radius = gloss[i] - real(GLASS) if ball else real(0)
+        inside = foot[i] + (t + radius) * spread[i]
+        wider = spread[i] - (inside * real(2 * (INDEX - 1) / INDEX) / radius if ball else real(0))
+        foot[i], spread[i] = inside + radius * wider if on else foot[i], wider if on else spread[i]
+
+
+@stage
+def carry_part(lanes, p, key):
+    """DISK, FAN, OX, OY, OZ as they are behind metal and glass: before `bounce`, which does so to FOOT and SPREAD."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
+    disk, fan, ox, oy, oz = row[DISK], row[FAN], row[OX], row[OY], row[OZ]
+    for i in range(B):
+        radius = gloss[i] - real(GLASS)
+        ball = radius > real(0)
+        power = real(2 * (INDEX - 1) / INDEX) / radius if ball else real(0)
+        radius = radius if ball else real(0)
+        within = disk[i] + (depth[i] + radius) * fan[i]
+        fan[i] -= within * power
+        disk[i] = within + radius * fan[i]
+        off = real(2) * (ox[i] * nx[i] + oy[i] * ny[i] + oz[i] * nz[i]) if gloss[i] < real(GLASS) else real(0)
+        ox[i], oy[i], oz[i] = ox[i] - off * nx[i], oy[i] - off * ny[i], oz[i] - off * nz[i]

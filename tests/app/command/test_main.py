@@ -1,0 +1,373 @@
+"""The command line: what people write becomes Settings; bad input ends with 2 and one line."""
+
+import json
+import math
+import os
+import re
+import shlex
+import sys
+import types
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.command import options
+from lensbench.app.command.main import main
+from lensbench.app.files import export
+from lensbench.app.files.export import read_settings, save_picture
+from lensbench.app.state.settings import Settings
+
+README = Path(__file__).parents[2] / "README.md"
+LENS = "pbrt-dgauss-50mm"
+
+
+@pytest.fixture
+def viewed(monkeypatch):
+    """What `lensbench view` hands to the window, in place of a window; the machine has a display."""
+    calls = []
+    window = types.ModuleType("lensbench.app.window.window")
+    window.run = lambda settings, screenshot=None: calls.append((settings, screenshot))
+    monkeypatch.setitem(sys.modules, "lensbench.app.window.window", window)
+    monkeypatch.setattr("lensbench.app.window.window", window, raising=False)
+    monkeypatch.setenv("DISPLAY", ":0")
+    return calls
+
+
+@pytest.fixture
+def rendered(monkeypatch):
+    """What `lensbench render` hands to the export, in place of rendering."""
+    calls = []
+    monkeypatch.setattr(export, "export_render", lambda settings, path, **rest: calls.append((settings, path, rest)))
+    return calls
+
+
+def settings_of(viewed, *words):
+    assert main(["view", *words]) == 0
+    return viewed[-1][0]
+
+
+# Units
+
+
+@pytest.mark.parametrize(("read", "text", "value"), [
+    (options.read_size, "960x640", (960, 640)),
+    (options.read_size, " 1920 × 1080 ", (1920, 1080)),
+    (options.read_film, "36x24", (36.0, 24.0)),
+    (options.read_film, "5.6 x 4.2mm", (5.6, 4.2)),
+    (options.read_film, "aps-c", (23.5, 15.6)),
+    (options.read_film, "Full Frame", (36.0, 24.0)),
+    (options.read_film, "micro-four-thirds", (17.3, 13.0)),
+    (options.read_film, "6x7", (70.0, 56.0)),
+    (options.read_film, "44x33", (44.0, 33.0)),
+    (options.read_aperture, "f/2.8", 2.8),
+    (options.read_aperture, "open", None),
+    (options.read_position, "0,20cm,-1.5m", (0.0, 200.0, -1500.0)),
+    (options.read_count, "12", 12),
+    (options.read_seed, "0", 0),
+])
+def test_a_value_with_its_unit_is_read_in_the_units_of_the_core(read, text, value):
+    assert read(text) == (pytest.approx(value) if value is not None else None)
+
+
+@pytest.mark.parametrize("name", lb.FORMATS)
+def test_every_film_format_is_found_by_its_full_name(name):
+    assert options.read_film(name) == lb.FORMATS[name]
+
+
+@pytest.mark.parametrize(("read", "text", "said"), [
+    (options.read_size, "960", "such as 960x640"),
+    (options.read_size, "-4x3", "such as 960x640"),
+    (options.read_film, "apsc-d", "APS-C"),
+    (options.read_film, "1", "36x24"),
+    (options.read_aperture, "wide-ish", "such as f/2.8"),
+    (options.read_position, "1,2", "three distances"),
+    (options.read_count, "0", "at least 1"),
+    (options.read_count, "1.5", "at least 1"),
+    (options.read_seed, "4294967296", "4294967295"),
+])
+def test_a_value_that_makes_no_sense_is_answered_by_what_to_type(read, text, said):
+    with pytest.raises(ValueError, match=re.escape(said)):
+        read(text)
+
+
+# Settings
+
+
+def test_without_a_command_the_bench_opens_as_it_is(viewed):
+    assert main([]) == 0
+    assert viewed == [(Settings(), None)]
+
+
+def test_every_option_arrives_in_the_settings(viewed):
+    settings = settings_of(viewed, LENS, *shlex.split(
+        "--focus 120cm --f-number f/4 --scene room --model thin --film 24x16 --size 300x200 --position 1,0,-0.5 "
+        "--yaw 10 --pitch=-5deg --samples 9 --seed 7 --exposure -1.5 --tone agx --focal-length 35mm"))
+    assert settings == Settings(
+        lens=LENS, focus_distance=pytest.approx(1200.0), f_number=4.0, scene="room", model="thin", film_width=24.0,
+        film_height=16.0, pixels_x=300, pixels_y=200, position=pytest.approx((1000.0, 0.0, -500.0)),
+        yaw=pytest.approx(math.radians(10.0)), pitch=pytest.approx(math.radians(-5.0)), samples=9, seed=7,
+        exposure=-1.5, tone="agx", focal_length=35.0)
+
+
+def test_pixels_alone_cut_the_film_to_their_shape(viewed):
+    settings = settings_of(viewed, LENS, "--size", "640x360")
+    assert (settings.film_width, settings.film_height) == pytest.approx((36.0, 20.25))
+    assert (settings_of(viewed, LENS, "--size", "100x100").film_width) == pytest.approx(24.0)
+
+
+def test_a_film_alone_gets_pixels_of_its_shape(viewed):
+    settings = settings_of(viewed, LENS, "--film", "6x6")
+    assert settings.pixels_x == settings.pixels_y == Settings().pixels_x
+
+
+def test_a_film_and_pixels_of_another_shape_are_taken_as_they_are(viewed):
+    settings = settings_of(viewed, LENS, "--film", "36x24", "--size", "100x100")
+    assert (settings.film_width, settings.film_height, settings.pixels_x, settings.pixels_y) == (36.0, 24.0, 100, 100)
+
+
+def test_the_field_of_view_crops_the_film_behind_a_lens(viewed):
+    settings = settings_of(viewed, LENS, "--fov", "20deg")
+    efl = lb.first_order(lenses.load(LENS)).efl
+    assert 2.0 * math.degrees(math.atan(settings.film.height / 2.0 / efl)) == pytest.approx(20.0)
+    assert settings_of(viewed, LENS, "--fov", "20deg", "--model", "perspective").crop == 1.0
+
+
+def test_a_lens_that_cannot_open_to_the_default_is_opened_as_far_as_it_goes(viewed, tmp_path):
+    lens = lb.stopped_down(lenses.load(LENS), 8.0)
+    lenses.save(lens, tmp_path / "slow.toml")
+    assert settings_of(viewed, str(tmp_path / "slow.toml")).f_number is None
+    assert settings_of(viewed, LENS).f_number == Settings().f_number
+
+
+def test_a_lens_that_cannot_focus_at_the_default_is_focused_near_its_nearest(viewed):
+    settings = settings_of(viewed, LENS, "--focal-length", "800mm")
+    assert settings.focus_distance > 3000.0
+    lb.film_distance(lenses.load(LENS).scaled(800.0 / lb.first_order(lenses.load(LENS)).efl), settings.focus_distance)
+
+
+def test_an_exported_picture_in_place_of_a_lens_brings_its_settings(viewed, tmp_path, rendered):
+    import numpy as np
+
+    exported = replace(Settings(), lens=LENS, seed=5, focus_distance=math.inf)
+    save_picture(tmp_path / "a.png", np.zeros((4, 6, 3), np.float32), exported)
+    assert settings_of(viewed, str(tmp_path / "a.png")) == exported
+    assert settings_of(viewed, str(tmp_path / "a.png"), "--focus", "2", "--f-number", "open") == replace(
+        exported, focus_distance=2000.0, f_number=None)
+
+
+def test_a_lens_file_is_remembered_by_its_whole_path(viewed, tmp_path, monkeypatch):
+    lenses.save(lenses.load(LENS), tmp_path / "mine.toml")
+    monkeypatch.chdir(tmp_path)
+    assert settings_of(viewed, "mine.toml").lens == str(tmp_path / "mine.toml")
+
+
+# Where it goes
+
+
+def test_without_a_display_the_window_is_written_to_a_file(viewed, monkeypatch, capsys):
+    monkeypatch.delenv("DISPLAY")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert main(["view"]) == 0
+    assert viewed[-1][1] == Path("lensbench-window.png")
+    assert "lensbench-window.png" in capsys.readouterr().out
+
+
+def test_a_screenshot_that_cannot_be_written_ends_with_2(viewed, monkeypatch, capsys):
+    def run(settings, screenshot):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", run)
+    assert main(["view", "--screenshot", "no/w.png"]) == 2
+    assert "no/w.png: Permission denied" in one_line(capsys)
+
+
+def test_the_benchmark_gets_its_own_arguments(monkeypatch):
+    bench = types.ModuleType("lensbench.app.studies.benchmark.main")
+    bench.main = lambda words: words
+    monkeypatch.setitem(sys.modules, "lensbench.app.studies.benchmark.main", bench)
+    monkeypatch.setattr("lensbench.app.studies.benchmark.main", bench, raising=False)
+    assert main(["bench", "--json"]) == ["--json"]
+
+
+def test_a_missing_system_library_is_answered_by_its_package(viewed, monkeypatch, capsys):
+    monkeypatch.setattr("lensbench.app.command.main.LIBRARIES", ("libEGL.so.1", "libmissing.so.9"))
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert main(["view"]) == 2
+    assert re.search(r"libmissing.so.9.*apt-get install libegl1", one_line(capsys))
+    assert not viewed
+
+
+def test_a_render_goes_to_its_file_with_its_depth_and_threads(rendered, capsys):
+    assert main(["render", LENS, "--bits", "16", "--threads", "3", "--size", "60x40", "-o", "x.png"]) == 0
+    settings, path, rest = rendered[0]
+    assert (settings.pixels_x, settings.pixels_y, path) == (60, 40, "x.png")
+    assert (rest["bits"], rest["threads"]) == (16, 3)
+    out, err = capsys.readouterr()
+    assert out.startswith("x.png: 60 × 40 pixels, 256 samples") and not err
+
+
+def test_a_picture_is_rendered_with_figures_and_no_bar_off_a_terminal(tmp_path, capsys):
+    path = tmp_path / "out.png"
+    assert main(["render", LENS, "--size", "24x16", "--samples", "2", "--json", "-o", str(path)]) == 0
+    out, err = capsys.readouterr()
+    figures = json.loads(out)
+    assert figures["pixels"] == [24, 16] and figures["samples"] == 2 and figures["samples_per_second"] > 0.0
+    assert not err
+    with Image.open(path) as read:
+        assert read.size == (24, 16)
+    assert read_settings(path).samples == 2
+
+
+def test_the_bar_is_drawn_on_a_terminal_and_cleared(rendered, monkeypatch, capsys):
+    def half(settings, path, progress, **rest):
+        progress(0.5)
+
+    monkeypatch.setattr(export, "export_render", half)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    assert main(["render", LENS, "-o", "x.png"]) == 0
+    err = capsys.readouterr().err
+    assert "50 %" in err and err.endswith("\r")
+
+
+def test_the_data_of_a_lens_are_those_of_the_core(capsys):
+    assert main(["info", LENS, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    lens = lenses.load(LENS)
+    fo = lb.first_order(lens)
+    assert data["efl"] == fo.efl and data["f_number"] == fo.f_number
+    assert data["t_number"] > data["f_number"]
+    assert data["nearest_focus"] == lb.nearest_focus(lens)
+    assert data["field_of_view"]["diagonal"] == pytest.approx(2.0 * math.degrees(math.atan(21.633 / fo.efl)), abs=1e-3)
+
+
+def test_the_data_follow_focal_length_and_aperture(capsys):
+    assert main(["info", LENS, "--focal-length", "100", "--f-number", "4", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["efl"] == pytest.approx(100.0)
+    assert data["f_number"] == pytest.approx(4.0)
+
+
+def test_the_data_are_printed_for_people_too(capsys):
+    assert main(["info", LENS]) == 0
+    out = capsys.readouterr().out
+    assert "Effective focal length" in out and "Nearest focus" in out
+
+
+@pytest.mark.parametrize("rows", ["-50 3 1.5 20\n50 5 1 20\n0 2 0 10\n", "0 3 1.5 20\n0 5 1 20\n0 2 0 10\n"])
+def test_the_data_of_a_lens_that_forms_no_image_are_printed_all_the_same(tmp_path, capsys, rows):
+    (tmp_path / "a.dat").write_text(rows)
+    assert main(["info", str(tmp_path / "a.dat")]) == 0
+    assert "forms no real image" in capsys.readouterr().out
+    assert main(["info", str(tmp_path / "a.dat"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["nearest_focus"] is None
+
+
+def test_the_library_is_listed_whole_in_both_forms(capsys):
+    assert main(["lenses"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == lenses.names()
+    assert main(["lenses", "--json"]) == 0
+    assert [card["name"] for card in json.loads(capsys.readouterr().out)] == lenses.names()
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], *([name, "--help"] for name in (
+    "view", "render", "info", "lenses"))])
+def test_every_command_explains_itself(words, capsys):
+    assert main(words) == 0
+    assert "lensbench" in capsys.readouterr().out
+
+
+# Bad input
+
+
+def one_line(capsys):
+    out, err = capsys.readouterr()
+    assert not out and len(err.splitlines()) == 1, (out, err)
+    return err
+
+
+@pytest.mark.parametrize(("line", "said"), [
+    ("views", "view"),
+    ("render pbrt-dgauss-50mm", "--output"),
+    ("render -o a.png", "LENS"),
+    ("render pbrt-dgauss-50mm -o a.jpg", ".exr"),
+    ("render pbrt-dgauss-50mm -o a", ".png"),
+    ("render pbrt-dgauss-50mm -o no/such/folder/a.png", "there is no folder"),
+    ("render pbrt-dgaus-50mm -o a.png", "pbrt-dgauss-50mm"),
+    ("render missing.toml -o a.png", "missing.toml"),
+    ("render pbrt-dgauss-50mm --focus 10cm -o a.png", " m"),
+    ("render pbrt-dgauss-50mm --focus near -o a.png", "1.2 m"),
+    ("render pbrt-dgauss-50mm --focus -1m -o a.png", "--focus"),
+    ("render pbrt-dgauss-50mm --f-number 0.5 -o a.png", "f/"),
+    ("render pbrt-dgauss-50mm --f-number 0 -o a.png", "f-number"),
+    ("render pbrt-dgauss-50mm --f-number=-2 -o a.png", "f-number"),
+    ("render pbrt-dgauss-50mm --f-number nan -o a.png", "f/2.8"),
+    ("render pbrt-dgauss-50mm --size 0x10 -o a.png", "pixels"),
+    ("render pbrt-dgauss-50mm --size 1000000x1000 -o a.png", "pixels"),
+    ("render pbrt-dgauss-50mm --film 0x24 -o a.png", "film"),
+    ("render pbrt-dgauss-50mm --fov 90deg -o a.png", "--film"),
+    ("render pbrt-dgauss-50mm --fov 0 -o a.png", "between"),
+    ("render pbrt-dgauss-50mm --samples 0 -o a.png", "at least 1"),
+    ("render pbrt-dgauss-50mm --bits 12 -o a.png", "16"),
+    ("render pbrt-dgauss-50mm --tone warm -o a.png", "filmic"),
+    ("render pbrt-dgauss-50mm --model magic -o a.png", "pinhole"),
+    ("render pbrt-dgauss-50mm --scene nowhere -o a.png", "still-life"),
+    ("render pbrt-dgauss-50mm --focal-length 0 -o a.png", "focal length"),
+    ("render pbrt-dgauss-50mm --model thin --focal-length 300mm --focus 25cm -o a.png", " m"),
+    ("render pbrt-dgauss-50mm --model perspective --fov 10deg --focus 5cm -o a.png", "0.275 m"),
+    ("view other.png", "not exported by lensbench"),
+    ("view cut.png", "cut.png"),
+    ("view missing.png", "missing.png"),
+    ("info binary.toml", "binary.toml"),
+    ("info folder", "folder"),
+    ("info pbrt-dgauss-50mm --f-number 0.3", "f/"),
+])
+def test_bad_input_ends_with_2_and_one_line_that_says_what_to_do(line, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Image.new("RGB", (8, 8)).save("other.png")
+    Path("cut.png").write_bytes(Path("other.png").read_bytes()[:40])
+    Path("binary.toml").write_bytes(bytes(range(256)))
+    Path("folder").mkdir()
+    before = sorted(os.listdir())
+    assert main(shlex.split(line)) == 2
+    assert said in one_line(capsys)
+    assert sorted(os.listdir()) == before
+
+
+def test_a_failure_of_the_program_ends_with_1_and_one_line(monkeypatch, capsys):
+    def broken():
+        raise RuntimeError("a\nb")
+
+    monkeypatch.delenv("LENSBENCH_DEBUG", raising=False)
+    monkeypatch.setattr(lenses, "describe", broken)
+    assert main(["lenses"]) == 1
+    assert "RuntimeError: a b" in one_line(capsys)
+    monkeypatch.setenv("LENSBENCH_DEBUG", "1")
+    with pytest.raises(RuntimeError):
+        main(["lenses"])
+
+
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+
+
+def test_the_example_of_the_readme_runs_as_it_stands(capsys):
+    (example,) = blocks("python")
+    exec(compile(example, str(README), "exec"), {})
+    assert re.match(r".*: [\d.]+ mm, f/[\d.]+\n", capsys.readouterr().out)
+
+
+def test_the_commands_of_the_readme_are_understood(viewed, rendered, monkeypatch, tmp_path):
+    import numpy as np
+
+    monkeypatch.chdir(tmp_path)
+    save_picture("out.png", np.zeros((4, 6, 3), np.float32), Settings())
+    lines = [line.partition("#")[0] for block in blocks("sh") for line in block.splitlines()]
+    assert len(lines) >= 6
+    for line in lines:
+        assert main(shlex.split(line)[1:]) == 0, line

@@ -1,0 +1,46 @@
+"""The command line as a process: interrupted, and with a reader that goes away."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+NEVER_DONE = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)        # what runs in the background is born to ignore it
+from lensbench.app.command import main
+from lensbench.app.files import export
+add = export.lb.Rendering.add
+def told(*given):
+    print("rendering", flush=True)
+    return add(*given)
+export.lb.Rendering.add = told
+sys.exit(main.main(["render", "pbrt-dgauss-50mm", "--samples", "999999999", "--size", "60x40", "-o", sys.argv[1]]))
+"""
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_render_leaves_the_old_file_and_nothing_else(tmp_path, number, code):
+    (tmp_path / "a.png").write_bytes(b"the old file")
+    with subprocess.Popen([sys.executable, "-c", NEVER_DONE, str(tmp_path / "a.png")], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True) as running:
+        assert running.stdout.readline() == "rendering\n"
+        running.send_signal(number)
+        _, err = running.communicate()
+    assert running.returncode == code
+    assert len(err.splitlines()) <= 1
+    assert os.listdir(tmp_path) == ["a.png"]
+    assert (tmp_path / "a.png").read_bytes() == b"the old file"
+
+
+def test_a_reader_that_has_seen_enough_is_no_failure():
+    with subprocess.Popen([sys.executable, "-m", "lensbench.app.command.main", "lenses", "--json"], text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        running.stdout.close()
+        assert running.stderr.read() == ""
+    assert running.returncode == 0
+
+
+# The README

@@ -1,0 +1,39 @@
+"""The menu of the picture, and a panel that has to fit beside it."""
+
+from dataclasses import replace
+
+from imgui_bundle import imgui
+
+from lensbench.app.state.settings import Settings
+
+from .conftest import SMALL
+
+
+def test_small_lights_are_left_to_the_cameras_rays_where_a_person_says_so(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.item_click("**/Picture size")
+        hand.ctx.item_click("**/Small lights from their own side")
+        hand.press(imgui.Key.escape)
+        hand.picture()
+        assert hand.settings == replace(SMALL, splats=False)
+
+    assert drive(use).view.messages == []
+
+
+def test_the_choice_is_kept_with_the_settings():
+    assert Settings().splats
+    assert not Settings.from_dict({"version": 1, "splats": False}).splats
+
+
+def test_every_row_of_the_spaces_is_seen_in_a_small_window(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.window_focus("//Spaces")
+        hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.6, 0.5))
+        hand.ctx.yield_(4)
+        window = hand.ctx.window_info("//Spaces").window
+        assert window.scroll_max.y == 0.0
+        assert hand.box("**/Save intrinsics").max.y < window.pos.y + window.size.y
+
+    drive(use)

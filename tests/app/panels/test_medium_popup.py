@@ -1,0 +1,64 @@
+"""Fog and water before the camera of the bench."""
+
+import shlex
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+import lensbench as lb
+from lensbench.app.state.build import camera, design, medium
+from lensbench.app.state.constraints import with_model
+from lensbench.app.state.settings import Settings, SettingsError
+
+from .conftest import SMALL
+from .test_cli import LENS, settings_of, viewed  # noqa: F401 - the fixture
+
+
+def test_clear_air_is_nothing_and_fog_takes_contrast_by_its_visibility():
+    assert medium(Settings()) is None and camera(SMALL).medium is None
+    fog = medium(replace(Settings(), medium="fog", visibility=5000.0, fog_light=0.7))
+    np.testing.assert_allclose(fog.transmittance(5000.0), 0.02, rtol=1e-12)
+    np.testing.assert_allclose(fog.seen(np.zeros(3), 1e9), 0.7, rtol=1e-12)
+
+
+def test_a_lens_in_the_water_has_no_window_and_one_behind_a_window_is_the_lens_in_air():
+    water = replace(SMALL, medium="water", visibility=8000.0)
+    assert design(water) == design(SMALL) and camera(water).medium.index == pytest.approx(1.333)
+    assert design(replace(water, wet=True)).front_index == pytest.approx(1.333)
+
+
+def test_a_panorama_leaves_the_water():
+    assert with_model(replace(SMALL, medium="water"), "environment").medium == "air"
+    assert with_model(replace(SMALL, medium="fog"), "environment").medium == "fog"
+
+
+def test_options_arrive_and_what_cannot_be_is_said(viewed, capsys):  # noqa: F811
+    from lensbench.app.command.main import main
+
+    settings = settings_of(viewed, LENS, *shlex.split("--medium fog --visibility 3m --fog-light 0.4"))
+    assert (settings.medium, settings.visibility, settings.fog_light) == ("fog", 3000.0, 0.4)
+    with pytest.raises(SettingsError, match="visibility 0"):
+        replace(settings, visibility=0.0).checked()
+    assert main(["render", LENS, "--medium", "water", "--visibility", "90m", "-o", "a.png"]) == 2
+    assert "in pure water one sees 69 m" in capsys.readouterr().err
+
+
+def test_fog_is_made_by_hand(drive):
+    def use(hand):
+        hand.picture()
+        clear = hand.bench.easel.news.image
+        hand.ctx.item_click("**/Air")
+        hand.ctx.item_click("//$FOCUSED/Before fog")
+        hand.picture()
+        assert hand.settings == replace(SMALL, medium="fog")
+        foggy = hand.bench.easel.news.image
+        assert foggy.std() < clear.std()                # the far fades
+        hand.drag(hand.at("**/Visibility", 0.5, 0.5), hand.at("**/Visibility", 0.2, 0.5))
+        hand.picture()
+        assert hand.settings.visibility < 10_000.0
+        hand.press(imgui.Key.escape)
+        assert isinstance(camera(hand.settings).medium, lb.Medium)
+
+    assert drive(use).view.messages == []

@@ -1,0 +1,132 @@
+"""The panel Models: measured in the background, and a click takes the picture with a model."""
+
+from dataclasses import replace
+from time import monotonic, sleep
+
+import pytest
+from imgui_bundle import ImVec2
+
+from lensbench.app.panels.models import _model, _present, chart_panel
+from lensbench.app.state.build import camera
+from lensbench.app.state.settings import Settings, SettingsError
+from lensbench.app.studies.charts.models import chart
+from lensbench.app.studies.charts.subjects import Subject
+from lensbench.app.studies.charts.values import Mark
+from lensbench.app.workers.chart_worker import ChartWorker, charted
+from tests.app.stand import centre, drive
+
+START = Settings(lens="lenshh-cooke-triplet-50", model="trace", f_number=8.0)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """What is measured, compiled before a window takes its share of the processor."""
+    there = camera(START)
+    chart(Subject(START.lens, START.lens, there), seconds=0.0, in_the_renderer=False)
+
+
+class Panel:
+    def __init__(self, settings: Settings = START):
+        self.settings, self.worker = settings, ChartWorker()
+
+    def show(self) -> None:
+        sleep(0.002)                                    # a screen's pause between two frames
+        self.settings = chart_panel(self.settings, self.worker)
+
+    def wait(self, ctx) -> None:
+        end = monotonic() + 240.0
+        while self.worker.of != charted(self.settings):
+            assert monotonic() < end
+            ctx.yield_()
+        ctx.yield_(3)
+
+
+def test_the_chart_of_the_present_lens_comes_by_itself_and_a_click_takes_a_model():
+    panel, seen = Panel(), {}
+
+    def click(ctx, item: str) -> None:
+        ctx.mouse_move_to_pos(centre(ctx, item))
+        ctx.yield_(2)
+        ctx.mouse_click(0)
+        ctx.yield_(2)
+
+    def test(ctx):
+        panel.wait(ctx)
+        for name in ("degree 7", "thin lens", "pinhole", "scalar reference", "trace, float64", "degree 11"):
+            click(ctx, f"**/###Model {name}")
+            seen[name] = panel.settings.model, panel.settings.degree
+        click(ctx, "**/###Model trace, float32 name")       # its name is as good as its mark
+        seen["trace"] = panel.settings
+        for shown in ("worst", "light"):
+            click(ctx, f"**/###Error {shown}")
+            ctx.mouse_move_to_pos(centre(ctx, "**/###Model degree 9"))
+            ctx.yield_(3)
+        seen["chart"] = panel.worker.chart
+        click(ctx, "**/###Measure again")
+        panel.wait(ctx)
+
+    drive(panel.show, test, (420, 320))
+    assert seen["degree 7"] == ("polynomial", 7)
+    assert seen["thin lens"] == ("thin", 7)
+    assert seen["pinhole"] == seen["scalar reference"] == seen["trace, float64"] == ("pinhole", 7)
+    assert seen["degree 11"] == ("polynomial", 11)
+    assert seen["trace"] == replace(START, degree=11)
+    marks = {mark.name: mark for mark in seen["chart"].marks}
+    assert marks["trace, float32"].error < marks["degree 3"].error < marks["pinhole"].error
+
+
+def test_a_picture_is_taken_with_the_degree_that_is_set():
+    assert camera(replace(START, model="polynomial", degree=5)).degree == 5
+    with pytest.raises(SettingsError, match="degree 4"):
+        replace(START, degree=4).checked()
+
+
+def test_the_present_model_is_ringed_of_the_automatic_one_what_it_came_to():
+    assert _present(replace(START, model="polynomial", degree=5), None) == "degree 5"
+    assert _present(replace(START, model="table"), None) == "table"
+    assert _present(replace(START, model="auto"), ("thin", 0)) == "thin lens"
+    assert _present(replace(START, model="auto"), None) == ""
+
+
+def test_what_no_picture_is_taken_with_or_is_not_valid_cannot_be_taken():
+    assert _model(Mark("scalar reference", "scalar")) is _model(Mark("trace, float64", "trace")) is None
+    assert _model(Mark("table", "table")) == ("table", 0)
+    assert _model(Mark("degree 9", "polynomial", why="blades")) is None
+
+
+STATES = [START, replace(START, lens="no-such-lens"), replace(START, model="fisheye"), replace(START, f_number=0.3),
+          replace(START, lens="lentil-schneider-anamorphic-31-2001", f_number=None)]
+
+
+@pytest.mark.parametrize("size", [(30, 30), (90, 75), (90, 500), (900, 110)])
+def test_the_panel_lives_in_any_window_and_any_state(size):
+    panel = Panel()
+
+    def test(ctx):
+        for state in STATES:
+            panel.settings = state
+            ctx.yield_(3)
+            assert panel.settings == state
+
+    drive(panel.show, test, size)
+
+
+def test_a_measurement_that_is_cancelled_leaves_the_settings_alone_until_they_change():
+    panel = Panel()
+
+    def test(ctx):
+        while panel.worker.share is None:
+            ctx.yield_()
+        panel.worker.cancel()
+        while panel.worker.share is not None:
+            ctx.yield_()
+        end = monotonic() + 0.8
+        while monotonic() < end:
+            ctx.yield_()
+        assert panel.worker.share is None and panel.worker.chart is None
+        panel.settings = replace(START, f_number=11.0)
+        panel.wait(ctx)
+        assert panel.worker.chart is not None
+        ctx.mouse_move_to_pos(ImVec2(5.0, 5.0))
+
+    drive(panel.show, test, (300, 300))

@@ -1,0 +1,85 @@
+"""The read-outs say what the readings are."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from lensbench.app.panels.readouts import NONE, Status, own, readouts_panel, rows
+from lensbench.app.state.constraints import with_model
+from lensbench.app.state.figures import readings
+from lensbench.app.state.settings import LENSLESS, MODELS, Settings
+from lensbench.app.workers.warm_panels import prepare
+from tests.app.stand import drive
+
+START = Settings(lens="pbrt-dgauss-50mm")
+
+
+def table(settings: Settings, status: Status = Status()) -> dict[str, str]:  # noqa: B008 - a frozen value
+    return {row.name: f"{row.value} {row.unit}".strip() for row in rows(settings, readings(settings), status)}
+
+
+def test_the_table_of_the_double_gauss():
+    # Figures of the published prescription: EFL 50.358, BFL 36.106, f/2.03 mm wide open; the rest by hand from them
+    said = table(START, Status(164e6, 60.0, 128))
+    assert said["Focal length"] == "50.4 mm" and said["Back focal length"] == "36.1 mm"
+    assert said["f-number"] == "f/2.80" and said["Entrance pupil"] == "ø 18.0 mm"
+    assert said["Field of view"] == "39.3° × 26.8°"
+    assert said["Rays"] == "164 M/s" and said["Frames"] == "60 fps" and said["Samples"] == "128"
+    assert said["Magnification"].startswith("1 : 21.")
+
+
+def test_infinity_reads_as_such():
+    said = table(replace(START, focus_distance=math.inf))
+    assert said["Magnification"] == "1 : ∞" and said["Depth of field"].endswith("∞ m")
+
+
+def test_limits_close_together_get_the_digits_that_tell_them_apart():
+    said = table(replace(START, focus_distance=200.0, f_number=None))
+    near, far = said["Depth of field"].removesuffix(" m").split(" – ")
+    assert near != far
+
+
+@pytest.mark.parametrize("model", ["pinhole", "perspective"])
+def test_what_has_no_meaning_is_a_dash(model):
+    said = table(replace(START, model=model))
+    assert said["T-stop"] == NONE
+    assert said["Focal length"] != f"{NONE} mm"
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_camera_shows_the_rows_that_it_has(model):
+    settings = with_model(START, model)
+    every = rows(settings, readings(settings), Status(164e6, 60.0, 128))
+    seen = own(settings, every)
+    if model in LENSLESS or model == "pinhole":
+        assert [row.name for row in seen] == [row.name for row in every if row.value != NONE]
+        assert not seen[0].gap and len(seen) < len(every)
+    else:
+        assert seen == every
+
+
+def test_every_row_is_explained_and_abbreviations_are_spelled_out():
+    meanings = {row.name: row.meaning for row in rows(START, readings(START), Status())}
+    assert all(meanings.values())
+    assert "Effective focal length (EFL)" in meanings["Focal length"]
+    assert "Back focal length (BFL)" in meanings["Back focal length"]
+    assert "circle of confusion (CoC)" in meanings["Depth of field"]
+
+
+@pytest.mark.parametrize("size", [(10, 10), (60, 300), (270, 440)])
+def test_the_panel_lives_in_any_window_and_any_state(size):
+    shown = [START]
+
+    def test(ctx):
+        for change in ({}, {"lens": "no-such-lens"}, {"focus_distance": 3.0}, {"model": "perspective"},
+                       {"film_width": math.nan}):
+            shown[0] = replace(START, **change)
+            ctx.yield_(2)
+
+    drive(lambda: readouts_panel(shown[0], Status()), test, size)
+
+
+@pytest.mark.parametrize("change", [{}, {"model": "perspective"}, {"model": "pinhole"}, {"lens": "no-such-lens"}])
+def test_the_panels_can_be_prepared_for_any_state(change):
+    prepare(replace(START, **change))

@@ -1,0 +1,135 @@
+"""The panel of the atlas in the bench: chosen with a real mouse, measured beside the window, cancelled, read."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from lensbench.app.panels import stability
+from lensbench.app.studies.stability import worker as surveying
+from lensbench.app.studies.stability.families import FAMILIES
+from lensbench.app.studies.stability.sweep import Stress, curve, paced
+from lensbench.app.studies.stability.worker import Surveyor
+from tests.app.stand import drive as drive_panel
+
+FIRST, SPHERES = ("Intersection", "Distance of the ray's origin"), "Radius of a sphere"
+
+
+@pytest.fixture(autouse=True)
+def fresh(monkeypatch):
+    monkeypatch.setattr(stability, "_frame", stability.Frame())
+
+
+def wait(ctx, what, frames=3000):
+    for _ in range(frames):
+        if what():
+            ctx.yield_(2)
+            return
+        ctx.yield_()
+        threading.Event().wait(0.01)
+    raise AssertionError("waited in vain")
+
+
+def test_families_and_stresses_are_chosen_and_measured_and_a_method_says_what_becomes_of_it(drive, tmp_path):
+    for title in (SPHERES, FIRST[1]):                           # compiled before the window opens
+        FAMILIES["Intersection"][title]()
+
+    def use(hand):
+        hand.picture()
+        hand.ctx.window_focus("//Stability")
+        hand.ctx.yield_(3)
+        found = hand.bench.panels._surveyor.found
+        hand.wait(lambda: ("Intersection", SPHERES) in found, "the first stress")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//Stability/##Stress")
+        hand.ctx.item_click("//##Combo_00/Distance of the ray's origin")
+        hand.wait(lambda: FIRST in found, "the second")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/###foot form, float32")
+        assert stability._frame.method == "foot form, float32"
+        hand.ctx.yield_(3)
+        hand.photograph(tmp_path / "window.png")
+        hand.ctx.item_click("//Stability/##Family")
+        hand.ctx.item_click("//##Combo_00/Closed forms")
+        wanted = ("Closed forms", "Thin lens as the focus comes to f")
+        hand.wait(lambda: wanted in found, "another family")
+        assert stability._frame.title == wanted[1] and stability._frame.method == ""
+
+    bench = drive(use)
+    assert bench.view.messages == []
+    assert (tmp_path / "window.png").stat().st_size > 50_000
+
+
+def slow(started, go):
+    """A stress that waits between its values until it may go on."""
+    def measure():
+        errors = []
+        for value in paced(np.array([1.0, 2.0, 3.0])):
+            errors.append(0.01 * value)
+            started.set()
+            go.wait(20.0)
+        return Stress("Patience", "Time", "s", np.array([1.0, 2.0, 3.0]), "Length", "mm", 0.1, "a tenth",
+                      (curve("ruler", errors, own=True), curve("hand, float32", [0.05, 0.5, "MISSED"])))
+    return measure
+
+
+def test_measuring_is_cancelled_by_its_button_and_begun_again_by_hand(monkeypatch):
+    started, go = threading.Event(), threading.Event()
+    families = {"Waiting": {"Patience": slow(started, go)}}
+    monkeypatch.setattr(surveying, "FAMILIES", families)
+    monkeypatch.setattr(stability, "FAMILIES", families)
+    monkeypatch.setattr(stability, "_frame", stability.Frame("Waiting", "Patience"))
+    surveyor = Surveyor(lambda: None)
+
+    def use(ctx):
+        wait(ctx, started.is_set)
+        ctx.item_click("**/###Cancel measuring")
+        go.set()
+        wait(ctx, lambda: surveyor.key is None)
+        assert surveyor.declined == ("Waiting", "Patience") and not surveyor.found
+        ctx.yield_(5)
+        assert surveyor.key is None                             # it is left alone until it is asked for
+        ctx.item_click("**/Measure")
+        wait(ctx, lambda: surveyor.found)
+        ctx.item_click("**/###hand, float32")
+        ctx.yield_(2)
+        assert stability._frame.method == "hand, float32"
+        ctx.item_click("**/###hand, float32")
+        assert stability._frame.method == ""
+
+    drive_panel(lambda: stability.stability_panel(surveyor), use, size=(720, 200))
+
+
+def test_what_goes_wrong_while_measuring_is_said_in_the_panel(monkeypatch):
+    def broken():
+        raise ZeroDivisionError("a lens without glass")
+
+    families = {"Waiting": {"Patience": broken}}
+    monkeypatch.setattr(surveying, "FAMILIES", families)
+    surveyor = Surveyor(lambda: None)
+    surveyor.want(("Waiting", "Patience"))
+    surveyor._thread.join(10.0)
+    assert surveyor.problems == {("Waiting", "Patience"): "ZeroDivisionError: a lens without glass"}
+    surveyor.want(("Waiting", "Patience"))
+    assert surveyor.key is None                                 # nor is it tried in every frame
+
+
+def test_another_choice_gives_up_what_is_under_way_and_is_measured_next(monkeypatch):
+    started, go = threading.Event(), threading.Event()
+    monkeypatch.setattr(surveying, "FAMILIES", {"Waiting": {"Patience": slow(started, go), "Haste": slow(started, go)}})
+    surveyor = Surveyor(lambda: None)
+    surveyor.want(("Waiting", "Patience"))
+    assert started.wait(10.0)
+    surveyor.want(("Waiting", "Haste"))
+    go.set()
+    surveyor._thread.join(10.0)
+    surveyor.want(("Waiting", "Haste"))
+    surveyor._thread.join(10.0)
+    assert list(surveyor.found) == [("Waiting", "Haste")]
+
+
+@pytest.mark.parametrize("rising", [True, False])
+def test_the_hard_values_stand_at_the_right_whichever_way_the_quantity_runs(rising):
+    values = np.array([1.0, 10.0, 100.0]) if rising else np.array([100.0, 10.0, 1.0])
+    stress = Stress("Heat", "Heat", "K", values, "Length", "mm", 0.1, "a tenth", (curve("ruler", [0.0, 0.0, 1.0]),))
+    assert (np.diff(stability._across(stress, values)) > 0.0).all()

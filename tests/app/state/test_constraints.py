@@ -1,0 +1,74 @@
+"""What gives way when the lens, its scale or the film changes."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import settings as limits
+from hypothesis import strategies as st
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.state import constraints
+from lensbench.app.state.build import camera, design
+from lensbench.app.state.figures import readings
+from lensbench.app.state.settings import Settings, SettingsError
+
+START = Settings()
+
+
+@pytest.mark.parametrize("name", lenses.names())
+def test_every_lens_of_the_library_takes_the_settings_of_another(name):
+    settings = constraints.within_reach(replace(START, lens=name, f_number=0.9, focus_distance=150.0))
+    camera(settings)                            # raises where it cannot be
+    assert settings.f_number is None or settings.f_number == 0.9
+    assert settings.focus_distance >= 150.0
+    assert constraints.within_reach(settings) == settings
+
+
+def test_what_the_lens_can_do_is_left_alone():
+    assert constraints.within_reach(START) == START
+
+
+@limits(deadline=None, max_examples=40)
+@given(st.floats(0.06, 1.0))
+def test_field_of_view_and_crop_are_one(crop):
+    settings = replace(START, crop=crop)
+    fov = constraints.field_of_view(settings)
+    efl = lb.first_order(design(settings)).efl
+    assert math.isclose(fov, 2.0 * math.atan(0.5 * 24.0 * crop / efl), rel_tol=1e-12)
+    assert math.isclose(constraints.with_field_of_view(START, fov).crop, crop, rel_tol=1e-9)
+
+
+def test_the_perspective_camera_has_a_field_of_view_of_its_own():
+    settings = replace(START, model="perspective")
+    assert constraints.with_field_of_view(settings, 1.0) == replace(settings, fov=1.0)
+
+
+def test_the_perspective_camera_focuses_no_nearer_than_at_magnification_one():
+    near = constraints.within_reach(replace(START, model="perspective", fov=0.1, focus_distance=1.0))
+    got = readings(near)
+    assert math.isclose(near.focus_distance, got.nearest_focus, rel_tol=1e-3)
+    assert math.isclose(got.magnification, 1.0, rel_tol=1e-3)
+    camera(near)
+    with pytest.raises(SettingsError, match="nearest distance"):
+        camera(replace(near, focus_distance=0.9 * near.focus_distance))
+    camera(replace(near, focus_distance=1.0, f_number=None))        # a pinhole is sharp everywhere
+
+
+def test_a_field_beyond_the_film_is_the_whole_film():
+    assert constraints.with_field_of_view(replace(START, crop=0.5), 3.0).crop == 1.0
+
+
+@pytest.mark.parametrize(("width", "height"), lb.FORMATS.values())
+def test_another_film_keeps_its_pixels_square_and_as_many_along_the_longer_side(width, height):
+    film = constraints.with_film(START, width, height).film
+    assert max(film.pixels_x, film.pixels_y) == max(START.pixels_x, START.pixels_y)
+    # half a pixel of rounding along the shorter side
+    assert math.isclose(film.pixels_x / film.pixels_y, width / height, rel_tol=0.5 / min(film.pixels_x, film.pixels_y))
+
+
+def test_a_lens_that_is_not_there_is_an_error():
+    with pytest.raises(lenses.LensFileError):
+        constraints.within_reach(replace(START, lens="no-such-lens"))

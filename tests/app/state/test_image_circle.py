@@ -1,0 +1,49 @@
+"""How much of the film the lens lights, against the exit-pupil regions; and what follows it in the window."""
+
+from dataclasses import replace
+
+import pytest
+from imgui_bundle import imgui
+
+from lensbench.app.state.exit_pupil_geometry import region
+from lensbench.app.state.figures import setup
+from lensbench.app.state.image_circle import dark_corners, lit
+from lensbench.app.state.settings import Settings
+
+CTRL = imgui.Key.mod_ctrl
+FISHEYE = replace(Settings(), lens="pbrt-fisheye-10mm", f_number=None)
+
+
+def test_light_reaches_the_film_up_to_the_edge_and_not_beyond():
+    stand = setup(FISHEYE)
+    edge = lit(FISHEYE)
+    # The edge is sought in the meridian to 1/4096 of the half diagonal; regions narrow to a sliver before it
+    assert region(stand.lens, stand.film_distance, 0.98 * edge).area > 0.0
+    assert region(stand.lens, stand.film_distance, 1.02 * edge).area == 0.0
+
+
+def test_dark_corners_are_explained_by_both_diameters_and_only_where_there_are_some():
+    assert dark_corners(FISHEYE) == f"Image circle ø {2.0 * lit(FISHEYE):.1f} mm, film diagonal 43.3 mm"
+    assert dark_corners(replace(FISHEYE, crop=0.5)) == dark_corners(Settings()) == ""
+    for model in ("thin", "pinhole", "perspective"):
+        assert dark_corners(replace(FISHEYE, model=model)) == ""
+
+
+@pytest.mark.parametrize("settings", [
+    Settings(), replace(Settings(), crop=0.2), replace(Settings(), lens="no such lens"),
+    replace(Settings(), model="perspective")])
+def test_a_lens_that_covers_its_film_lights_the_corner(settings):
+    assert lit(settings) == 0.5 * settings.film.diagonal
+
+
+def test_the_film_point_stays_at_its_part_of_the_field(drive):
+    def use(hand):
+        hand.picture()
+        hand.drag(hand.at("**/Field of view", 0.9, 0.5), hand.at("**/Field of view", 0.4, 0.5))
+        assert hand.settings.crop < 0.5
+        hand.press(CTRL | imgui.Key.z)
+        assert hand.bench.panels._field == 0.7
+        hand.drag(hand.at("**/Film radius", 0.69, 0.5), hand.at("**/Film radius", 0.4, 0.5))
+        assert 0.3 < hand.bench.panels._field < 0.5
+
+    assert drive(use).view.messages == []

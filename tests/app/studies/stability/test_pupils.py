@@ -1,0 +1,86 @@
+"""How the atlas counts light: against the solved area, closed forms and laws of what is left out."""
+
+import math
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.studies.stability import pupils, sampling
+from lensbench.app.studies.stability.pupils import Place
+
+
+def place(name="pbrt-dgauss-50mm", radius=0.0, stop=1.0, azimuth=0.0):
+    lens = lenses.load(name)
+    lens = lens.with_stop_radius(stop * lens.stop.semi_diameter)
+    return Place(lens, lb.film_distance(lens, math.inf), (radius * math.cos(azimuth), radius * math.sin(azimuth)), 22.0)
+
+
+@pytest.mark.parametrize(("radius", "stop"), [(0.0, 1.0), (15.0, 1.0), (21.0, 0.3), (8.0, 1e-3)])
+def test_cells_of_rays_count_the_area_that_the_rim_encloses(radius, stop):
+    where = place(radius=radius, stop=stop)
+    solved = lb.exit_pupil(where.lens, where.film_distance, [radius]).area[0]
+    # 9,000 cells and more: a rim of some 300 of them, each by half, at random
+    assert pupils.true_area(where) == pytest.approx(solved, rel=0.01)
+
+
+def test_an_open_ring_has_the_area_of_a_disk():
+    """A stop alone: the region is its shadow on the plane that it stands in."""
+    alone = lb.Lens((lb.Surface(0.0, 0.0, 3.0),), 0)
+    assert pupils.true_area(Place(alone, 20.0, (4.0, 2.0), 10.0)) == pytest.approx(9.0 * math.pi, rel=0.01)
+    result = pupils.result(Place(alone, 20.0, (4.0, 2.0), 10.0), lambda uv: (12.0 * uv - 6.0, np.full(len(uv), 144.0)))
+    assert result.waste == pytest.approx(1.0 - 9.0 * math.pi / 144.0, abs=0.01)
+    assert result.light < 0.02
+
+
+@pytest.mark.parametrize(("radius", "azimuth"), [(10.0, 0.0), (10.0, 2.0), (19.0, 4.0)])
+def test_every_method_finds_the_light_where_it_is_easy(radius, azimuth):
+    where = place(radius=radius, stop=0.5, azimuth=azimuth)
+    found = {name: pupils.result(where, method(where)) for name, method in pupils.METHODS.items()
+             if name != "paraxial disk"}
+    assert all(each.light < 0.02 for each in found.values())
+    assert found["solved region"].waste < 0.02 < found["boxes of 1,048,576 rays"].waste < (
+        found["boxes of 32,768 rays"].waste) < found["boxes of 1,024 rays"].waste
+
+
+def test_a_small_stop_is_found_by_the_solver_and_by_no_box():
+    where = place(radius=15.0, stop=1e-3)
+    own, box = (pupils.result(where, pupils.METHODS[name](where)) for name in ("solved region", "boxes of 32,768 rays"))
+    assert own.light < 0.01 and own.waste < 0.05
+    assert box.light > 0.5 and box.waste > 0.99
+
+
+def test_of_a_region_in_pieces_the_outline_about_all_loses_nothing_and_one_piece_does():
+    end = pupils._end(pupils.SPLIT)
+    lens = lenses.load(pupils.SPLIT)
+    where = Place(lens, lb.film_distance(lens, math.inf), (0.97 * end, 0.0), 1.0001 * end)
+    own, one = (pupils.result(where, method(where)) for method in (pupils.solved, pupils.one_piece))
+    # eight in ten of 4,096 samples fall between the pieces
+    assert own.light < 0.03 and 0.5 < own.waste < 0.95
+    assert one.light > 0.3
+
+
+def test_what_is_left_out_of_a_region_is_lost_as_its_square():
+    stress = sampling.lost_light()
+    for curve in stress.curves:
+        far = stress.values > 0.01
+        np.testing.assert_allclose(curve.errors[far], 1.0 - (1.0 - stress.values[far]) ** 2, atol=2e-3)
+
+
+def test_white_noise_falls_with_what_passes_by_bernoullis_law_and_the_net_is_never_noisier():
+    stress = sampling.noise(0.0)
+    net, white, edge, white_edge = (curve.errors for curve in stress.curves)
+    # RMSE of the mean of 64 that pass with probability p, each then worth 1 / p; half of that behind an edge
+    for found, p in ((white, stress.values), (white_edge, 0.5 * stress.values)):
+        np.testing.assert_allclose(found, np.sqrt((1.0 - p) / (64.0 * p)), rtol=0.15, atol=0.012)
+    assert (net[1:] < 0.5 * white[1:]).all() and (edge < 0.9 * white_edge).all()
+
+
+def test_differentials_hold_to_the_very_rim_and_the_next_pixels_ray_does_not():
+    stress = sampling.differentials()
+    found = {curve.name: stress.verdict(curve) for curve in stress.curves}
+    assert found["at the same place of the pupil, float64"].worst < 1e-6
+    assert found["at the same place of the pupil, float32"].fails_at is None
+    neighbour = stress.curves[0]
+    assert neighbour.errors[0] > 0.01 and neighbour.returned[-1] == "weight 0"

@@ -1,0 +1,104 @@
+"""A lens with cylinders in the bench: opened from a file, focused, stopped down; and every panel says what it means."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.command.main import main
+from lensbench.app.panels.exit_pupil import UPWARDS
+from lensbench.app.panels.falloff import EVERY_WAY
+from lensbench.app.panels.lens_section import panel
+from lensbench.app.panels.readouts import Status, rows
+from lensbench.app.state.figures import readings, setup
+from lensbench.app.state.image_circle import dark_corners
+from lensbench.app.state.settings import Settings
+
+from .conftest import SMALL
+
+NAME = "lentil-schneider-anamorphic-31-2001"
+NEAR = replace(Settings(), lens=NAME, focus_distance=3000.0)
+
+
+def said(settings):
+    return {row.name: row for row in rows(settings, readings(settings), Status())}
+
+
+def test_the_read_outs_tell_both_sections():
+    table = said(NEAR)
+    assert (table["Focal length"].value, table["Focal length across"].value) == ("60.6", "31.5")
+    stand = setup(NEAR)
+    foci = lb.section_foci(stand.lens, 3000.0, stand.film_distance)
+    across, up = (focus - stand.film_distance for focus in foci)
+    assert table["Foci across, up"].value == f"−{abs(across):.2f} +{up:.2f}" and across < 0.0 < up
+    assert "0.52 times as wide" in table["Focal length across"].meaning
+    # The field across is that of the focal length across
+    assert readings(NEAR).fov_horizontal == pytest.approx(2.0 * math.atan(18.0 / readings(NEAR).across))
+    assert "Focal length across" not in said(Settings())
+
+
+def test_what_ends_the_light_is_told_along_the_film_s_diagonal():
+    stand = setup(NEAR)
+    share = float(dark_corners(NEAR).split(" at ")[1].split(" %")[0]) / 100.0
+    for factor, dark in ((0.985, False), (1.015, True)):            # it is told to a hundredth
+        place = factor * share * np.array([18.0, 12.0])
+        assert (len(lb.open_region(stand.lens, stand.film_distance, place)) == 0) == dark
+    assert dark_corners(replace(NEAR, crop=0.5)) == ""
+
+
+def test_info_tells_both_sections(capsys):
+    assert main(["info", NAME]) == 0
+    told = capsys.readouterr().out
+    assert "60.555 mm\n  across, in the section x–z                  31.488 mm" in told and "59.5° × 22.4°" in told
+    assert main(["info", "pbrt-dgauss-50mm"]) == 0
+    assert "across" not in capsys.readouterr().out
+
+
+def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, monkeypatch):
+    path, words = tmp_path / "squeeze.zmx", []
+    lenses.save(replace(lenses.load(NAME), name="Squeeze"), path)
+    colour, dim, add = imgui.text_colored, imgui.text_disabled, imgui.ImDrawList.add_text
+    monkeypatch.setattr(imgui, "text_colored", lambda tint, text: words.append(text) or colour(tint, text))
+    monkeypatch.setattr(imgui, "text_disabled", lambda text: words.append(text) or dim(text))
+    monkeypatch.setattr(imgui.ImDrawList, "add_text",
+                        lambda draw, *given: words.append(given[-1]) or add(draw, *given))
+
+    def use(hand):
+        hand.picture()
+        assert not {panel.ONE_OF_TWO, UPWARDS} & set(words)
+        hand.bench.dropped(None, [str(path)])
+        hand.picture()
+        assert hand.settings.lens == str(path)
+        words.clear()
+        hand.ctx.yield_(3)
+        assert {panel.ONE_OF_TWO, UPWARDS, "Focal length across", "Foci across, up"} <= set(words)
+        hand.ctx.window_focus("//Falloff")
+        hand.ctx.yield_(3)
+        assert EVERY_WAY in words
+        hand.ctx.window_focus("//Exit pupil")
+
+        # The rings turn it, and the picture follows; the film can be drawn away from the lens
+        squeezed = hand.bench.worker.newest().image.copy()
+        hand.drag(hand.at("**/Focus distance", 0.9, 0.5), hand.at("**/Focus distance", 0.5, 0.5), steps=3)
+        assert 300.0 < hand.settings.focus_distance < 20000.0
+        hand.drag(hand.at("**/Aperture", 0.3, 0.5), hand.at("**/Aperture", 0.7, 0.5), steps=3)
+        assert hand.settings.f_number > 4.0
+        hand.picture()
+        assert np.abs(hand.bench.worker.newest().image - squeezed).max() > 0.05
+        before = hand.settings.focus_distance
+        place = hand.at("**/Film plane", 0.5, 0.5)
+        hand.drag(place, imgui.ImVec2(place.x + 3.0, place.y))
+        assert hand.settings.focus_distance < before
+        hand.drag(hand.at("**/Film radius", 0.69, 0.5), hand.at("**/Film radius", 0.3, 0.5))
+
+        # What knows lenses of rotation alone is refused in words
+        hand.ctx.item_click("//Controls/##Model")
+        hand.ctx.item_click("//##Combo_00/Thin lens")
+        hand.wait(lambda: hand.bench.view.messages, "a word about the model")
+        assert "cylinder or toroid" in hand.bench.view.messages[0]
+
+    drive(use, replace(SMALL, samples=2, focus_distance=math.inf))

@@ -1,0 +1,88 @@
+"""The layout: the first, on a plain screen and on one twice as fine, floating panels, and room for what is in them."""
+
+import pytest
+from imgui_bundle import ImVec2, hello_imgui, imgui, immapp
+from imgui_bundle.immapp import testing
+from PIL import Image
+
+from lensbench.app.state.constraints import with_model
+from lensbench.app.state.settings import MODELS
+from lensbench.app.widgets import theme
+from lensbench.app.window import window
+
+from .conftest import SMALL
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0])
+def test_the_columns_are_as_wide_as_their_text_needs(factor):
+    bench = window.Bench(SMALL, remember=False, threads=2)
+    window.without_display()
+    runner = window.parameters(bench, (1900, 1000))
+    runner.dpi_aware_params.dpi_window_size_factor = factor
+    runner.fps_idling.enable_idling = False
+    seen = {}
+
+    def test(ctx):
+        ctx.yield_(10)
+        seen["factor"] = hello_imgui.dpi_window_size_factor()
+        for name in ("Controls", "Exit pupil"):
+            seen[name] = imgui.internal.find_window_by_name(name).size.x / imgui.get_font_size()
+
+    try:
+        testing.run(test_function=test, runner_params=runner, add_ons_params=immapp.AddOnsParams(with_implot=True))
+    finally:
+        bench.worker.stop()
+    assert seen["factor"] == factor
+    assert 17.0 < seen["Controls"] < 23.0 and 18.0 < seen["Exit pupil"] < 31.0
+
+
+def test_a_panel_that_floats_hides_what_is_below_it(drive, tmp_path):
+    def test(hand):
+        hand.picture()
+        hand.ctx.dock_clear("Plan")
+        hand.ctx.yield_(2)
+        hand.ctx.window_move("Plan", ImVec2(500, 200))
+        hand.ctx.yield_(2)
+        window = imgui.internal.find_window_by_name("Plan")
+        at = int(window.pos.x + 0.5 * window.size.x), int(window.pos.y + window.size.y) - 4
+        hand.photograph(tmp_path / "window.png")
+        panel = tuple(round(255.0 * part) for part in theme.colours().panel[:3])
+        with Image.open(tmp_path / "window.png") as picture:
+            assert picture.getpixel(at) == panel
+
+    drive(test)
+
+
+def test_every_camera_finds_room_for_its_controls_in_a_small_window(drive):
+    seen = {}
+
+    def test(hand):
+        hand.picture()
+        for model in MODELS:
+            hand.bench.history.edit(with_model(SMALL, model), False, 0.0)
+            hand.ctx.yield_(3)
+            controls = imgui.internal.find_window_by_name("Controls")
+            seen[model] = controls.scrollbar_y, hand.ctx.item_exists("**/Aperture")
+        hand.bench.history.edit(with_model(SMALL, "polynomial"), False, 0.0)
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("//Controls/##Degree")
+        hand.ctx.item_click("//##Combo_00/5")
+        hand.ctx.yield_(2)
+        assert (hand.settings.model, hand.settings.degree) == ("polynomial", 5)
+
+    drive(test)
+    assert [model for model, (scrolls, _) in seen.items() if scrolls] == []
+    # what lets light through a point, or through nothing that a hand could close, has no stop
+    assert {model for model, (_, stop) in seen.items() if not stop} == {
+        "pinhole", "orthographic", "fisheye", "environment", "hole", "bare"}
+
+
+def test_the_words_of_the_help_stand_within_it(drive):
+    def test(hand):
+        hand.picture()
+        hand.press(imgui.Key.f1)
+        hand.ctx.yield_(3)
+        found = imgui.internal.find_window_by_name("Keys and mouse")
+        assert found.content_size.x <= found.size.x - 2.0 * imgui.get_style().window_padding.x + 0.5
+
+    drive(test)

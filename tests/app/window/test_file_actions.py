@@ -1,0 +1,201 @@
+"""Files in the window: what is dropped, opened, saved and exported by hand."""
+
+import json
+from dataclasses import replace
+
+from imgui_bundle import imgui
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+from lensbench import lenses
+from lensbench.app.state.build import design
+from lensbench.app.window.file_actions import QUESTIONS
+
+from .conftest import SMALL
+
+CTRL = imgui.Key.mod_ctrl
+
+
+def test_a_dropped_lens_is_opened_and_a_broken_one_is_said_and_changes_nothing(drive, tmp_path):
+    good, bad, empty = tmp_path / "mine.toml", tmp_path / "broken.dat", tmp_path / "empty.toml"
+    lenses.save(lenses.load("lv-czj-tessar-50-f28"), good)
+    bad.write_bytes(b"\x00\x01\xff not a lens\n")
+    empty.write_text("")
+    other, newer = tmp_path / "other.png", tmp_path / "newer.png"
+    Image.new("RGB", (8, 8)).save(other)
+    text = PngInfo()
+    text.add_itxt("lensbench", '{"version": 999}')
+    Image.new("RGB", (8, 8)).save(newer, pnginfo=text)
+
+    def use(hand):
+        hand.picture()
+        hand.bench.dropped(None, [str(good)])
+        hand.picture()
+        assert hand.settings.lens == str(good) and not hand.bench.view.messages
+        assert hand.bench.files.recent == [good]
+        for path in (bad, empty, tmp_path / "missing.toml", other, newer):
+            before = hand.settings
+            hand.bench.dropped(None, [str(path)])
+            hand.ctx.yield_(2)
+            assert hand.settings == before
+            assert len(hand.bench.view.messages) == 1 and path.name in hand.bench.view.messages[0]
+            hand.ctx.item_click("**/Dismiss")
+            hand.ctx.yield_(2)
+            assert hand.bench.view.messages == []
+        hand.press(CTRL | imgui.Key.z)
+        assert hand.settings == SMALL
+
+    drive(use)
+
+
+def test_what_a_reader_had_to_assume_is_said(drive, tmp_path):
+    older = tmp_path / "older.dat"
+    older.write_text("# pbrt, old\n# thickness before the surface\n40 0 1.6 24\n-40 5 1 24\n0 4 1 12\n60 4 1.6 22\n"
+                     "-45 6 1 20\n")
+
+    def use(hand):
+        hand.picture()
+        hand.bench.dropped(None, [str(older)])
+        hand.picture()
+        assert hand.settings.lens == str(older)
+        findings = lenses.load(older).findings
+        assert findings and hand.bench.view.messages == [f"older.dat: {finding}" for finding in findings]
+
+    drive(use)
+
+
+def test_a_picture_larger_than_a_window_can_show_is_opened_smaller_and_said(drive, tmp_path):
+    path = tmp_path / "wide.png"
+    text = PngInfo()
+    text.add_itxt("lensbench", json.dumps(replace(SMALL, pixels_x=1_000_000, pixels_y=10).to_dict()))
+    Image.new("RGB", (8, 8)).save(path, pnginfo=text)
+
+    def use(hand):
+        hand.picture()
+        hand.bench.dropped(None, [str(path)])
+        hand.picture()
+        assert (hand.settings.pixels_x, hand.settings.pixels_y) == (8192, 1)
+        assert "1000000 × 10 pixels" in hand.bench.view.messages[0]
+
+    drive(use)
+
+
+def test_a_film_that_cannot_be_is_not_taken(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.item_click("//Controls/##Film")
+        hand.ctx.item_input_value("//##Combo_00/×##Film width", 0.0)
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//##Combo_00/Set")
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL
+        hand.ctx.item_input_value("//##Combo_00/×##Film width", 30.0)
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//##Combo_00/Set")
+        hand.picture()
+        assert (hand.settings.film_width, hand.settings.film_height) == (30.0, 24.0)
+
+    assert drive(use).view.messages == []
+
+
+def test_the_picture_is_saved_and_opened_again_with_its_settings(drive, tmp_path):
+    changed = replace(SMALL, f_number=4.0, exposure=1.0, samples=4)
+    path = tmp_path / "shot.png"
+
+    def use(hand):
+        hand.picture()
+        hand.press(CTRL | imgui.Key.s)
+        hand.ctx.item_input_value("//$FOCUSED/##Name", str(path))
+        hand.wait(path.exists, "the saved picture")
+        hand.bench.dropped(None, [str(path)])
+        hand.ctx.yield_(2)
+        assert hand.settings == changed
+
+    assert drive(use, changed).view.messages == []
+    with Image.open(path) as saved:
+        assert saved.size == (120, 80)
+
+
+def test_a_lens_is_saved_in_the_format_of_its_suffix_and_opened_again(drive, tmp_path):
+    path = tmp_path / "mine.zmx"
+    scaled = replace(SMALL, lens="lv-czj-tessar-50-f28", focal_length=80.0)
+
+    def use(hand):
+        hand.ctx.menu_click("//##MainMenuBar/File/Save lens…")
+        hand.ctx.yield_(2)
+        hand.ctx.item_input_value("//$FOCUSED/##Name", str(path))
+        hand.wait(path.exists, "the file")
+        hand.ctx.yield_(2)
+        assert lenses.load(path).surfaces == design(scaled).surfaces
+        saved, lost = hand.bench.view.messages
+        assert "saved as mine.zmx" in saved and "left out" in lost
+        hand.bench.dropped(None, [str(path)])
+        hand.ctx.yield_(2)
+        assert hand.settings.lens == str(path) and hand.settings.focal_length is None
+
+    drive(use, scaled)
+    assert set(lenses.READERS) == set(QUESTIONS["lens"].suffixes)       # what can be read can be chosen
+
+
+def test_settings_are_saved_and_opened_by_the_menu(drive, tmp_path):
+    path = tmp_path / "mine.toml"
+
+    def use(hand):
+        hand.ctx.menu_click("//##MainMenuBar/File/Save settings…")
+        hand.ctx.yield_(2)
+        hand.ctx.item_input_value("//$FOCUSED/##Name", str(path))
+        hand.wait(path.exists, "the file")
+        hand.bench.edited = replace(SMALL, f_number=8.0)
+        hand.bench.history.edit(hand.bench.edited, False, 0.0)
+        hand.bench.dropped(None, [str(path)])
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL
+        path.write_text("version = 1\ncrop = 7.0\n")
+        hand.bench.dropped(None, [str(path)])
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL and ":2: crop:" in hand.bench.view.messages[0]
+
+    drive(use)
+
+
+def test_an_export_can_be_cancelled_and_finished(drive, tmp_path):
+    path = tmp_path / "large.png"
+
+    def use(hand):
+        hand.picture()
+        hand.bench.export.path = path
+        hand.ctx.item_click("**/Export")
+        hand.ctx.yield_(2)
+        hand.ctx.item_input_value("//Export/##Samples a pixel", 1_000_000)
+        hand.ctx.item_click("//Export/Export")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("//Export/Cancel")
+        hand.wait(lambda: not hand.bench.export.busy, "the end of the export")
+        hand.ctx.yield_(2)
+        assert list(tmp_path.iterdir()) == []
+        hand.ctx.item_click("**/Export")
+        hand.ctx.yield_(2)
+        hand.ctx.item_input_value("//Export/##Samples a pixel", 2)
+        hand.ctx.item_click("//Export/Export")
+        hand.wait(path.exists, "the exported picture")
+        hand.wait(lambda: hand.bench.view.messages, "word of it")
+        assert hand.bench.view.messages == [f"Exported {path}"]
+
+    drive(use)
+
+
+def test_an_export_that_cannot_be_written_says_why(drive, tmp_path):
+    path = tmp_path / "no" / "large.png"
+
+    def use(hand):
+        hand.picture()
+        hand.bench.export.path = path
+        hand.ctx.item_click("**/Export")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//Export/Export")
+        hand.wait(lambda: hand.bench.view.messages, "word of it")
+        assert "there is no folder" in hand.bench.view.messages[0]
+        hand.ctx.yield_(5)
+        assert len(hand.bench.view.messages) == 1 and hand.settings == SMALL
+
+    drive(use)

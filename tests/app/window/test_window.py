@@ -1,0 +1,278 @@
+"""The whole window on no display: each control by a real mouse, files, undo, and what must never end it."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from imgui_bundle import hello_imgui, imgui
+from PIL import Image
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.state.settings import Settings
+from lensbench.app.window import docking, window
+
+from .conftest import SMALL
+
+CTRL, SHIFT = imgui.Key.mod_ctrl, imgui.Key.mod_shift
+
+
+@pytest.mark.parametrize(("ring", "field"), [
+    ("Focus distance", "focus_distance"), ("Aperture", "f_number"), ("Field of view", "crop"),
+    ("Focal length", "focal_length"), ("Exposure", "exposure"),
+])
+def test_a_drag_turns_a_ring_and_is_one_step_of_undo(drive, ring, field):
+    def use(hand):
+        item = f"**/{ring}"
+        hand.picture()
+        before = hand.settings
+        hand.drag(hand.at(item, 0.55, 0.5), hand.at(item, 0.7, 0.5), steps=8)
+        after = hand.settings
+        assert getattr(after, field) != getattr(before, field)
+        hand.picture()
+        hand.press(CTRL | imgui.Key.z)
+        assert hand.settings == before
+        hand.press(CTRL | SHIFT | imgui.Key.z)
+        assert hand.settings == after
+
+    assert drive(use).view.messages == []
+
+
+def test_a_lens_is_found_by_its_name_and_what_it_can_do_is_kept(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.item_click("//Controls/##Lens")
+        hand.ctx.key_chars("tessar 2.8")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("//##Combo_00/**/lv-czj-tessar-50-f28")
+        hand.picture()
+        assert hand.settings == replace(SMALL, lens="lv-czj-tessar-50-f28")
+
+    assert drive(use).view.messages == []
+
+
+def test_a_slower_lens_opens_as_far_as_it_can_and_focuses_as_near_as_it_can(drive):
+    def use(hand):
+        hand.ctx.item_click("//Controls/##Lens")
+        hand.ctx.key_chars("goerz")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("//##Combo_00/**/lib-goerz-dagor")
+        hand.picture()
+        assert hand.settings.f_number is None
+        nearest = lb.nearest_focus(lenses.load("lib-goerz-dagor"))
+        assert math.isclose(hand.settings.focus_distance, nearest, rel_tol=1e-3)
+
+    assert drive(use, replace(SMALL, focus_distance=700.0)).view.messages == []
+
+
+def test_every_model_and_film_can_be_chosen(drive):
+    def use(hand):
+        for model in ("Thin lens", "Pinhole", "Perspective, no lens", "Full lens trace"):
+            hand.ctx.item_click("//Controls/##Model")
+            hand.ctx.item_click(f"//##Combo_00/{model}")
+            hand.picture()
+        assert hand.settings.model == "trace"
+        hand.ctx.item_click("//Controls/##Film")
+        hand.ctx.item_click("//##Combo_00/6 × 6 cm 56 × 56")
+        hand.picture()
+        assert hand.settings.film_width == hand.settings.film_height == 56.0
+        assert hand.settings.pixels_x == hand.settings.pixels_y == 120
+
+    assert drive(use).view.messages == []
+
+
+def test_a_click_focuses_on_what_is_under_it(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.5, 0.6))
+        hand.ctx.yield_(2)
+        hand.ctx.mouse_click(0)
+        hand.wait(lambda: hand.settings.focus_distance != 2000.0, "the focus")
+        hand.picture()
+        depth = hand.bench.worker.newest().depth
+        assert np.nanmin(np.abs(depth - hand.settings.focus_distance)) < 1.0      # the lens breathes a little
+        assert hand.bench.view.mark.distance == hand.settings.focus_distance
+        hand.press(CTRL | imgui.Key.z)
+        assert hand.settings.focus_distance == 2000.0
+
+    drive(use, replace(SMALL, focus_distance=2000.0))
+
+
+def test_drags_orbit_and_pan_and_the_wheel_dollies_and_none_of_them_focuses(drive):
+    def use(hand):
+        hand.picture()
+        start, end = hand.at("**/Picture", 0.5, 0.5), hand.at("**/Picture", 0.6, 0.5)
+        hand.drag(start, end)
+        orbited = hand.settings
+        pivot = np.array([0.0, 0.0, -SMALL.focus_distance])
+        assert orbited.yaw < 0.0 and orbited.focus_distance == SMALL.focus_distance
+        assert math.isclose(np.linalg.norm(pivot - orbited.position), SMALL.focus_distance, rel_tol=1e-9)
+        hand.press(CTRL | imgui.Key.z)
+        assert hand.settings == SMALL
+
+        hand.drag(start, end, button=1)
+        assert hand.settings.position[0] < 0.0 == hand.settings.position[2] and hand.settings.yaw == 0.0
+        hand.press(CTRL | imgui.Key.z)
+        hand.ctx.mouse_move_to_pos(start)
+        hand.ctx.mouse_wheel_y(1.0)
+        hand.ctx.yield_(2)
+        assert hand.settings.position[2] < 0.0
+        hand.picture()
+
+    assert drive(use).view.messages == []
+
+
+def test_the_tools_of_the_picture(drive):
+    def use(hand):
+        hand.picture()
+        for tool, overlay in (("Focus peaking", "peaking"), ("CoC overlay", "coc"), ("Clipping", "clipping")):
+            hand.ctx.item_click(f"**/{tool}")
+            hand.ctx.yield_(3)
+            assert hand.settings.overlay == overlay
+        hand.ctx.item_click("**/Clipping")
+        hand.ctx.item_click("**/Histogram")
+        hand.ctx.yield_(3)
+        assert hand.settings.overlay == "none" and hand.bench.view.histogram
+        hand.ctx.item_click("**/100 %")
+        hand.ctx.yield_(2)
+        assert hand.bench.view.scale == 1.0
+        hand.ctx.item_click("**/Fit")
+        hand.ctx.item_click("**/Pause")
+        hand.ctx.yield_(2)
+        assert hand.bench.worker.paused
+        hand.press(imgui.Key.space)
+        assert not hand.bench.worker.paused
+        generation = hand.bench.worker.generation
+        hand.ctx.item_click("**/Restart")
+        hand.ctx.yield_(2)
+        assert hand.bench.worker.generation == generation + 1
+        hand.ctx.item_click("**/Picture size")
+        hand.ctx.item_click("//$FOCUSED/agx")
+        hand.ctx.item_click("//$FOCUSED/64")
+        hand.ctx.yield_(2)
+        assert (hand.settings.tone, hand.settings.samples) == ("agx", 64)
+
+    assert drive(use).view.messages == []
+
+
+def test_menus_undo_redo_theme_and_panels(drive):
+    def use(hand):
+        hand.picture()
+        hand.drag(hand.at("**/Exposure", 0.5, 0.5), hand.at("**/Exposure", 0.7, 0.5))
+        after = hand.settings
+        hand.ctx.menu_click("//##MainMenuBar/Edit/Undo")
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL
+        hand.ctx.menu_click("//##MainMenuBar/Edit/Redo")
+        hand.ctx.yield_(2)
+        assert hand.settings == after
+        hand.ctx.menu_click("//##MainMenuBar/Edit/Reset all")
+        hand.ctx.yield_(2)
+        assert hand.settings == replace(Settings(), pixels_x=hand.settings.pixels_x, pixels_y=hand.settings.pixels_y)
+        hand.ctx.menu_click("//##MainMenuBar/View/Light theme")
+        hand.ctx.yield_(2)
+        assert not hand.bench.dark
+        hand.ctx.menu_click("//##MainMenuBar/View/Section")
+        hand.ctx.yield_(2)
+        section = hello_imgui.get_runner_params().docking_params.dockable_window_of_name("Section")
+        assert not section.is_visible
+        hand.ctx.menu_click("//##MainMenuBar/View/Reset layout")
+        hand.ctx.yield_(3)
+        assert section.is_visible
+        hand.press(imgui.Key.f1)
+        hand.ctx.yield_(2)
+        hand.press(imgui.Key.escape)
+
+    assert drive(use).view.messages == []
+
+
+def test_an_error_in_a_panel_is_shown_and_the_window_lives_on(drive, monkeypatch, capsys):
+    def broken(settings, *rest):
+        imgui.begin_child("half")
+        raise RuntimeError("a panel in pieces")
+
+    def use(hand):
+        hand.picture()
+        monkeypatch.setattr(docking, "section_panel", broken)
+        hand.ctx.yield_(5)
+        assert hand.bench.view.messages == ["Section: RuntimeError: a panel in pieces"]
+        monkeypatch.undo()
+        hand.picture()
+        hand.drag(hand.at("**/Exposure", 0.5, 0.5), hand.at("**/Exposure", 0.7, 0.5))
+        assert hand.settings.exposure > 0.0
+
+    drive(use)
+    assert capsys.readouterr().err.count("RuntimeError: a panel in pieces") == 1
+
+
+def test_settings_that_cannot_be_rendered_are_said_and_taken_back(drive, tmp_path):
+    def use(hand):
+        hand.picture()
+        bench = hand.bench
+        bench.history.edit(replace(SMALL, scene=str(tmp_path / "gone.toml")), False, 0.0)
+        hand.wait(lambda: bench.view.messages, "the message")
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL and "gone" in bench.view.messages[0]
+        hand.picture()
+
+    drive(use)
+
+
+def test_a_window_without_room_lives_on(drive):
+    def use(hand):
+        for size in ((1, 1), (40, 30), (300, 200), (1280, 720)):
+            hello_imgui.change_window_size(size)
+            hand.ctx.yield_(4)
+        hand.picture()
+
+    assert drive(use).view.messages == []
+
+
+def test_a_screenshot_shows_the_whole_window(tmp_path):
+    path = tmp_path / "window.png"
+    assert window.run(SMALL, screenshot=path) == 0
+    with Image.open(path) as saved:
+        picture = np.asarray(saved)
+    assert picture.shape == (720, 1280, 3)
+    # the render is in colour, the panels around it are grey
+    assert np.ptp(picture[60:470, 320:940].astype(int), axis=2).max() > 100
+    assert np.ptp(picture[2:18, 400:900].astype(int), axis=2).max() == 0
+
+
+def test_a_screenshot_that_cannot_be_written_is_an_error(tmp_path):
+    with pytest.raises(OSError, match=r"nowhere.*No such file"):
+        window.run(SMALL, screenshot=tmp_path / "nowhere" / "window.png")
+
+
+@pytest.mark.parametrize("dark", [True, False])
+def test_both_themes_are_neutral_around_the_picture(drive, tmp_path, dark):
+    def use(hand):
+        hand.picture()
+        hand.photograph(tmp_path / "window.png")
+
+    drive(use, dark=dark)
+    with Image.open(tmp_path / "window.png") as saved:
+        picture = np.asarray(saved).astype(int)
+    for place in (picture[4, 700], picture[35, 900], picture[300, 285], picture[705, 640]):
+        assert np.ptp(place) == 0 and bool(place.mean() < 128) is dark
+
+
+def test_a_lens_is_opened_by_its_path_and_a_wrong_path_is_said_where_it_was_typed(drive, tmp_path):
+    good = tmp_path / "mine.toml"
+    lenses.save(lenses.load("lv-czj-tessar-50-f28"), good)
+
+    def use(hand):
+        hand.picture()
+        hand.press(CTRL | imgui.Key.o)
+        hand.ctx.item_input_value("//$FOCUSED/##Name", str(tmp_path / "nothing.toml"))
+        hand.ctx.yield_(2)
+        assert hand.settings == SMALL
+        hand.ctx.item_input_value("//$FOCUSED/##Name", str(tmp_path))
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//###File/**/mine.toml")
+        hand.ctx.item_click("//###File/Open")
+        hand.picture()
+        assert hand.settings.lens == str(good)
+
+    assert drive(use).view.messages == []

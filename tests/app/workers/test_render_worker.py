@@ -1,0 +1,145 @@
+"""The background renderer: what it shows is what was asked for last, and it never waits or dies."""
+
+import threading
+from dataclasses import replace
+from time import monotonic, sleep
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench.app.state.build import camera
+from lensbench.app.state.settings import Settings
+from lensbench.app.workers import render_worker as module
+from lensbench.app.workers.render_worker import PAUSED_SAMPLES, Worker
+
+SMALL = replace(Settings(), pixels_x=96, pixels_y=64, samples=8)
+PATIENCE = 240.0            # seconds: the first picture compiles the kernels
+
+
+def wait(what):
+    end = monotonic() + PATIENCE
+    while not what():
+        assert monotonic() < end
+        sleep(0.002)
+
+
+@pytest.fixture
+def start():
+    workers = []
+
+    def begin(settings=SMALL, **options):
+        workers.append(Worker(settings, threads=2, **options))
+        return workers[-1]
+
+    yield begin
+    for worker in workers:
+        worker.stop()
+
+
+def done(worker, samples=SMALL.samples):
+    news = worker.newest()
+    return news is not None and news.generation == worker.generation and news.samples == samples
+
+
+def test_the_picture_is_that_of_the_settings_bit_for_bit(start):
+    view, scene = camera(SMALL), lb.builtin_scene(SMALL.scene)
+    picture = lb.render(view, scene, samples=8)         # first: the very first picture leaves small lights to chance
+    worker = start()
+    wait(lambda: done(worker) and worker.newest().depth is not None)
+    news = worker.newest()
+    # sums of eight samples, in passes of one, two, … : float32 addition in another order
+    np.testing.assert_allclose(news.image, picture, rtol=1e-5, atol=1e-6)
+    np.testing.assert_array_equal(news.depth, lb.depth_map(view, scene))
+    assert news.settings == SMALL and not worker.busy and worker.error is None
+
+
+def test_what_changes_only_the_development_does_not_begin_anew(start):
+    worker = start()
+    wait(lambda: done(worker))
+    news = worker.newest()
+    worker.restart(replace(SMALL, exposure=2.0, tone="agx", overlay="coc"))
+    assert worker.generation == news.generation
+    worker.restart(replace(SMALL, samples=12))
+    wait(lambda: done(worker, 12))
+    assert worker.newest().generation == news.generation
+
+
+def test_of_many_settings_the_last_one_is_rendered_and_no_older_picture_follows_a_newer(start):
+    seen = []
+    woken = threading.Event()
+    worker = start(woken=woken.set)
+    wait(lambda: done(worker))
+    for i in range(1, 40):
+        worker.restart(replace(SMALL, focus_distance=1200.0 + i))
+        woken.wait(0.004)
+        woken.clear()
+        seen.append(worker.newest().generation)
+    wait(lambda: done(worker))
+    assert worker.newest().settings.focus_distance == 1239.0
+    assert seen == sorted(seen)
+
+
+def test_a_hand_that_never_rests_sees_pictures_all_the_same(start):
+    worker = start(replace(SMALL, pixels_x=480, pixels_y=320))
+    wait(lambda: worker.newest() is not None)
+    seen, i, end = set(), 0, monotonic() + PATIENCE
+    while len(seen) < 5:
+        assert monotonic() < end
+        i += 1
+        worker.restart(replace(SMALL, pixels_x=480, pixels_y=320, focus_distance=1200.0 + i))
+        seen.add(worker.newest().generation)
+        sleep(0.001)                            # far less than a pass
+
+
+def test_a_pause_holds_and_new_settings_still_get_a_first_picture(start):
+    worker = start()
+    wait(lambda: done(worker))
+    worker.pause()
+    worker.restart(replace(SMALL, samples=4096))
+    worker.restart(replace(SMALL, samples=4096, f_number=4.0))
+    wait(lambda: done(worker, PAUSED_SAMPLES))
+    sleep(0.1)
+    assert worker.newest().samples == PAUSED_SAMPLES and worker.paused
+    worker.restart(replace(SMALL, f_number=4.0))
+    worker.resume()
+    wait(lambda: done(worker))
+
+
+@pytest.mark.parametrize(("changed", "word"), [
+    ({"lens": "no-such-lens"}, "no-such-lens"),
+    ({"focus_distance": 10.0}, "near"),
+    ({"f_number": 0.5}, "f/"),
+    ({"film_width": 0.0}, "film"),
+    ({"scene": "no-such-scene"}, "no-such-scene"),
+])
+def test_settings_of_no_picture_are_an_error_and_the_old_picture_stays(start, changed, word):
+    worker = start()
+    wait(lambda: done(worker))
+    image = worker.newest().image
+    worker.restart(replace(SMALL, **changed))
+    wait(lambda: worker.error is not None)
+    assert word in str(worker.error.error).lower() and isinstance(worker.error.error, ValueError)
+    assert worker.newest().image is image
+    worker.restart(SMALL)
+    wait(lambda: done(worker))
+    assert worker.error is None
+
+
+def test_an_unforeseen_error_is_news_too(start, monkeypatch):
+    worker = start()
+    wait(lambda: done(worker))
+    monkeypatch.setattr(module, "prepare", lambda settings: 1 // 0)
+    worker.again()
+    wait(lambda: worker.error is not None)
+    assert isinstance(worker.error.error, ZeroDivisionError)
+    monkeypatch.undo()
+    worker.again()
+    wait(lambda: done(worker))
+
+
+def test_it_ends_in_the_middle_of_its_work():
+    worker = Worker(replace(SMALL, samples=10**6), threads=2)
+    wait(lambda: worker.newest() is not None)
+    worker.stop()
+    assert not any(thread.name.startswith("lensbench r") for thread in threading.enumerate())

@@ -1,0 +1,62 @@
+"""The workbench and the driver: what a stage may rely on."""
+
+import numpy as np
+import pytest
+
+from lensbench.kernels.block import A0, A1, A2, ALIVE, LOST, RED, B, Step, X, bench, gather, rows, stage
+from lensbench.kernels.program import Program
+
+
+@stage
+def add(lanes, p, key):
+    """RED grows by p[0]."""
+    row = rows(lanes)
+    for i in range(B):
+        row[RED][i] += p[0]
+
+
+@stage
+def fetch(lanes, p, key):
+    """RED = p[X]."""
+    row = rows(lanes)
+    gather(row[RED], p, row[X])
+
+
+@stage
+def halt(lanes, p, key):
+    """Nothing goes on."""
+    key[ALIVE] = np.uint32(p[0])
+
+
+REALS = pytest.mark.parametrize("real", [np.float32, np.float64])
+
+
+@REALS
+def test_a_gather_reads_the_element_that_the_index_names(real):
+    table = np.random.default_rng(0).random(1000)
+    index = np.random.default_rng(1).integers(0, 1000, 700)
+    found = Program([Step(fetch, table)], real).run({X: index}, [RED], 700)
+    assert np.array_equal(found[0], table.astype(real)[index])
+
+
+@REALS
+def test_lanes_beyond_the_last_block_are_padding_only(real):
+    for n in (1, B - 1, B, B + 1, 3 * B + 7):
+        out = Program([Step(add, [2.5])], real).run({RED: np.arange(n)}, [RED, A0], n)
+        assert np.array_equal(out[0], np.arange(n, dtype=real) + real(2.5))
+        assert not out[1].any()
+
+
+def test_gated_steps_wait_while_no_lane_goes_on_and_lost_ends_the_block():
+    stopped = Program([Step(halt, [0]), Step(add, [1.0], gated=True), Step(add, [10.0])])
+    lost = Program([Step(halt, [LOST]), Step(add, [1.0], gated=True), Step(add, [10.0])])
+    going = Program([Step(add, [1.0], gated=True), Step(add, [10.0])])
+    assert [program.run({}, [RED], 1)[0, 0] for program in (stopped, lost, going)] == [10.0, 0.0, 11.0]
+
+
+@REALS
+def test_rows_share_no_lane_and_begin_on_cache_lines(real):
+    lanes = bench(real)
+    assert lanes.ctypes.data % 64 == 0
+    out = Program([Step(add, [1.0])], real).run({A1: np.full(B, 3.0)}, [A0, A1, A2, RED], B)
+    assert np.array_equal(out, np.repeat(np.array([[0.0], [3.0], [0.0], [1.0]], real), B, 1))

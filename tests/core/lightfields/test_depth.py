@@ -1,0 +1,81 @@
+"""Depth from a light field: the scene's own where there is something to be seen, and everything in focus by it."""
+
+import math
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from tests.core.lightfields.test_light_field import EDGE, FILM, STILL, perspective, psnr, waves
+
+INSIDE = (slice(EDGE, -EDGE), slice(EDGE, -EDGE))
+
+
+@pytest.fixture(scope="module")
+def field():
+    return lb.capture_light_field(perspective(1200.0), lb.builtin_scene(STILL), (9, 9), 4)
+
+
+@pytest.fixture(scope="module")
+def found(field):
+    return lb.find_depth(field)
+
+
+def apart(field, distance):
+    """How far neighbouring views lie apart that are focused at other distances (mm), in pixels, with its sign."""
+    near, far = (1.0 / 400.0, 1e-9)
+    turned = np.linspace(far, near, 200)
+    lie = np.array([field.shear(1.0 / t)[1] for t in turned]) * 2.0 / 9.0 * FILM.pixels_x / FILM.width
+    return np.interp(1.0 / distance, turned, lie)
+
+
+def test_the_depth_is_that_of_the_scene_where_there_is_something_to_be_seen(field, found):
+    true = lb.depth_map(perspective(1200.0), lb.builtin_scene(STILL))
+    off = np.abs(apart(field, found.distance) - apart(field, np.minimum(true, 1e9)))[INSIDE]
+    sure = found.confidence[INSIDE] > 0.5
+    assert 0.5 < sure.mean() < 1.0
+    # Of the rest, mirrors show what lies behind them, and rims are as wide as the window
+    assert np.median(off[sure]) < 0.05
+    assert np.mean(off[sure] < 0.25) > 0.85
+
+
+def test_what_is_found_is_in_focus_everywhere(field, found):
+    camera = perspective(1200.0, radius=0.0)
+    y, x = np.mgrid[0:160, 0:240] + 0.5
+    fall = camera.generate_rays(np.stack([x.ravel(), y.ravel()], 1), np.full((x.size, 2), 0.5), np.zeros(x.size))
+    sharp = lb.render(camera, lb.builtin_scene(STILL), 256) / fall.weights.reshape(160, 240, 1)
+    # A hundredth of the pixels lies at rims and highlights, and has half of the error
+    assert psnr(found.picture, sharp) > 28.0
+    assert psnr(found.picture, sharp) > psnr(field.view(4, 4), sharp) + 3.0
+    assert psnr(found.picture, sharp) > psnr(field.refocus(1200.0), sharp) + 8.0
+
+
+def test_views_of_one_plane_tell_its_distance():
+    for dtype in (np.float32, np.float16):
+        found = lb.find_depth(waves(dtype=dtype), 700.0, 2000.0)
+        # What is between two pixels is read along straight lines, and the least of the cost by a parabola
+        assert np.abs(found.distance[INSIDE] - 900.0).max() < 10.0
+        assert np.median(np.abs(found.distance[INSIDE] - 900.0)) < 3.0
+
+
+def test_where_nothing_is_to_be_seen_nothing_is_sure():
+    field = waves()
+    field.light[...] = 0.5
+    assert lb.find_depth(field).confidence.max() < 0.01
+
+
+def test_what_cannot_be_is_said(field):
+    single = lb.capture_light_field(perspective(1200.0), lb.builtin_scene(STILL), (1, 1), 1)
+    with pytest.raises(lb.LightFieldError, match="single view has no depth"):
+        lb.find_depth(single)
+    with pytest.raises(lb.LightFieldError, match="must be nearer"):
+        lb.find_depth(field, 2000.0, 1000.0)
+    shares = []
+
+    def told(share):
+        shares.append(share)
+        return len(shares) < 3
+
+    with pytest.raises(lb.LightFieldError, match="given up"):
+        lb.find_depth(field, told=told)
+    assert len(shares) == 3 and 0.0 < shares[0] < shares[-1] < math.inf

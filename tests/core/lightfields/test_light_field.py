@@ -1,0 +1,261 @@
+"""Light fields: what is focused afterwards is what a camera focused there would have seen."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.lightfields.light_field import LightField
+from tests.core.cameras.test_dispersion import landscape
+
+FILM = lb.Film(14.4, 9.6, 240, 160)             # a part of the full frame at 600 pixels across
+EDGE = 24                                       # pixels at the border that views see less of
+STILL = "still-life"
+
+
+def perspective(focus, film=FILM, radius=8.9):
+    return lb.PerspectiveCamera(film, fov=0.192, lens_radius=radius, focus_distance=focus)
+
+
+def real(focus, f_number=2.8):
+    return lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, focus, f_number)
+
+
+def psnr(a, b):
+    """Decibels, linear, clipped to [0, 1], peak 1, away from the border."""
+    a, b = (np.clip(picture[EDGE:-EDGE, EDGE:-EDGE], 0.0, 1.0) for picture in (a, b))
+    return -10.0 * math.log10(np.mean((a - b) ** 2))
+
+
+@pytest.fixture(scope="module")
+def ideal_field():
+    return lb.capture_light_field(perspective(1200.0), lb.builtin_scene(STILL), (17, 17), 5)
+
+
+@pytest.fixture(scope="module")
+def real_field():
+    return lb.capture_light_field(real(1200.0), lb.builtin_scene(STILL), (9, 9), 16)
+
+
+@pytest.mark.parametrize("distance", [900.0, 1000.0, 1200.0, 1700.0, 2500.0])
+def test_focusing_afterwards_is_focusing_before(ideal_field, distance):
+    direct = lb.render(perspective(distance), lb.builtin_scene(STILL), 1024)
+    again = ideal_field.refocus(distance)
+    assert psnr(again, direct) > 40.0
+    assert again.mean() == pytest.approx(direct.mean(), rel=0.005)
+
+
+@pytest.mark.parametrize("distance", [1500.0])
+def test_a_real_lens_is_focused_afterwards_too(real_field, distance):
+    assert psnr(real_field.refocus(distance), lb.render(real(distance), lb.builtin_scene(STILL), 1024)) > 40.0
+
+
+def test_a_smaller_aperture_is_part_of_the_one_that_was_recorded(real_field):
+    stopped = lb.render(real(1200.0, 5.6), lb.builtin_scene(STILL), 1024)
+    # The rim of a small round aperture runs through cells, of which shares are taken: 9 across are 4.5 here
+    assert psnr(real_field.refocus(1200.0, 5.6), stopped) > 36.0
+
+
+def test_one_view_is_what_a_pinhole_at_its_place_sees():
+    scene, across, down = lb.builtin_scene(STILL), 3, 0
+    field = lb.capture_light_field(perspective(1200.0, radius=3.0), scene, (5, 5), 40)
+    u, v = field.places[down, across] * 3.0
+    moved = np.eye(4)
+    moved[:2, 3] = u, v
+    # The pinhole's window is shifted: it sees the same part of the plane in focus, aside by the view's part of a pixel.
+    # Every other pixel, of half the size, is where the view's samples lie
+    half, pixel = math.tan(0.096) * 1200.0, 2.0 / FILM.pixels_y
+    aside = (field.offsets[down, across] + 0.25) * pixel
+    x, y = -u / half, -v / half
+    window = (x - 1.5 + aside[0], x + 1.5 + aside[0], y - 1.0 - aside[1], y + 1.0 - aside[1])
+    fine = replace(FILM, pixels_x=2 * FILM.pixels_x, pixels_y=2 * FILM.pixels_y)
+    hole = lb.PerspectiveCamera(fine, fov=0.192, world_from_camera=moved, window=window)
+    direct = lb.render(hole, scene, 64)[::2, ::2]
+    # A cell of 1.2 mm is no point: the far wall, and the floor's tiles towards its horizon, are blurred by half a pixel
+    assert psnr(field.view(across, down), direct) > 30.0
+    assert psnr(field.view(2, 2), direct) < 25.0
+
+
+def small(**others):
+    """A film of few pixels for as much of the scene."""
+    return perspective(1200.0, lb.Film(14.4, 9.6, 120, 80), **others)
+
+
+@pytest.mark.parametrize("scene, others", [
+    (STILL, {"medium": lb.Medium.fog(2500.0)}), (STILL, {"medium": lb.Medium.water(6000.0)}),
+    ("fairground", {"shutter_close": 1.0 / 30.0})], ids=["fog", "water", "motion"])
+def test_fog_water_and_motion_are_recorded_as_a_picture_shows_them(scene, others):
+    camera, things = replace(small(), **others), lb.builtin_scene(scene)
+    again = lb.capture_light_field(camera, things, (9, 9), 12).refocus(1200.0)
+    # Two renders of so many samples differ by 40 decibels at the least, in the fairground
+    assert psnr(again, lb.render(camera, things, 512)) > 38.0
+    without = replace(camera, medium=None, shutter_close=1e-6)
+    assert psnr(again, lb.render(without, things, 64)) < 25.0
+
+
+def test_the_blades_of_an_ideal_lens_are_in_its_light_field():
+    camera, things = replace(small(), blades=5), lb.builtin_scene(STILL)
+    field = lb.capture_light_field(camera, things, (9, 9), 12)
+    direct = lb.render(replace(camera, focus_distance=900.0), things, 512)
+    assert psnr(field.refocus(900.0), direct) > 38.0
+    # A pentagon takes (5 / 2π) sin 72° of the circle's light, which at this aperture falls off by 1e-3 alone
+    whole = lb.capture_light_field(small(), things, (9, 9), 12)
+    part = field._on_axis.sum() / whole._on_axis.sum()
+    assert part == pytest.approx(5.0 / (2.0 * math.pi) * math.sin(math.radians(72.0)), rel=0.01)
+
+
+def test_a_lens_that_disperses_is_recorded_in_colours():
+    camera = lb.LensCamera(landscape(), lb.Film(1.92, 1.28, 96, 64), 1200.0)
+    edge = lb.Rectangle((100.0, 0.0, -1150.0), (115.0, 0.0, 0.0), (0.0, 400.0, 0.0), lb.Material((0.0,) * 3))
+    scene = lb.Scene("edge", sky=lb.Sky(*[(1.0,) * 3] * 3), enclosed=True, plates=(edge,))
+    direct = lb.render(camera, scene, 257)
+    coloured, plain = (lb.capture_light_field(replace(camera, dispersion=kept), scene, (5, 5), 16).refocus(1200.0)
+                       for kept in (True, False))
+
+    def off(picture):
+        return np.sqrt(np.mean((picture - direct)[8:-8, 8:-8] ** 2))
+
+    assert np.ptp(direct[8:-8, 8:-8].mean(0), axis=-1).max() > 0.2 and off(coloured) < 0.15 * off(plain)
+
+
+def test_a_moment_of_the_exposure_is_what_a_shutter_open_then_lets_through():
+    fair, whole = lb.builtin_scene("fairground"), replace(small(), shutter_close=1.0 / 15.0)
+    field = lb.capture_light_field(whole, fair, (9, 9), 24, moments=2)
+    assert field.moments.nbytes + field.light.nbytes + field.coverage.nbytes == lb.light_field_bytes(
+        whole.film, (9, 9), moments=2)
+    mean = field.moments.astype(np.float32).mean(0)
+    # Each is rounded to 11 bits
+    assert np.allclose(mean, field.light.astype(np.float32), rtol=2e-3, atol=1e-6)
+    first, second = (replace(whole, shutter_open=k / 30.0, shutter_close=(k + 1) / 30.0) for k in (0, 1))
+    for instant, then, other in zip(field.instants, (first, second), (second, first), strict=True):
+        again = instant.refocus(1200.0)
+        # As far from a render as the whole exposure, of which it has half the samples
+        assert psnr(again, lb.render(then, fair, 512)) > 36.0
+        assert psnr(again, lb.render(other, fair, 512)) < 30.0
+    with pytest.raises(lb.LightFieldError, match="nothing moves"):
+        lb.capture_light_field(small(), lb.builtin_scene(STILL), (2, 2), 1, moments=2)
+    with pytest.raises(lb.LightFieldError, match="moments: a whole number"):
+        lb.capture_light_field(whole, fair, (2, 2), 1, moments=0)
+
+
+def test_a_lens_with_cylinders_is_focused_afterwards_too():
+    lens, scene, film = lenses.load("lentil-schneider-anamorphic-31-2001"), lb.builtin_scene(STILL), lb.Film(
+        14.4, 12.0, 84, 70)
+    field = lb.capture_light_field(lb.LensCamera(lens, film, 2000.0), scene, (9, 9), 6)
+    direct = lb.render(lb.LensCamera(lens, film, 1500.0), scene, 256)
+    # Most of the picture is finer than these pixels, which costs as much at the distance that was recorded
+    assert psnr(field.refocus(1500.0), direct) > max(29.0, psnr(field.refocus(2000.0), direct) + 5.0)
+    # Its stop is seen round from about the film's middle; no cell that passes light is beyond the grid
+    border = np.concatenate([field._on_axis[[0, -1]].ravel(), field._on_axis[:, [0, -1]].ravel()])
+    assert 1.0 <= field.reach < 1.2 and border.max() < 0.8
+
+
+def test_a_part_of_the_pupil_aside_is_a_lens_that_stands_there():
+    scene, radius, place = lb.builtin_scene(STILL), 8.9, (0.5, -0.25)
+    part = lb.picture_through(small(), scene, place, 0.4, 512)
+    moved = np.eye(4)
+    moved[:2, 3] = place[0] * radius, place[1] * radius
+    # Its window is shifted: it sees the same part of the plane in focus
+    half = math.tan(0.096) * 1200.0
+    x, y = -moved[0, 3] / half, -moved[1, 3] / half
+    aside = replace(small(radius=0.4 * radius), world_from_camera=moved,
+                    window=(x - 1.5, x + 1.5, y - 1.0, y + 1.0))
+    # On its film's side that lens has other angles: what cos⁴ makes of a white world is divided out
+    white = lb.Scene("white", sky=lb.Sky(*[(1.0,) * 3] * 3), enclosed=True)
+    there = lb.render(aside, scene, 512) / lb.render(aside, white, 64)
+    assert psnr(part / lb.picture_through(small(), white, place, 0.4, 64), there) > 38.0
+    field = lb.capture_light_field(small(), scene, (17, 17), 8)
+    assert psnr(field.refocus(1200.0, field.f_number / 0.4, place), part) > 33.0     # a rim of cells
+
+
+def waves(views=(9, 9), dtype=np.float32):
+    """A field whose views are one smooth picture at a depth: shifted as the views' places have it."""
+    camera = perspective(1200.0)
+    blank = LightField(camera, 1.0, np.zeros((views[1], views[0], 3, 160, 240), dtype),
+                       np.ones((views[1], views[0], 160, 240), dtype))
+    used, _, shifts, _, _ = blank._sheared(900.0, None, (0.0, 0.0))
+    y, x = np.mgrid[0:160, 0:240]
+    for (j, i), (across, down) in zip(used, shifts, strict=True):
+        for channel, (fx, fy) in enumerate([(6, 4), (15, -10), (2, 16)]):       # whole waves: the edges join
+            blank.light[j, i, channel] = 0.5 + 0.4 * np.cos(
+                2.0 * math.pi * (fx * (x - across) / 240 + fy * (y - down) / 160))
+    return blank
+
+
+def test_the_slice_of_the_spectrum_is_shear_and_add():
+    field = waves()
+    for distance in (900.0, 1000.0, 1700.0):
+        sheared, sliced = field.refocus(distance), field.slice(distance)
+        inside = (slice(EDGE, -EDGE), slice(EDGE, -EDGE))
+        assert np.sqrt(np.mean((sheared[inside] - sliced[inside]) ** 2)) < 1e-3
+
+
+def test_where_the_waves_are_in_focus_they_are_as_they_were():
+    y, x = np.mgrid[0:160, 0:240]
+    wave = 0.5 + 0.4 * np.cos(2.0 * math.pi * (15 * x / 240 - 10 * y / 160))
+    # Half floats have 11 bits; the filter's ripple is the rest
+    for dtype in (np.float32, np.float16):
+        got = waves(dtype=dtype).refocus(900.0)[EDGE:-EDGE, EDGE:-EDGE, 1]
+        assert np.abs(got - wave[EDGE:-EDGE, EDGE:-EDGE]).max() < 2e-3
+
+
+def test_what_passes_no_light_is_known(ideal_field, real_field):
+    # On the axis the disk fills π/4 of the square, less what cos⁴ takes: ∫ cos⁴ dA = π sin² z² of a disk
+    tangent = 8.9 / perspective(1200.0).film_distance
+    expected = math.pi / 4.0 / (1.0 + tangent**2)
+    assert ideal_field._on_axis.mean() == pytest.approx(expected, rel=0.005)
+    assert ideal_field.coverage[0, 0].max() == 0.0 and ideal_field.coverage[8, 8].min() > 0.9
+    # The corners of the real lens's grid are dark, and vignetting takes from the pupil at the film's edge
+    assert real_field.coverage[0, 0].max() == 0.0
+    wide = replace(real(1200.0), film=lb.Film(36.0, 24.0, 36, 24))
+    whole = lb.capture_light_field(wide, lb.builtin_scene(STILL), (9, 9))
+    middle, edge = whole.coverage[4, :, 12, 18].astype(float), whole.coverage[4, :, 12, -1].astype(float)
+    assert middle[0] > 0.7 and edge[0] == 0.0 and edge.sum() < 0.7 * middle.sum()
+    # What is left leans to one side, by cos⁴ and by vignetting
+    assert abs(edge[1:4].sum() - edge[5:8].sum()) > 0.1
+    assert real_field.reach == pytest.approx(1.0, abs=0.1)
+
+
+def test_memory_is_as_announced(ideal_field):
+    assert ideal_field.light.nbytes + ideal_field.coverage.nbytes == lb.light_field_bytes(FILM, (17, 17))
+
+
+def test_a_capture_is_the_same_for_any_number_of_threads():
+    film = lb.Film(36.0, 24.0, 30, 20)
+    one, two = (lb.capture_light_field(perspective(1200.0, film), lb.builtin_scene(STILL), (3, 2), 2, threads=threads)
+                for threads in (1, 2))
+    assert np.array_equal(one.light, two.light) and one.views == (3, 2)
+
+
+def test_views_lie_a_pixel_apart_where_the_clear_range_ends(real_field):
+    near, far = real_field.clear_range
+    assert near < 1200.0 < far
+    for end in (near, far):
+        if end not in (real_field.nearest, math.inf):
+            assert real_field.apart(end) == pytest.approx(1.0, rel=1e-6)
+
+
+def test_what_cannot_be_is_said():
+    camera, scene = perspective(1200.0), lb.builtin_scene(STILL)
+    for views in ((0, 9), (9, -1), (2.5, 2)):
+        with pytest.raises(lb.LightFieldError, match="whole numbers of at least 1"):
+            lb.capture_light_field(camera, scene, views)
+    with pytest.raises(lb.LightFieldError, match="GB that are free"):
+        lb.capture_light_field(replace(camera, film=lb.Film(36.0, 24.0, 9000, 6000)), scene, (65, 65))
+    with pytest.raises(lb.LightFieldError, match="pinhole"):
+        lb.capture_light_field(replace(camera, lens_radius=0.0), scene)
+    with pytest.raises(lb.LightFieldError, match="at least 1"):
+        lb.capture_light_field(camera, scene, samples=0)
+    film = lb.Film(36.0, 24.0, 12, 8)
+    with pytest.raises(lb.LightFieldError, match="given up"):
+        lb.capture_light_field(perspective(1200.0, film), scene, (2, 2), 1, told=lambda share: False)
+    field = lb.capture_light_field(perspective(1200.0, film), scene, (3, 3), 1)
+    with pytest.raises(lb.LightFieldError, match="was not recorded"):
+        field.refocus(1000.0, 1.0)
+    with pytest.raises(lb.LightFieldError, match="leaves what was recorded"):
+        field.refocus(1000.0, field.f_number * 2, view=(1.2, 0.0))
+    with pytest.raises(lb.LightFieldError, match="positive"):
+        field.refocus(1000.0, 0.0)

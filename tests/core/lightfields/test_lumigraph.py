@@ -1,0 +1,149 @@
+"""Lumigraphs: between its pinholes, and before them, an array sees what a camera there would have seen."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.lightfields.lumigraph import Lumigraph, lumigraph_pinhole
+
+FILM = lb.Film(14.4, 9.6, 240, 160)
+STILL = lb.builtin_scene("still-life")
+SPACING = 5.0
+INSIDE = (slice(8, -8), slice(8, -8))
+
+
+def pinhole(place=(0.0, 0.0, 0.0), turn=0.0, film=FILM):
+    """A camera at a place of the array's frame (mm), turned to the left (radians)."""
+    pose = np.eye(4)
+    c, s = math.cos(turn), math.sin(turn)
+    pose[:3] = [[c, 0.0, s, place[0]], [0.0, 1.0, 0.0, place[1]], [-s, 0.0, c, place[2]]]
+    return lb.PerspectiveCamera(film, fov=0.192, focus_distance=1200.0, world_from_camera=pose)
+
+
+def psnr(view, direct):
+    """Decibels of what is covered, linear, clipped to [0, 1], peak 1."""
+    a, b = (np.clip(picture, 0.0, 1.0)[view.covered] for picture in (view.picture, direct))
+    return -10.0 * math.log10(np.mean((a - b) ** 2))
+
+
+@pytest.fixture(scope="module")
+def still():
+    """Recorded with twice the pixels that its views are asked for."""
+    return lb.capture_lumigraph(pinhole(film=replace(FILM, pixels_x=480, pixels_y=320)), STILL, (9, 9), SPACING,
+                                samples=4)
+
+
+@pytest.mark.parametrize("place, turn", [
+    ((2.5, 2.5, 0.0), 0.0), ((-7.3, 4.1, 0.0), 0.0), ((6.0, -3.0, -60.0), 0.0), ((1.0, 2.0, 40.0), 0.01)],
+    ids=["between", "aside", "before", "behind and turned"])
+def test_between_the_pinholes_and_before_them_it_sees_what_a_camera_there_sees(still, place, turn):
+    camera = pinhole(place, turn)
+    direct = lb.render(camera, STILL, 128)
+    corrected, seen_double = still.seen_by(camera), still.seen_by(camera, None)
+    assert corrected.covered.mean() > 0.9
+    # What no pinhole saw behind the edges of things is filled: only the array's and the window's ends are not covered
+    assert corrected.covered[20:-20, 20:-20].all()
+    assert psnr(corrected, direct) > 32.0
+    assert psnr(seen_double, direct) < psnr(corrected, direct) - 6.0
+
+
+def test_depths_of_the_middle_alone_correct_too(still):
+    camera = pinhole((2.5, 2.5, 0.0))
+    direct = lb.render(camera, STILL, 128)
+    depths = lb.depth_map(still.camera, STILL)
+    # What the middle does not see behind the edges of things is guessed
+    assert psnr(still.seen_by(camera, depths), direct) > psnr(still.seen_by(camera, None), direct) + 6.0
+    assert psnr(still.seen_by(camera, 1500.0), direct) < psnr(still.seen_by(camera, depths), direct)
+
+
+def test_a_pinhole_of_the_array_sees_what_it_saw(still):
+    j, i = 6, 1
+    camera = lb.array_camera(still.camera, still.places[j, i], still.distance, still.offsets[j, i])
+    view = still.seen_by(camera)
+    assert view.covered.all()
+    # Its own half floats, but for rounding of the places
+    assert np.abs(view.picture - still.pictures[j, i].transpose(1, 2, 0).astype(np.float32)).max() < 2e-3
+
+
+def wave(depth, x, y):
+    """On a wall at a depth, mm: 40 mm long, slanted."""
+    return 0.5 + 0.4 * np.cos(2.0 * math.pi * (x / 50.0 + y / 66.0) * 1200.0 / depth)
+
+
+def waving(depth, views=(3, 3)):
+    """A lumigraph of such a wall, by similar triangles."""
+    middle = lumigraph_pinhole(pinhole())
+    shape = (views[1], views[0], 160, 240)
+    made = Lumigraph(middle, SPACING, 1200.0, np.full((*shape, 4), 1e3 / depth, np.float16))
+    size = 2.0 * 1200.0 * math.tan(0.096) / 160.0
+    y, x = np.mgrid[0:160, 0:240]
+    for j, i in np.ndindex(views[1], views[0]):
+        right, down = made.offsets[j, i]
+        s, t = (x + 0.5 + right - 120.0) * size, (80.0 - y - 0.5 - down) * size
+        u, v = SPACING * (i - (views[0] - 1) / 2.0), SPACING * (j - (views[1] - 1) / 2.0)
+        made.pictures[j, i] = wave(depth, u + (s - u) * depth / 1200.0, v + (t - v) * depth / 1200.0)
+    return made
+
+
+@pytest.mark.parametrize("depth", [700.0, 1200.0, 6000.0])
+def test_a_wall_is_where_it_is_by_similar_triangles(depth):
+    made, (u, v) = waving(depth), (1.7, -2.4)
+    size = 2.0 * math.tan(0.096) / 160.0
+    y, x = np.mgrid[0:160, 0:240]
+    expected = wave(depth, u + (x + 0.5 - 120.0) * size * depth, v + (80.0 - y - 0.5) * size * depth)
+    for surface in ("recorded", depth, np.full((160, 240), depth)):
+        view = made.seen_by(pinhole((u, v, 0.0)), surface)
+        assert view.covered.mean() > 0.9
+        # Half floats of 11 bits; at the border cubics have pixels on one side alone
+        assert np.abs(view.picture[..., 0] - expected)[INSIDE].max() < 5e-4
+    off = np.abs(made.seen_by(pinhole((u, v, 0.0)), None).picture[..., 0] - expected)[INSIDE]
+    assert (off.max() < 5e-4) == (depth == 1200.0)
+
+
+def test_what_leaves_the_array_is_not_covered():
+    made = waving(1200.0)
+    assert made.seen_by(pinhole((4.9, 0.0, 0.0))).covered.mean() > 0.95
+    assert not made.seen_by(pinhole((5.1, 0.0, 0.0))).covered.any()
+    assert not made.seen_by(pinhole(turn=math.pi)).covered.any()
+    # From z before the array a ray of slope m comes through it at u = m z: 5 mm on either side
+    z = 100.0
+    covered = made.seen_by(pinhole((0.0, 0.0, -z))).covered
+    slope = (np.arange(240) + 0.5 - 120.0) * 2.0 * math.tan(0.096) / 160.0
+    assert np.array_equal(covered.any(0), np.abs(slope) * z <= 5.0)
+    assert not np.any(made.seen_by(pinhole((0.0, 0.0, -z))).picture[~covered])
+
+
+def test_the_middle_of_a_lens_is_where_its_entrance_pupil_is():
+    lens = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, 1200.0, model="thin")
+    middle = lumigraph_pinhole(lens)
+    hole = replace(lens, model="pinhole")
+    points = np.array([[0.0, 0.0], [200.0, 30.0], [120.0, 80.0]])
+    rays = middle.generate_rays(points, np.full((3, 2), 0.5))
+    others = hole.generate_rays(points, np.full((3, 2), 0.5))
+    assert np.allclose(rays.directions, others.directions, atol=1e-12)
+    assert np.allclose(np.cross(rays.origins - others.origins, rays.directions), 0.0, atol=1e-9)
+
+
+
+
+def test_what_cannot_be_is_said():
+    camera = pinhole()
+    for arguments, says in (({"views": (0, 3)}, "whole numbers"), ({"spacing": 0.0}, "positive number"),
+                            ({"distance": math.inf}, "finite distance"), ({"samples": 0}, "at least 1")):
+        with pytest.raises(lb.LightFieldError, match=says):
+            lb.capture_lumigraph(camera, STILL, **{"views": (2, 2), **arguments})
+    with pytest.raises(lb.LightFieldError, match="GB that are free"):
+        lb.capture_lumigraph(replace(camera, film=lb.Film(36.0, 24.0, 9000, 6000)), STILL, (65, 65))
+    with pytest.raises(lb.LightFieldError, match="no one place"):
+        lb.capture_lumigraph(lb.OrthographicCamera(FILM, 300.0), STILL, distance=1000.0)
+    with pytest.raises(lb.LightFieldError, match="given up"):
+        lb.capture_lumigraph(pinhole(film=lb.Film(36.0, 24.0, 12, 8)), STILL, (2, 2), samples=1,
+                             told=lambda share: False)
+    made = waving(1200.0)
+    for surface, says in ((np.ones((3, 4)), "160 × 240"), (-1.0, "positive"), ("here", "recorded")):
+        with pytest.raises(lb.LightFieldError, match=says):
+            made.seen_by(camera, surface)

@@ -1,0 +1,195 @@
+"""Focusing: the closed form, the real lens, their inverse, and how much light comes through."""
+
+from math import hypot, inf, nan
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import lensbench as lb
+from lensbench.optics.paraxial import ray_matrix
+from tests.core.oracles import LAW, NAMES, PBRT_FOCUS, REFERENCE, biconvex, lens, rms_on_film
+
+FAR_ENOUGH = st.floats(0.25, 1e7)       # metres
+
+
+@LAW
+@given(st.sampled_from(NAMES), FAR_ENOUGH)
+def test_the_paraxial_film_meets_the_paraxial_image(name, metres):
+    """A ray from the axis point of the object crosses the axis on the film, by the ABCD matrix alone."""
+    wide = lens(name)
+    film = lb.film_distance(wide, 1000.0 * metres)
+    before = 1000.0 * metres - film - wide.length
+    a, b, c, d = ray_matrix(wide, 0, len(wide.surfaces))
+    height = (a + film * c) + (b + film * d) / before            # on the film, per unit height at the first vertex
+    assert abs(height) < 1e-13
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_at_infinity_the_film_stands_in_the_rear_focus_and_tends_to_it(name):
+    fo = lb.first_order(lens(name))
+    assert lb.film_distance(lens(name), inf) == fo.bfl
+    for metres in (1e5, 1e7, 1e9):
+        # Newton: x x' = f², to the rounding of the film distance itself
+        extension = lb.film_distance(lens(name), 1000.0 * metres) - fo.bfl
+        assert extension == pytest.approx(fo.efl**2 / (1000.0 * metres), rel=1e-3 / (metres / 1e5) + 1e-8, abs=1e-14)
+
+
+@pytest.mark.parametrize("name", ["dgauss", "fisheye"])
+def test_pbrts_cardinal_points_are_those_of_its_finite_ray(name):
+    wide = lens(name)
+    height = PBRT_FOCUS[name]["film_diagonal"]                  # a thousandth of it in metres is that many mm
+    for side, (start, way) in enumerate(((-1.0, 1.0), (wide.length + 1.0, -1.0))):
+        t = lb.trace(wide, [0.0, height, start], [0.0, 0.0, way])
+        (_, y, z), (_, dy, dz) = t.points[0], t.directions[0]
+        focus, plane = (wide.length + 1000.0 * PBRT_FOCUS[name][key][side] for key in ("fz", "pz"))
+        assert (z - y * dz / dy, z + (height - y) * dz / dy) == pytest.approx((focus, plane), abs=1e-8)
+
+
+@pytest.mark.parametrize(("name", "metres", "thick"),
+                         [(name, *row) for name in ("dgauss", "fisheye") for row in PBRT_FOCUS[name]["focus"]])
+def test_film_distances_agree_with_pbrts_closed_form(name, metres, thick):
+    wide = lens(name)
+    if thick is None:
+        with pytest.raises(lb.FocusError, match=f"focus at {metres:g} m: the nearest distance of this lens is 0.196 m"):
+            lb.film_distance(wide, 1000.0 * metres)
+        return
+    # pbrt's cardinal points come from a ray of finite height: its own error of focus, and 10 × for the nearest
+    rear_focus_error = abs(1000.0 * PBRT_FOCUS[name]["fz"][0] - lb.first_order(wide).bfl)
+    tolerance = max(1e-5 if metres >= 0.5 else 1e-4, 1.3 * rear_focus_error)
+    assert rear_focus_error < (1e-5 if name == "dgauss" else 6e-4)
+    assert lb.film_distance(wide, 1000.0 * metres) == pytest.approx(1000.0 * thick, abs=tolerance)
+
+
+@LAW
+@given(st.sampled_from(NAMES), FAR_ENOUGH)
+def test_the_plane_in_focus_is_the_one_that_was_asked_for(name, metres):
+    film = lb.film_distance(lens(name), 1000.0 * metres)
+    extension = film - lb.first_order(lens(name)).bfl
+    # the film's own rounding, 1e-14 mm, is all that the distance suffers from
+    assert lb.focused_distance(lens(name), film) == pytest.approx(1000.0 * metres, rel=1e-12 + 4e-14 / extension)
+
+
+def test_a_film_at_the_rear_focus_or_nearer_sees_infinity():
+    bfl = lb.first_order(lens("dgauss")).bfl
+    assert lb.focused_distance(lens("dgauss"), bfl) == lb.focused_distance(lens("dgauss"), bfl - 3.0) == inf
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_nearest_focus_is_at_magnification_one_and_nothing_nearer_can_be_had(name):
+    wide, fo = lens(name), lb.first_order(lens(name))
+    nearest = lb.nearest_focus(wide)
+    hiatus = wide.length + fo.rear_principal - fo.front_principal
+    assert nearest == pytest.approx(4.0 * fo.efl + hiatus, rel=1e-14)
+    assert lb.film_distance(wide, nearest) == pytest.approx(fo.bfl + fo.efl, rel=1e-6)      # a square root of rounding
+    with pytest.raises(lb.FocusError, match=r"the nearest distance of this lens is 0\.\d+ m"):
+        lb.film_distance(wide, nearest * (1.0 - 1e-12))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_distance_that_the_error_names_can_be_focused(name):
+    for method in ("paraxial", "real"):
+        with pytest.raises(lb.FocusError) as caught:
+            lb.film_distance(lens(name), 50.0, method)
+        metres = float(str(caught.value).split("lens is ")[1].split(" m")[0])
+        assert lb.film_distance(lens(name), 1000.0 * metres, method) > 0.0
+        assert 0.9 < 1000.0 * metres / lb.nearest_focus(lens(name)) < 1.1
+
+
+def test_a_lens_whose_front_principal_plane_lies_deep_focuses_up_to_its_first_vertex():
+    """A strong retrofocus: the object touches the glass before the magnification reaches one."""
+    retrofocus = lb.Lens((lb.Surface(-0.1, 2.0, 9.0, lb.Glass(1.6)), lb.Surface(0.1, 80.0, 9.0),
+                          lb.Surface(0.02, 6.0, 20.0, lb.Glass(1.6)), lb.Surface(-0.03, 0.0, 20.0)), 2)
+    fo = lb.first_order(retrofocus)
+    assert fo.front_principal > 2.0 * fo.efl > 0.0
+    nearest = lb.nearest_focus(retrofocus)
+    assert nearest == pytest.approx(retrofocus.length + lb.film_distance(retrofocus, nearest), rel=1e-12)
+    small = retrofocus.with_stop_radius(0.1)
+    real = lb.film_distance(small, 1.1 * nearest, "real")
+    assert real == pytest.approx(lb.film_distance(retrofocus, 1.1 * nearest), rel=1e-3)
+
+
+@pytest.mark.parametrize("distance", [nan, -1000.0, 0.0, -inf])
+@pytest.mark.parametrize("method", ["paraxial", "real"])
+def test_a_distance_that_is_none_is_refused(distance, method):
+    with pytest.raises(lb.FocusError, match="nearest distance of this lens is"):
+        lb.film_distance(biconvex(), distance, method)
+
+
+def test_a_lens_that_does_not_converge_says_so():
+    for bad in (biconvex(-0.01), biconvex(0.0)):
+        for ask in (lambda x: lb.film_distance(x, inf), lambda x: lb.film_distance(x, inf, "real"), lb.nearest_focus,
+                    lambda x: lb.focused_distance(x, 10.0)):
+            with pytest.raises(lb.FocusError, match="does not converge"):
+                ask(bad)
+
+
+def test_an_unknown_method_is_refused():
+    with pytest.raises(ValueError, match="'paraxial' or 'real'"):
+        lb.film_distance(biconvex(), inf, "magic")
+
+
+# --- The real lens
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("metres", [0.5, 3.0, inf])
+def test_real_focus_has_the_least_blur_of_all_film_distances(name, metres):
+    wide = lens(name)
+    film = lb.film_distance(wide, 1000.0 * metres, "real")
+    least, nearer, farther = (rms_on_film(wide, film + step, 1000.0 * metres) for step in (0.0, -0.02, 0.02))
+    assert least < min(nearer, farther)
+    assert least < rms_on_film(wide, lb.film_distance(wide, 1000.0 * metres), 1000.0 * metres)
+    # a parabola of the squared radius through the three: its vertex within a micrometre, the grain of 400 rays
+    a, b, c = nearer**2, least**2, farther**2
+    assert abs(0.5 * 0.02 * (a - c) / (a - 2.0 * b + c)) < 1e-3
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("distance", [300.0, 2000.0, 1e7, inf])
+def test_real_focus_tends_to_the_paraxial_one_as_the_stop_closes_even_to_a_fiftieth_mm(name, distance):
+    shifts = [lb.film_distance(lens(name).with_stop_radius(radius), distance, "real")
+              - lb.film_distance(lens(name), distance) for radius in (0.4, 0.2, 0.1, 0.02)]
+    ratios = np.array(shifts[:-1]) / shifts[1:]
+    # spherical aberration goes as the square of the aperture
+    np.testing.assert_allclose(ratios, [4.0, 4.0, 25.0], rtol=0.03)
+    assert abs(shifts[-1]) < 3e-5
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_real_focus_on_a_distance_is_steady_out_to_ten_kilometres(name):
+    at_infinity = lb.film_distance(lens(name), inf, "real")
+    for metres in (1e4, 1e6):
+        extension = lb.film_distance(lens(name), 1000.0 * metres, "real") - at_infinity
+        assert extension == pytest.approx(lb.first_order(lens(name)).efl ** 2 / (1000.0 * metres), rel=0.05, abs=1e-12)
+
+
+# --- Light
+
+@pytest.mark.parametrize("name", ["dgauss", "fisheye"])
+def test_the_working_f_number_is_that_of_the_real_marginal_ray(name):
+    reference = REFERENCE[name]
+    film = reference["paraxial"]["d"]["img_plane_from_last_vertex"]
+    height = reference["exit_pupil_on_axis"]
+    # the reference's interval is bisected to about 1e-6
+    assert lb.working_f_number(lens(name), film) == pytest.approx(hypot(height, film) / (2.0 * height), rel=1e-5)
+
+
+@LAW
+@given(st.floats(0.02, 0.5), st.floats(0.15, 1e4))
+def test_the_working_f_number_of_a_small_stop_grows_with_the_magnification(stop, metres):
+    """N (1 − m / m_P) paraxially, m_P the pupils' magnification."""
+    small = biconvex(0.01).with_stop_radius(stop)
+    fo = lb.first_order(small)
+    distance = 1000.0 * metres + lb.nearest_focus(small)
+    film = lb.film_distance(small, distance)
+    magnification = -(film - fo.bfl) / fo.efl
+    pupil_magnification = fo.exit_pupil.radius / fo.entrance_pupil.radius
+    expected = fo.f_number * (1.0 - magnification / pupil_magnification)
+    assert lb.working_f_number(small, film) == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("film", [0.0, -3.0, nan])
+def test_a_film_within_the_lens_has_no_working_f_number(film):
+    with pytest.raises(lb.LensError, match="behind the last vertex"):
+        lb.working_f_number(biconvex(), film)

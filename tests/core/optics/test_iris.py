@@ -1,0 +1,220 @@
+"""The stop's shape: areas and moments of rounded polygons, in pupils, in weights and in bokeh."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.program import Program
+from lensbench.optics.block_trace import through
+
+FILM = lb.Film(36.0, 24.0, 960, 640)
+SHAPES = [(3, 0.0, 0.0), (5, 0.3, 0.0), (6, -1.0, 0.5), (9, 2.0, 0.9), (7, 0.1, 0.999999)]
+
+
+def arcs(blades, rotation, roundness, points=4000):
+    """The edge by its definition: arcs through two corners of the unit circle and a point between them."""
+    edge = []
+    for k in range(blades):
+        a, c = (rotation + math.pi / 2 + 2.0 * math.pi * (k + j) / blades for j in (0, 1))
+        flat = math.cos(math.pi / blades)
+        top = flat + roundness * (1.0 - flat)
+        p, q, r = (size * np.array([math.cos(t), math.sin(t)])
+                   for t, size in ((a, 1.0), (0.5 * (a + c), top), (c, 1.0)))
+        if roundness == 0.0:
+            edge.append(p + np.linspace(0.0, 1.0, points, endpoint=False)[:, None] * (r - p))
+            continue
+        centre = np.linalg.solve(2.0 * np.array([q - p, r - p]), [q @ q - p @ p, r @ r - p @ p])
+        begin, end = (math.atan2(*(v - centre)[::-1]) for v in (p, r))
+        turn = begin + np.linspace(0.0, (end - begin) % (2.0 * math.pi), points, endpoint=False)
+        edge.append(centre + math.dist(p, centre) * np.column_stack([np.cos(turn), np.sin(turn)]))
+    return np.concatenate(edge)
+
+
+def moments(edge):
+    """Area, and mean of x² + y² over it, of a polygon about the origin: exact for its triangles."""
+    a, b = edge, np.roll(edge, -1, 0)
+    cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return 0.5 * cross.sum(), (cross * ((a * a).sum(1) + (a * b).sum(1) + (b * b).sum(1))).sum() / 6.0 / cross.sum()
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_area_of_an_iris_is_that_of_its_arcs(shape):
+    """4,000 chords an arc: short of its area by 1e-7 at most."""
+    area, _ = moments(arcs(*shape))
+    assert lb.Iris(*shape).area == pytest.approx(area, rel=3e-7)
+    assert lb.Iris(*shape).contains(*(0.999999 * arcs(*shape)).T).all()
+    assert not lb.Iris(*shape).contains(*(1.000001 * arcs(*shape)).T).any()
+
+
+def test_straight_blades_are_the_polygon_and_full_roundness_the_circle():
+    for n in range(3, 25):
+        assert lb.Iris(n).area == pytest.approx(0.5 * n * math.sin(2.0 * math.pi / n), rel=1e-14)
+        assert lb.Iris(n, 0.4, 1.0).area == math.pi and lb.Iris(n, 0.4, 1.0).steps == []
+    assert lb.Iris().area == math.pi
+
+
+def lattice(n):
+    return np.column_stack([(np.arange(n) + 0.5) / n, (np.arange(n) * 0.6180339887498949) % 1.0])
+
+
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_an_ideal_lens_fills_its_iris_evenly(shape, real):
+    """Second moments and the counts of a 12 × 12 grid, against the polygon; 2^16 points of a lattice err by 1e-3."""
+    n = 1 << 16
+    camera = lb.PerspectiveCamera(FILM, lens_radius=4.0, focus_distance=900.0, blades=shape[0],
+                                  blade_rotation=shape[1], roundness=shape[2])
+    places = camera.generate_rays(np.tile([480.0, 320.0], (n, 1)), lattice(n), dtype=real).origins[:, :2] / 4.0
+    area, second = moments(arcs(*shape))
+    assert (places**2).sum(1).mean() == pytest.approx(second, rel=1e-3)
+    assert lb.Iris(*shape).contains(*(0.9995 * places).T).all()
+    counts, *_ = np.histogram2d(*places.T, bins=12, range=[[-1, 1], [-1, 1]])
+    corners = np.stack(np.meshgrid(np.linspace(-1, 1, 13), np.linspace(-1, 1, 13), indexing="ij"), -1)
+    within = lb.Iris(*shape).contains(*corners.reshape(-1, 2).T).reshape(13, 13)
+    whole = within[1:, 1:] & within[:-1, 1:] & within[1:, :-1] & within[:-1, :-1]
+    assert whole.sum() > 15
+    np.testing.assert_allclose(counts[whole], n * (1 / 36) / area, rtol=0.04)      # a cell's 600 to 1,400 points
+
+
+@pytest.mark.parametrize("f_number", [None, 5.6, 22.0])
+@pytest.mark.parametrize("model", ["trace", "polynomial", "table", "thick", "thin", "pinhole"])
+def test_the_axis_has_weight_one_behind_any_iris_and_light_as_its_area(model, f_number):
+    n, middle = 1 << 14, np.tile([480.0, 320.0], (1 << 14, 1))
+    lens = lenses.load("pbrt-dgauss-50mm")
+    bladed = replace(lens, blades=5, blade_rotation=0.2, roundness=0.3)
+    camera = lb.LensCamera(bladed, FILM, 1200.0, f_number, model=model)
+    assert camera.generate_rays(middle, lattice(n)).weights.mean() == pytest.approx(1.0, abs=2e-3)
+    if f_number:        # the stop alone limits: the light goes as its area, but for the pupil's aberration
+        whole, part = (lb.LensCamera(it, FILM, 1200.0, f_number, model=model, weights="physical")
+                       for it in (lens, bladed))
+        light = [it.generate_rays(middle, lattice(n)).weights.mean() for it in (whole, part)]
+        assert light[1] / light[0] == pytest.approx(bladed.iris.area / math.pi, rel=3e-3)
+
+
+def test_the_samples_that_pass_are_as_many_as_the_iris_has_of_the_circle():
+    """0.4 % of the table's outline lie outside the region."""
+    lens = replace(lenses.load("pbrt-dgauss-50mm"), blades=6)
+    camera = lb.LensCamera(lens, FILM, 1200.0, 8.0)
+    weights = camera.generate_rays(np.tile([480.0, 320.0], (1 << 14, 1)), lattice(1 << 14)).weights
+    assert (weights > 0.0).mean() == pytest.approx(3.0 * math.sin(math.pi / 3) / math.pi, abs=0.01)
+
+
+def test_rays_that_pass_the_blades_are_those_of_the_reference_tracer_and_of_the_way_back():
+    lens = replace(lenses.load("lenshh-cooke-triplet-50"), blades=5, blade_rotation=0.7, roundness=0.2)
+    round_, bladed = (lb.LensCamera(it, FILM, 1500.0, 8.0) for it in (replace(lens, blades=0), lens))
+    rng = np.random.default_rng(4)
+    raster, uv = rng.random((4000, 2)) * [960, 640], rng.random((4000, 2))
+    every, some = (it.generate_rays(raster, uv) for it in (round_, bladed))
+    lit = every.weights > 0.0
+    shift = np.array([0.0, 0.0, bladed.lens.length + bladed.film_distance])
+    back = lb.trace(bladed.lens, every.origins[lit] + shift, -every.directions[lit])
+    passed = back.fate == lb.Fate.PASSED
+    assert 0.7 < passed.mean() < 0.85
+    np.testing.assert_array_equal(passed, some.weights[lit] > 0.0)
+    assert (back.surface[~passed] == bladed.lens.stop_index).all() and (back.fate[~passed] == lb.Fate.CLIPPED).all()
+    np.testing.assert_allclose(some.directions[lit][passed], every.directions[lit][passed], atol=1e-13)
+    given = {row: column for row, column in zip((X, Y, Z, L, M, N), [*every.origins[lit].T, *-every.directions[lit].T],
+                                                strict=True)}
+    back = Program(through(bladed.lens, bladed.film_distance, towards="film"), np.float64).run(
+        {**given, WEIGHT: np.ones(lit.sum())}, [WEIGHT], lit.sum())
+    np.testing.assert_array_equal(back[0] > 0.0, passed)
+
+
+def test_the_open_region_is_the_image_of_the_iris_and_of_a_round_stop_the_exit_pupil():
+    lens = replace(lb.stopped_down(lenses.load("pbrt-dgauss-50mm"), 11.0), blades=5, blade_rotation=0.3)
+    distance = lb.film_distance(lens, math.inf)
+    pupil = lb.exit_pupil(lens, distance, [0.0, 9.0])
+    open_area, _ = moments(lb.open_region(lens, distance, (0.0, 0.0)))
+    assert open_area / pupil.area[0] == pytest.approx(lb.Iris(5).area / math.pi, rel=2e-3)  # 512 points miss corners
+    outline = lb.open_region(lens, distance, (0.0, 9.0))
+    film = np.array([0.0, 9.0, lens.length + distance])
+    for size, fate in ((0.999, lb.Fate.PASSED), (1.002, lb.Fate.CLIPPED)):
+        at = outline.mean(0) + size * (outline - outline.mean(0))
+        ways = np.column_stack([at, np.full(len(at), lens.length)]) - film
+        assert (lb.trace(lens, film, ways).fate == fate).all()
+    round_ = lb.open_region(replace(lens, blades=0), distance, (9.0, 0.0))
+    np.testing.assert_array_equal(round_, pupil.boundary(1))
+
+
+def bokeh(model, blades, far=True, f_number=2.8, rotation=0.0, roundness=0.0):
+    """The picture of a small lamp on the axis, far behind or before the plane in focus: linear, one channel."""
+    lens = replace(lenses.load("pbrt-dgauss-50mm"), blades=blades, blade_rotation=rotation, roundness=roundness)
+    lamp = lb.Material(kind="lamp", colour=(1e4, 1e4, 1e4))
+    scene = lb.Scene("lamp", sky=lb.Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3),
+                     spheres=(lb.Sphere((0.0, 0.0, -20_000.0 if far else -600.0), 12.0 if far else 0.3, lamp),))
+    camera = lb.LensCamera(lens, lb.Film(3.0, 3.0, 96, 96), 1000.0 if far else 8000.0, f_number, model=model,
+                           weights="physical")
+    return lb.render(camera, scene, samples=384)[..., 0].astype(float)
+
+
+@pytest.mark.parametrize("model", ["trace", "thick", "thin"])
+def test_far_lights_show_the_iris_upright_and_near_ones_upside_down(model):
+    for far, sign in ((True, 1.0), (False, -1.0)):
+        image = bokeh(model, 3, far)
+        rows, columns = image.sum(1), image.sum(0)
+        at = np.arange(96) + 0.5
+        middle = (rows * at).sum() / rows.sum()
+        second, third = ((rows * (at - middle) ** power).sum() / rows.sum() for power in (2, 3))
+        # 2 √2 / 5 is that of a triangle along its height, its point at the top
+        assert third / second**1.5 == pytest.approx(-sign * 0.5657, abs=0.08)
+        assert (columns * at).sum() / columns.sum() == pytest.approx(48.0, abs=0.5)
+
+
+def test_the_bokeh_of_a_rounded_iris_has_its_area_and_second_moment():
+    """The thin lens images the iris to scale: light as the area, spread as the second moment; noise 1 %."""
+    round_, six = bokeh("thin", 0), bokeh("thin", 6, rotation=0.4, roundness=0.4)
+    area, second = moments(arcs(6, 0.4, 0.4))
+    assert six.sum() / round_.sum() == pytest.approx(area / math.pi, rel=0.01)
+    y, x = np.mgrid[0:96, 0:96] + 0.5 - 48.0
+    spread = [((x * x + y * y) * it).sum() / it.sum() for it in (round_, six)]
+    assert spread[1] / spread[0] == pytest.approx(second / 0.5, rel=0.015)
+
+
+def test_turning_an_iris_turns_its_bokeh():
+    """By a quarter of a turn, counter-clockwise: the triangle's point goes left. Noise of blocks of pixels: 10 %."""
+    up, left = (bokeh("trace", 3, rotation=turn).reshape(12, 8, 12, 8).sum((1, 3)) for turn in (0.0, math.pi / 2))
+    assert np.abs(np.rot90(up) - left).sum() / up.sum() < 0.2
+    assert np.abs(up - left).sum() / up.sum() > 0.3
+
+
+@pytest.mark.parametrize(("make", "says"), [
+    (lambda: lb.Iris(2), "3 to 24"),
+    (lambda: lb.Iris(-5), "3 to 24"),
+    (lambda: lb.Iris(25), "3 to 24"),
+    (lambda: lb.Iris(math.nan), "3 to 24"),
+    (lambda: lb.Iris(5, math.inf), "finite angle"),
+    (lambda: lb.Iris(5, 0.0, 1.1), "between 0"),
+    (lambda: lb.Iris(5, 0.0, math.nan), "between 0"),
+    (lambda: replace(lenses.load("pbrt-dgauss-50mm"), blades=2), "3 to 24"),
+    (lambda: lb.PerspectiveCamera(FILM, lens_radius=2.0, roundness=-1.0), "between 0"),
+])
+def test_an_iris_that_cannot_be_is_refused_in_one_line(make, says):
+    with pytest.raises(ValueError, match=says) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def test_a_t_number_counts_what_the_blades_cover():
+    lens = lenses.load("pbrt-dgauss-50mm")
+    assert (lb.t_number(replace(lens, blades=6)) / lb.t_number(lens)) ** 2 == pytest.approx(
+        math.pi / (3.0 * math.sin(math.pi / 3)))
+
+
+def test_views_of_fates_show_the_blades_as_the_stop():
+    """One ray for each of 262,144 points near the axis: as many pass as the iris has of the circle. Noise 2 %."""
+    lens = lb.stopped_down(lenses.load("pbrt-dgauss-50mm"), 5.6)
+    passed, stopped = [], []
+    for it in (lens, replace(lens, blades=3)):
+        camera = lb.LensCamera(it, lb.Film(0.2, 0.2, 512, 512), 1500.0)
+        rendering = lb.Rendering(camera, lb.builtin_scene("still-life"), view="fate")
+        rendering.add(1)
+        image = rendering.image().reshape(-1, 3)
+        passed.append((image == 1.0).all(1).mean())
+        stopped.append((np.abs(image - lb.fate_colours(lens)[lens.stop_index]) < 1e-5).all(1).mean())
+    assert passed[1] / passed[0] == pytest.approx(lb.Iris(3).area / math.pi, rel=0.03)
+    assert passed[0] + stopped[0] == pytest.approx(passed[1] + stopped[1], rel=0.01)

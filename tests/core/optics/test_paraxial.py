@@ -1,0 +1,150 @@
+"""First-order optics against published and 40-digit values, closed forms and the optical invariant."""
+
+from dataclasses import replace
+from math import inf, isfinite, nan
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+import lensbench as lb
+from lensbench.optics.paraxial import ray_matrix
+from tests.core.oracles import LAW, NAMES, REFERENCE, WAVELENGTHS, biconvex, lens, lenses
+
+
+@pytest.mark.parametrize(("name", "line"), WAVELENGTHS)
+def test_first_order_data_agree_with_the_forty_digit_tracer(name, line):
+    expected = REFERENCE[name]["paraxial"][line]
+    fo = lb.first_order(lens(name, line))
+    found = {
+        "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl, "pp1": fo.front_principal, "ppk": fo.rear_principal,
+        "enp_dist": fo.entrance_pupil.z, "exp_dist": fo.exit_pupil.z - lens(name, line).length,
+        "petzval_radius": fo.petzval_radius,
+        # the reference of the triplet is stopped down to a pupil of 12.5 mm: radii relative to the stop's
+        "enp_radius": fo.entrance_pupil.radius * expected["stop_radius"] / fo.stop_radius,
+        "exp_radius": fo.exit_pupil.radius * expected["stop_radius"] / fo.stop_radius,
+        "fno": fo.f_number * fo.stop_radius / expected["stop_radius"],
+    }
+    assert found == pytest.approx({key: expected[key] for key in found}, rel=1e-11)
+
+
+@LAW
+@given(st.floats(1.3, 2.0), st.floats(10.0, 200.0), st.floats(10.0, 200.0), st.floats(0.1, 15.0))
+def test_a_thick_lens_obeys_the_lensmaker(n, r1, r2, thickness):
+    fo = lb.first_order(lb.Lens((lb.Surface(1 / r1, thickness, 5.0, lb.Glass(n)), lb.Surface(-1 / r2, 0.0, 5.0)), 0))
+    power = (n - 1) * (1 / r1 + 1 / r2 - (n - 1) * thickness / (n * r1 * r2))
+    assume(abs(power) > 1e-4)
+    assert fo.efl == pytest.approx(1 / power, rel=1e-10)
+    assert fo.front_principal == pytest.approx((n - 1) * thickness / (n * r2) / power, rel=1e-9)
+    assert fo.rear_principal == pytest.approx(-(n - 1) * thickness / (n * r1) / power, rel=1e-9)
+    assert fo.petzval_radius == pytest.approx(-n / ((n - 1) * (1 / r1 + 1 / r2)), rel=1e-10)
+
+
+@LAW
+@given(lenses())
+def test_the_optical_invariant_is_kept_between_any_two_rays(stack):
+    a, b, c, d = ray_matrix(stack, 0, len(stack.surfaces))
+    assert a * d - b * c == pytest.approx(1.0, abs=1e-12 * (1.0 + abs(a * d) + abs(b * c)))
+
+
+@LAW
+@given(lenses(), st.floats(0.01, 100.0))
+def test_first_order_data_scale_with_the_lens(stack, factor):
+    fo, scaled = lb.first_order(stack), lb.first_order(stack.scaled(factor))
+    assume(isfinite(fo.efl) and abs(fo.efl) < 1e5)
+    for name in ("efl", "bfl", "ffl", "front_principal", "rear_principal"):
+        expected = getattr(fo, name) * factor
+        assert getattr(scaled, name) == pytest.approx(expected, rel=1e-6, abs=1e-9 * abs(fo.efl) * factor)
+    assert scaled.f_number == pytest.approx(fo.f_number, rel=1e-9)
+
+
+@LAW
+@given(lenses())
+def test_a_reversed_lens_swaps_its_ends(stack):
+    n, z, count = stack.indices(), stack.vertices, len(stack.surfaces)
+    turned = lb.Lens(tuple(
+        lb.Surface(-surface.curvature, z[i] - z[i - 1] if i else 0.0, surface.semi_diameter, lb.Glass(n[i]))
+        for i, surface in reversed(list(enumerate(stack.surfaces)))), count - 1 - stack.stop_index)
+    fo, back = lb.first_order(stack), lb.first_order(turned)
+    assume(isfinite(fo.efl) and abs(fo.efl) < 1e5)
+    found, expected = (back.efl, back.bfl, back.front_principal), (fo.efl, -fo.ffl, -fo.rear_principal)
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6)      # six digits are left where surfaces nearly cancel
+    assert back.exit_pupil.z == pytest.approx(stack.length - fo.entrance_pupil.z, rel=1e-9, abs=1e-9)
+    assert back.exit_pupil.radius == pytest.approx(fo.entrance_pupil.radius, rel=1e-9)
+
+
+def test_a_stop_in_first_and_in_last_position_is_its_own_image():
+    front = lb.Lens((lb.Surface(0.0, 7.0, 3.0), *biconvex().surfaces), 0)
+    assert (lb.first_order(front).entrance_pupil.z, lb.first_order(front).entrance_pupil.radius) == (0.0, 3.0)
+    glass, rear = biconvex().surfaces
+    behind = lb.Lens((glass, lb.Surface(rear.curvature, 7.0, 20.0), lb.Surface(0.0, 0.0, 3.0)), 2)
+    assert (lb.first_order(behind).exit_pupil.z, lb.first_order(behind).exit_pupil.radius) == (11.0, 3.0)
+
+
+def test_a_stop_in_a_focus_makes_the_lens_telecentric():
+    lens_behind = biconvex()
+    front_focus = -lb.first_order(lens_behind).ffl
+    towards_film = lb.first_order(lb.Lens((lb.Surface(0.0, front_focus, 3.0), *lens_behind.surfaces), 0))
+    assert (towards_film.exit_pupil.z, towards_film.exit_pupil.radius) == (inf, inf)
+    assert towards_film.f_number == pytest.approx(towards_film.efl / 6.0, rel=1e-12)
+    glass, rear = lens_behind.surfaces
+    rear_focus = lb.first_order(lens_behind).bfl
+    towards_scene = lb.Lens((glass, lb.Surface(rear.curvature, rear_focus, 20.0), lb.Surface(0.0, 0.0, 3.0)), 2)
+    assert (lb.first_order(towards_scene).entrance_pupil.z, lb.first_order(towards_scene).f_number) == (inf, 0.0)
+    with pytest.raises(lb.LensError, match="telecentric"):
+        lb.stopped_down(towards_scene, 8.0)
+
+
+def test_flat_glass_is_afocal_and_says_so_by_infinities():
+    window = lb.Lens((lb.Surface(0.0, 5.0, 10.0, lb.Glass(1.5)), lb.Surface(0.0, 0.0, 10.0)), 0)
+    fo = lb.first_order(window)
+    assert {fo.efl, fo.bfl, fo.ffl, fo.f_number, fo.front_principal, fo.rear_principal, fo.petzval_radius} == {inf}
+    assert fo.exit_pupil.z == pytest.approx(5.0 - 5.0 / 1.5, rel=1e-15)      # the glass lifts what lies behind it
+    with pytest.raises(lb.LensError, match="afocal"):
+        lb.stopped_down(window, 8.0)
+
+
+def test_two_lenses_with_a_common_focus_are_afocal_within_rounding():
+    eyepiece = biconvex(0.02)
+    fo = lb.first_order(eyepiece)
+    gap = fo.bfl - fo.ffl
+    first = eyepiece.surfaces[0], lb.Surface(-0.02, gap, 20.0)
+    assert lb.first_order(lb.Lens((*first, *eyepiece.surfaces), 0)).efl == inf
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("f_number", [4.5, 8.0, 22.0])
+def test_stopping_down_gives_the_f_number_asked_for(name, f_number):
+    wide_open = lens(name)
+    closed = lb.stopped_down(wide_open, f_number)
+    assert lb.first_order(closed).f_number == pytest.approx(f_number, rel=1e-14)
+    assert closed.stop.semi_diameter < wide_open.stop.semi_diameter
+    assert closed.surfaces[:closed.stop_index] == wide_open.surfaces[:wide_open.stop_index]
+
+
+@pytest.mark.parametrize("f_number", [0.0, -2.0, nan, inf, 1.4, 2.02])
+def test_an_f_number_that_cannot_be_is_refused(f_number):
+    with pytest.raises(lb.LensError, match="f-number|opens no further than f/2.03"):
+        lb.stopped_down(lens("dgauss"), f_number)
+
+
+def test_the_engraved_f_number_means_wide_open():
+    engraved = replace(lens("dgauss"), stated_f_number=2.0)
+    assert lb.stopped_down(engraved, 2.0) == engraved
+    assert lb.stopped_down(engraved, lb.first_order(engraved).f_number) == engraved
+    with pytest.raises(lb.LensError, match="opens no further"):
+        lb.stopped_down(engraved, 1.99)
+    nonsense = replace(engraved, stated_f_number=1.2)
+    with pytest.raises(lb.LensError, match="opens no further"):
+        lb.stopped_down(nonsense, 1.2)
+
+
+def test_transmission_is_fresnels_at_every_glass_surface():
+    one = biconvex(index=1.5)
+    assert lb.transmission(one) == pytest.approx(0.96**2, rel=1e-15)
+    assert lb.t_number(one) == pytest.approx(lb.first_order(one).f_number / 0.96, rel=1e-15)
+    indices = np.array(lens("dgauss").indices())
+    pairs = zip(indices[:-1], indices[1:], strict=True)
+    by_hand = np.prod([4 * a * b / (a + b) ** 2 for a, b in pairs])       # T = 4 n n' / (n + n')²
+    assert lb.transmission(lens("dgauss")) == pytest.approx(by_hand, rel=1e-14)

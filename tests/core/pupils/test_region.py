@@ -1,0 +1,347 @@
+"""The exit-pupil region against 40-digit bounds, pbrt's boxes and rays traced one by one."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X
+from lensbench.kernels.program import Program
+from lensbench.optics.clearance import machine, margins
+from lensbench.optics.prescription import Surface
+from lensbench.pupils.radial_sampler import RINGS, PupilTable
+from lensbench.pupils.rim_solver import ROUGH, solve
+from tests.core.oracles import DATA, REFERENCE
+from tests.core.oracles import lens as reference_lens
+
+BOUNDS = json.loads((DATA / "exit_pupils.json").read_text())
+SHAPES = ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm", "pbrt-wide-22mm", "lenshh-cooke-triplet-50",
+          "lv-zeiss-biogon-21-f45", "lentil-nikon-retrofocus-1971"]
+
+
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])
+def test_the_meridional_bounds_agree_with_forty_digits(name):
+    lens, reference = lenses.load(name), BOUNDS[name]
+    fields = reference["fields"]
+    pupil = lb.exit_pupil(lens, reference["film_distance"], [field["film_y"] for field in fields])
+    tolerance = 3e-10 * lens.surfaces[-1].semi_diameter
+    for i, field in enumerate(fields):
+        assert pupil.bounds[i, 0] == pytest.approx(field["low"], abs=tolerance)
+        assert pupil.bounds[i, 2] == pytest.approx(field["high"], abs=tolerance)
+        assert pupil.area[i] == pytest.approx(field["area"], rel=1e-3)      # the reference counts cells of 0.03 mm
+
+
+@pytest.mark.parametrize("name", ["rf50", "codev"])
+def test_the_bounds_of_aspheric_lenses_agree_with_forty_digits(name):
+    lens, reference = reference_lens(name), REFERENCE[name]
+    heights = reference["exit_pupils"]
+    pupil = lb.exit_pupil(lens, reference["film_z"] - lens.length, [float(y) for y in heights])
+    for bounds, (low, high) in zip(pupil.bounds, heights.values(), strict=True):
+        assert (bounds[0], bounds[2]) == pytest.approx((low, high), abs=1e-9)
+
+
+@pytest.mark.parametrize("distance", [1200.0, 3000.0])
+def test_a_film_close_behind_its_cover_glass_sees_a_region_far_smaller_than_the_glass(distance):
+    # The Noct's film stands 1 mm behind a glass of 45 mm: of that the axis sees one millimetre
+    camera = lb.LensCamera(lenses.load("lv-nikon-z-58f095-noct"), lb.Film(36.0, 24.0), distance)
+    lens, away, cell = camera.lens, camera.film_distance, 0.01
+    side = np.arange(-0.8, 0.8, cell) + 0.5 * cell
+    x, y = (grid.ravel() for grid in np.meshgrid(side, side))
+    for film_x in (0.0, 1e-3, 0.1):
+        rays = lb.trace(lens, [film_x, 0.0, lens.length + away],
+                        np.column_stack([x, y, np.full(x.size, -away)]))
+        counted = float((rays.fate == lb.Fate.PASSED).sum()) * cell**2
+        # Cells that the rim cuts: about 2π·0.55 mm / 0.01 mm of them, each off by a third at random
+        assert lb.exit_pupil(lens, away, [film_x]).area[0] == pytest.approx(counted, rel=0.005)
+
+
+def test_a_lens_that_is_telecentric_towards_the_scene_has_its_regions_without_an_f_number():
+    glass = lenses.load("pbrt-dgauss-50mm").surfaces[0].glass
+    front = Surface(1.0 / 60.0, 6.0, 20.0, glass), Surface(0.0, 0.0, 20.0)
+    focus = lb.first_order(lb.Lens((*front, Surface(0.0, 0.0, 4.0)), 2)).bfl
+    lens = lb.Lens((front[0], Surface(0.0, focus, 20.0), Surface(0.0, 40.0, 4.0), Surface(1.0 / 60.0, 6.0, 20.0, glass),
+                    Surface(-1.0 / 80.0, 0.0, 20.0)), 2)
+    assert lb.first_order(lens).f_number == 0.0
+    camera = lb.LensCamera(lens, lb.Film(12.0, 8.0), 400.0)
+    radii, away, cell, n = [0.0, 5.0], camera.film_distance, 0.004, 1 << 12
+    pupil, table = lb.exit_pupil(camera.lens, away, radii), camera.pupil
+    x, y = (grid.ravel() for grid in np.meshgrid(*[np.arange(-0.8, 0.8, cell) + 0.5 * cell] * 2))
+    for radius, area, centre in zip(radii, pupil.area, pupil.centres, strict=True):
+        start = [radius, 0.0, lens.length + away]
+        rays = lb.trace(camera.lens, start, np.column_stack([x + centre - radius, y, np.full(x.size, -away)]))
+        # Cells that the rim cuts: about 2π·0.3 mm / 0.004 mm of them, each off by a third at random
+        assert area == pytest.approx(float((rays.fate == lb.Fate.PASSED).sum()) * cell**2, rel=0.002)
+        l, m, n_, weight = Program([table.step(1.0)], np.float64).run(
+            {X: np.full(n, radius), U0: (np.arange(n) + 0.5) / n, U1: np.arange(n) * 0.6180339887498949 % 1.0,
+             WEIGHT: np.ones(n)}, [L, M, N, WEIGHT], n)
+        passed = lb.trace(camera.lens, start, np.stack([l, m, n_], 1)).fate == lb.Fate.PASSED
+        assert passed.mean() > 0.98
+        assert (weight / n_**4 * passed).mean() == pytest.approx(area, rel=3e-3)        # lattice points, as below
+
+
+def test_a_lens_without_rotational_symmetry_has_no_pupil_by_radius():
+    rod = lb.Lens((lb.Surface(0.02, 4.0, 5.0, lb.Glass(1.5), curvature_x=0.0), lb.Surface(0.0, 0.0, 5.0)), 0)
+    with pytest.raises(lb.LensError, match="cylinder or toroid"):
+        lb.exit_pupil(rod, 50.0, [0.0])
+
+
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])
+def test_pbrts_boxes_hold_the_region_of_their_bucket(name):
+    """pbrt's boxes come from a million rays each, from anywhere in a bucket: a little larger than one region."""
+    reference = BOUNDS[name]["pbrt"]
+    buckets, distance, diagonal = np.array(reference["boxes"]), reference["film_distance"], reference["diagonal"]
+    radii = (np.array(reference["buckets"]) + 0.5) / 64 * diagonal / 2
+    pupil = lb.exit_pupil(lenses.load(name), distance, radii)
+    lit = pupil.area > 0.0
+    full = 1.5 * lenses.load(name).surfaces[-1].semi_diameter       # what pbrt takes where it finds no light at all
+    dark = np.array(reference["buckets"]) / 64 * diagonal / 2 > PupilTable.of(
+        lenses.load(name), distance, diagonal / 2).dark_beyond
+    assert not lit[dark].any() and np.allclose(buckets[dark], [-full, -full, full, full], rtol=1e-3)
+    cell = reference["cell"]
+    assert np.abs(pupil.bounds[lit] - buckets[lit]).max() < 3.0 * cell + diagonal / 2 / 64 * 0.7
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_rays_just_inside_the_rim_pass_and_just_outside_are_blocked(name):
+    lens = lenses.load(name)
+    distance = lb.first_order(lens).bfl
+    table = PupilTable.of(lens, distance, 21.0)
+    radii = np.linspace(0.0, 0.97 * min(table.radius, 21.0), 7)
+    pupil = lb.exit_pupil(lens, distance, radii, points=65)
+    for i, r in enumerate(radii):
+        rim = pupil.boundary(i)
+        centre = np.array([pupil.centres[i], 0.0])
+        for factor, fate in ((1.0 - 1e-6, True), (1.0 + 1e-6, False)):
+            target = centre + (rim - centre) * factor
+            d = np.column_stack([target - [r, 0.0], np.full(len(rim), -distance)])
+            origin = np.array([r, 0.0, lens.length + distance])
+            assert ((lb.trace(lens, origin, d).fate == lb.Fate.PASSED) == fate).all()
+
+
+@pytest.mark.parametrize("stop", [0.5, 0.02, 1e-3])
+def test_a_closing_stop_leaves_a_region_that_shrinks_with_its_square(stop):
+    lens = lenses.load("pbrt-dgauss-50mm")
+    distance = lb.first_order(lens).bfl
+    pupil = lb.exit_pupil(lens.with_stop_radius(stop), distance, [0.0, 8.0])
+    fo = lb.first_order(lens)
+    # the exit pupil, seen from the axis point and projected onto the rear plane
+    expected = math.pi * (fo.exit_pupil.radius * stop / fo.stop_radius) ** 2
+    expected *= (distance / (lens.length + distance - fo.exit_pupil.z)) ** 2
+    assert pupil.area[0] == pytest.approx(expected, rel=3e-3 if stop > 0.1 else 1e-4)
+    assert pupil.area[1] > 0.5 * pupil.area[0]
+
+
+@pytest.mark.parametrize(("name", "closed", "focus"), [
+    ("lv-nikon-z-58f095-noct", 22, 2000.0), ("lentil-meyer-primoplan-1936", 100, math.inf),
+    ("lib-us10281683", 100, math.inf), ("pbrt-fisheye-10mm", 1000, math.inf)])
+def test_where_the_reference_tracer_finds_light_through_a_small_stop_the_region_is_found(name, closed, focus):
+    """The film close behind a wide rear surface, or the stop's image folded over: a coarse look meets nothing of it."""
+    lens = lenses.load(name)
+    lens = lb.focused(lens.with_stop_radius(lens.stop.semi_diameter / closed), focus)
+    distance, a = lb.film_distance(lens, focus), lens.surfaces[-1].semi_diameter
+    field = np.linspace(0.0, 1.3 * lb.first_order(lens).efl, 21)
+    radii = np.append(field, [2.6756, 19.264, 19.33, 19.4])            # where narrow rings were dark
+    area = lb.exit_pupil(lens, distance, radii, points=17).area
+    for r, found in zip(radii, area, strict=True):
+        # from where the ray of the stop's centre would leave, to both sides ever more coarsely
+        steps = np.sort(np.concatenate([sign * np.geomspace(1e-4, 2.5, 4000) * a for sign in (-1, 1)]))
+        at = np.concatenate([steps, np.linspace(-a, a, 20001)])
+        way = np.column_stack([at - r, 0.0 * at, np.full(at.size, -distance)])
+        lit = (lb.trace(lens, [r, 0.0, lens.length + distance], way).fate == lb.Fate.PASSED).any()
+        assert found > 0.0 or not lit
+    assert area[0] > 0.0
+
+
+@pytest.mark.parametrize("name", [*SHAPES, "lib-us7558005a"])
+@pytest.mark.parametrize("stop", [1.0, 0.1, 0.01])
+def test_margins_in_single_precision_are_as_near_as_is_said(name, stop):
+    """Of rays about the rims of regions all over the film; of all lenses, the last one has the largest errors."""
+    lens = lenses.load(name)
+    lens = lens.with_stop_radius(lens.stop.semi_diameter * stop)
+    distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 33)
+    pupil, by = lb.exit_pupil(lens, distance, radii, points=33), machine(lens, distance)
+    share = np.array([0.9, 0.97, 1.0, 1.03])
+    lit = pupil.area > 0.0
+    points = (pupil.centres[lit, None, None, None] * [1.0, 0.0]
+              + share[:, None] * pupil.rims[lit, :, None]).reshape(-1, 2)
+    film, zero = np.repeat(radii[lit], 33 * len(share)), np.zeros(len(points))
+    double, single = np.empty((2, len(points)))
+    for out, error in ((double, math.inf), (single, 0.0)):
+        margins(film, zero, *np.ascontiguousarray(points.T), distance, out, by._replace(error=error), 0.0)
+    near = double < 1.2                 # not those that hardly come through
+    assert near.sum() > 500 and np.abs(single - double)[near].max() < by.error
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_first_look_in_single_precision_leads_to_the_same_rims(name):
+    """Each rim to a thousandth of the axis's, as a camera solves it: the first look only says where to look closely."""
+    lens = lenses.load(name)
+    distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 33)
+    by = machine(lens, distance)
+    assert by.error < ROUGH
+    (centre, rim), (single_centre, single_rim) = (
+        solve(lens, distance, radii, 257, 1e-8, by=by._replace(error=error)) for error in (math.inf, by.error))
+    # Where the light ends, a thousandth of a millimetre decides; else chords alone differ, as the points lie elsewhere
+    lit = rim[:, 0, 0] > 0.01 * rim[0, 0, 0]
+    for ends in (0, -1):
+        there, here = centre + rim[:, ends, 0], single_centre + single_rim[:, ends, 0]
+        np.testing.assert_allclose(here[lit], there[lit], atol=1e-7)
+    area, single = ((r[:, :-1, 0] * r[:, 1:, 1] - r[:, 1:, 0] * r[:, :-1, 1]).sum(1) for r in (rim, single_rim))
+    np.testing.assert_allclose(single[lit], area[lit], atol=1e-4 * area[0])
+
+
+def test_a_film_point_that_no_light_reaches_has_an_empty_region():
+    lens = lenses.load("pbrt-fisheye-10mm")
+    pupil = lb.exit_pupil(lens, lb.first_order(lens).bfl, [0.0, 20.0, 60.0])
+    assert pupil.area[0] > 0.0 and pupil.area[1] == 0.0 and pupil.area[2] == 0.0
+    assert np.isfinite(pupil.boundary(2)).all()
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_samples_through_the_region_pass_and_little_of_it_is_lost(name):
+    """98 % at least of the samples pass, and their weighted mean finds all the light that a fine grid finds."""
+    lens = lenses.load(name)
+    distance = lb.first_order(lens).bfl
+    table = PupilTable.of(lens, distance, 20.0)
+    radii = np.linspace(0.0, 0.9 * table.radius, 5)
+    n = 1 << 14
+    uv = np.column_stack([(np.arange(n) + 0.5) / n, (np.arange(n) * 0.6180339887498949) % 1.0])
+    pupil = lb.exit_pupil(lens, distance, [0.0, table.radius if table.dark_beyond < math.inf else 20.0])
+    exact = lb.exit_pupil(lens, distance, radii)
+    for i, r in enumerate(radii):
+        points, areas = pupil.sample(np.tile([r, 0.0], (n, 1)), uv)
+        d = np.column_stack([points - [r, 0.0], np.full(n, -distance)])
+        passed = lb.trace(lens, [r, 0.0, lens.length + distance], d).fate == lb.Fate.PASSED
+        assert passed.mean() >= 0.98
+        # lattice points err by a few parts in n^(3/4), 2e-3; the region may lose 5e-4 of what the axis gets besides
+        assert (areas * passed).mean() == pytest.approx(exact.area[i], abs=2e-3 * exact.area[i] + 5e-4 * exact.area[0])
+
+
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "lib-miyamoto-fisheye-1964"])
+def test_a_stop_of_a_fiftieth_of_a_millimetre_gets_its_light_between_the_rings_too(name):
+    """Its region moves by many times its own size from ring to ring; what is lost there would show as rings."""
+    wide = lenses.load(name)
+    lens = wide.with_stop_radius(0.01)
+    distance = lb.first_order(lens).bfl
+    pupil = lb.exit_pupil(lens, distance, [0.0, 12.0])
+    radii = np.linspace(0.5, 11.8, 60)
+    n = 1 << 12
+    uv = np.column_stack([(np.arange(n) + 0.5) / n, (np.arange(n) * 0.6180339887498949) % 1.0])
+    for r, area in zip(radii, lb.exit_pupil(lens, distance, radii).area, strict=True):
+        points, areas = pupil.sample(np.tile([r, 0.0], (n, 1)), uv)
+        d = np.column_stack([points - [r, 0.0], np.full(n, -distance)])
+        passed = lb.trace(lens, [r, 0.0, lens.length + distance], d).fate == lb.Fate.PASSED
+        assert passed.mean() > 0.97
+        assert (areas * passed).mean() == pytest.approx(area, rel=3e-3)     # lattice points, as above
+
+
+@pytest.mark.parametrize(("name", "f_number"), [
+    ("lv-nikon-z-58f095-noct", 22.0), ("lv-nikon-z-58f095-noct", 256.0), ("lib-us7558005a", 256.0),
+    ("lib-us10281683", 64.0)])
+def test_a_film_close_behind_a_lens_that_is_stopped_down_gets_its_light_between_the_rings(name, f_number):
+    """Half a millimetre or one behind it a region is as small as 0.001 mm, and a ring away from it by 0.3 mm."""
+    lens = lb.stopped_down(lenses.load(name), f_number)
+    lens = lb.focused(lens, 1200.0)
+    distance, n = lb.film_distance(lens, 1200.0), 1 << 12
+    u0, u1 = (np.arange(n) + 0.5) / n, np.arange(n) * 0.6180339887498949 % 1.0
+    for widened, most_blocked, most_lost in ((True, 0.04, 5e-3), (False, 0.015, 0.015)):
+        table = PupilTable.of(lens, distance, 21.6, widened=widened)
+        radii = np.linspace(0.013, 0.93, 21) * table.radius
+        for r, area in zip(radii, lb.exit_pupil(lens, distance, radii).area, strict=True):
+            l, m, n_, weight = Program([table.step(1.0)], np.float64).run(
+                {X: np.full(n, r), U0: u0, U1: u1, WEIGHT: np.ones(n)}, [L, M, N, WEIGHT], n)
+            way = np.stack([l, m, n_], 1)
+            passed = lb.trace(lens, [r, 0.0, lens.length + distance], way).fate == lb.Fate.PASSED
+            assert passed.mean() > 1.0 - most_blocked
+            # Where a second rim sets in between two rings, a straight line cuts a corner; beside that the lattice errs
+            assert (weight / n_**4 * passed).mean() == pytest.approx(area, rel=most_lost)
+
+
+@pytest.mark.parametrize("part", [0.945, 0.963, 0.97, 0.9796, 0.985])
+def test_a_region_in_pieces_is_sampled_whole(part):
+    """The edge of this fisheye's light: a hole opens in the region, then it falls in two, then one piece is left."""
+    lens = lenses.load("lib-miyamoto-fisheye-1964")
+    distance = lb.first_order(lens).bfl
+    end = PupilTable.of(lens, distance, 20.0).dark_beyond
+    r, n = part * end, 400
+    # A fine grid over all places of light, the reference tracer's
+    x, y = (a.ravel() for a in np.meshgrid(9.0 + 3.6 * (np.arange(n) + 0.5) / n, 1.6 * (np.arange(n) + 0.5) / n))
+    grid = np.column_stack([x - r, y, np.full(n * n, -distance)])
+    start = [r, 0.0, lens.length + distance]
+    area = 2.0 * 3.6 * 1.6 * (lb.trace(lens, start, grid).fate == lb.Fate.PASSED).mean()
+    m = 1 << 15
+    uv = np.column_stack([(np.arange(m) + 0.5) / m, (np.arange(m) * 0.6180339887498949) % 1.0])
+    points, areas = lb.exit_pupil(lens, distance, [0.0, end]).sample(np.tile([r, 0.0], (m, 1)), uv)
+    way = np.column_stack([points - [r, 0.0], np.full(m, -distance)])
+    passed = lb.trace(lens, start, way).fate == lb.Fate.PASSED
+    # a few thousand of the samples pass, in lattice points; the grid's cells are 1e-5 of the axis's 7 mm²
+    assert (areas * passed).mean() == pytest.approx(area, rel=0.03)
+
+
+@pytest.mark.parametrize("name", [name for name in lenses.names() if lenses.load(name).is_rotationally_symmetric])
+def test_a_camera_and_a_close_look_find_the_same_region_at_every_radius(name):
+    """41 points at a loose tolerance against 257 at a tight one: the chords alone differ, below 1 % of the axis."""
+    lens = lenses.load(name)
+    distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 48)
+    close = lb.exit_pupil(lens, distance, radii)
+    _, rims = solve(lens, distance, radii, 41, 2e-4 * lens.surfaces[-1].semi_diameter)
+    x, y = rims[..., 0], rims[..., 1]
+    area = (x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]).sum(1)
+    assert np.abs(area - close.area).max() < 0.01 * close.area.max()
+
+
+@pytest.mark.parametrize("name", ["pbrt-fisheye-10mm", "lv-zeiss-biogon-21-f45", "pbrt-wide-22mm", "lenshh-petzval"])
+@pytest.mark.parametrize("stop", [1.0, 0.1])
+def test_light_from_the_scene_lands_only_where_a_region_waits_for_it(name, stop):
+    """Meridional rays through the front element, traced by the reference: each film radius they reach is lit."""
+    wide = lenses.load(name)
+    lens, front = wide.with_stop_radius(wide.stop.semi_diameter * stop), wide.surfaces[0]
+    distance = lb.first_order(lens).bfl
+    height, angle = (a.ravel() for a in np.meshgrid(
+        np.linspace(-1.0, 1.0, 401) * front.semi_diameter, np.linspace(0.0, 1.5, 601)))
+    way = np.column_stack([np.sin(angle), 0.0 * angle, np.cos(angle)])
+    sag = front.curvature * height**2 / (1.0 + np.sqrt(np.maximum(0.0, 1.0 - (front.curvature * height) ** 2)))
+    light = lb.trace(lens, np.column_stack([height, 0.0 * height, sag]) - 5.0 * way, way)
+    (x, _, z), (dx, _, dz) = light.points[light.fate == 0].T, light.directions[light.fate == 0].T
+    radii = np.abs(x + (lens.length + distance - z) * dx / dz)
+    radii = np.unique(np.append(radii.max(), radii[::50]))
+    assert radii[-1] > 5.0 and (lb.exit_pupil(lens, distance, radii, points=33).area > 0.0).all()
+    assert PupilTable.of(lens, distance, 2.0 * radii[-1]).dark_beyond >= radii[-1]
+
+
+def test_a_pupil_of_the_axis_alone_can_be_sampled_and_none_beyond_its_film():
+    lens = lenses.load("pbrt-dgauss-50mm")
+    alone, more = (lb.exit_pupil(lens, 36.1, radii) for radii in ([0.0], [0.0, 20.0]))
+    uv = np.random.default_rng(0).random((200, 2))
+    points, areas = alone.sample(np.zeros((200, 2)), uv)
+    assert np.abs(points - more.sample(np.zeros((200, 2)), uv)[0]).max() < 0.01
+    assert areas.mean() == pytest.approx(alone.area[0], rel=0.01)
+    with pytest.raises(lb.LensError, match="up to 20 mm"):
+        more.sample([[15.0, 14.0]], [[0.5, 0.5]])
+
+
+def test_the_region_turns_with_its_film_point():
+    pupil = lb.exit_pupil(lenses.load("pbrt-dgauss-50mm"), 36.1, [0.0, 20.0])
+    uv = np.random.default_rng(0).random((500, 2))
+    along, _ = pupil.sample(np.tile([9.0, 0.0], (500, 1)), uv)
+    across, _ = pupil.sample(np.tile([0.0, 9.0], (500, 1)), uv)
+    np.testing.assert_allclose(across, np.column_stack([-along[:, 1], along[:, 0]]), atol=1e-9)
+
+
+def test_a_table_ends_where_the_light_does():
+    lens = lenses.load("pbrt-fisheye-10mm")
+    distance = lb.first_order(lens).bfl
+    table = PupilTable.of(lens, distance, 21.6)
+    just = lb.exit_pupil(lens, distance, [table.dark_beyond * 0.999, table.dark_beyond * 1.001])
+    assert just.area[0] > 0.0 and just.area[1] == 0.0
+    assert table.outline.shape[0] == RINGS
+
+
+@pytest.mark.parametrize(("distance", "radii"), [(0.0, [1.0]), (-1.0, [1.0]), (math.nan, [1.0]), (30.0, [-1.0]),
+                                                 (30.0, [math.nan]), (30.0, [math.inf])])
+def test_radii_and_distances_that_cannot_be_are_refused(distance, radii):
+    with pytest.raises(lb.LensError, match="exit pupil"):
+        lb.exit_pupil(lenses.load("pbrt-dgauss-50mm"), distance, radii)

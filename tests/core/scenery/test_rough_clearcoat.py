@@ -1,0 +1,192 @@
+"""Lights in rough coats, out of focus: each sample shows them on average over its part of the pupil and the pixel."""
+
+import math
+
+import numpy as np
+import pytest
+from numba import njit
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.cameras.pupil_footprint import WHOLE, pupil_steps
+from lensbench.imaging.animated_transform import AnimatedTransform
+from lensbench.kernels.block import (
+    DEPTH,
+    DISK,
+    FAN,
+    FOOT,
+    GLOSS,
+    KEYS,
+    NX,
+    NY,
+    OX,
+    PITCH,
+    SAMPLE,
+    SB,
+    SPREAD,
+    SR,
+    TB,
+    TR,
+    U0,
+    U1,
+    B,
+    L,
+    M,
+    N,
+    X,
+    Y,
+    bench,
+)
+from lensbench.kernels.program import Program
+from lensbench.scenery.objects import Floor, Material, Rectangle, Sky, Sphere
+from lensbench.scenery.scene import Scene
+from lensbench.scenery.shading.rough_clearcoat import swept
+
+FILM = lb.Film(36.0, 24.0, 90, 60)
+BLACK = (0.0, 0.0, 0.0)
+DARK = Sky(BLACK, BLACK, BLACK)
+LIGHTS = tuple(Sphere((x, 900.0, -away), 35.0, Material((60.0, 40.0, 20.0), "light"))
+               for x, away in ((-900.0, 9000.0), (300.0, 12000.0), (1300.0, 8000.0), (-300.0, 16000.0)))
+STREET = Scene("street", sky=DARK, floor=Floor(-700.0, 500.0, BLACK, BLACK, gloss=0.96), spheres=LIGHTS)
+TURNED = np.array([[0.8, 0.0, 0.6, 4000.0], [0.0, 1.0, 0.0, 0.0], [-0.6, 0.0, 0.8, 0.0], [0.0, 0.0, 0.0, 1.0]])
+
+
+def camera(model, **more):
+    if model == "perspective":
+        return lb.PerspectiveCamera(FILM, fov=0.45, lens_radius=12.0, focus_distance=1200.0, **more)
+    return lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, 1200.0, 2.0, model=model, **more)
+
+
+def picture(view, scene, samples, **more):
+    rendering = lb.Rendering(view, scene, splat=False, **more)
+    rendering.add(samples)
+    return rendering.image().astype(float)
+
+
+def rms(values):
+    return math.sqrt((values**2).mean())
+
+
+@pytest.mark.parametrize("model", ["trace", "polynomial", "thin", "perspective"])
+def test_a_gleam_out_of_focus_is_in_the_first_picture_nearly_what_it_is_in_the_last(model):
+    """Against 2048 samples, each at its point. The place in the pixel still makes some noise: less in the mean of 8."""
+    view = camera(model)
+    last, at_points = (picture(view, STREET, n, seed=n, filtered=False)[36:] for n in (2048, 1))
+    firsts = [picture(view, STREET, 1, seed=seed)[36:] for seed in range(8)]
+    assert rms(firsts[1] - last) < 0.4 * rms(at_points - last)
+    assert rms(np.mean(firsts, 0) - last) < 0.12 * rms(last)
+    assert firsts[1].sum() == pytest.approx(last.sum(), rel=0.02)
+
+
+@pytest.mark.parametrize("model", ["trace", "perspective"])
+def test_many_samples_show_what_they_would_at_points(model):
+    """The disks that samples stand for shrink: what the first ones blurred falls as one over the number of samples."""
+    view = camera(model, world_from_camera=TURNED)
+    scene = Scene("turned", sky=DARK, floor=STREET.floor, spheres=tuple(
+        Sphere(tuple(TURNED[:3, :3] @ s.centre + TURNED[:3, 3]), s.radius, s.material) for s in LIGHTS))
+    truth = picture(view, scene, 4096, seed=5, filtered=False)[36:]
+    rendering, off = lb.Rendering(view, scene, seed=4, splat=False), []
+    for samples in (256, 1024):
+        rendering.add(samples - rendering.samples)
+        found = rendering.image().astype(float)[36:]
+        off.append(rms(found - truth) / rms(truth))
+    assert off[1] < 2e-3 and off[1] < 0.4 * off[0]
+    assert found.sum() == pytest.approx(truth.sum(), rel=1e-3)
+
+
+def test_gleams_in_a_ball_of_glass_are_found_sooner_and_are_the_same():
+    ball = Sphere((0.0, 0.0, -1250.0), 150.0, Material((0.99,) * 3, "glass"))
+    scene = Scene("ball", sky=DARK, floor=STREET.floor, spheres=(ball, *LIGHTS))
+    black = Scene("black", sky=DARK, spheres=(ball, *LIGHTS))       # the lights themselves, by the same rays
+    view, pictures = camera("perspective"), []
+    for samples, filtered in ((2048, False), (2, True), (2, False), (256, True)):
+        gleams = picture(view, scene, samples, seed=samples, filtered=filtered) - picture(
+            view, black, samples, seed=samples, filtered=filtered)
+        pictures.append(gleams[18:33, 33:57])                       # in the ball
+    last, few, at_points, many = pictures
+    assert rms(few - last) < 0.7 * rms(at_points - last)
+    assert many.sum() == pytest.approx(last.sum(), rel=5e-3)
+
+
+def test_the_disks_that_samples_stand_for_are_together_as_large_as_the_pupil_and_keep_the_focus():
+    view = camera("perspective", world_from_camera=TURNED)
+    before, after = pupil_steps(view, np.float64)
+    program = Program([*before, *view.steps(), *after], np.float64)
+    lanes, key = bench(np.float64), np.zeros(KEYS, np.uint32)
+    table = lanes.reshape(-1, PITCH)[:, :B]
+    k = np.arange(B)
+    for number, part in ((0, 1.0), (WHOLE - 1, 1.0), (15, 0.25**0.75), (255, (4 / 256) ** 0.75)):
+        key[SAMPLE] = number
+        table[X], table[Y], table[U0], table[U1] = 20.0, 41.0, (k + 0.5) / B, k * 0.6180339887 % 1.0
+        for address, step in zip(program.ends, [*before, *view.steps(), *after], strict=False):
+            step.kernel(lanes, program.data[address:address + np.size(step.parameters)], key)
+        origins, ways = table[X:X + 3].copy(), table[L:L + 3]
+        radius, fan, off = table[DISK], table[FAN], table[OX:OX + 3]
+        assert radius == pytest.approx(np.full(B, 12.0 * part), rel=0.02)
+        middles = origins - radius * off
+        assert middles.var(1).sum() / 2.0 + (12.0 * part) ** 2 / 4.0 == pytest.approx(12.0**2 / 4.0, rel=0.03)
+        # where the disk has no size all rays meet: at the distance in focus
+        meeting = origins - ways * radius / fan
+        assert meeting.std(1).max() < 1e-6
+        assert (meeting.mean(1) - TURNED[:3, 3]) @ -TURNED[:3, 2] == pytest.approx(1200.0, rel=1e-3)
+
+
+def test_where_a_film_point_has_one_ray_or_the_camera_moves_a_sample_stands_for_its_point_of_the_pupil():
+    later = np.eye(4)
+    later[0, 3] = 30.0
+    for view in (camera("pinhole"), camera("thin", world_from_camera=AnimatedTransform(np.eye(4), later)),
+                 lb.EnvironmentCamera(FILM), lb.PerspectiveCamera(FILM)):
+        assert pupil_steps(view, np.float32) == ([], [])
+
+
+def test_what_is_in_focus_or_smooth_is_not_blurred():
+    """A plate in focus, rough and tilted, whose streaks end at an edge: within a pixel of it no light leaks out."""
+    plate = Rectangle((0.0, -60.0, -1200.0), (150.0, 0.0, 0.0), (0.0, 60.0, -60.0), Material(BLACK, "coat", gloss=0.9))
+    lamp = Sphere((0.0, 2000.0, -1200.0), 100.0, Material((60.0,) * 3, "light"))
+    scene = Scene("plate", sky=DARK, spheres=(lamp,), plates=(plate,))
+    view = camera("thin")
+    found, points = (picture(view, scene, 64, seed=4, filtered=filtered) for filtered in (True, False))
+    assert points.max() > 0.05
+    assert np.abs(found - points).max() < 0.02 * points.max()
+
+
+def test_the_average_of_a_lobe_keeps_its_light_and_has_its_limits():
+    real = np.float64
+
+    @njit(error_model="numpy")
+    def lobes(places, reach, width):
+        out = np.empty_like(places)
+        for i in range(places.size):
+            a, b, c, d = swept(real, places[i] ** 2, reach * reach, width * width)
+            out[i] = a / b * math.sqrt(c / d)
+        return out
+
+    x = np.sinh(np.linspace(-12.0, 12.0, 40001))
+    for reach in (0.0, 1e-3, 0.1, 0.5, 1.0, 2.0, 5.0, 20.0, 300.0):
+        found = lobes(x * 0.04, reach * 0.04, 0.04)
+        assert np.trapezoid(found, x) == pytest.approx(math.pi / 2.0, rel=6e-3)
+        if reach <= 1e-3:
+            np.testing.assert_allclose(found, (1.0 + x * x) ** -2.0, rtol=1e-5)
+        if reach == 300.0:
+            inside = np.abs(x) < 0.9 * reach
+            np.testing.assert_allclose(found[inside], math.pi / 4.0 / reach, rtol=6e-3)
+            assert found[np.abs(x) > 1.1 * reach].max() < 1e-3 * found.max()
+
+
+def test_a_gleam_is_finite_and_never_negative_however_grazing_the_ray_and_wide_the_part():
+    step = next(step for step in lb.builtin_scene("night-lights").steps() if step.kernel.__name__ == "sheen")
+    random, parameters = np.random.default_rng(2), np.asarray(step.parameters, np.float32)
+    lanes, key = bench(), np.zeros(KEYS, np.uint32)
+    table = lanes.reshape(-1, PITCH)[:, :B]
+    for _ in range(200):
+        fall, turn = 10.0 ** random.uniform(-8.0, 0.0, B), random.uniform(0.0, 2.0 * math.pi, B)
+        level = np.sqrt(1.0 - fall**2)
+        table[L], table[M], table[N] = level * np.cos(turn), -fall, level * np.sin(turn)
+        table[DEPTH], table[NX:NY + 2], table[NY] = 1350.0 / fall, 0.0, 1.0
+        table[DISK] = size = 10.0 ** random.uniform(-3.0, 1.5)
+        table[FAN] = -size / 10.0 ** random.uniform(1.0, 5.0)
+        table[OX:OX + 3] = random.uniform(-1.0, 1.0, (3, B))
+        table[FOOT], table[SPREAD] = random.uniform(-5.0, 5.0, B), random.uniform(-0.1, 0.1, B)
+        table[GLOSS], table[TR:TB + 1], table[SR:SB + 1] = random.choice([0.5, 0.955, 0.9985]), 1.0, 0.0
+        step.kernel(lanes, parameters, key)
+        assert np.isfinite(table[SR:SB + 1]).all() and table[SR:SB + 1].min() >= 0.0
