@@ -21,7 +21,7 @@ from lensbench.app.files import export
 from lensbench.app.files.export import read_settings, save_picture
 from lensbench.app.state.settings import Settings
 
-README = Path(__file__).parents[2] / "README.md"
+README = Path(__file__).parents[3] / "README.md"
 LENS = "pbrt-dgauss-50mm"
 
 

@@ -14,8 +14,7 @@ from lensbench.app.panels.image.compare import told_apart
 from lensbench.app.state import tone
 from lensbench.app.state.comparison import Difference, round_above
 from lensbench.app.state.settings import Settings
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 
 def picture(seed, height=12, width=16):

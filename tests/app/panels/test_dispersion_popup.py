@@ -13,9 +13,8 @@ from lensbench.app.state.build import camera
 from lensbench.app.state.constraints import within_reach
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.settings import Settings, SettingsError
-
-from .conftest import SMALL
-from .test_cli import settings_of, viewed  # noqa: F401 - the fixture
+from tests.app.command.test_main import settings_of, viewed  # noqa: F401 - the fixture
+from tests.app.conftest import SMALL
 
 NAMED = replace(SMALL, lens="lenshh-cooke-triplet-50", f_number=None, scene="grid-wall", samples=3)     # SK16 and F2
 NAMELESS = replace(NAMED, lens="pbrt-dgauss-50mm")                          # of whose glasses n_d alone is known

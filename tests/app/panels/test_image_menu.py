@@ -5,8 +5,7 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from lensbench.app.state.settings import Settings
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 
 def test_small_lights_are_left_to_the_cameras_rays_where_a_person_says_so(drive):

@@ -16,8 +16,7 @@ from lensbench.app.state.constraints import with_longer_side
 from lensbench.app.state.depth_colours import depth_codes, depth_picture, ends
 from lensbench.app.state.light_field_query import Look, Recording, epipolar, moved, opened, radiance, radius, ray
 from lensbench.app.state.tone import develop, linear
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 START = replace(SMALL, model="thin")
 

@@ -10,8 +10,7 @@ import lensbench as lb
 from lensbench.app.command.main import main
 from lensbench.app.files.light_field_file import load_light_field, save_light_field
 from lensbench.app.state.light_field_query import Look, radiance, radiance_over_time, shown
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 
 @pytest.fixture(scope="module")

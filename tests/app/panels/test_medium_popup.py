@@ -11,9 +11,8 @@ import lensbench as lb
 from lensbench.app.state.build import camera, design, medium
 from lensbench.app.state.constraints import with_model
 from lensbench.app.state.settings import Settings, SettingsError
-
-from .conftest import SMALL
-from .test_cli import LENS, settings_of, viewed  # noqa: F401 - the fixture
+from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
+from tests.app.conftest import SMALL
 
 
 def test_clear_air_is_nothing_and_fog_takes_contrast_by_its_visibility():

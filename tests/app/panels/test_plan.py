@@ -16,8 +16,7 @@ from lensbench.app.state.build import camera
 from lensbench.app.state.figures import readings, setup
 from lensbench.app.state.plan_view import extent, plan, things
 from lensbench.app.state.settings import Settings
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 PERSPECTIVE = replace(Settings(), model="perspective", f_number=4.0)
 

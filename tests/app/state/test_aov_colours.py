@@ -13,8 +13,7 @@ from lensbench.app.command.main import main
 from lensbench.app.state.aov_colours import NOTES, codes, note
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import VIEWS, Settings
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 
 def test_every_view_of_the_core_can_be_chosen_and_says_what_it_shows():

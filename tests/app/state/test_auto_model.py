@@ -15,9 +15,8 @@ from lensbench.app.state.auto_model import headline, record, tale
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.render_worker import Worker
-
-from .conftest import SMALL
-from .test_worker import wait
+from tests.app.conftest import SMALL
+from tests.app.workers.test_render_worker import wait
 
 # A crop so small that the thin lens will do at f/2.8 and not wide open
 PART = replace(SMALL, crop=0.3)

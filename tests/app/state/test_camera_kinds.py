@@ -16,9 +16,8 @@ from lensbench.app.state.pose import dollied, orbited
 from lensbench.app.state.scales import Scale
 from lensbench.app.state.settings import LENSLESS, MODELS, Settings, SettingsError
 from lensbench.app.state.time_scales import SHUTTERS, format_duration, format_time, read_time, shutter_scale
-
-from .conftest import SMALL
-from .test_cli import LENS, settings_of, viewed  # noqa: F401 - the fixture
+from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
+from tests.app.conftest import SMALL
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -15,8 +15,7 @@ from lensbench.app.files.export import save_picture
 from lensbench.app.state.exposure import exposed, exposing, look, told
 from lensbench.app.state.sensor_scales import ISOS, format_iso, iso_scale, read_electrons, read_iso
 from lensbench.app.state.settings import Settings
-
-from .test_cli import LENS, settings_of, viewed  # noqa: F401 - the fixture
+from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
 
 TRIANGLE = replace(Settings(), exposing="triangle", focus_distance=math.inf)
 PICTURE = np.random.default_rng(2).gamma(0.5, 1.0, (64, 96, 3)).astype(np.float32)

@@ -12,9 +12,8 @@ from lensbench.app.state.build import camera, design, stopped
 from lensbench.app.state.figures import readings, setup
 from lensbench.app.state.focusing import focusing, words
 from lensbench.app.state.settings import Settings
+from tests.app.stand import drive
 from tests.core.oracles import rms_on_film
-
-from .stand import drive
 
 WIDE = replace(Settings(), lens="pbrt-wide-22mm", f_number=None)
 

@@ -11,7 +11,7 @@ from PIL import Image as Picture
 import lensbench as lb
 from lensbench.app.state.scene_file import SceneFileError, find_scene, load_scene
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "scenes.md"
+DOCUMENT = Path(__file__).parents[3] / "docs" / "scenes.md"
 BALL = '[[sphere]]\ncentre = [0, 0, -1000]\nradius = 50\n'
 
 

@@ -17,8 +17,7 @@ from lensbench.app.panels.readouts import Status, rows
 from lensbench.app.state.figures import readings, setup
 from lensbench.app.state.image_circle import dark_corners
 from lensbench.app.state.settings import Settings
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 NAME = "lentil-schneider-anamorphic-31-2001"
 NEAR = replace(Settings(), lens=NAME, focus_distance=3000.0)

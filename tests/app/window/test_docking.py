@@ -9,8 +9,7 @@ from lensbench.app.state.constraints import with_model
 from lensbench.app.state.settings import MODELS
 from lensbench.app.widgets import theme
 from lensbench.app.window import window
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])

@@ -10,8 +10,7 @@ from PIL.PngImagePlugin import PngInfo
 from lensbench import lenses
 from lensbench.app.state.build import design
 from lensbench.app.window.file_actions import QUESTIONS
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 CTRL = imgui.Key.mod_ctrl
 

@@ -9,8 +9,7 @@ from imgui_bundle import imgui
 from lensbench.app.display.presenter import _first_mark
 from lensbench.app.panels.image.overlays import Mark
 from lensbench.app.workers.render_worker import News
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 
 def tooltip() -> bool:

@@ -12,8 +12,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.settings import Settings
 from lensbench.app.window import docking, window
-
-from .conftest import SMALL
+from tests.app.conftest import SMALL
 
 CTRL, SHIFT = imgui.Key.mod_ctrl, imgui.Key.mod_shift
 

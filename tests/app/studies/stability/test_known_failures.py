@@ -9,7 +9,7 @@ import pytest
 
 from lensbench.app.studies.stability.known_failures import known_failures, table
 
-TESTS = Path(__file__).parents[1]
+TESTS = Path(__file__).parents[3]
 FAILURES = known_failures()
 THREADS = json.loads((TESTS / "data/known_threads.json").read_text(encoding="utf-8"))["threads"]
 
