@@ -15,13 +15,13 @@ from typing import Any
 
 from lensbench.app.state.build import design
 from lensbench.app.state.constraints import (
+    constrained,
     ends_of_view,
     full_view,
     with_field_of_view,
     with_film,
     with_layout,
     with_model,
-    within_reach,
 )
 from lensbench.app.state.figures import colours
 from lensbench.app.state.scales import read_angle, read_distance, read_exposure, read_f_number, read_length
@@ -30,14 +30,14 @@ from lensbench.app.state.settings import (
     BITS,
     DISPERSIONS,
     EXPOSURES,
-    FOCUSINGS,
+    FOCUS_POSITIONS,
     FOV_AXES,
     LAYOUTS,
     MEDIUMS,
     METERINGS,
     MODELS,
     PROJECTIONS,
-    READOUTS,
+    READOUT_DIRECTIONS,
     TONES,
     VIEWS,
     Settings,
@@ -166,8 +166,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
         "picture; other options change them")
     add("--focus", type=option(read_distance), metavar="DISTANCE",
         help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given")
-    add("--focusing", choices=FOCUSINGS, help="where the film stands for that behind a real lens: paraxially, at the "
-        "least blur of all rays (real), or there only where it is half a pixel sharper (auto)")
+    add("--focusing", choices=FOCUS_POSITIONS, help="where the film stands for that behind a real lens: paraxially, "
+        "at the least blur of all rays (real), or there only where it is half a pixel sharper (auto)")
     add("--scene", metavar="SCENE", help="a built-in scene, or a scene file (.toml)")
     add("--model", choices=MODELS, help="how the lens forms the picture: auto (the simplest that will do, by default), "
         + ", ".join(f"{key} ({name[0].lower() + name[1:]})" for key, name in MODELS.items() if key != "auto"))
@@ -205,7 +205,7 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
         help="of the shutter time in which it opens, and in which it closes: 0 to 50%%")
     add("--readout", type=option(read_time), metavar="TIME",
         help="of a rolling shutter, from the first line of the picture to the last, such as 20ms")
-    add("--readout-direction", choices=READOUTS, help="in which the lines of a rolling shutter open")
+    add("--readout-direction", choices=READOUT_DIRECTIONS, help="in which the lines of a rolling shutter open")
     add("--samples", type=option(read_count), metavar="N", help="samples a pixel, where the render stops")
     add("--seed", type=option(read_seed), metavar="N", help="of the noise")
     add("--view", choices=VIEWS, help="what is shown: the picture, or what its samples are")
@@ -245,13 +245,13 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         from lensbench.app.files.settings_file import load_settings
         settings = load_settings(arguments.settings)
         if lens is not None:
-            settings = within_reach(replace(settings, lens=_name_or_file(lens), focal_length=arguments.focal_length))
+            settings = constrained(replace(settings, lens=_name_or_file(lens), focal_length=arguments.focal_length))
     elif lens is not None and Path(lens).suffix.lower() in PICTURES:
         from lensbench.app.files.export import read_settings
         settings = read_settings(lens)
     else:
         opened = with_model(replace(Settings(), focal_length=arguments.focal_length), arguments.model or "auto")
-        settings = within_reach(replace(opened, lens=_name_or_file(lens or opened.lens)).checked())
+        settings = constrained(replace(opened, lens=_name_or_file(lens or opened.lens)).checked())
     asked = {name: getattr(arguments, option) for name, option in (
         ("model", "model"), ("focus_distance", "focus"), ("bits", "sensor_bits"), *((name, name) for name in NAMED))
         if getattr(arguments, option) is not None}
@@ -266,13 +266,13 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     settings = _shaped(settings, arguments.film, arguments.size)
     framed = _framed(_zoomed(settings, arguments.zoom), arguments.fov, arguments.zoom is not None)
     if framed.zoom != settings.zoom:                # aperture and focus that nobody asked for give way
-        framed = replace(within_reach(framed), **{name: asked[name] for name in ("f_number", "focus_distance")
+        framed = replace(constrained(framed), **{name: asked[name] for name in ("f_number", "focus_distance")
                                                   if name in asked})
     settings = framed
     if arguments.dispersion == "on" and not colours(settings).possible:
         raise SettingsError(f"dispersion on: {colours(settings).why}")
     if settings.model == "perspective" and arguments.focus is None:     # its focal length follows from film and view
-        settings = within_reach(settings)
+        settings = constrained(settings)
     return settings.checked()
 
 

@@ -12,7 +12,7 @@ from imgui_bundle import ImVec2, imgui, implot
 from lensbench.app.state.figures import readings
 from lensbench.app.state.plan_view import Plan, Thing, extent, plan, things
 from lensbench.app.state.scales import format_distance
-from lensbench.app.state.scene_file import kept_scene
+from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
@@ -39,7 +39,7 @@ def plan_panel(settings: Settings) -> Settings:
         return settings
     try:
         shown, around = plan(settings), things(settings.scene, settings.moment)
-        depth = kept_scene(settings.scene).depth_range[1]
+        depth = cached_scene(settings.scene).depth_range[1]
         if shown.distance < FARTHEST:               # much beyond the focus is small, and one click of the wheel away
             depth = min(depth, max(3.0 * shown.distance, 2000.0))
     except (ValueError, OSError) as error:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import lensbench as lb
 from lensbench.app.state.build import camera
 from lensbench.app.state.intrinsics import intrinsics
-from lensbench.app.state.scene_file import kept_scene
+from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import VIEWS, Settings
 from lensbench.app.widgets import theme
 from lensbench.scenery.intersect.moving_objects import displaced
@@ -79,7 +79,7 @@ def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | No
 
 def _object(settings: Settings, of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> list[Row]:
     """The point in the frame of the thing that it lies on."""
-    scene, deep = kept_scene(settings.scene), along(of, at, depth)
+    scene, deep = cached_scene(settings.scene), along(of, at, depth)
     ray = of.generate_rays([at], [of.pupil_centre])
     if deep is not None and not settings.moves and of.medium is None:       # to the last digit, and not to a pixel
         deep = float(scene.distance(ray.origins, ray.directions)[0])

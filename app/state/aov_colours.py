@@ -32,9 +32,9 @@ def codes(image: NDArray[np.float32], settings: Settings) -> NDArray[np.float32]
 
 def nearest(settings: Settings) -> float:
     """The distance (mm) that the view of depth shows as white."""
-    from lensbench.app.state.scene_file import kept_scene
+    from lensbench.app.state.scene_file import cached_scene
 
-    return kept_scene(settings.scene).depth_range[0]
+    return cached_scene(settings.scene).depth_range[0]
 
 
 def note(settings: Settings) -> str:

@@ -20,7 +20,7 @@ class Chosen(NamedTuple):
     of: Settings
 
 
-def weighed(settings: Settings) -> Settings:
+def choice_key(settings: Settings) -> Settings:
     """What a choice depends on: everything else is set to its default."""
     return settings.picture.plain("yaw", "pitch", "end_yaw", "end_pitch", "seed", "view", "visibility", "fog_light")
 
@@ -34,7 +34,7 @@ def judged(settings: Settings, camera: Any, scene: Any, before: Chosen | None) -
     """The choice for these settings; one that was made just before, for the same lens, gives way reluctantly."""
     import lensbench as lb
 
-    of = weighed(settings)
+    of = choice_key(settings)
     previous = before.choice if before is not None and before.of.lens == of.lens else None
     return Chosen(lb.choose_model(camera, scene, previous=previous), of)
 
@@ -44,7 +44,7 @@ def provisional(settings: Settings, camera: Any, before: Chosen | None) -> Any:
     from dataclasses import replace
 
     if before is not None and before.choice.model != "pinhole":
-        of = weighed(settings)
+        of = choice_key(settings)
         moved = {name: getattr(before.of, name) for name in ("focus_distance", "f_number", "crop")}
         if replace(of, **moved) == before.of:
             try:

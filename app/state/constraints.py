@@ -18,7 +18,7 @@ LONGEST_SHOWN = 8192            # pixels: what the smallest texture limit of Ope
 MARGIN = 1.0 + 1e-4             # by which a clamped focus distance stays off the nearest, which is rounded
 
 
-def within_reach(settings: Settings) -> Settings:
+def constrained(settings: Settings) -> Settings:
     """With a zoom, an aperture and a distance that the lens has; the rest is kept.
 
     Raises what loading the lens raises where there is none.
@@ -154,7 +154,7 @@ def with_equivalent_film(settings: Settings, width: float, height: float) -> Set
         return replace(changed, hole_distance=settings.hole_distance * ratio)
     if not settings.lensless and got.efl is not None:
         changed = replace(changed, focal_length=got.efl * ratio)
-    return within_reach(changed)
+    return constrained(changed)
 
 
 def showable(settings: Settings) -> Settings:

@@ -15,7 +15,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.build import camera, design, perspective_focal_length
-from lensbench.app.state.focusing import Focusing, focusing
+from lensbench.app.state.focusing import FocusPosition, focusing
 from lensbench.app.state.settings import LOOK, MOTION, PLACE, REAL, Settings
 from lensbench.cameras.real_lens import missing_colour
 
@@ -34,7 +34,7 @@ class Setup:
     at_infinity: lb.FirstOrder
     film: lb.Film
     film_distance: float
-    focusing: Focusing
+    focusing: FocusPosition
     reason: str = ""
 
     @property
@@ -75,7 +75,7 @@ class Readings:
     airy: float | None = None                   # diameter of the first dark ring at the d line
     across: float | None = None                 # focal length of the section x–z of a lens with cylinders
     foci: tuple[float, float] | None = None     # of its sections x–z and y–z, mm behind the film
-    focusing: Focusing = Focusing("paraxial")
+    focusing: FocusPosition = FocusPosition("paraxial")
     reason: str = ""
 
 
@@ -112,7 +112,7 @@ def _setup(lens: lb.Lens, settings: Settings) -> Setup:
         film_distance = lb.film_distance(lens, settings.focus_distance, found.method)
     except lb.LensError as error:
         reasons.append(str(error))
-        found, (lens, film_distance) = Focusing("paraxial"), _at_nearest(lens)
+        found, (lens, film_distance) = FocusPosition("paraxial"), _at_nearest(lens)
     return Setup(lens, lb.first_order(lens), at_infinity, settings.film, film_distance, found, "; ".join(reasons))
 
 

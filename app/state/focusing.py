@@ -14,7 +14,7 @@ from lensbench.app.state.settings import REAL, Settings
 ENOUGH = 0.5                    # of a pixel, from which the place of the film counts
 
 
-class Focusing(NamedTuple):
+class FocusPosition(NamedTuple):
     """How a lens is focused, as `lb.film_distance` names it: "paraxial" or "real".
 
     paraxial_blur, least_blur: diameters (mm, 2√2 × rms) of an axis point in focus, by real rays, with the one and the
@@ -31,26 +31,26 @@ class Focusing(NamedTuple):
         return self.least_blur if self.method == "real" else self.paraxial_blur
 
 
-def focusing(lens: lb.Lens, settings: Settings) -> Focusing:
+def focusing(lens: lb.Lens, settings: Settings) -> FocusPosition:
     """Of a lens that is stopped down, for the model, the focus and the film of the settings.
 
     Ideal models have the paraxial focus alone; so has what is nearer than the whole bundle can be focused.
     """
     if settings.model not in REAL:
-        return Focusing("paraxial")
+        return FocusPosition("paraxial")
     return _weighed(lens, settings.focus_distance, settings.focusing, ENOUGH * settings.film.pitch)
 
 
 @lru_cache(maxsize=64)
-def _weighed(lens: lb.Lens, distance: float, asked: str, enough: float) -> Focusing:
+def _weighed(lens: lb.Lens, distance: float, asked: str, enough: float) -> FocusPosition:
     try:
         paraxial, least = (_blur(lens, distance, method) for method in ("paraxial", "real"))
     except lb.LensError:
-        return Focusing("paraxial")
+        return FocusPosition("paraxial")
     if not (math.isfinite(paraxial) and math.isfinite(least)):
-        return Focusing("paraxial")
+        return FocusPosition("paraxial")
     better = asked == "real" or asked == "auto" and paraxial - least > enough
-    return Focusing("real" if better else "paraxial", paraxial, least)
+    return FocusPosition("real" if better else "paraxial", paraxial, least)
 
 
 def _blur(lens: lb.Lens, distance: float, method: str) -> float:
@@ -60,7 +60,7 @@ def _blur(lens: lb.Lens, distance: float, method: str) -> float:
     return float(lb.real_circle_of_confusion(stands, film_distance, [distance])[0][0])
 
 
-def words(found: Focusing) -> str:
+def words(found: FocusPosition) -> str:
     """What is done, and why, in a sentence or two."""
     if found.paraxial_blur is None or found.least_blur is None:
         return "Paraxially: the limit of small stops, which ideal models have alone"

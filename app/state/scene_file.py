@@ -58,14 +58,14 @@ def find_scene(name_or_path: str) -> lb.Scene:
     return load_scene(name_or_path)
 
 
-def kept_scene(name_or_path: str) -> lb.Scene:
+def cached_scene(name_or_path: str) -> lb.Scene:
     """As find_scene, for those who ask in every frame: a file is read again only where it has changed."""
     path = Path(name_or_path)
-    return _kept_scene(name_or_path, path.stat().st_mtime_ns if path.is_file() else 0)
+    return _read_scene(name_or_path, path.stat().st_mtime_ns if path.is_file() else 0)
 
 
 @lru_cache(maxsize=4)
-def _kept_scene(name_or_path: str, stamp: int) -> lb.Scene:
+def _read_scene(name_or_path: str, stamp: int) -> lb.Scene:
     return find_scene(name_or_path)
 
 

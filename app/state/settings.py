@@ -47,8 +47,8 @@ SHAPES = {"equirectangular": (2, 1), "equal-area": (1, 1), "cube-map": (4, 3)}  
 FOV_AXES = {"shorter": "Shorter side", "longer": "Longer side", "horizontal": "Width", "vertical": "Height",
             "diagonal": "Diagonal"}
 DISPERSIONS = {"auto": "Where the glasses are known", "on": "On", "off": "Off"}
-FOCUSINGS = {"auto": "Automatic", "paraxial": "Paraxial", "real": "Least blur"}
-READOUTS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}          # in the upright picture
+FOCUS_POSITIONS = {"auto": "Automatic", "paraxial": "Paraxial", "real": "Least blur"}
+READOUT_DIRECTIONS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}          # in the upright picture
 MEDIUMS = {"air": "Air", "fog": "Fog", "water": "Water"}
 EXPOSURES = {"plain": "As it is", "triangle": "Exposed", "automatic": "Auto ISO"}
 METERINGS = {"mean": "Average", "highlights": "Highlights"}
@@ -183,8 +183,8 @@ class Settings:
         """Itself, or a SettingsError or FilmError that says which value cannot be."""
         for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS),
                               ("view", VIEWS), ("compare", COMPARISONS), ("dispersion", DISPERSIONS),
-                              ("focusing", FOCUSINGS), ("fov_axis", FOV_AXES), ("projection", PROJECTIONS),
-                              ("layout", LAYOUTS), ("readout_direction", READOUTS),
+                              ("focusing", FOCUS_POSITIONS), ("fov_axis", FOV_AXES), ("projection", PROJECTIONS),
+                              ("layout", LAYOUTS), ("readout_direction", READOUT_DIRECTIONS),
                               ("medium", MEDIUMS), ("exposing", EXPOSURES), ("metering", METERINGS), ("bits", BITS),
                               ("degree", DEGREES)):
             if getattr(self, name) not in choices:

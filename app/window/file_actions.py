@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from lensbench import lenses
 from lensbench.app.state.build import design
-from lensbench.app.state.constraints import with_model, within_reach
+from lensbench.app.state.constraints import constrained, with_model
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.settings import LOOK, MOTION, Settings
 from lensbench.app.window.dialogs import Question
@@ -126,7 +126,7 @@ class Files:
             from lensbench.app.files.settings_file import load_settings
 
             settings = read_settings(path) if kind == "picture" else load_settings(path)
-            within_reach(settings)              # where its lens is gone, that is said here
+            constrained(settings)              # where its lens is gone, that is said here
             return settings
         if kind == "scene":
             from lensbench.app.state.scene_file import load_scene
@@ -134,7 +134,7 @@ class Files:
             load_scene(path)
             return at_home(replace(present, scene=str(path)))
         model = "auto" if present.lensless else present.model
-        return within_reach(with_model(replace(present, lens=str(path), focal_length=None, zoom=0.0), model))
+        return constrained(with_model(replace(present, lens=str(path), focal_length=None, zoom=0.0), model))
 
     def save_lens(self, path: Path) -> None:
         """Save the lens, as it is scaled and zoomed, in the format of the suffix; what that cannot hold is said."""

@@ -112,10 +112,10 @@ def _short(path: Path) -> str:
 
 
 def _reachable(settings: Settings) -> Settings:
-    from lensbench.app.state.constraints import within_reach
+    from lensbench.app.state.constraints import constrained
 
     try:
-        return within_reach(settings)
+        return constrained(settings)
     except (ValueError, OSError):
         return Settings()
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.state.auto_model import Chosen, is_automatic, judged, provisional, weighed
+from lensbench.app.state.auto_model import Chosen, choice_key, is_automatic, judged, provisional
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.threads import lower_priority, thread_count
 
@@ -277,7 +277,7 @@ class Worker:
         if self._choosing is not None and self._choosing.done() and self._choosing.exception() is None:
             self._chosen, self._choosing = self._choosing.result(), None
         if is_automatic(settings):
-            if self._chosen is not None and self._chosen.of == weighed(settings):
+            if self._chosen is not None and self._chosen.of == choice_key(settings):
                 job.camera = self._chosen.choice.applied(camera)
             else:
                 job.automatic, job.camera = camera, provisional(settings, camera, self._chosen)

@@ -20,12 +20,12 @@ from lensbench.app.panels.controls.dials import ring_count, rings
 from lensbench.app.panels.controls.dispersion_popup import can_disperse, dispersion_popup
 from lensbench.app.panels.controls.focus_popup import focus_popup
 from lensbench.app.state.constraints import (
+    constrained,
     with_equivalent_film,
     with_film,
     with_layout,
     with_model,
     with_projection,
-    within_reach,
 )
 from lensbench.app.state.exposure import Exposing
 from lensbench.app.state.pose import at_home
@@ -219,7 +219,7 @@ def _lens(settings: Settings, chooser: Chooser) -> Settings:
         return settings
     if chosen.lensless:
         chosen = with_model(chosen, "auto")
-    return within_reach(chosen)
+    return constrained(chosen)
 
 
 def _card(card: lenses.Card, selected: bool) -> bool:
@@ -317,7 +317,7 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
                                f"A side measures {FILM_SIDES[0]:g} to {FILM_SIDES[1]:g} mm")
 
     _combo("Film", film_title(settings.film_width, settings.film_height), "The film's size", content)
-    return chosen if chosen == settings else within_reach(chosen)
+    return chosen if chosen == settings else constrained(chosen)
 
 
 def _model(settings: Settings) -> Settings:
@@ -336,7 +336,7 @@ def _model(settings: Settings) -> Settings:
         imgui.same_line(0.0, 4.0 * theme.scale())
         degrees = {degree: f"{degree}" for degree in DEGREES}
         chosen = replace(chosen, degree=_picked("Degree", settings.degree, degrees, DEGREE_TIP, _list))
-    return chosen if chosen == settings else within_reach(chosen)
+    return chosen if chosen == settings else constrained(chosen)
 
 
 def _picked(label: str, value: Key, names: Mapping[Key, str], tooltip: str, draw: Callable[..., None]) -> Key:
@@ -367,4 +367,4 @@ def _projection(settings: Settings) -> Settings:
 def _fov_axis(settings: Settings) -> Settings:
     axis = _picked("Along", settings.fov_axis, FOV_AXES, "The side of the film along which the field of view is meant",
                    _combo)
-    return settings if axis == settings.fov_axis else within_reach(replace(settings, fov_axis=axis))
+    return settings if axis == settings.fov_axis else constrained(replace(settings, fov_axis=axis))

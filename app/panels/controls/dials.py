@@ -7,11 +7,11 @@ from lensbench.app.state import scales, sensor_scales, time_scales
 from lensbench.app.state.build import design
 from lensbench.app.state.constraints import (
     WIDEST_FISHEYE,
+    constrained,
     ends_of_view,
     field_of_view,
     full_view,
     with_field_of_view,
-    within_reach,
     zooms,
 )
 from lensbench.app.state.figures import Readings, readings
@@ -73,7 +73,7 @@ def _of_lens(settings: Settings) -> Settings:
     if turned != fov:
         settings = with_field_of_view(settings, turned)
         if settings.model == "perspective" or zooming:      # whose focal length follows
-            settings = within_reach(settings)
+            settings = constrained(settings)
     if zooming:
         settings = _zoom(settings)
     elif settings.model != "perspective":
@@ -82,7 +82,7 @@ def _of_lens(settings: Settings) -> Settings:
                       "Focal length f: scales the whole prescription, stop and rims included")
         if length != efl:
             scaled = None if math.isclose(length, designed, rel_tol=1e-9) else length
-            settings = within_reach(replace(settings, focal_length=scaled))
+            settings = constrained(replace(settings, focal_length=scaled))
     return settings
 
 
@@ -136,7 +136,7 @@ def _zoom(settings: Settings) -> Settings:
                   "Focal length f at infinity, to which the zoom is turned: the groups move as the lens's stations say")
     if turned == length:
         return settings
-    return within_reach(replace(settings, zoom=zoom_of(lens, turned)))
+    return constrained(replace(settings, zoom=zoom_of(lens, turned)))
 
 
 def _hole(settings: Settings) -> Settings:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from lensbench.app.state.figures import setup
 from lensbench.app.state.focusing import words
-from lensbench.app.state.settings import FOCUSINGS, Settings
+from lensbench.app.state.settings import FOCUS_POSITIONS, Settings
 from lensbench.app.widgets.radio import one_of, small_note
 
 TIPS = {
@@ -16,7 +16,7 @@ TIPS = {
 
 def focus_popup(settings: Settings) -> Settings:
     """Draw the popup's content; the settings as they have been set."""
-    settings = replace(settings, focusing=one_of("Focus", FOCUSINGS, TIPS, settings.focusing))
+    settings = replace(settings, focusing=one_of("Focus", FOCUS_POSITIONS, TIPS, settings.focusing))
     try:
         small_note(words(setup(settings).focusing))
     except (ValueError, OSError) as error:

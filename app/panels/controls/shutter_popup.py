@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, imgui
 from imgui_bundle import icons_fontawesome_6 as fa
 
 from lensbench.app.state import time_scales
-from lensbench.app.state.settings import READOUTS, Settings
+from lensbench.app.state.settings import READOUT_DIRECTIONS, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import ring
 from lensbench.app.widgets.toggles import toggles
@@ -35,7 +35,7 @@ def motion_popup(settings: Settings) -> Settings:
     settings = replace(settings, readout=readout)
     direction = toggles("Lines", ARROWS, settings.readout_direction, {
         key: f"{name}: the order in which the lines of the upright picture are exposed"
-        for key, name in READOUTS.items()})
+        for key, name in READOUT_DIRECTIONS.items()})
     settings = replace(settings, readout_direction=direction)
     ramp = ring("Opening and closing", settings.shutter_ramp, time_scales.part_scale(),
                 "What part of the shutter time it takes to open, and again to close. 0 %: at once")

@@ -10,7 +10,7 @@ from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.panels.readouts import NONE, Status, rows
 from lensbench.app.state.build import camera
-from lensbench.app.state.constraints import within_reach
+from lensbench.app.state.constraints import constrained
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.settings import Settings, SettingsError
 from tests.app.command.test_main import settings_of, viewed  # noqa: F401 - the fixture
@@ -54,9 +54,9 @@ def test_the_read_out_says_what_is_used_and_why(tmp_path):
 
 
 def test_a_lens_that_cannot_disperse_turns_on_back_to_auto_and_keeps_off():
-    assert within_reach(replace(NAMELESS, dispersion="on")).dispersion == "auto"
-    assert within_reach(replace(NAMELESS, dispersion="off")).dispersion == "off"
-    assert within_reach(replace(NAMED, dispersion="on")).dispersion == "on"
+    assert constrained(replace(NAMELESS, dispersion="on")).dispersion == "auto"
+    assert constrained(replace(NAMELESS, dispersion="off")).dispersion == "off"
+    assert constrained(replace(NAMED, dispersion="on")).dispersion == "on"
 
 
 def test_the_choice_is_checked_kept_and_of_no_matter_to_the_figures():

@@ -20,15 +20,15 @@ START = Settings()
 
 @pytest.mark.parametrize("name", lenses.names())
 def test_every_lens_of_the_library_takes_the_settings_of_another(name):
-    settings = constraints.within_reach(replace(START, lens=name, f_number=0.9, focus_distance=150.0))
+    settings = constraints.constrained(replace(START, lens=name, f_number=0.9, focus_distance=150.0))
     camera(settings)                            # raises where it cannot be
     assert settings.f_number is None or settings.f_number == 0.9
     assert settings.focus_distance >= 150.0
-    assert constraints.within_reach(settings) == settings
+    assert constraints.constrained(settings) == settings
 
 
 def test_what_the_lens_can_do_is_left_alone():
-    assert constraints.within_reach(START) == START
+    assert constraints.constrained(START) == START
 
 
 @limits(deadline=None, max_examples=40)
@@ -47,7 +47,7 @@ def test_the_perspective_camera_has_a_field_of_view_of_its_own():
 
 
 def test_the_perspective_camera_focuses_no_nearer_than_at_magnification_one():
-    near = constraints.within_reach(replace(START, model="perspective", fov=0.1, focus_distance=1.0))
+    near = constraints.constrained(replace(START, model="perspective", fov=0.1, focus_distance=1.0))
     got = readings(near)
     assert math.isclose(near.focus_distance, got.nearest_focus, rel_tol=1e-3)
     assert math.isclose(got.magnification, 1.0, rel_tol=1e-3)
@@ -71,4 +71,4 @@ def test_another_film_keeps_its_pixels_square_and_as_many_along_the_longer_side(
 
 def test_a_lens_that_is_not_there_is_an_error():
     with pytest.raises(lenses.LensFileError):
-        constraints.within_reach(replace(START, lens="no-such-lens"))
+        constraints.constrained(replace(START, lens="no-such-lens"))

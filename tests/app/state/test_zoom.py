@@ -51,9 +51,9 @@ def test_the_field_of_view_turns_the_zoom_and_crops_only_beyond_its_longest_end(
 def test_what_the_lens_cannot_do_at_the_long_end_gives_way_and_comes_back_wide_open():
     wide = replace(POCKET, f_number=2.8)
     assert camera(wide).first_order.f_number == pytest.approx(2.8, rel=1e-3)
-    tele = constraints.within_reach(replace(wide, zoom=1.0))
+    tele = constraints.constrained(replace(wide, zoom=1.0))
     assert tele.f_number is None and readings(tele).widest_f_number == pytest.approx(4.345, abs=0.001)
-    assert constraints.within_reach(replace(Settings(), zoom=0.3)).zoom == 0.0        # a lens that does not zoom
+    assert constraints.constrained(replace(Settings(), zoom=0.3)).zoom == 0.0        # a lens that does not zoom
 
 
 def test_focusing_moves_the_groups_in_picture_section_and_read_outs_alike():
