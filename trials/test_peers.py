@@ -18,7 +18,7 @@ from lensbench.app.studies.benchmark.main import least, machine
 from lensbench.app.studies.charts.peers import BEFORE, PEERS, batoid_has
 from lensbench.kernels import block
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import round_through
+from lensbench.optics.block_trace import round_stop_steps
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")         # of the peers' own
@@ -52,7 +52,7 @@ def _round(rng, count):
 def in_blocks(lens, origins, directions, real):
     """The tracer of the pictures, from arrays to arrays: a call that gives l, m, n behind the lens, and the weight."""
     distance, count = lb.film_distance(lens, np.inf), len(origins)
-    program = Program(round_through(lens, distance, towards="film"), real)
+    program = Program(round_stop_steps(lens, distance, towards="film"), real)
     given = dict(zip((block.X, block.Y, block.Z), (origins - [0.0, 0.0, lens.length + distance]).T, strict=True))
     given |= dict(zip((block.L, block.M, block.N), directions.T, strict=True)) | {block.WEIGHT: np.ones(count)}
     return lambda: program.run(given, [block.L, block.M, block.N, block.WEIGHT], count)

@@ -11,7 +11,7 @@ from typing import Any
 
 import lensbench as lb
 from lensbench.app.state.scales import format_distance, read_length
-from lensbench.kernels.root_finding import root
+from lensbench.kernels.root_finding import find_root
 
 SAMPLES = 33            # of the focal length along the ring, to find it again
 ROUNDING = 1e-13        # of a focal length
@@ -111,7 +111,7 @@ def zoom_of(lens: lb.Lens, length: float) -> float:
     i = next(i for i in range(SAMPLES - 1) if (curve[i] - length) * (curve[i + 1] - length) <= 0.0)
     low, high, rising = i / (SAMPLES - 1), (i + 1) / (SAMPLES - 1), curve[i + 1] >= curve[i]
     sign = 1.0 if rising else -1.0
-    return root(lambda zoom: sign * (lb.first_order(lens.at(zoom=zoom, close=0.0)).efl - length), low, high,
+    return find_root(lambda zoom: sign * (lb.first_order(lens.at(zoom=zoom, close=0.0)).efl - length), low, high,
                 ROUNDING * length)
 
 

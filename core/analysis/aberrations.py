@@ -12,7 +12,7 @@ from math import atan2, copysign, cos, hypot, inf, isinf, isnan, nan, pi, sin, s
 
 import numpy as np
 
-from lensbench.kernels.root_finding import least, root
+from lensbench.kernels.root_finding import find_minimum, find_root
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order, ray_matrix
 from lensbench.optics.prescription import Lens, LensError, Surface
@@ -228,12 +228,12 @@ def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | 
             good, high = (good, middle) if isnan(short(middle)) else (middle, high)
         why, high = leave(high)[3], good
     if not short(high) >= 0.0:
-        top = least(lambda angle: -short(angle), before, high)
+        top = find_minimum(lambda angle: -short(angle), before, high)
         if short(top) > short(high):
             low, high, why = before, top, "see no more of the scene"
         if not short(high) >= 0.0:
             return why
-    angle = root(short, low, high)
+    angle = find_root(short, low, high)
     angle = high if isnan(short(angle)) else angle                      # at the very end some rays are lost by rounding
     y, z, seen, _ = leave(angle)
     return z - y * cos(seen) / sin(seen), -turn * angle

@@ -15,9 +15,9 @@ from lensbench.analysis.model_error import Judge, Rung
 from lensbench.cameras.base import Camera
 from lensbench.cameras.rays import CameraError
 from lensbench.cameras.real_lens import LensCamera
-from lensbench.kernels.block import B, bench
+from lensbench.kernels.block import B, lane_buffer
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampler
+from lensbench.kernels.sampling import sampling_steps
 from lensbench.lens_models.polynomial import DEGREES
 from lensbench.scenery.scene import Scene
 
@@ -112,9 +112,9 @@ def resolved(camera: Camera, scene: Scene) -> Camera:
 def ray_times(cameras: list[LensCamera]) -> tuple[float, ...]:
     """What a ray of each camera takes, ns: float32, one thread, from raster and pupil to the camera frame."""
     film = cameras[0].film
-    before = sampler(film.pixels_x, film.pixels_y, lit=False)
+    before = sampling_steps(film.pixels_x, film.pixels_y, lit=False)
     programs = [Program(before), *(Program([*before, camera.film_step, *camera.camera_steps()]) for camera in cameras)]
-    lanes, sums = bench(), np.zeros((BLOCKS, 3 * B), np.float32)
+    lanes, sums = lane_buffer(), np.zeros((BLOCKS, 3 * B), np.float32)
     least = [math.inf] * len(programs)
     for _ in range(TIMES):
         for i, program in enumerate(programs):

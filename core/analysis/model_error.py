@@ -18,12 +18,12 @@ from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.rays import CameraError
 from lensbench.cameras.real_lens import LensCamera
 from lensbench.imaging.spectrum import WAVELENGTHS
-from lensbench.kernels.block import BLUE, MARGIN, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.block import BLUE, CLEARANCE, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import Polynomial
-from lensbench.optics.block_trace import round_through
+from lensbench.optics.block_trace import round_stop_steps
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.paraxial import middle_of_view
+from lensbench.optics.paraxial import scene_side_origin
 from lensbench.optics.prescription import LensError
 from lensbench.pupils.radial_sampler import PupilTable
 
@@ -155,9 +155,9 @@ class Judge:
         return {X: film, L: l, M: m, N: n, WEIGHT: weight}
 
     def _lines(self, wavelength: float) -> np.ndarray:
-        """(7, rays) the rays of the lens in front of it, camera frame, and the MARGIN by which they came there."""
-        steps = round_through(self.camera.lens, self.camera.film_distance, wavelength)
-        return Program(steps, np.float64).run(self._given, [X, Y, Z, L, M, N, MARGIN], self._aims.shape[1])
+        """(7, rays) the rays of the lens in front of it, camera frame, and the CLEARANCE by which they came there."""
+        steps = round_stop_steps(self.camera.lens, self.camera.film_distance, wavelength)
+        return Program(steps, np.float64).run(self._given, [X, Y, Z, L, M, N, CLEARANCE], self._aims.shape[1])
 
     @cached_property
     def _weights(self) -> np.ndarray:
@@ -198,7 +198,7 @@ class Judge:
     def _eye(self) -> float:
         """Z of the entrance pupil in the camera frame, or of the first vertex where that lies far away."""
         camera = self.camera
-        return middle_of_view(camera.lens) - camera.lens.length - camera.film_distance
+        return scene_side_origin(camera.lens) - camera.lens.length - camera.film_distance
 
     @cached_property
     def _depths(self) -> np.ndarray:

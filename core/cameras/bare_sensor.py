@@ -9,7 +9,7 @@ from lensbench.cameras.base import Camera
 from lensbench.cameras.importance import FilmImportance
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, rows, stage
-from lensbench.kernels.concentric_map import concentric
+from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program
 from lensbench.optics.glass import D_LINE
 
@@ -66,7 +66,7 @@ def hemisphere(lanes, p, key):
     l, m, n, weight, u, v = row[L], row[M], row[N], row[WEIGHT], row[U0], row[U1]
     gain = p[0]
     for i in range(B):
-        a, b = concentric(real, v[i], u[i])
+        a, b = concentric_disk(real, v[i], u[i])
         left = real(1) - a * a - b * b
         l[i], m[i], n[i] = a, b, -math.sqrt(left if left > real(0) else real(0))
         weight[i] = gain

@@ -15,10 +15,10 @@ from lensbench.cameras.project import film_from_point
 from lensbench.cameras.rays import CameraError, Rays, checked_times
 from lensbench.cameras.rolling_shutter import film_middle, on_their_lines
 from lensbench.imaging.animated_transform import AnimatedTransform
-from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, Window, transformed, window_of
+from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, Window, film_window, transform_points
 from lensbench.imaging.film import Film
-from lensbench.imaging.shutter import DIRECTIONS, clock_step
-from lensbench.imaging.transform import checked, placed
+from lensbench.imaging.shutter import DIRECTIONS, shutter_step
+from lensbench.imaging.transform import checked_rigid, transform_steps
 from lensbench.kernels.block import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import unit_square
@@ -60,7 +60,7 @@ class Camera:
         if isinstance(self.world_from_camera, AnimatedTransform):
             _ = self.world_from_camera.scales                       # one that stretches is refused on the way
         else:
-            object.__setattr__(self, "world_from_camera", checked(self.world_from_camera))
+            object.__setattr__(self, "world_from_camera", checked_rigid(self.world_from_camera))
         if self.weights not in ("relative", "physical"):
             raise CameraError(f"weights {self.weights!r}: choose relative or physical")
         if not (math.isfinite(self.shutter_open) and math.isfinite(self.shutter_close)):
@@ -181,12 +181,12 @@ class Camera:
         place = self.world_from_camera
         if isinstance(place, AnimatedTransform):
             return place.steps(self.shutter_open, self._last_moment)
-        return placed(place)
+        return transform_steps(place)
 
     @property
     def clock(self) -> Step:
         """The step from TIME in [0, 1) of the shutter, and raster X, Y, to seconds since shutter_open."""
-        return clock_step(self.exposure_time, self.shutter_ramp, self.readout, self.readout_direction,
+        return shutter_step(self.exposure_time, self.shutter_ramp, self.readout, self.readout_direction,
                           self.film.pixels_x, self.film.pixels_y)
 
     def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
@@ -273,7 +273,7 @@ class Camera:
 
         def project(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """As the camera stands when these lines of the film are open."""
-            there = transformed(np.linalg.inv(self.placement(time, line)), points)
+            there = transform_points(np.linalg.inv(self.placement(time, line)), points)
             if self.has_port:
                 program = Program(self.aimed(wavelength), np.float64)
                 film, visible = film_from_point(program, there, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
@@ -304,7 +304,7 @@ class Camera:
         def found(line: np.ndarray) -> FilmImportance:
             """As the camera stands when these lines of the film are open."""
             camera_from_world = np.linalg.inv(self.placement(time, line))
-            there = transformed(camera_from_world, origins)
+            there = transform_points(camera_from_world, origins)
             turned = (camera_from_world[..., :3, :3] @ ways[..., None])[..., 0]
             return self.film_importance(there, turned / np.linalg.norm(turned, axis=1)[:, None], wavelength)
 
@@ -375,7 +375,7 @@ class Camera:
         perspective = lens.slope_film != 0.0
         per_slope = lens.slope_film if perspective else lens.origin_film
         eye = lens.z + lens.origin_film / lens.slope_film if perspective else lens.z
-        return Spaces(film.pixels_x, film.pixels_y, self.window or window_of(film), -1.0 / (per_slope * half),
+        return Spaces(film.pixels_x, film.pixels_y, self.window or film_window(film), -1.0 / (per_slope * half),
                       near, far, perspective, eye, self.placement(time))
 
     def places(self, raster_xy, distance: float, time=0.0, object_from_world=None) -> Places:
@@ -387,7 +387,7 @@ class Camera:
         film = self.film
         raster = np.atleast_2d(np.asarray(raster_xy, float))
         ndc = raster / [film.pixels_x, film.pixels_y]
-        left, right, bottom, top = self.window or window_of(film)
+        left, right, bottom, top = self.window or film_window(film)
         screen = ndc * [right - left, bottom - top] + [left, top]
         across, middle, down, low = self.film_step.parameters
         on_film = np.column_stack([middle - raster[:, 0] * across, raster[:, 1] * down - low, np.zeros(len(raster))])
@@ -395,6 +395,6 @@ class Camera:
         seen = rays.weights > 0.0
         world = np.where(seen[:, None], rays.origins + rays.directions * np.broadcast_to(distance, seen.shape)[:, None],
                          math.nan)
-        camera = transformed(np.linalg.inv(self.placement(time, raster)), world)
+        camera = transform_points(np.linalg.inv(self.placement(time, raster)), world)
         return Places(raster, ndc, screen, on_film, camera, world,
-                      world if object_from_world is None else transformed(object_from_world, world))
+                      world if object_from_world is None else transform_points(object_from_world, world))

@@ -15,9 +15,9 @@ import numpy as np
 from lensbench.cameras.protocol import DifferentiableCamera
 from lensbench.kernels.block import (
     A0,
-    FOOT,
+    PIXEL_SIDE,
+    PIXEL_SPREAD,
     SAMPLE,
-    SPREAD,
     TIME,
     U0,
     U1,
@@ -193,7 +193,7 @@ def spread_out(table: np.ndarray) -> np.ndarray:
 
 @stage
 def pixel_spread(lanes, p, key):
-    """FOOT and SPREAD of a pixel, less for every further SAMPLE. p: cells a pixel (2), FOOT, SPREAD of every cell.
+    """PIXEL_SIDE and PIXEL_SPREAD, less for every further SAMPLE. p: cells a pixel (2), then both of every cell.
 
     The first sample stands for its pixel alone; of n that are spread over it each stands for the nth part, with sides
     shorter by √n. They are shortened by n^¾, so that the first ones, which are kept, do not blur the last picture: what
@@ -201,7 +201,7 @@ def pixel_spread(lanes, p, key):
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, foot, spread, cell = row[X], row[Y], row[FOOT], row[SPREAD], row[A0]
+    x, y, foot, spread, cell = row[X], row[Y], row[PIXEL_SIDE], row[PIXEL_SPREAD], row[A0]
     across, down, last = p[0], p[1], real(CELLS - 1)
     root = math.sqrt(real(key[SAMPLE]) + real(1))
     part = real(1) / (root * math.sqrt(root))

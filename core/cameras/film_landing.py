@@ -13,14 +13,14 @@ import numpy as np
 
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.imaging.film import Film
-from lensbench.kernels.block import MARGIN, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.kernels.block import CLEARANCE, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 
 
 class WayBack(NamedTuple):
     """What a camera does with light that comes to it."""
 
     steps: list[Step]       # from the ray towards the film (X … N) and its WEIGHT to raster X, Y and WEIGHT
-    bounding: list[Step]    # the same without the blades of the stop: then MARGIN tells how near a ray is to passing
+    bounding: list[Step]    # the same without the blades of the stop: then CLEARANCE tells how near a ray is to passing
     front: float            # z (mm, camera frame) of the axis point before the lens that rays are aimed about
     radius: float           # mm: rays that miss the sphere of this radius about it do not pass; 0: a pinhole
 
@@ -51,7 +51,7 @@ def land_ideal(lanes, p, key):
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, l, m, n, weight, margin = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[MARGIN]
+    x, y, z, l, m, n, weight, margin = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[CLEARANCE]
     across, right, down, bottom, gain, plane = real(1) / p[0], p[1], real(1) / p[2], p[3], p[4], p[5]
     film_p, film_s, pupil_p, pupil_s, aim, aim_p = p[6], p[7], p[8], p[9], p[10], p[11]
     for i in range(B):

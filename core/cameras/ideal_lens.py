@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
-from lensbench.kernels.concentric_map import concentric
+from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program
 from lensbench.optics.iris import Iris
 from lensbench.optics.paraxial import first_order, ray_matrix
@@ -146,7 +146,7 @@ def gaussian(lanes, p, key):
     u, v = row[U0], row[U1]
     place, origin, origin_p, slope, slope_p, aim, aim_p, gain = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
     for i in range(B):
-        a, b = concentric(real, v[i], u[i])                 # v = 1/2 and u = 1/2: the centre
+        a, b = concentric_disk(real, v[i], u[i])                 # v = 1/2 and u = 1/2: the centre
         dx, dy = x[i] * slope + a * slope_p, y[i] * slope + b * slope_p
         size = real(1) / math.sqrt(dx * dx + dy * dy + real(1))
         l[i], m[i], n[i] = dx * size, dy * size, -size

@@ -7,7 +7,7 @@ from lensbench.cameras.base import Camera
 from lensbench.cameras.film_landing import WayBack, ideal_way_back
 from lensbench.cameras.ideal_lens import Gaussian, thin
 from lensbench.cameras.rays import CameraError
-from lensbench.imaging.coordinate_spaces import Window, window_of, window_step
+from lensbench.imaging.coordinate_spaces import Window, film_window, window_step
 from lensbench.imaging.film import AXES, Film
 from lensbench.kernels.block import Step
 from lensbench.optics.glass import D_LINE
@@ -72,7 +72,7 @@ class PerspectiveCamera(Camera):
     @property
     def image_plane_area(self) -> float:
         """Of the part of the plane at distance 1 from the lens that the film sees: mm² on a plane at 1 mm."""
-        left, right, bottom, top = self.window or window_of(self.film)
+        left, right, bottom, top = self.window or film_window(self.film)
         half = min(self.film.width, self.film.height) / 2.0 / self.film_distance
         return (right - left) * (top - bottom) * half * half
 

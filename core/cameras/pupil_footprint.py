@@ -15,11 +15,11 @@ from lensbench.cameras.differentials import spread_out
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.kernels.block import (
     A0,
-    DISK,
-    FAN,
     OX,
     OY,
     OZ,
+    PUPIL_RADIUS,
+    PUPIL_SPREAD,
     SAMPLE,
     TIME,
     U0,
@@ -101,10 +101,10 @@ def pupil_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
 
 @stage
 def pupil_size(lanes, p, key):
-    """DISK: radius of the pupil; OX, OY: its middle, as its plane has it. p: cells a pixel (2), three of every cell."""
+    """PUPIL_RADIUS: that of the pupil; OX, OY: its middle, on its plane. p: cells a pixel (2), three of every cell."""
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, disk, ox, oy, cell = row[X], row[Y], row[DISK], row[OX], row[OY], row[A0]
+    x, y, disk, ox, oy, cell = row[X], row[Y], row[PUPIL_RADIUS], row[OX], row[OY], row[A0]
     across, down, last = p[0], p[1], real(CELLS - 1)
     for i in range(B):
         a, b = np.floor(x[i] * across), np.floor(y[i] * down)
@@ -117,7 +117,7 @@ def pupil_size(lanes, p, key):
 
 @stage
 def pupil_part(lanes, p, key):
-    """DISK, FAN, OX, OY, OZ of the ray, from what `pupil_size` left.
+    """PUPIL_RADIUS, PUPIL_SPREAD, OX, OY, OZ of the ray, from what `pupil_size` left.
 
     p: the camera's axes in the world (9), the origin of the pupil's plane (3), z from there to the focus.
     The nth of a pixel's samples stands for less than the nth part of the pupil, with the radius (WHOLE / n)^¾: what it
@@ -126,7 +126,7 @@ def pupil_part(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    disk, fan, ox, oy, oz = row[DISK], row[FAN], row[OX], row[OY], row[OZ]
+    disk, fan, ox, oy, oz = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[OX], row[OY], row[OZ]
     rx, ry, rz, ux, uy, uz, bx, by, bz = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]
     cx, cy, cz = p[9], p[10], p[11]
     late = real(WHOLE) / (real(key[SAMPLE]) + real(1))

@@ -18,7 +18,7 @@ from lensbench.kernels.block import WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
 from lensbench.lens_models.ray_table import tabulated
-from lensbench.optics.block_trace import round_through, through
+from lensbench.optics.block_trace import round_stop_steps, trace_steps
 from lensbench.optics.focus import METHODS, FocusError, film_distance, focused
 from lensbench.optics.glass import D_LINE, GlassError
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
@@ -218,7 +218,7 @@ class LensCamera(Camera):
         if self.follows_rays:
             table, normaliser = self._sampled(wavelength)
             if self.is_traced or isinstance(table, PupilGrid):
-                return [table.step(normaliser), *through(self.lens, self.film_distance, wavelength)]
+                return [table.step(normaliser), *trace_steps(self.lens, self.film_distance, wavelength)]
             if self.model == "table":
                 return [table.step(normaliser),
                         tabulated(self.lens, self.film_distance, table, wavelength, self.focus_distance)]
@@ -232,10 +232,10 @@ class LensCamera(Camera):
             return ideal_way_back(self.gaussian, self.film_step, self.gain)
         lens = self.lens
         arriving = landing(self.film, lens.front_index**2 * self.film_distance**2 / self._ray_normaliser(wavelength))
-        whole = round_through(lens, self.film_distance, wavelength, "film")
+        whole = round_stop_steps(lens, self.film_distance, wavelength, "film")
         first = lens.surfaces[0]
         reach = first.semi_diameter + min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
-        return WayBack([*through(lens, self.film_distance, wavelength, "film"), arriving], [*whole, arriving],
+        return WayBack([*trace_steps(lens, self.film_distance, wavelength, "film"), arriving], [*whole, arriving],
                        -lens.length - self.film_distance, reach)
 
     @property
@@ -274,7 +274,7 @@ class LensCamera(Camera):
             return super().film_importance(origins, directions, wavelength)
         lens, (table, normaliser) = self.lens, self._sampled(wavelength)
         rays = dict(zip((X, Y, Z, L, M, N), (*origins.T, *-directions.T), strict=True))
-        back = Program(through(lens, self.film_distance, wavelength, towards="film"), np.float64).run(
+        back = Program(trace_steps(lens, self.film_distance, wavelength, towards="film"), np.float64).run(
             {**rays, WEIGHT: np.ones(len(origins))}, [X, Y, Z, L, M, N, WEIGHT], len(origins))
         points, cosine = back[:2].T, back[5]
         slope = back[3:5].T / cosine[:, None]

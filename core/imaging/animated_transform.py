@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.imaging.transform import RIGID, TransformError, affine, placed
+from lensbench.imaging.transform import RIGID, TransformError, checked_affine, transform_steps
 from lensbench.kernels.block import TIME, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.kernels.rotation import sine_versine
 
@@ -70,7 +70,7 @@ def rotation_matrix(q) -> np.ndarray:
     return np.stack([np.stack(row, -1) for row in rows_], -2)
 
 
-def arc(p, q) -> tuple[np.ndarray, float]:
+def shortest_arc(p, q) -> tuple[np.ndarray, float]:
     """The shortest turn from p to q: its unit axis, in the frame that p turns, and its angle in [0, π] (radians).
 
     Half a turn goes about either end of its axis, always the same; no turn has the axis (0, 0, 0).
@@ -86,7 +86,7 @@ def slerp(p, q, part) -> np.ndarray:
 
     As p turned by a part of its angle: no quotient by the sine of an angle that may be 0.
     """
-    axis, angle = arc(p, q)
+    axis, angle = shortest_arc(p, q)
     half = 0.5 * angle * np.asarray(part, float)
     c, s = np.cos(half)[..., None], np.sin(half)[..., None]
     p = np.asarray(p, float)
@@ -108,7 +108,7 @@ class AnimatedTransform:
 
     def __post_init__(self):
         for name in ("start", "end"):
-            matrix = affine(getattr(self, name)) + 0.0              # −0 is 0
+            matrix = checked_affine(getattr(self, name)) + 0.0              # −0 is 0
             matrix.setflags(write=False)
             object.__setattr__(self, name, matrix)
         for name in ("start_time", "end_time"):
@@ -187,24 +187,24 @@ class AnimatedTransform:
             return [self._step(first)]
         matrix = self.at(first)
         if abs(self.scale_at(first) - 1.0) < RIGID:
-            return placed(matrix)
+            return transform_steps(matrix)
         return [AnimatedTransform(matrix, matrix)._step(first)]
 
     def _step(self, begin: float) -> Step:
         (place0, turn0, _), (place1, turn1, _) = self.parts
         scale0, scale1 = self.scales
-        axis, angle = arc(turn0, turn1)
+        axis, angle = shortest_arc(turn0, turn1)
         x, y, z = axis
         across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         first = rotation_matrix(turn0)
         rate = 1.0 / (self.end_time - self.start_time)
-        return Step(place_moving, np.concatenate([
+        return Step(transform_moving_rays, np.concatenate([
             first.ravel(), (first @ across).ravel(), (first @ across @ across).ravel(), place0, place1 - place0,
             [scale0, scale1 - scale0, angle / (2.0 * math.pi), rate, (begin - self.start_time) * rate]]))
 
 
 @stage
-def place_moving(lanes, p, key):
+def transform_moving_rays(lanes, p, key):
     """Carry the ray from the camera to the world as they are to each other at its TIME (s).
 
     The rotation R₀ exp(α [a]) is R₀ + sin α R₀ [a] + (1 − cos α) R₀ [a]², α in proportion to the time.

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.imaging.film import Film, film_plane
+from lensbench.imaging.film import Film, film_from_raster
 from lensbench.kernels.block import Step
 
 Window = tuple[float, float, float, float]
@@ -31,7 +31,7 @@ def half_extent(film: Film, axis: str) -> float:
     return film.extent(axis) / film.extent("shorter")
 
 
-def window_of(film: Film) -> Window:
+def film_window(film: Film) -> Window:
     """The window that the whole film is: its shorter side spans [−1, 1], whatever the shape of its pixels."""
     x, y = half_extent(film, "horizontal"), half_extent(film, "vertical")
     return -x, x, -y, y
@@ -41,11 +41,11 @@ def window_step(film: Film, window: Window) -> Step:
     """The step from raster pixels to the film (mm), imagined so that this window falls on it."""
     left, right, bottom, top = window
     half = min(film.width, film.height) / 2.0
-    return Step(film_plane, [(right - left) * half / film.pixels_x, -left * half,
+    return Step(film_from_raster, [(right - left) * half / film.pixels_x, -left * half,
                              (top - bottom) * half / film.pixels_y, top * half])
 
 
-def transformed(matrix, points) -> np.ndarray:
+def transform_points(matrix, points) -> np.ndarray:
     """Points (…, 3) carried by one 4 × 4 matrix or by (…, 4, 4), divided by their fourth coordinate."""
     m, p = np.asarray(matrix, float), np.asarray(points, float)[..., None]
     q = m[..., :3, :] @ np.concatenate([p, np.ones_like(p[..., :1, :])], -2)

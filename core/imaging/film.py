@@ -77,12 +77,12 @@ class Film:
     @property
     def step(self) -> Step:
         """The step from raster pixels to millimetres on the film."""
-        return Step(film_plane, [self.width / self.pixels_x, self.width / 2.0, self.height / self.pixels_y,
+        return Step(film_from_raster, [self.width / self.pixels_x, self.width / 2.0, self.height / self.pixels_y,
                                  self.height / 2.0])
 
 
 @stage
-def film_plane(lanes, p, key):
+def film_from_raster(lanes, p, key):
     """Raster X, Y become the point of the film in the camera frame: X, Y in mm, Z = 0."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -16,7 +16,7 @@ DIRECTIONS = ("down", "up", "left", "right")        # in which the lines of a pi
 
 
 @stage
-def clock(lanes, p, key):
+def shutter_time(lanes, p, key):
     """TIME in [0, 1) becomes seconds since the shutter began to open; X, Y are raster pixels, still.
 
     p: open, ramp, the delay at raster (0, 0), the delay per pixel across and down (s). Times are drawn by the inverse
@@ -39,9 +39,9 @@ def clock(lanes, p, key):
         time[i] += first + x[i] * across + y[i] * down
 
 
-def clock_step(whole: float, ramp: float, readout: float, direction: str, pixels_x: int, pixels_y: int) -> Step:
+def shutter_step(whole: float, ramp: float, readout: float, direction: str, pixels_x: int, pixels_y: int) -> Step:
     """The step that tells the time: seconds, one of DIRECTIONS and the size of the picture."""
     across = {"right": 1.0, "left": -1.0}.get(direction, 0.0) * readout / pixels_x
     down = {"down": 1.0, "up": -1.0}.get(direction, 0.0) * readout / pixels_y
     first = readout if direction in ("left", "up") else 0.0
-    return Step(clock, np.array([whole, ramp, first, across, down]))
+    return Step(shutter_time, np.array([whole, ramp, first, across, down]))

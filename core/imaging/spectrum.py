@@ -21,7 +21,7 @@ WAVELENGTHS = {
 
 
 @stage
-def sift(lanes, p, key):
+def select_channel(lanes, p, key):
     """Keep one of the three channels. p: 1 for the one that is kept, 0 for the others."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -33,11 +33,11 @@ def sift(lanes, p, key):
         blue[i] = blue[i] if keeps_blue else real(0)
 
 
-def channel(row: int) -> Step:
+def channel_step(row: int) -> Step:
     """The step that keeps the channel RED, GREEN or BLUE alone."""
-    return Step(sift, [float(row == other) for other in WAVELENGTHS])
+    return Step(select_channel, [float(row == other) for other in WAVELENGTHS])
 
 
-def part(sample: int, seed: np.uint32) -> int:
+def spectral_part(sample: int, seed: np.uint32) -> int:
     """Which of the eight parts of every channel sample `sample` of all pixels takes: each once in eight samples."""
     return int(sobol(np.uint32(sample), WAVELENGTH, seed)) * 8 >> 32

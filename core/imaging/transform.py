@@ -15,7 +15,7 @@ class TransformError(ValueError):
     """A transform that cannot place a camera; the message says what is wrong with it."""
 
 
-def affine(matrix) -> np.ndarray:
+def checked_affine(matrix) -> np.ndarray:
     """The (4, 4) matrix, or a TransformError: not finite, not affine, singular or mirrored."""
     m = np.array(matrix, float)
     if m.shape != (4, 4) or not np.isfinite(m).all():
@@ -30,16 +30,16 @@ def affine(matrix) -> np.ndarray:
     return m
 
 
-def checked(matrix) -> np.ndarray:
+def checked_rigid(matrix) -> np.ndarray:
     """The (4, 4) matrix, or a TransformError: not finite, not affine, singular, mirrored or not rigid."""
-    m = affine(matrix)
+    m = checked_affine(matrix)
     if np.abs(m[:3, :3].T @ m[:3, :3] - np.eye(3)).max() > RIGID:
         raise TransformError("this transform stretches or shears: its axes must be perpendicular and of length 1")
     return m
 
 
 @stage
-def place(lanes, p, key):
+def transform_rays(lanes, p, key):
     """Carry the ray by the 3 × 4 matrix p, which is rigid."""
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
@@ -56,11 +56,11 @@ def place(lanes, p, key):
         n[i] = q * dx + r * dy + s * dz
 
 
-def placed(world_from_camera: np.ndarray) -> list[Step]:
+def transform_steps(world_from_camera: np.ndarray) -> list[Step]:
     """The step from camera to world; none where they are the same."""
     if np.array_equal(world_from_camera, np.eye(4)):
         return []
-    return [Step(place, world_from_camera[:3])]
+    return [Step(transform_rays, world_from_camera[:3])]
 
 
 def look_at(eye, target, up=(0.0, 1.0, 0.0)) -> np.ndarray:

@@ -44,14 +44,14 @@ PITCH = B + 16                  # from a row to the next: not a power of two, or
  TIME,                          # when, in [0, 1) of the shutter
  X, Y, Z, L, M, N,              # first X, Y in raster pixels; then the ray, a point (mm) and a unit direction
  WEIGHT,                        # what the camera lets through: 0 where the ray is lost
- MARGIN,                        # greatest (r / semi-diameter)² on the way through a lens; NaN or > 1 is blocked
- FOOT, SPREAD,                  # of a pixel, or its part: side where the ray begins (mm), and by how much a mm adds
- DISK, FAN,                     # of the pupil, or its part: radius where the ray begins (mm), and by how much a mm adds
+ CLEARANCE,                     # greatest (r / semi-diameter)² on the way through a lens; NaN or > 1 is blocked
+ PIXEL_SIDE, PIXEL_SPREAD,      # of a pixel, or its part: side where the ray begins (mm), and by how much a mm adds
+ PUPIL_RADIUS, PUPIL_SPREAD,    # of the pupil, or its part: radius where the ray begins (mm), and what a mm adds
  OX, OY, OZ,                    # in these radii: from the ray through the middle of such parts to the ray itself
  DEPTH, NX, NY, NZ,             # the nearest surface: distance along the ray (mm) and unit normal towards the ray
- GLOW,                          # above 0 where RED, GREEN, BLUE are emitted radiance, else they are albedo
+ EMITS,                         # above 0 where RED, GREEN, BLUE are emitted radiance, else they are albedo
  GLOSS,                         # 0 matte, (0, 1] a clear coat over it, METAL, GLASS
- BENT,                          # 1 where the path was bent by a thing, and small lights that it meets now are black
+ SPECULAR,                      # 1 where the path was bent by a thing, and small lights that it meets now are black
  RED, GREEN, BLUE,              # albedo, or radiance; at last the colour of the sample
  TR, TG, TB,                    # what a mirrored path carries on to its next surface
  SR, SG, SB,                    # what a mirrored path has gathered so far
@@ -81,7 +81,7 @@ def stage(kernel):
     return njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy", nogil=True, cache=True)(kernel)
 
 
-def bench(real=np.float32) -> np.ndarray:
+def lane_buffer(real=np.float32) -> np.ndarray:
     """A fresh workbench for one thread: ROWS * PITCH numbers, on a cache line of its own.
 
     All are 0 but V0 and V1: where nobody draws a point of a light, its middle stands for it.

@@ -6,7 +6,7 @@ from numba import njit
 
 
 @njit(inline="always")
-def concentric(real, u, v):
+def concentric_disk(real, u, v):
     """The unit square to the unit disk by Shirley and Chiu's concentric map, in numbers of the type `real`.
 
     Equal areas stay equal. No branch: the angle within an octant is at most

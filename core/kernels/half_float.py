@@ -10,25 +10,25 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
-ZERO = 2.0**112         # between the exponents' zeros
+EXPONENT_SCALE = 2.0**112         # between the exponents' zeros
 
 
-def bits_of(numbers: np.ndarray) -> np.ndarray:
+def as_bits(numbers: np.ndarray) -> np.ndarray:
     """The same memory, as its bits where it is of half floats."""
     return numbers.view(np.uint16) if numbers.dtype == np.float16 else numbers
 
 
-def unit(numbers: np.ndarray) -> np.float32:
+def scale_of(numbers: np.ndarray) -> np.float32:
     """By what `stored` numbers of such an array are to be multiplied."""
-    return np.float32(ZERO if numbers.dtype == np.uint16 else 1.0)
+    return np.float32(EXPONENT_SCALE if numbers.dtype == np.uint16 else 1.0)
 
 
-def stored(number):
+def unscaled(number):
     """For kernels, of an element of an array by `bits_of`: float32, its `unit`th part."""
     raise NotImplementedError("for kernels alone")
 
 
-@overload(stored, inline="always")
+@overload(unscaled, inline="always")
 def _stored(number):
     if number == types.uint16:
         return lambda number: _spelt(np.uint32(number) << np.uint32(13))
@@ -45,21 +45,21 @@ def _spelt(typing, bits):
 
 
 @intrinsic
-def fetched(typing, line, place):
+def prefetch(typing, line, place):
     """Have the processor fetch what is around line[place] into its cache, of a contiguous array, and go on."""
     def build(context, builder, signature, arguments):
         there = builder.gep(context.make_array(signature.args[0])(context, builder, arguments[0]).data, [arguments[1]])
         byte, number = ir.IntType(8).as_pointer(), ir.IntType(32)
-        prefetch = cgutils.get_or_insert_function(
+        instruction = cgutils.get_or_insert_function(
             builder.module, ir.FunctionType(ir.VoidType(), [byte, number, number, number]), "llvm.prefetch.p0")
-        builder.call(prefetch, [builder.bitcast(there, byte), number(0), number(2), number(1)])     # read, kept, data
+        builder.call(instruction, [builder.bitcast(there, byte), number(0), number(2), number(1)])  # read, kept, data
         return context.get_dummy_value()
 
     return types.void(line, types.intp), build
 
 
 @intrinsic
-def texels_summed(typing, numbers, places, down, across, at):
+def texel_sum(typing, numbers, places, down, across, at):
     """Σ down · across · texel (4) over UNIT, of four by four texels, and how far their fourth numbers lie from `at`.
 
     numbers: half floats as bits; places (4): of the four numbers of the first texel of a line, of which four lie side

@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 
 
-def monotone(places: Sequence[float], values: Sequence[float], x: float) -> float:
+def monotone_cubic(places: Sequence[float], values: Sequence[float], x: float) -> float:
     """The curve through (places, values) at x; places rise, and x lies between the first and the last."""
     if x in places:
         return values[places.index(x)]

@@ -28,7 +28,7 @@ from lensbench.kernels.block import (
     WEIGHT,
     B,
     Step,
-    bench,
+    lane_buffer,
     rows,
     stage,
 )
@@ -88,13 +88,13 @@ class Program:
         for j, values in enumerate(given.values()):
             table[j] = values
         out = np.empty((len(wanted), n), self.real)
-        _run(table, np.array(list(given), np.int64), out, np.array(list(wanted), np.int64), bench(self.real),
+        _run(table, np.array(list(given), np.int64), out, np.array(list(wanted), np.int64), lane_buffer(self.real),
              self.code, self.gated, self.data, self.ends)
         return out
 
 
 @stage
-def develop(lanes, film):
+def accumulate(lanes, film):
     """Add the colours of a block to its place on the film: B sums each of red, green and blue."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -108,7 +108,7 @@ def develop(lanes, film):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def perform(lanes, code, gated, data, ends, key):
+def run_steps(lanes, code, gated, data, ends, key):
     """Run the steps of a Program, given by its arrays, over one block."""
     key[ALIVE] = uint32(1)
     for s in range(code.size):
@@ -126,8 +126,8 @@ def _expose(film, lanes, code, gated, data, ends, first, last, sample, samples, 
         key[PIXEL] = block * B
         for k in range(sample, sample + samples):
             key[SAMPLE] = k
-            perform(lanes, code, gated, data, ends, key)
-            develop(lanes, film[block])
+            run_steps(lanes, code, gated, data, ends, key)
+            accumulate(lanes, film[block])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -141,7 +141,7 @@ def _run(table, given, out, wanted, lanes, code, gated, data, ends):
         for j in range(given.size):
             for i in range(B):
                 lanes[given[j] * PITCH + i] = table[j, min(start + i, n - 1)]
-        perform(lanes, code, gated, data, ends, key)
+        run_steps(lanes, code, gated, data, ends, key)
         for j in range(wanted.size):
             for i in range(min(B, n - start)):
                 out[j, start + i] = lanes[wanted[j] * PITCH + i]

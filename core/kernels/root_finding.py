@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import sqrt
 
 
-def root(function: Callable[[float], float], low: float, high: float, small: float = 0.0) -> float:
+def find_root(function: Callable[[float], float], low: float, high: float, small: float = 0.0) -> float:
     """Root of a rising function within a bracket, to the rounding of its values: false position, Illinois form.
 
     small: a value of the function that is rounding.
@@ -26,7 +26,7 @@ def root(function: Callable[[float], float], low: float, high: float, small: flo
     return x
 
 
-def least(function: Callable[[float], float], low: float, high: float) -> float:
+def find_minimum(function: Callable[[float], float], low: float, high: float) -> float:
     """Place of the least value of a function with one valley, by golden section."""
     golden = 0.5 * (sqrt(5.0) - 1.0)
     for _ in range(48):                                 # to 1e-10 of the interval; the value is flat there

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit, uint32
 
 from lensbench.kernels.block import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
-from lensbench.kernels.tile_order import WIDE, add_corners, onward, walked
+from lensbench.kernels.tile_order import STRIP_WIDTH, add_corners, next_line, pixel_at
 
 # Primitive polynomials and first direction numbers of dimensions 1 … (dimension 0 is van der Corput's).
 _JOE_KUO = [(1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)), (3, 2, (1, 1, 1)), (4, 1, (1, 1, 3, 3)),
@@ -47,7 +47,7 @@ def _directions() -> np.ndarray:
 _SOBOL = _directions()
 CHUNK = 16              # lanes that are written at a time: a row has as many to spare
 _TILE = np.load(Path(__file__).parent / "blue_noise_keys_64.npy").transpose(2, 0, 1)
-_TILE = np.concatenate([_TILE, _TILE[:, :, :WIDE]], 2)          # a line of a strip begins anywhere in it
+_TILE = np.concatenate([_TILE, _TILE[:, :, :STRIP_WIDTH]], 2)          # a line of a strip begins anywhere in it
 _TILE_PITCH, _TILE_SIZE = np.uint64(_TILE.shape[2]), np.uint64(_TILE[0].size)
 _TILE = np.ascontiguousarray(_TILE).reshape(-1)
 
@@ -90,7 +90,7 @@ def sobol(k, d, seed):
 
 
 @stage
-def pixels(lanes, p, key):
+def sample_pixels(lanes, p, key):
     """One sample in each pixel of the block: raster X, Y and the place in the pupil U0, U1. p: pixels across, down."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -100,7 +100,7 @@ def pixels(lanes, p, key):
     d0, d1 = sobol(k, PUPIL, seed), sobol(k, PUPIL + 1, seed)
     d2, d3 = sobol(k, RASTER, seed), sobol(k, RASTER + 1, seed)
     unit = real(1 / 16777216)
-    strip, left, end, column, line = walked(np.int64(key[PIXEL]), w, h)
+    strip, left, end, column, line = pixel_at(np.int64(key[PIXEL]), w, h)
     i = np.uint64(0)
     while i < np.uint64(B):             # a line of a strip in whole registers: what is too much, the next writes over
         run = np.uint64(end - column)
@@ -117,12 +117,12 @@ def pixels(lanes, p, key):
                 x[at + m] = real(np.int32(e)) + real(np.int32(uint32(c ^ d2) >> _u(8))) * unit + x0
                 y[at + m] = real(np.int32(uint32(d ^ d3) >> _u(8))) * unit + y0
         i += run
-        strip, left, end, line = onward(strip, left, end, line, w, h)
+        strip, left, end, line = next_line(strip, left, end, line, w, h)
         column = left
 
 
 @stage
-def lights(lanes, p, key):
+def sample_lights(lanes, p, key):
     """Where on a light, V0 and V1: for pictures with soft shadows."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -137,7 +137,7 @@ def lights(lanes, p, key):
 
 
 @stage
-def moments(lanes, p, key):
+def sample_times(lanes, p, key):
     """When, TIME in [0, 1): for pictures of what moves."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -150,7 +150,7 @@ def moments(lanes, p, key):
 
 
 @stage
-def independent(lanes, p, key):
+def white_noise(lanes, p, key):
     """White noise in place of `pixels`, `lights` and `moments`: each number on its own, to measure them against."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -189,7 +189,7 @@ _FIRST = _first_points()
 
 
 @stage
-def net(lanes, p, key):
+def sobol_net(lanes, p, key):
     """U0, U1, V0, V1: points B · SAMPLE … of a net of its own for every PIXEL, Owen-scrambled in all four dimensions.
 
     For samples that belong together, and to no pixel of a film: B is a power of two, so that the points of a block
@@ -230,8 +230,8 @@ def unit_square(places, real) -> np.ndarray:
     return np.minimum(places, np.nextafter(places.dtype.type(1), places.dtype.type(0)))
 
 
-def sampler(w: int, h: int, lit: bool, timed: bool = False) -> list[Step]:
+def sampling_steps(w: int, h: int, lit: bool, timed: bool = False) -> list[Step]:
     """The steps that place the samples of w × h pixels; lit: the scene samples its lights; timed: something moves."""
-    steps = [Step(pixels, [w, h])]
-    steps += [Step(lights, [])] if lit else []
-    return [*steps, Step(moments, [])] if timed else steps
+    steps = [Step(sample_pixels, [w, h])]
+    steps += [Step(sample_lights, [])] if lit else []
+    return [*steps, Step(sample_times, [])] if timed else steps

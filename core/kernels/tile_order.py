@@ -11,18 +11,18 @@ from numba import njit
 
 from lensbench.kernels.block import PIXEL, B, X, Y, rows, stage
 
-WIDE = 32               # pixels: two registers of float32, and 16 lines of them are a block
+STRIP_WIDTH = 32               # pixels: two registers of float32, and 16 lines of them are a block
 
 
-def number_of_strips(w: int) -> int:
+def strip_count(w: int) -> int:
     """Of a film w pixels across; they differ in width by at most one."""
-    return -(-w // WIDE)
+    return -(-w // STRIP_WIDTH)
 
 
 @njit(inline="always")
-def walked(k, w, h):
+def pixel_at(k, w, h):
     """Where pixel k of the order lies: strip, its first column and the one past its last, column, line; all int64."""
-    n = (w + WIDE - 1) // WIDE
+    n = (w + STRIP_WIDTH - 1) // STRIP_WIDTH
     strip = ((k // h + 1) * n - 1) // w
     left, end = strip * w // n, (strip + 1) * w // n
     rest, wide = k - left * h, end - left
@@ -31,11 +31,11 @@ def walked(k, w, h):
 
 
 @njit(inline="always")
-def onward(strip, left, end, line, w, h):
+def next_line(strip, left, end, line, w, h):
     """The strip with its edges, and the line, after a line."""
     after = line + 1 - 2 * (strip & 1)
     if after < 0 or after == h:
-        return strip + 1, end, (strip + 2) * w // ((w + WIDE - 1) // WIDE), line
+        return strip + 1, end, (strip + 2) * w // ((w + STRIP_WIDTH - 1) // STRIP_WIDTH), line
     return strip, left, end, after
 
 
@@ -46,7 +46,7 @@ def add_corners(lanes, p, key):
     row = rows(lanes)
     x, y = row[X], row[Y]
     w, h = np.int64(p[0]), np.int64(p[1])
-    strip, left, end, column, line = walked(np.int64(key[PIXEL]), w, h)
+    strip, left, end, column, line = pixel_at(np.int64(key[PIXEL]), w, h)
     i = np.uint64(0)
     while i < np.uint64(B):
         run = min(np.uint64(B) - i, np.uint64(end - column))
@@ -55,11 +55,11 @@ def add_corners(lanes, p, key):
             x[i + q] += x0 + real(np.int32(q))
             y[i + q] += y0
         i += run
-        strip, left, end, line = onward(strip, left, end, line, w, h)
+        strip, left, end, line = next_line(strip, left, end, line, w, h)
         column = left
 
 
-def unrolled(sums: np.ndarray, w: int, h: int, scale: float = 1.0) -> np.ndarray:
+def raster_image(sums: np.ndarray, w: int, h: int, scale: float = 1.0) -> np.ndarray:
     """Several sums of every pixel by blocks, (n, c B) in this order, as a picture (h, w, c), each times `scale`."""
     picture = np.empty((h, w, sums.shape[1] // B), sums.dtype)
     _unroll(sums, sums.dtype.type(scale), picture)
@@ -69,7 +69,7 @@ def unrolled(sums: np.ndarray, w: int, h: int, scale: float = 1.0) -> np.ndarray
 @njit(nogil=True, cache=True, error_model="numpy")
 def _unroll(sums, scale, picture):
     h, w, colours = picture.shape
-    strip, left, end, _, line = walked(0, w, h)
+    strip, left, end, _, line = pixel_at(0, w, h)
     k, column = 0, left
     while k < w * h:
         block, i = k // B, k % B
@@ -79,5 +79,5 @@ def _unroll(sums, scale, picture):
                 picture[line, column + q, colour] = sums[block, colour * B + i + q] * scale
         k, column = k + run, column + run
         if column == end:
-            strip, left, end, line = onward(strip, left, end, line, w, h)
+            strip, left, end, line = next_line(strip, left, end, line, w, h)
             column = left

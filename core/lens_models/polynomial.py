@@ -20,12 +20,33 @@ from functools import cache
 import numpy as np
 from numba import njit
 
-from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, A6, A7, A8, MARGIN, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.kernels.block import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    A6,
+    A7,
+    A8,
+    CLEARANCE,
+    B,
+    L,
+    M,
+    N,
+    Step,
+    X,
+    Y,
+    Z,
+    rows,
+    stage,
+)
 from lensbench.kernels.program import Program
 from lensbench.lens_models.invariant_least_squares import solved, summed
-from lensbench.optics.block_trace import round_through
+from lensbench.optics.block_trace import round_stop_steps
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.paraxial import FirstOrder, first_order, middle_of_view
+from lensbench.optics.paraxial import FirstOrder, first_order, scene_side_origin
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.pupils.radial_sampler import PupilTable
 
@@ -70,7 +91,7 @@ class Polynomial:
         film, aim, drift = _aimed(table.outline, table.course, table.offsets, table.radius, table.end, table.scale,
                                    *places)
         fo = first_order(lens, wavelength)
-        centre = middle_of_view(lens, wavelength)
+        centre = scene_side_origin(lens, wavelength)
         eye = centre - lens.length - film_distance
         lines = _traced(lens, film_distance, film, aim, wavelength)
         nearness = 1.0 / (distance + eye)
@@ -160,12 +181,12 @@ def _middle(r, course, offsets, end, scale):
 
 
 def _traced(lens: Lens, film_distance: float, film: np.ndarray, aim: np.ndarray, wavelength: float) -> np.ndarray:
-    """(7, n) the rays in front, X … N in the camera's frame, and their MARGIN."""
+    """(7, n) the rays in front, X … N in the camera's frame, and their CLEARANCE."""
     x, y = aim[0] - film, aim[1]
     size = 1.0 / np.sqrt(x * x + y * y + film_distance**2)
     given = {X: film, L: x * size, M: y * size, N: -film_distance * size}
-    return Program(round_through(lens, film_distance, wavelength), np.float64).run(
-        given, [X, Y, Z, L, M, N, MARGIN], len(film))
+    return Program(round_stop_steps(lens, film_distance, wavelength), np.float64).run(
+        given, [X, Y, Z, L, M, N, CLEARANCE], len(film))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

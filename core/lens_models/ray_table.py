@@ -12,9 +12,9 @@ from numba import njit
 
 from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, A6, A7, A8, B, L, M, N, Step, X, Y, Z, gather, rows, stage
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import round_through
+from lensbench.optics.block_trace import round_stop_steps
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.paraxial import middle_of_view
+from lensbench.optics.paraxial import scene_side_origin
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.pupils.radial_sampler import PupilTable
 
@@ -38,10 +38,10 @@ def tabulated(lens: Lens, film_distance: float, table: PupilTable, wavelength: f
     x, y = u + drift * r - r, v
     size = 1.0 / np.sqrt(x * x + y * y + away * away)
     given = {X: r, L: x * size, M: y * size, N: -away * size}
-    ray = Program(round_through(lens, away, wavelength), np.float64).run(given, [X, Y, Z, L, M, N], NODES)
+    ray = Program(round_stop_steps(lens, away, wavelength), np.float64).run(given, [X, Y, Z, L, M, N], NODES)
 
     # The point nearest to the pupil, and where what is in focus is seen from there
-    centre = middle_of_view(lens, wavelength) - lens.length - away
+    centre = scene_side_origin(lens, wavelength) - lens.length - away
     point, direction = ray[:3], ray[3:]
     point[2] -= centre
     point -= (point * direction).sum(0) * direction

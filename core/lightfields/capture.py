@@ -18,12 +18,12 @@ import numpy as np
 from lensbench.cameras.base import Camera
 from lensbench.cameras.real_lens import LensCamera
 from lensbench.imaging.film import Film
-from lensbench.imaging.spectrum import WAVELENGTHS, channel, part
-from lensbench.kernels.block import PIXEL, TIME, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, bench, rows, stage
-from lensbench.kernels.concentric_map import concentric
+from lensbench.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
+from lensbench.kernels.block import PIXEL, TIME, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, lane_buffer, rows, stage
+from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampler
-from lensbench.kernels.tile_order import number_of_strips
+from lensbench.kernels.sampling import sampling_steps
+from lensbench.kernels.tile_order import strip_count
 from lensbench.lightfields.light_field import (
     LightField,
     LightFieldError,
@@ -31,7 +31,7 @@ from lensbench.lightfields.light_field import (
     middle_of,
     spread_offsets,
 )
-from lensbench.optics.block_trace import through
+from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.glass import D_LINE
 from lensbench.pupils.film_grid import SECTORS
 from lensbench.pupils.film_grid_sampler import PupilGrid
@@ -230,7 +230,7 @@ class Recorder:
     def width(self) -> int:
         """Of a strip, in pixels: all alike, and none wider than those of which a film is made."""
         w = self.camera.film.pixels_x
-        return -(-w // number_of_strips(w))
+        return -(-w // strip_count(w))
 
     def strip(self, left: int, aims: Callable[[float], list[Step]], fill: float, aside, first: int,
               number: int, moment: tuple[int, int] = (0, 1)) -> np.ndarray:
@@ -242,7 +242,8 @@ class Recorder:
         """
         h = self.camera.film.pixels_y
         blocks = -(-self.width * h // B)
-        lanes, sums, seed = bench(), np.zeros((blocks, 3 * B), np.float32), np.uint32((int(self.seed) + left) % 2**32)
+        lanes, sums = lane_buffer(), np.zeros((blocks, 3 * B), np.float32)
+        seed = np.uint32((int(self.seed) + left) % 2**32)
         covered = np.zeros(blocks * B, np.float32)
         programs: dict[int | None, list[tuple[Program, np.ndarray]]] = {}
         before = [Step(placed, [fill, left + aside[0], aside[1]])]
@@ -264,7 +265,7 @@ class Recorder:
         """Which samples, how many, and the part of the spectrum that they take; None: the d line."""
         if not self.camera.disperses:
             return [(first, number, None)]
-        return [(sample, 1, part(sample, self.seed)) for sample in range(first, first + number)]
+        return [(sample, 1, spectral_part(sample, self.seed)) for sample in range(first, first + number)]
 
     def _programs(self, place: int | None, before: list[Step], aims: Callable[[float], list[Step]], blocks: int):
         """For a part of the spectrum, or the d line: the programs, with the sums of their weights, (blocks · B,)."""
@@ -272,11 +273,11 @@ class Recorder:
         timed = camera.moves or scene.moves
         clock = [camera.clock] if timed else []
         after = scene.steps(self.shadows, camera.shutter_open, medium=camera.medium)
-        lines = [(D_LINE, [])] if place is None else [(row[place], [channel(name)])
+        lines = [(D_LINE, [])] if place is None else [(row[place], [channel_step(name)])
                                                       for name, row in WAVELENGTHS.items()]
         made = []
         for wavelength, ending in lines:
-            aim = [*sampler(self.width, camera.film.pixels_y, lit=self.shadows, timed=timed), *before, *clock,
+            aim = [*sampling_steps(self.width, camera.film.pixels_y, lit=self.shadows, timed=timed), *before, *clock,
                    *aims(wavelength), *camera.port]
             program = Program([*aim, Step(covering, np.zeros(blocks * B)), *camera.carried, *after, *ending])
             made.append((program, program.data[program.ends[len(aim)]:program.ends[len(aim) + 1]]))
@@ -288,7 +289,7 @@ def cell_steps(camera: Camera, cell: Cell, wavelength: float) -> list[Step]:
     lens, box = camera.gaussian, [*cell.corner, *cell.sides]
     if isinstance(camera, LensCamera) and camera.follows_rays:
         aims = Step(aimed, [*box, lens.approach_film, lens.approach_pupil])
-        return [aims, *through(camera.lens, camera.film_distance, wavelength)]
+        return [aims, *trace_steps(camera.lens, camera.film_distance, wavelength)]
     return [Step(through_cell, [*box, *lens[:-1]]), *lens.iris.blocking(lens.origin_pupil)]
 
 
@@ -311,7 +312,7 @@ def within_disk(lanes, p, key):
     row = rows(lanes)
     u, v = row[U0], row[U1]
     for i in range(B):
-        a, b = concentric(real, u[i], v[i])
+        a, b = concentric_disk(real, u[i], v[i])
         u[i], v[i] = real(0.5) + real(0.5) * a, real(0.5) + real(0.5) * b
 
 

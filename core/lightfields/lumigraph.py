@@ -22,8 +22,8 @@ import numpy as np
 from lensbench.cameras.base import Camera
 from lensbench.cameras.perspective import PerspectiveCamera
 from lensbench.cameras.real_lens import LensCamera
-from lensbench.imaging.coordinate_spaces import transformed, window_of
-from lensbench.kernels.half_float import bits_of, unit
+from lensbench.imaging.coordinate_spaces import film_window, transform_points
+from lensbench.kernels.half_float import as_bits, scale_of
 from lensbench.lightfields.capture import TOP, checked_views
 from lensbench.lightfields.light_field import LightFieldError, spread_offsets
 from lensbench.lightfields.novel_view_kernel import Pinholes, Surface, look
@@ -107,7 +107,7 @@ class Lumigraph:
         given = NO_RAYS if lines is not None else self._traced(camera, many)
         lines = np.zeros((6, 3)) if lines is None else lines
         picture, covered = np.zeros((h, w, 3), np.float32), np.zeros((h, w), np.bool_)
-        texels = bits_of(self.texels).reshape(-1)
+        texels = as_bits(self.texels).reshape(-1)
 
         def see(first: int) -> None:
             look(lines, given, many, self._pinholes, texels, by, things, own, picture, covered, first,
@@ -145,7 +145,7 @@ class Lumigraph:
         points = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
         rays = camera.generate_rays(points, np.broadcast_to(camera.pupil_centre, points.shape), 0.5)
         back = np.linalg.inv(self.camera.placement())
-        found = np.concatenate([transformed(back, rays.origins), rays.directions @ back[:3, :3].T], 1)
+        found = np.concatenate([transform_points(back, rays.origins), rays.directions @ back[:3, :3].T], 1)
         found[~(rays.weights > 0.0)] = math.nan
         return found
 
@@ -157,10 +157,10 @@ class Lumigraph:
     @cached_property
     def _own(self) -> Surface:
         """Where each pinhole saw things."""
-        bits, scale = bits_of(self.texels), 1e-3 * self.distance
+        bits, scale = as_bits(self.texels), 1e-3 * self.distance
         ends = np.array([bits[..., 3].max(), bits[..., 3].min()]).view(np.float16)      # as of whole numbers
         nearest, farthest = (scale * ends.astype(float)).tolist()
-        return Surface(bits.reshape(-1), 4, 3, scale * float(unit(bits)), nearest, farthest)
+        return Surface(bits.reshape(-1), 4, 3, scale * float(scale_of(bits)), nearest, farthest)
 
     @property
     def _pixels(self) -> tuple[int, int]:
@@ -206,7 +206,7 @@ def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
                                            [0.0, 0.0, 1.0, lens.z + lens.origin_film / lens.slope_film],
                                            [0.0, 0.0, 0.0, 1.0]])
     fov = 2.0 * math.atan(0.5 * min(film.width, film.height) * abs(lens.slope_film))
-    return PerspectiveCamera(film, fov, window=camera.window or window_of(film), world_from_camera=place,
+    return PerspectiveCamera(film, fov, window=camera.window or film_window(film), world_from_camera=place,
                              shutter_open=camera.shutter_open, shutter_close=camera.shutter_close,
                              shutter_ramp=camera.shutter_ramp, readout=camera.readout,
                              readout_direction=camera.readout_direction, medium=camera.medium)
@@ -219,7 +219,7 @@ def array_camera(middle: PerspectiveCamera, place, distance: float, aside=(0.0, 
     """
     half = distance * math.tan(middle.fov / 2.0)
     x, y = -place[0] / half, -place[1] / half
-    left, right, bottom, top = middle.window or window_of(middle.film)
+    left, right, bottom, top = middle.window or film_window(middle.film)
     x += aside[0] * (right - left) / middle.film.pixels_x
     y -= aside[1] * (top - bottom) / middle.film.pixels_y
     moved = np.eye(4)

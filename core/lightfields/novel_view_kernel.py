@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from lensbench.kernels.half_float import ZERO, stored, texels_summed
+from lensbench.kernels.half_float import EXPONENT_SCALE, texel_sum, unscaled
 
 PARTS = 2.0             # steps along a ray for each pixel by which its picture moves
 MOST_STEPS = 1024
@@ -89,7 +89,7 @@ def look(lines, given, many, pinholes, texels, by, surface, own, out, covered, f
                 if not whole:
                     break
                 red, green, blue = red + part[0], green + part[1], blue + part[2]
-            mean = np.float32(n * n * ZERO if whole else 0.0)
+            mean = np.float32(n * n * EXPONENT_SCALE if whole else 0.0)
             covered[y, x] = whole
             out[y, x, 0], out[y, x, 1], out[y, x, 2] = mean * red, mean * green, mean * blue
 
@@ -116,7 +116,7 @@ def _met(u, v, s, t, high, low, jump, views, pixels, place, offsets, known, each
         q = high + m * step
         x, y, here = int(x0 + right * q + w) - w, int(y0 - up * q + h) - h, math.nan
         if 0 <= x < w and 0 <= y < h:
-            here = stored(known[((number * h + y) * w + x) * each + shift]) * unit
+            here = unscaled(known[((number * h + y) * w + x) * each + shift]) * unit
             found = here
             if q <= here and (here <= q - 2.0 * step or (before > 0.0 and here - (q - step) <= jump)):
                 break
@@ -161,7 +161,8 @@ def _blend(u, v, s, t, q, views, pixels, place, offsets, texels, ghost, unit, pa
             if not (-0.5 <= x <= w - 0.5 and -0.5 <= y <= h - 0.5):
                 continue
             line = number * h
-            if stored(texels[4 * ((line + min(int(y + 0.5), h - 1)) * w + min(int(x + 0.5), w - 1)) + 3]) > at + within:
+            here = (line + min(int(y + 0.5), h - 1)) * w + min(int(x + 0.5), w - 1)
+            if unscaled(texels[4 * here + 3]) > at + within:
                 continue
             x0, y0 = int(x + 1.0) - 2, int(y + 1.0) - 2
             across, down = _cubic(np.float32(x - x0 - 1)), _cubic(np.float32(y - y0 - 1))
@@ -171,7 +172,7 @@ def _blend(u, v, s, t, q, views, pixels, place, offsets, texels, ghost, unit, pa
                          4 * ((line + min(max(y0 + 1, 0), h - 1)) * w + x0),
                          4 * ((line + min(max(y0 + 2, 0), h - 1)) * w + x0),
                          4 * ((line + min(max(y0 + 3, 0), h - 1)) * w + x0))
-                red, green, blue, off = texels_summed(texels, lines, down, across, at)
+                red, green, blue, off = texel_sum(texels, lines, down, across, at)
             if not off <= within or off == np.float32(math.inf):
                 red, green, blue, taken = _one_by_one(texels, line, w, h, x0, y0, down, across, at, within)
                 if taken < SEEN:
@@ -200,10 +201,10 @@ def _one_by_one(texels, line, w, h, x0, y0, down, across, at, within):
         begin = (line + min(max(y0 + m, 0), h - 1)) * w
         for n in range(4):
             k = 4 * (begin + min(max(x0 + n, 0), w - 1))
-            if not abs(stored(texels[k + 3]) - at) > within:
+            if not abs(unscaled(texels[k + 3]) - at) > within:
                 count = down[m] * across[n]
-                red += count * stored(texels[k])
-                green += count * stored(texels[k + 1])
-                blue += count * stored(texels[k + 2])
+                red += count * unscaled(texels[k])
+                green += count * unscaled(texels[k + 1])
+                blue += count * unscaled(texels[k + 2])
                 taken += count
     return red, green, blue, taken

@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numba import njit
 
-from lensbench.kernels.half_float import bits_of, fetched, stored, unit
+from lensbench.kernels.half_float import as_bits, prefetch, scale_of, unscaled
 
 TAPS = 6                # pixels to either side that the sharpening of a sum sees
 GAIN = 2.0              # by which it raises the finest detail, at most
@@ -34,12 +34,12 @@ def added(light: np.ndarray, used: np.ndarray, begins: np.ndarray, scale: float,
     side. The sum is that of pixels that are filled.
     """
     h, w = light.shape[3:]
-    bits, weights = bits_of(light), weights.astype(np.float32)
+    bits, weights = as_bits(light), weights.astype(np.float32)
     steep = np.float32(STEEP if len(used) >= MANY else 1.0)
     across, down = (_sharpening(begins[:, axis] % 1.0 if scale == 1.0 else (np.arange(len(used)) + 0.5) / len(used),
                                 weights, float(steep), abs(step[axis]), fill) for axis in (0, 1))
     sums, out = np.zeros((3, h, w), np.float32), np.empty((h, w, 3), np.float32)
-    heavy, raised = weights * unit(bits), np.float32(gain)
+    heavy, raised = weights * scale_of(bits), np.float32(gain)
 
     def add(first: int) -> None:
         _add(bits, used, begins, scale, steep, heavy, sums, first, min(first + BAND, h))
@@ -106,7 +106,7 @@ def _add(light, used, begins, scale, steep, weights, sums, first, last):
             for y in range(first, last):
                 soon = later[min(max(int(begins[following, 1] + scale * y), 0), h - 1)]
                 for i in range(0, w, ahead):
-                    fetched(soon, i)
+                    prefetch(soon, i)
                 at = begins[q, 1] + scale * y
                 top = int(math.floor(at))
                 below = _between(np.float32(at - top), steep)
@@ -116,10 +116,10 @@ def _add(light, used, begins, scale, steep, weights, sums, first, last):
                 if below == np.float32(0) or below == one:
                     nearest = under if below == one else above
                     for i in range(w):
-                        line[i] = weights[q] * stored(nearest[i])
+                        line[i] = weights[q] * unscaled(nearest[i])
                 else:
                     for i in range(w):
-                        line[i] = a * stored(above[i]) + b * stored(under[i])
+                        line[i] = a * unscaled(above[i]) + b * unscaled(under[i])
                 line[w] = line[w - 1]
                 for k in range(number):
                     begin, end, aside = runs[k, 0], runs[k + 1, 0], runs[k, 1]

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, MARGIN, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, CLEARANCE, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.optics.surfaces import (
@@ -40,7 +40,7 @@ STILL = 1e-8            # (last step / h)² that is taken for convergence: the n
 NEAR_EQUATOR = 1e-4     # of 1 − (1 + k) c² r²: Newton goes no nearer, or farther
 
 
-def packed(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
+def pack_lens(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
            part: slice = slice(None)) -> np.ndarray:
     """The parameters of `trace`: which way, then SURFACE numbers and MORE for each surface in the order met.
 
@@ -71,13 +71,13 @@ def packed(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards
 def trace(lanes, p, key):
     """Follow the ray through every surface; it ends on the last one, its direction a unit vector in air.
 
-    MARGIN becomes the greatest (r / semi-diameter)² met, inf where the ray
+    CLEARANCE becomes the greatest (r / semi-diameter)² met, inf where the ray
     turned back or met a surface beyond its equator or not at all; what is not ≤ 1 loses its WEIGHT.
     p: as `packed` gives them.
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    Z_, N_, W_, V_ = row[Z], row[N], row[WEIGHT], row[MARGIN]
+    Z_, N_, W_, V_ = row[Z], row[N], row[WEIGHT], row[CLEARANCE]
     sign, end = p[0], p[p.size - 1]
     for i in range(B):
         Z_[i] *= sign
@@ -112,7 +112,7 @@ def trace_spheres(lanes, p, key):
     """As `trace`, for lenses of spheres and planes alone: quicker to compile, and the first start waits for it."""
     real = lanes.dtype.type
     row = rows(lanes)
-    Z_, N_, W_, V_ = row[Z], row[N], row[WEIGHT], row[MARGIN]
+    Z_, N_, W_, V_ = row[Z], row[N], row[WEIGHT], row[CLEARANCE]
     sign, end = p[0], p[p.size - 1]
     for i in range(B):
         Z_[i] *= sign
@@ -131,7 +131,7 @@ def _sphere(lanes, p, s):
     """Through a sphere or a plane."""
     real = lanes.dtype.type
     row = rows(lanes)
-    X_, Y_, Z_, L_, M_, N_, V_ = row[X], row[Y], row[Z], row[L], row[M], row[N], row[MARGIN]
+    X_, Y_, Z_, L_, M_, N_, V_ = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
     gap, c, rim, slow, step, bend = p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6]
     for i in range(B):
         l, m, n = L_[i], M_[i], N_[i]
@@ -159,7 +159,7 @@ def _conic(lanes, p, s):
     """Through a conic: D − 2 b t + a t² = 0 from the foot, the root where the ray goes through as it travels."""
     real = lanes.dtype.type
     row = rows(lanes)
-    X_, Y_, Z_, L_, M_, N_, V_ = row[X], row[Y], row[Z], row[L], row[M], row[N], row[MARGIN]
+    X_, Y_, Z_, L_, M_, N_, V_ = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
     gap, c, rim, slow, step, bend, k = p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6], p[s + 7]
     kc, kc2 = k * c, k * c * c
     for i in range(B):
@@ -332,7 +332,7 @@ def _refract(lanes, p, s, curl_x, curl_y):
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    X_, Y_, Z_, L_, M_, N_, V_ = row[X], row[Y], row[Z], row[L], row[M], row[N], row[MARGIN]
+    X_, Y_, Z_, L_, M_, N_, V_ = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
     T_, H_, SX, SY = row[A0], row[A1], row[A2], row[A3]
     rim, slow, step = p[s + 3], p[s + 4], p[s + 5]
     for i in range(B):
@@ -351,18 +351,18 @@ def _refract(lanes, p, s, curl_x, curl_y):
         V_[i] = V_[i] if V_[i] >= v else v
 
 
-def tracer(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
+def trace_step(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
            part: slice = slice(None)) -> Step:
     """The step that traces this lens, its stop a circle, with its film this far behind the last vertex (mm).
 
     Before the lens a direction is as long as the index there.
     """
     spherical = all(surface.is_spherical for surface in lens.surfaces)
-    return Step(trace_spheres if spherical else trace, packed(lens, film_distance, wavelength, towards, part))
+    return Step(trace_spheres if spherical else trace, pack_lens(lens, film_distance, wavelength, towards, part))
 
 
 @stage
-def lengthen(lanes, p, key):
+def scale_directions(lanes, p, key):
     """Make the direction p times as long: a ray carries its index, and is a unit vector outside."""
     row = rows(lanes)
     l, m, n = row[L], row[M], row[N]
@@ -371,25 +371,26 @@ def lengthen(lanes, p, key):
         l[i], m[i], n[i] = l[i] * factor, m[i] * factor, n[i] * factor
 
 
-def round_through(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> list[Step]:
+def round_stop_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE,
+                     towards: str = "scene") -> list[Step]:
     """The steps that trace this lens, its stop a circle: `tracer`, for unit vectors in whatever lies before it."""
-    return _between_units(lens, [tracer(lens, film_distance, wavelength, towards)], towards)
+    return _between_units(lens, [trace_step(lens, film_distance, wavelength, towards)], towards)
 
 
 def _between_units(lens: Lens, steps: list[Step], towards: str) -> list[Step]:
     n = lens.front_index
     if n == 1.0:
         return steps
-    return [*steps, Step(lengthen, [1.0 / n])] if towards == "scene" else [Step(lengthen, [n]), *steps]
+    return [*steps, Step(scale_directions, [1.0 / n])] if towards == "scene" else [Step(scale_directions, [n]), *steps]
 
 
-def through(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> list[Step]:
+def trace_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> list[Step]:
     """The steps that trace this lens as `round_through` does, with the blades of its stop."""
     blocking = lens.iris.blocking(lens.stop.semi_diameter)
     if not blocking:
-        return round_through(lens, film_distance, wavelength, towards)
+        return round_stop_steps(lens, film_distance, wavelength, towards)
     stop = lens.stop_index if towards == "film" else len(lens.surfaces) - 1 - lens.stop_index
-    first, second = (tracer(lens, film_distance, wavelength, towards, part)
+    first, second = (trace_step(lens, film_distance, wavelength, towards, part)
                      for part in (slice(0, stop + 1), slice(stop + 1, len(lens.surfaces))))
     parts = [first, *blocking, second] if stop + 1 < len(lens.surfaces) else [first, *blocking]
     return _between_units(lens, parts, towards)

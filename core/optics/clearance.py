@@ -11,16 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from lensbench.kernels.block import KEYS, MARGIN, B, L, M, N, X, Y, Z, bench, rows
+from lensbench.kernels.block import CLEARANCE, KEYS, B, L, M, N, X, Y, Z, lane_buffer, rows
 from lensbench.kernels.program import call_stage, stage_address
-from lensbench.optics.block_trace import tracer
+from lensbench.optics.block_trace import trace_step
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 
 SINGLE = 1.2e-5             # the largest error of a root margin in float32, for a stop as large as the rear surface
 
 
-class Machine(NamedTuple):
+class ClearanceTracer(NamedTuple):
     """What traces the rays of one lens before one film: workbench, code, numbers and key, in float64 and in float32.
 
     error: of a root margin in float32.
@@ -31,19 +31,19 @@ class Machine(NamedTuple):
     error: float
 
 
-def machine(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> Machine:
+def clearance_tracer(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> ClearanceTracer:
     """For one thread: the workbenches are its own."""
-    step = tracer(lens, film_distance, wavelength)
-    double, single = ((bench(real), stage_address(step.kernel, real), np.asarray(step.parameters, real),
+    step = trace_step(lens, film_distance, wavelength)
+    double, single = ((lane_buffer(real), stage_address(step.kernel, real), np.asarray(step.parameters, real),
                        np.zeros(KEYS, np.uint32)) for real in (np.float64, np.float32))
-    return Machine(double, single, SINGLE * max(1.0, lens.surfaces[-1].semi_diameter / lens.stop.semi_diameter))
+    return ClearanceTracer(double, single, SINGLE * max(1.0, lens.surfaces[-1].semi_diameter / lens.stop.semi_diameter))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _traced(film_x, film_y, px, py, distance, out, lanes, code, p, key):
     n, real = out.size, lanes.dtype.type
     row = rows(lanes)
-    x, y, z, l, m, o, margin = row[X], row[Y], row[Z], row[L], row[M], row[N], row[MARGIN]
+    x, y, z, l, m, o, margin = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
     for start in range(0, n, B):
         count = min(B, n - start)
         for i in range(count):
@@ -59,7 +59,7 @@ def _traced(film_x, film_y, px, py, distance, out, lanes, code, p, key):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def margins(film_x, film_y, px, py, distance, out, machine, accuracy):
+def clearances(film_x, film_y, px, py, distance, out, machine, accuracy):
     """The root margins of the rays from (film_x, film_y) to (px, py), inf where one does not come through.
 
     As many as `out` has room for. accuracy: how large an error may be; 0 for all digits.

@@ -23,7 +23,7 @@ from math import ceil, floor, inf, log10, sqrt
 
 import numpy as np
 
-from lensbench.kernels.root_finding import least, root
+from lensbench.kernels.root_finding import find_minimum, find_root
 from lensbench.optics.axial_bundle import pupil_rays
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix
 from lensbench.optics.prescription import Lens, LensError
@@ -87,7 +87,7 @@ def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens
         return lens.at()
     if not excess(1.0) > 0.0:                       # the nearest distance itself
         return lens.at(close=1.0)
-    return lens.at(close=root(excess, 0.0, 1.0, small))
+    return lens.at(close=find_root(excess, 0.0, 1.0, small))
 
 
 def nearest_focus(lens: Lens) -> float:
@@ -164,7 +164,7 @@ def _solved_film_distance(lens: Lens, focus_distance: float, image: Callable[[fl
     far = max(focus_distance - lens.length, near)
     while excess(far) < 0.0:                            # an image before the last vertex: the object is farther still
         far *= 2.0
-    return image(1.0 / root(excess, near, far))
+    return image(1.0 / find_root(excess, near, far))
 
 
 def _conjugates(lens: Lens, image: Callable[[float], float], closely: bool = True) -> tuple[float, float]:
@@ -180,7 +180,7 @@ def _conjugates(lens: Lens, image: Callable[[float], float], closely: bool = Tru
 
     near = max((n + sqrt(n)) * fo.efl, fo.front_principal) - fo.front_principal
     near = max(near, 1e-6 * fo.efl)
-    near = least(total, 0.5 * near, 2.0 * near) if closely else near
+    near = find_minimum(total, 0.5 * near, 2.0 * near) if closely else near
     return near, total(near)
 
 
@@ -191,7 +191,7 @@ def _object_of(lens: Lens, film_distance: float, image: Callable[[float], float]
     high = 1.0 / _focusable(lens).efl
     while image(high) < film_distance:
         high *= 1.5
-    nearness = root(lambda nearness: image(nearness) - film_distance, 0.0, high)
+    nearness = find_root(lambda nearness: image(nearness) - film_distance, 0.0, high)
     return lens.length + film_distance + 1.0 / nearness
 
 

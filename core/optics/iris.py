@@ -17,7 +17,25 @@ from functools import lru_cache
 
 import numpy as np
 
-from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, MARGIN, U0, U1, WEIGHT, B, Step, X, Y, gather, rows, stage
+from lensbench.kernels.block import (
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+    A5,
+    CLEARANCE,
+    U0,
+    U1,
+    WEIGHT,
+    B,
+    Step,
+    X,
+    Y,
+    gather,
+    rows,
+    stage,
+)
 
 MOST_BLADES = 24
 CELLS = 32              # chords of one blade, for the map from the square
@@ -91,7 +109,7 @@ class Iris:
     @property
     def steps(self) -> list[Step]:
         """The step that crowds the places U0, U1 of a round pupil into the opening, equal areas staying equal."""
-        return [] if self.is_round else [Step(crowd, _corners(self))]
+        return [] if self.is_round else [Step(map_to_iris, _corners(self))]
 
     def blocking(self, radius: float) -> list[Step]:
         """The step that blocks, at a stop of this radius (mm), what the blades cover; none where it is round."""
@@ -100,7 +118,7 @@ class Iris:
         flat, bulge, rim = self._edge
         towards = self.rotation + 0.5 * math.pi + (2.0 * np.arange(self.blades) + 1.0) * math.pi / self.blades
         ways = np.column_stack([np.cos(towards), np.sin(towards)]) * flat / (rim * radius)
-        return [Step(blades, np.concatenate([[bulge / (rim * radius**2)], ways.ravel()]))]
+        return [Step(block_by_blades, np.concatenate([[bulge / (rim * radius**2)], ways.ravel()]))]
 
     @property
     def _edge(self) -> tuple[float, float, float]:
@@ -132,7 +150,7 @@ def _corners(iris: Iris) -> np.ndarray:
 
 
 @stage
-def crowd(lanes, p, key):
+def map_to_iris(lanes, p, key):
     """From places U0, U1 of a whole disk to those of the part of it that an iris leaves open.
 
     A place keeps its share of the area, both of the turn about the axis and of the way to the edge: the
@@ -181,14 +199,14 @@ def crowd(lanes, p, key):
 
 
 @stage
-def blades(lanes, p, key):
-    """Block the rays that meet the blades, X, Y being on the stop: WEIGHT becomes 0, and MARGIN more than 1.
+def block_by_blades(lanes, p, key):
+    """Block the rays that meet the blades, X, Y being on the stop: WEIGHT becomes 0, and CLEARANCE more than 1.
 
     p: what r² counts, then of each blade what x and y count; a blade is met where the sum exceeds 1.
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, weight, margin, most = row[X], row[Y], row[WEIGHT], row[MARGIN], row[A0]
+    x, y, weight, margin, most = row[X], row[Y], row[WEIGHT], row[CLEARANCE], row[A0]
     for i in range(B):
         most[i] = real(-1e30)
     for s in range(1, p.size, 2):

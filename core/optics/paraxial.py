@@ -127,7 +127,7 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
     return lens.with_stop_radius(lens.stop.semi_diameter * min(1.0, widest / f_number))
 
 
-def middle_of_view(lens: Lens, wavelength: float = D_LINE) -> float:
+def scene_side_origin(lens: Lens, wavelength: float = D_LINE) -> float:
     """From where rays in front of a lens are best measured: its entrance pupil, or its first vertex where that lies far
     away (z in the lens frame, mm).
     """

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 
-from lensbench.kernels.pchip import monotone
+from lensbench.kernels.pchip import monotone_cubic
 
 
 class PositionsError(ValueError):
@@ -102,17 +102,17 @@ class Positions:
     @property
     def focal_length_now(self) -> float | None:
         """The stated focal length where the lens stands."""
-        return monotone(self.zoom_stations, self.focal_lengths, self.zoom) if self.focal_lengths else None
+        return monotone_cubic(self.zoom_stations, self.focal_lengths, self.zoom) if self.focal_lengths else None
 
     @property
     def f_number_now(self) -> float | None:
         """The stated f-number, wide open, where the lens stands."""
-        return monotone(self.zoom_stations, self.f_numbers, self.zoom) if self.f_numbers else None
+        return monotone_cubic(self.zoom_stations, self.f_numbers, self.zoom) if self.f_numbers else None
 
     def _between(self, table: Sequence[Sequence[float]]) -> float:
         """Of values by zoom and focus station, the one where the lens stands: along the zoom first."""
-        along = [monotone(self.zoom_stations, column, self.zoom) for column in zip(*table, strict=True)]
-        return monotone(self.focus_stations, along, self.close)
+        along = [monotone_cubic(self.zoom_stations, column, self.zoom) for column in zip(*table, strict=True)]
+        return monotone_cubic(self.focus_stations, along, self.close)
 
     def label(self, i: int, j: int = 0) -> str:
         """What a station is called: “70 mm, infinity”, “tele”, “close”."""

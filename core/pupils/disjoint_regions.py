@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from lensbench.optics.clearance import Machine, margins
+from lensbench.optics.clearance import ClearanceTracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.rim_solver import ROUGH, solve
@@ -22,7 +22,7 @@ NEIGHBOURS = 4          # film radii to either side whose regions say where piec
 
 
 def enclosed(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray,
-             tolerance: float, by: Machine, wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
+             tolerance: float, by: ClearanceTracer, wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
     """The centres (n,) and rims (n, m, 2) of `solve` for rising radii, with an outline about regions in pieces.
 
     The radii beside such a one get the outline about its pieces and their own region, so that no light is
@@ -46,7 +46,7 @@ def enclosed(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.nd
 
 
 def _pieces(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray,
-            tolerance: float, by: Machine, wavelength: float) -> dict[int, np.ndarray]:
+            tolerance: float, by: ClearanceTracer, wavelength: float) -> dict[int, np.ndarray]:
     """Points (p, 2) on the outermost pieces of each radius whose meridian begins to pass light more than once.
 
     Or once, where no region had been found.
@@ -54,7 +54,7 @@ def _pieces(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.nda
     n, lit = len(radii), rims[:, 0, 0] > rims[:, -1, 0]
     low, step = _where_light_is(centres + rims[:, -1, 0], centres + rims[:, 0, 0], lit)
     along, film, margin = (low[:, None] + step[:, None] * EVENLY).ravel(), np.repeat(radii, LOOKS), np.empty(n * LOOKS)
-    margins(film, 0.0 * film, along, 0.0 * film, film_distance, margin, by, ROUGH)
+    clearances(film, 0.0 * film, along, 0.0 * film, film_distance, margin, by, ROUGH)
     light = (margin <= 1.0).reshape(n, LOOKS)
     split = (light[:, 1:] & ~light[:, :-1]).sum(1) + light[:, 0] > lit
     # Solve the outermost pieces, each from a look at itself alone

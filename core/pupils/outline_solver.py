@@ -35,7 +35,7 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
                accuracy: float) -> np.ndarray:
         rim = np.zeros(cosine.shape)
         rims(film_x, film_y, *np.ascontiguousarray(centre.T), level, np.ascontiguousarray(cosine),
-             np.ascontiguousarray(sine), guess, film_distance, reach, accuracy, rim, aim.machine, 0.0)
+             np.ascontiguousarray(sine), guess, film_distance, reach, accuracy, rim, aim.tracer, 0.0)
         return rim
 
     centre, level = aim.lit(film)

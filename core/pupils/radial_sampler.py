@@ -34,7 +34,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.optics.clearance import Machine, machine, margins
+from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.disjoint_regions import enclosed
@@ -78,7 +78,7 @@ class PupilTable:
         widened: by SPREAD, for a camera that traces what it samples; or else of the regions' own area.
         """
         tolerance = TOLERANCE * size_of_regions(lens, film_distance, wavelength)
-        by = machine(lens, film_distance, wavelength)
+        by = clearance_tracer(lens, film_distance, wavelength)
         film_radius = max(film_radius, 1e-30)           # a film that is a point has a ring of its own all the same
         rim, middle = rear_rim(lens, film_distance), aimed(lens, film_distance, wavelength)
         dark = _dark_beyond(film_radius, film_distance, rim, middle, by)
@@ -155,7 +155,7 @@ class PupilTable:
 
 
 def _dark_beyond(film_radius: float, film_distance: float, rim: tuple[np.ndarray, np.ndarray, float], middle: float,
-                 by: Machine) -> float:
+                 by: ClearanceTracer) -> float:
     """The film radius beyond which no light falls; inf where it reaches film_radius, 0 where there is none at all.
 
     rim: the last surface's; middle: where the paraxial exit pupil is seen, as a multiple of the film radius.
@@ -163,7 +163,7 @@ def _dark_beyond(film_radius: float, film_distance: float, rim: tuple[np.ndarray
     corner, zero, level = np.full(B, film_radius), np.zeros(B), np.empty(B)
     low, high = shadows(corner[:1], *rim)
     heights = low + (high - low) * (np.arange(B) + 0.5) / B         # one block of rays mostly says that there is light
-    margins(corner, zero, heights, zero, film_distance, level, by, ROUGH)
+    clearances(corner, zero, heights, zero, film_distance, level, by, ROUGH)
     if (level <= 1.0).any():
         return math.inf
     inner, outer = 0.0, film_radius

@@ -12,8 +12,8 @@ import numpy as np
 
 from lensbench.kernels.block import L, M, N, X, Y
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import tracer
-from lensbench.optics.clearance import Machine, machine, margins
+from lensbench.optics.block_trace import trace_step
+from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
@@ -36,19 +36,19 @@ class Aim:
     lens: Lens
     film_distance: float
     wavelength: float = D_LINE
-    machine: Machine = field(init=False)        # what `margins` and `rims` trace with
+    tracer: ClearanceTracer = field(init=False)      # for `clearances` and `rims`
     _to_stop: Program = field(init=False)
 
     def __post_init__(self):
         behind = slice(0, len(self.lens.surfaces) - self.lens.stop_index)
-        to_stop = Program([tracer(self.lens, self.film_distance, self.wavelength, part=behind)], np.float64)
-        object.__setattr__(self, "machine", machine(self.lens, self.film_distance, self.wavelength))
+        to_stop = Program([trace_step(self.lens, self.film_distance, self.wavelength, part=behind)], np.float64)
+        object.__setattr__(self, "tracer", clearance_tracer(self.lens, self.film_distance, self.wavelength))
         object.__setattr__(self, "_to_stop", to_stop)
 
     def levels(self, film: np.ndarray, rear: np.ndarray) -> np.ndarray:
         """Root margins (n,), inf where a ray does not come through."""
         out = np.empty(len(film))
-        margins(*_columns(film), *_columns(rear), self.film_distance, out, self.machine, 0.0)
+        clearances(*_columns(film), *_columns(rear), self.film_distance, out, self.tracer, 0.0)
         return out
 
     def lit(self, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from lensbench.optics.clearance import Machine, machine, margins
+from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError
@@ -31,7 +31,7 @@ ROUGH, ROUGH_POINTS = 0.004, 17         # how well the first rims are solved (×
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _centres(radii, distance, low, high, guess, centre, level, machine):
+def _centres(radii, distance, low, high, guess, centre, level, tracer):
     """Scan the meridian from low to high (radii,), then ever more finely about the point of least margin.
 
     Until that passes; or about the guess (radii,) where no ray comes through at all. low and high are overwritten.
@@ -49,7 +49,7 @@ def _centres(radii, distance, low, high, guess, centre, level, machine):
                     count += 1
         if count == 0:
             return
-        margins(film, zero, px, zero, distance, out[:count], machine, ROUGH)
+        clearances(film, zero, px, zero, distance, out[:count], tracer, ROUGH)
         at = 0
         for k in range(n):
             if not level[k] < 1.0:
@@ -63,7 +63,7 @@ def _centres(radii, distance, low, high, guess, centre, level, machine):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def rims(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distance, reach, tolerance, rim, machine,
+def rims(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distance, reach, tolerance, rim, tracer,
          accuracy):
     """Distance from each centre to the rim of its region in each direction: rim (film points, directions).
 
@@ -92,7 +92,7 @@ def rims(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distanc
             k, x = of[i], trial[i]
             from_x[q], from_y[q] = film_x[k], film_y[k]
             px[q], py[q] = centre_x[k] + x * turn_x[i], centre_y[k] + x * turn_y[i]
-        margins(from_x, from_y, px, py, distance, out[:count], machine, accuracy)
+        clearances(from_x, from_y, px, py, distance, out[:count], tracer, accuracy)
         left = 0
         for q in range(count):
             i = which[q]
@@ -123,35 +123,36 @@ def rims(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distanc
 
 
 def looked(radii: np.ndarray, distance: float, low: np.ndarray, high: np.ndarray, aimed: np.ndarray,
-           machine: Machine) -> tuple[np.ndarray, np.ndarray]:
+           tracer: ClearanceTracer) -> tuple[np.ndarray, np.ndarray]:
     """For each film radius a point (centre, 0) well inside its region, and its root margin, ≥ 1: none found.
 
     low, high: where the meridian is seen; aimed: at the paraxial exit pupil. What is dark nearer to the axis than
     others that are lit, or where none is, is looked for more closely.
     """
     centre, level = np.empty(len(radii)), np.empty(len(radii))
-    _centres(radii, distance, low.copy(), high.copy(), aimed, centre, level, machine)
+    _centres(radii, distance, low.copy(), high.copy(), aimed, centre, level, tracer)
     dark = np.flatnonzero(~(level < 1.0))
     if 0 < dark.size < len(radii):
         dark = dark[radii[dark] < radii[level < 1.0].max()]
     for k in dark:
-        centre[k], level[k] = _found_elsewhere(radii[k], distance, low[k], high[k], machine)
+        centre[k], level[k] = _found_elsewhere(radii[k], distance, low[k], high[k], tracer)
     return centre, level
 
 
-def _found_elsewhere(radius: float, distance: float, low: float, high: float, machine: Machine) -> tuple[float, float]:
+def _found_elsewhere(radius: float, distance: float, low: float, high: float,
+                     tracer: ClearanceTracer) -> tuple[float, float]:
     """As `looked` for one film radius, about every least margin of a finer scan.
 
     Where the stop's image folds over, a coarse scan may follow the wrong one.
     """
     zero, width = np.zeros(FINE), (high - low) / FINE
     px, out = low + width * (np.arange(FINE) + 0.5), np.empty(FINE)
-    margins(np.full(FINE, radius), zero, px, zero, distance, out, machine, ROUGH)
+    clearances(np.full(FINE, radius), zero, px, zero, distance, out, tracer, ROUGH)
     least = (out[1:-1] < math.inf) & (out[1:-1] <= out[:-2]) & (out[1:-1] <= out[2:])
     centre, level = np.empty(1), np.empty(1)
     for best in px[1:-1][least]:
         at = np.array([best])
-        _centres(np.array([radius]), distance, at - width, at + width, at, centre, level, machine)
+        _centres(np.array([radius]), distance, at - width, at + width, at, centre, level, tracer)
         if level[0] < 1.0:
             return float(centre[0]), float(level[0])
     return 0.0, math.inf
@@ -236,7 +237,7 @@ def shadows(heights, rim, share, furthest):
 
 
 def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: float, wavelength: float = D_LINE,
-          within: tuple[Any, Any] | None = None, by: Machine | None = None) -> tuple[np.ndarray, np.ndarray]:
+          within: tuple[Any, Any] | None = None, by: ClearanceTracer | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n,) on the meridian, and (n, points, 2) of the upper half of each rim seen from them, in mm.
 
     From the furthest point in +x to that in −x, evenly spaced to about a
@@ -248,7 +249,7 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     if not lens.is_rotationally_symmetric:
         raise LensError("a lens with a cylinder or toroid has no exit pupil by film radius: "
                         "lb.open_region has it for film points")
-    by = by or machine(lens, film_distance, wavelength)
+    by = by or clearance_tracer(lens, film_distance, wavelength)
     radii = np.ascontiguousarray(film_radii, float)
     n, zero = radii.size, np.zeros(radii.size)
     reach = REACH * lens.surfaces[-1].semi_diameter
@@ -264,7 +265,7 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     rims(radii, zero, centre, zero, level, cosine, sine, start.reshape(n, ROUGH_POINTS), film_distance, reach,
          ROUGH * size, rough, by, ROUGH)
     middle, there = np.where(radii > 0.0, _centroids(centre, rough, turn_x, turn_y), 0.0), np.empty(n)
-    margins(radii, zero, middle, zero, film_distance, there, by, 0.0)
+    clearances(radii, zero, middle, zero, film_distance, there, by, 0.0)
     inside = lit & (there < 1.0)
     middle, level = np.where(inside, middle, centre), np.where(inside, there, level)
 

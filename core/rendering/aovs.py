@@ -25,10 +25,10 @@ from lensbench.cameras.base import Camera
 from lensbench.cameras.real_lens import LensCamera
 from lensbench.kernels.block import (
     BLUE,
+    CLEARANCE,
     DEPTH,
-    GLOW,
+    EMITS,
     GREEN,
-    MARGIN,
     RED,
     TG,
     TIME,
@@ -47,8 +47,8 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.concentric_map import concentric
-from lensbench.optics.block_trace import MORE, SURFACE, tracer
+from lensbench.kernels.concentric_map import concentric_disk
+from lensbench.optics.block_trace import MORE, SURFACE, trace_step
 from lensbench.optics.prescription import Lens
 from lensbench.scenery.scene import REACH, Scene
 
@@ -153,7 +153,7 @@ def _fates(camera: LensCamera) -> list[Step]:
     # The rim's own plane: a ray meets the surface within its rim where it meets this disk, however deep the surface is
     plane = float(rear.sag(rear.semi_diameter)) - camera.film_distance
     steps = [Step(to_opening, [plane, rear.semi_diameter])]
-    kernel, numbers = tracer(lens, camera.film_distance)[:2]
+    kernel, numbers = trace_step(lens, camera.film_distance)[:2]
     sign, at, place = numbers[0], 1, 0.0
     for back, colour in enumerate(fate_colours(lens)[::-1], start=1):
         one = numbers[at:at + SURFACE + MORE[int(numbers[at])]].copy()
@@ -171,10 +171,10 @@ def to_opening(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    u, v, weight, ended = row[U0], row[U1], row[WEIGHT], row[GLOW]
+    u, v, weight, ended = row[U0], row[U1], row[WEIGHT], row[EMITS]
     plane, radius = p[0], p[1]
     for i in range(B):
-        a, b = concentric(real, v[i], u[i])
+        a, b = concentric_disk(real, v[i], u[i])
         dx, dy = a * radius - x[i], b * radius - y[i]
         size = real(1) / math.sqrt(dx * dx + dy * dy + plane * plane)
         l[i], m[i], n[i] = dx * size, dy * size, plane * size
@@ -183,10 +183,10 @@ def to_opening(lanes, p, key):
 
 @stage
 def noted(lanes, p, key):
-    """RED, GREEN, BLUE become the colour p where this surface is the first to end the ray; GLOW: it has ended."""
+    """RED, GREEN, BLUE become the colour p where this surface is the first to end the ray; EMITS: it has ended."""
     real = lanes.dtype.type
     row = rows(lanes)
-    margin, ended, red, green, blue = row[MARGIN], row[GLOW], row[RED], row[GREEN], row[BLUE]
+    margin, ended, red, green, blue = row[CLEARANCE], row[EMITS], row[RED], row[GREEN], row[BLUE]
     for i in range(B):
         through = margin[i] <= real(1)              # which NaN is not
         here = ended[i] == real(0)
@@ -199,7 +199,7 @@ def settled(lanes, p, key):
     """White where no surface ended the ray; every sample weighs the same."""
     real = lanes.dtype.type
     row = rows(lanes)
-    ended, weight, red, green, blue = row[GLOW], row[WEIGHT], row[RED], row[GREEN], row[BLUE]
+    ended, weight, red, green, blue = row[EMITS], row[WEIGHT], row[RED], row[GREEN], row[BLUE]
     for i in range(B):
         through = ended[i] == real(0)
         red[i], green[i], blue[i] = (real(1) if through else red[i], real(1) if through else green[i],

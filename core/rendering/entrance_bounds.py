@@ -13,8 +13,8 @@ import numpy as np
 from numba import njit
 
 from lensbench.cameras.film_landing import WayBack
-from lensbench.kernels.block import KEYS, MARGIN, PITCH, WEIGHT, B, L, M, N, X, Y, Z, bench
-from lensbench.kernels.program import Program, perform
+from lensbench.kernels.block import CLEARANCE, KEYS, PITCH, WEIGHT, B, L, M, N, X, Y, Z, lane_buffer
+from lensbench.kernels.program import Program, run_steps
 
 ACROSS = 16                 # rays along the first axis; B / ACROSS along the other
 DOWN = B // ACROSS
@@ -76,12 +76,12 @@ def _look(points, radii, front, frames, boxes, passing, best, lanes, code, gated
             for i in range(B):
                 _set(lanes, i, _place(i % ACROSS, u0, hu, ACROSS), _place(i // ACROSS, v0, hv, DOWN), e, front,
                      px, py, pz)
-            perform(lanes, code, gated, data, ends, key)
+            run_steps(lanes, code, gated, data, ends, key)
             # the cells that pass, and the one that comes nearest to it
             count, a0, a1, b0, b1 = 0, ACROSS, -1, DOWN, -1
             least, nearest = np.inf, -1
             for i in range(B):
-                margin = lanes[MARGIN * PITCH + i]
+                margin = lanes[CLEARANCE * PITCH + i]
                 if margin < least:
                     least, nearest = margin, i
                 if lanes[WEIGHT * PITCH + i] > 0.0:
@@ -115,7 +115,7 @@ def _look(points, radii, front, frames, boxes, passing, best, lanes, code, gated
                 _set(lanes, i, u, v, e, front,
                      px + along * e[0, 0] + up * e[1, 0], py + along * e[0, 1] + up * e[1, 1],
                      pz + along * e[0, 2] + up * e[1, 2])
-            perform(lanes, code, gated, data, ends, key)
+            run_steps(lanes, code, gated, data, ends, key)
             left, right, low, high = 0.0, 0.0, 0.0, 0.0
             for i in range(B):
                 if lanes[WEIGHT * PITCH + i] > 0.0:
@@ -145,7 +145,7 @@ def fronts(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32)
     boxes[:, 2:] = way.radius
     if way.radius > 0.0:
         program = Program(way.bounding, real)
-        _look(points, radii, way.front, frames, boxes, passing, best, bench(real), program.code, program.gated,
+        _look(points, radii, way.front, frames, boxes, passing, best, lane_buffer(real), program.code, program.gated,
               program.data, program.ends)
     else:
         passing[:] = 1.0

@@ -25,11 +25,11 @@ import numpy as np
 from numba import njit
 
 from lensbench.cameras.base import Camera
-from lensbench.imaging.spectrum import WAVELENGTHS, channel, part
+from lensbench.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
 from lensbench.kernels.block import (
     BLUE,
     DEPTH,
-    GLOW,
+    EMITS,
     GREEN,
     KEYS,
     PIXEL,
@@ -44,12 +44,12 @@ from lensbench.kernels.block import (
     X,
     Y,
     Z,
-    bench,
+    lane_buffer,
     rows,
 )
-from lensbench.kernels.concentric_map import concentric
-from lensbench.kernels.program import Program, perform
-from lensbench.kernels.sampling import net
+from lensbench.kernels.concentric_map import concentric_disk
+from lensbench.kernels.program import Program, run_steps
+from lensbench.kernels.sampling import sobol_net
 from lensbench.optics.glass import D_LINE
 from lensbench.rendering.light_rays import LIGHT, MARK, bent_there, carry_on, emit, emit_by_ball, turn_back
 from lensbench.rendering.light_selection import BALL, STRAIGHT, Sighting, budget, choose
@@ -116,7 +116,7 @@ class Splats:
             which, turns = np.nonzero(how == kind)[0], count(0, LOOK)
 
             def look(_: int, program=program, which=which, turns=turns) -> None:
-                lanes = bench(self._real)
+                lanes = lane_buffer(self._real)
                 while (first := next(turns)) < len(which):
                     _look(hidden, which[first:first + LOOK], lanes, program.code, program.gated, program.data,
                           program.ends, numbers[:, MARK], lights)
@@ -144,7 +144,7 @@ class Splats:
     def _outward(self, how: int, shared: bool, numbers: np.ndarray) -> list[Step]:
         """From the plane before the lens to a light, or to what hides it; see `_program`."""
         things, medium = self._things[how], self._camera.medium
-        steps = [Step(net, []), Step(emit_by_ball if how == BALL else emit, numbers), *self._camera.carried]
+        steps = [Step(sobol_net, []), Step(emit_by_ball if how == BALL else emit, numbers), *self._camera.carried]
         met = self._scene.marking_steps(evened(things) if shared else things)
         if how == STRAIGHT:
             return [*steps, *met, *([] if medium is None else medium.dimming)]
@@ -163,7 +163,7 @@ class Splats:
             assert way is not None
             numbers = np.concatenate([chosen.numbers for chosen in self._chosen])
             steps = [*self._outward(how, shared, numbers), Step(turn_back, numbers), *way.steps,
-                     *([channel(colour)] if colour else [])]
+                     *([channel_step(colour)] if colour else [])]
             self._programs[kind] = Program(steps, self._real)
         return self._programs[kind]
 
@@ -193,14 +193,15 @@ class Splats:
         own = [(self._own_number(number), place) for number, place in passes
                if number < OFTEN or number % self._rarely == 0]
         self._passes += len(own)
-        tasks = self._tasks([(number, None if place is None else part(number, self._seed)) for number, place in own])
+        tasks = self._tasks([(number, None if place is None else spectral_part(number, self._seed))
+                             for number, place in own])
         lists = np.empty((LIST, 6, TASK * B), np.float32)
         counts = np.zeros(LIST, np.int64)
         while listed := list(islice(tasks, LIST)):
             turns = count()
 
             def shoot(_: int, listed=listed, turns=turns) -> bool:
-                lanes = bench(self._real)
+                lanes = lane_buffer(self._real)
                 while (k := next(turns)) < len(listed):
                     if not wanted():
                         return False
@@ -240,10 +241,10 @@ def _look(hidden, which, lanes, code, gated, data, ends, marks, lights):
     """How many of B rays to these lights are hidden from them; lights: centre (world), radius of a sphere or 0."""
     key = np.zeros(KEYS, np.uint32)
     row = rows(lanes)
-    x, y, z, glow, weight, depth = row[X], row[Y], row[Z], row[GLOW], row[WEIGHT], row[DEPTH]
+    x, y, z, glow, weight, depth = row[X], row[Y], row[Z], row[EMITS], row[WEIGHT], row[DEPTH]
     for j in which:
         key[PIXEL] = j
-        perform(lanes, code, gated, data, ends, key)
+        run_steps(lanes, code, gated, data, ends, key)
         cx, cy, cz, radius = lights[j]
         for i in range(B):
             a, b, c = x[i] - cx, y[i] - cy, z[i] - cz
@@ -268,13 +269,13 @@ def _shoot(found, lanes, code, gated, data, ends, light, first, blocks, seed, im
     n = 0
     for block in range(first, first + blocks):
         key[SAMPLE] = block
-        perform(lanes, code, gated, data, ends, key)
+        run_steps(lanes, code, gated, data, ends, key)
         for i in range(B):
             w = weight[i]
             if w > 0.0:
                 a, b = real(2) * v0[i] - real(1), real(2) * v1[i] - real(1)
                 if disk:
-                    a, b = concentric(real, v0[i], v1[i])
+                    a, b = concentric_disk(real, v0[i], v1[i])
                 found[0, n] = x[i] - a * image[0, 0] - b * image[1, 0]
                 found[1, n] = y[i] - a * image[0, 1] - b * image[1, 1]
                 found[2, n], found[3, n], found[4, n] = w * red[i], w * green[i], w * blue[i]

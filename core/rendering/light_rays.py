@@ -27,7 +27,7 @@ from lensbench.kernels.block import (
     A10,
     ALIVE,
     BLUE,
-    GLOW,
+    EMITS,
     GREEN,
     H0,
     H1,
@@ -56,11 +56,11 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.concentric_map import concentric
+from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.scenery.shading.illumination import INDEX
 
 LIGHT = 34              # numbers per light: see `light_parameters`
-FLOW, MARK, BY, BALL = 25, 26, 27, 28       # of them the étendue of a sample, GLOW of the object and of the bend, ball
+FLOW, MARK, BY, BALL = 25, 26, 27, 28       # of them the étendue of a sample, EMITS of the object and of the bend, ball
 ROUNDS = 4              # of Newton, from where the light's middle is met
 MOST = 1.0 - 1e-6       # of the ball's radius: how far from its centre a path may pass
 
@@ -68,10 +68,10 @@ MOST = 1.0 - 1e-6       # of the ball's radius: how far from its centre a path m
 def light_parameters(marks, middles, half_axes, towards, centres, rights, ups, disks, shares, by, balls) -> np.ndarray:
     """Numbers of n lights for `emit`, `emit_by_ball` and `turn_back`: (n, LIGHT).
 
-    marks: the GLOW of what each shines from; middles (n, 3), half_axes (n, 2, 3), towards (n, 3): of the rectangle
+    marks: the EMITS of what each shines from; middles (n, 3), half_axes (n, 2, 3), towards (n, 3): of the rectangle
     before the lens, its unit normal pointing at the light; centres, rights, ups (n, 3), disks (n,): what hides the
     light, half-axes; shares (n,): of its étendue that each sample stands for, with the rectangle's area in it; by (n,):
-    the GLOW of what bends its rays; balls (n, 6): of that if it is a ball the centre, the radius, 1 for metal and −1
+    the EMITS of what bends its rays; balls (n, 6): of that if it is a ball the centre, the radius, 1 for metal and −1
     for glass, and how far from the centre the ray of the light's middle passes it.
     """
     normals = np.cross(rights, ups)
@@ -119,7 +119,7 @@ def _ends(lanes, p, s):
         a, b = real(2) * u[i] - real(1), real(2) * v[i] - real(1)
         x[i], y[i], z[i] = px + a * ax + b * bx, py + a * ay + b * by, pz + a * az + b * bz
     for i in range(B):
-        q, r = concentric(real, v0[i], v1[i])
+        q, r = concentric_disk(real, v0[i], v1[i])
         a = q if round_one else real(2) * v0[i] - real(1)
         b = r if round_one else real(2) * v1[i] - real(1)
         l[i], m[i], n[i] = cx + a * ex + b * fx, cy + a * ey + b * fy, cz + a * ez + b * fz
@@ -241,7 +241,7 @@ def bent_there(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     by = p[np.int64(key[PIXEL]) * LIGHT + BY]
-    weight, glow = row[WEIGHT], row[GLOW]
+    weight, glow = row[WEIGHT], row[EMITS]
     many = np.int32(0)
     for i in range(B):
         weight[i] = weight[i] if glow[i] == by else real(0)
@@ -261,14 +261,14 @@ def carry_on(lanes, p, key):
 
 @stage
 def turn_back(lanes, p, key):
-    """The ray of `emit` again, but towards the lens; lost where GLOW, as marking_steps left it, is another's.
+    """The ray of `emit` again, but towards the lens; lost where EMITS, as marking_steps left it, is another's.
 
     p: as for `emit`.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     mark = p[np.int64(key[PIXEL]) * LIGHT + MARK]
-    x, y, z, l, m, n, weight, glow = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[GLOW]
+    x, y, z, l, m, n, weight, glow = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[EMITS]
     hx, hy, hz, hl, hm, hn = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5]
     for i in range(B):
         x[i], y[i], z[i], l[i], m[i], n[i] = hx[i], hy[i], hz[i], -hl[i], -hm[i], -hn[i]

@@ -12,11 +12,11 @@ from lensbench.cameras.base import Camera
 from lensbench.cameras.differentials import spread_step
 from lensbench.cameras.pupil_footprint import pupil_steps
 from lensbench.imaging.animated_transform import AnimatedTransform
-from lensbench.imaging.spectrum import WAVELENGTHS, channel, part
-from lensbench.kernels.block import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, Step, X, Y, Z, bench
+from lensbench.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
+from lensbench.kernels.block import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, Step, X, Y, Z, lane_buffer
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampler
-from lensbench.kernels.tile_order import unrolled
+from lensbench.kernels.sampling import sampling_steps
+from lensbench.kernels.tile_order import raster_image
 from lensbench.rendering.aovs import AVERAGED, arrivals, view_steps
 from lensbench.rendering.light_image import Splats
 from lensbench.scenery.scene import Scene
@@ -56,7 +56,8 @@ class Rendering:
         self.samples = 0
         self._timed = camera.moves or scene.moves
         timed = self._timed or view == "time"
-        self._before = sampler(film.pixels_x, film.pixels_y, lit=shadows, timed=timed) if steps is None else [*steps]
+        self._before = (sampling_steps(film.pixels_x, film.pixels_y, lit=shadows, timed=timed) if steps is None
+                        else [*steps])
         part: list[Step] = []
         if filtered and not view:
             if scene.is_patterned or scene.is_rough:
@@ -94,13 +95,13 @@ class Rendering:
         """The next samples, each with the part of the spectrum that it takes, or None: the d line."""
         if not self._disperses or self.samples + samples == 1:
             return [(sample, None) for sample in range(self.samples, self.samples + samples)]
-        return [(sample, part(sample, self.seed))
+        return [(sample, spectral_part(sample, self.seed))
                 for sample in range(max(self.samples - 1, 0), self.samples + samples - 1)]
 
     def _channels(self, place: int) -> list[Program]:
         if place not in self._colours:
             self._colours[place] = [
-                Program([*self._before, *self._camera.steps(row[place], self._timed), *self._after, channel(name)],
+                Program([*self._before, *self._camera.steps(row[place], self._timed), *self._after, channel_step(name)],
                         self._real)
                 for name, row in WAVELENGTHS.items()]
         return self._colours[place]
@@ -116,7 +117,7 @@ class Rendering:
         afresh = self._disperses and self.samples == 1       # the d line has had its day
 
         def work(_: int) -> bool:
-            lanes = bench(self._program.real)
+            lanes = lane_buffer(self._program.real)
             while (first := next(bands)) < stop:
                 if not wanted():
                     return False
@@ -142,9 +143,9 @@ class Rendering:
         """The mean of the samples so far: float32 (h, w, 3), linear, a fresh array."""
         h, w = self.shape
         if self._arrived is not None:
-            return unrolled(self._sums, w, h) / np.maximum(unrolled(self._arrived, w, h), np.float32(1))
+            return raster_image(self._sums, w, h) / np.maximum(raster_image(self._arrived, w, h), np.float32(1))
         counted = self.samples - 1 if self._disperses and self.samples > 1 else self.samples
-        mean = unrolled(self._sums, w, h, 1.0 / max(counted, 1))
+        mean = raster_image(self._sums, w, h, 1.0 / max(counted, 1))
         if self._splats is not None:
             mean += self._splats.image()
         return mean.astype(np.float32, copy=False)

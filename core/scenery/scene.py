@@ -93,7 +93,7 @@ class Scene:
         """The stages from a world ray (X Y Z, L M N), with V0 V1 for the lights, to RED, GREEN, BLUE, its radiance.
 
         shadows=False leaves shadows and occlusion out. A scene without metal or glass has no step for them. Where
-        something moves, TIME is in seconds since `opening` (s). Where it is patterned, FOOT and SPREAD tell
+        something moves, TIME is in seconds since `opening` (s). Where it is patterned, PIXEL_SIDE and PIXEL_SPREAD tell
         the size of a pixel; zeros show the patterns as they are at a point. taken: light that the ray does not see.
         medium: what all is seen through; clear air has no step.
         """
@@ -103,7 +103,7 @@ class Scene:
     def marking_steps(self, objects: tuple[Sphere | Plate, ...]) -> list[Step]:
         """The stages that tell which of these objects, which do not move, a ray meets, with its radiance or albedo.
 
-        GLOW is 2 + its number where it shines, −2 − that where it does not; 1 is the sky, 0 the floor.
+        EMITS is 2 + its number where it shines, −2 − that where it does not; 1 is the sky, 0 the floor.
         """
         return list(_marking_steps(self, objects))
 
@@ -188,8 +188,8 @@ class Scene:
                   glows: Sequence[float] | None = None, bent: tuple[Sphere | Plate, ...] | None = None) -> list[Step]:
         """What a ray meets; with `gleam` the sun's disk is as large as it is seen in mirrors.
 
-        things: in place of the scene's objects; glows: the GLOW of each, by default whether it shines; bent: how they
-        look where the path is BENT.
+        things: in place of the scene's objects; glows: the EMITS of each, by default whether it shines; bent: how they
+        look where the path is SPECULAR.
         """
         things = self.objects if things is None else things
         shine = [float(o.material.shines) for o in things] if glows is None else glows
@@ -350,7 +350,7 @@ def _brightness(light: Sphere | Plate) -> float:
 
 
 def _mark(number: int, thing: Sphere | Plate) -> float:
-    """The GLOW that tells which thing it is."""
+    """The EMITS that tells which thing it is."""
     return 2.0 + number if thing.material.shines else -2.0 - number
 
 

@@ -11,7 +11,7 @@ from lensbench.app.studies.timing import LENS, blocks, least
 from lensbench.kernels import block
 from lensbench.kernels.program import Program, stage_address
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
-from lensbench.optics.block_trace import tracer
+from lensbench.optics.block_trace import trace_step
 from lensbench.pupils.radial_sampler import PupilTable
 
 NAMES = (LENS, "pbrt-fisheye-10mm")
@@ -27,7 +27,7 @@ def polynomials() -> Iterator[tuple[str, float, str]]:
         table = PupilTable.of(lens, film_distance, 21.6, widened=False)
         bench, given = _aimed(table)
         fits = {degree: Polynomial.fit(lens, film_distance, table, degree, distance=distance) for degree in DEGREES}
-        steps = {"nothing": block.Step(nothing, [0.0]), "trace": tracer(lens, film_distance),
+        steps = {"nothing": block.Step(nothing, [0.0]), "trace": trace_step(lens, film_distance),
                  **{str(degree): fit.step for degree, fit in fits.items()}}
         key = np.zeros(block.KEYS, np.uint32)
         best = least({
@@ -63,6 +63,6 @@ def _aimed(table: PupilTable) -> tuple[np.ndarray, np.ndarray]:
     u0, u1 = random.random((2, block.B))
     given = {block.X: film[0], block.Y: film[1], block.U0: u0, block.U1: u1}
     out = Program([table.step(1.0)]).run(given, rows, block.B)
-    bench = block.bench()
+    bench = block.lane_buffer()
     bench.reshape(block.ROWS, block.PITCH)[rows, :block.B] = out
     return bench, bench[block.X * block.PITCH:block.WEIGHT * block.PITCH + block.B].copy()

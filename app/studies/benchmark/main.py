@@ -29,8 +29,8 @@ from lensbench.cameras.fisheye import PROJECTIONS
 from lensbench.cameras.real_lens import MODELS
 from lensbench.kernels import block
 from lensbench.kernels.program import Program, stage_address
-from lensbench.kernels.sampling import sampler
-from lensbench.optics.block_trace import packed, trace, tracer
+from lensbench.kernels.sampling import sampling_steps
+from lensbench.optics.block_trace import pack_lens, trace, trace_step
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.pupils.radial_sampler import POINTS, PupilTable
 from lensbench.pupils.rim_solver import solve
@@ -54,13 +54,13 @@ def block_against_scalar() -> Iterator[tuple[str, float, str]]:
     way = np.stack([*(rear - film), np.full(block.B, -distance)], 1)
     way /= np.linalg.norm(way, axis=1)[:, None]
     for real in (np.float32, np.float64):
-        bench, key = block.bench(real), np.zeros(block.KEYS, np.uint32)
+        bench, key = block.lane_buffer(real), np.zeros(block.KEYS, np.uint32)
         table = bench.reshape(block.ROWS, block.PITCH)[:, :block.B]
         table[block.X], table[block.Y] = film
         table[block.L:block.N + 1] = way.T
         table[block.WEIGHT] = 1.0
         given = bench[block.X * block.PITCH:block.WEIGHT * block.PITCH + block.B].copy()
-        numbers, code = packed(lens, distance).astype(real), stage_address(trace, real)
+        numbers, code = pack_lens(lens, distance).astype(real), stage_address(trace, real)
         origins = np.stack([*film, np.full(block.B, lens.length + distance)], 1).astype(real)
         out = (np.empty((block.B, 3), real), np.empty((block.B, 3), real),
                np.empty(block.B, np.int32), np.empty(block.B, np.int32))
@@ -79,9 +79,9 @@ def block_against_scalar() -> Iterator[tuple[str, float, str]]:
 def fused() -> Iterator[tuple[str, float, str]]:
     """Whole samples: double Gauss traced in full, ten spheres, floor, sky, sun without shadows, 640 × 360."""
     scene, camera = benchmark_scene(), lb.LensCamera(lenses.load(LENS), FILM, 1200.0)
-    steps = [*sampler(FILM.pixels_x, FILM.pixels_y, lit=False), *camera.steps(), *scene.steps(shadows=False)]
+    steps = [*sampling_steps(FILM.pixels_x, FILM.pixels_y, lit=False), *camera.steps(), *scene.steps(shadows=False)]
     count = -(-FILM.pixels_x * FILM.pixels_y // block.B)
-    sums, bench = np.zeros((count, 3 * block.B), np.float32), block.bench()
+    sums, bench = np.zeros((count, 3 * block.B), np.float32), block.lane_buffer()
     grown = {step.kernel.__name__: Program(steps[:i + 1]) for i, step in enumerate(steps)}
     best = least({name: partial(program.expose, sums, bench, 0, count, 0, 2, np.uint32(0))
                   for name, program in grown.items()}, 0.3)
@@ -208,7 +208,7 @@ def precision() -> Iterator[tuple[str, float, str]]:
         aimed = [block.X, block.Y, block.Z, block.L, block.M, block.N]
         rays = Program(camera.steps()[:2]).run({block.X: raster[:, 0], block.Y: raster[:, 1], block.U0: uv[:, 0],
                                                 block.U1: uv[:, 1]}, aimed, n)
-        step = tracer(lens, camera.film_distance)
+        step = trace_step(lens, camera.film_distance)
         given = dict(zip([*aimed, block.WEIGHT], [*rays, np.ones(n)], strict=True))
         wanted = [block.L, block.M, block.N, block.WEIGHT]
         single, double = (Program([step], real).run(given, wanted, n).astype(float)

@@ -11,7 +11,7 @@ from lensbench import lenses
 from lensbench.app.studies.timing import FILM, LENS, least
 from lensbench.kernels import block
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampler
+from lensbench.kernels.sampling import sampling_steps
 
 CRAWL = 1e-4                            # of a way: so short that the picture is the same, and what moving costs is left
 
@@ -48,11 +48,12 @@ def _way(part: float) -> lb.AnimatedTransform:
 def _ratio(pair, shadows: bool) -> float:
     """The time of the first picture over that of the second."""
     blocks = -(-FILM.pixels_x * FILM.pixels_y // block.B)
-    bench = block.bench()
+    bench = block.lane_buffer()
     works: dict[str, Callable[[], object]] = {}
     for name, (camera, scene) in zip(("first", "second"), pair, strict=True):
         timed = camera.moves or scene.moves
-        program = Program([*sampler(FILM.pixels_x, FILM.pixels_y, lit=shadows, timed=timed), *camera.steps(timed=timed),
+        program = Program([*sampling_steps(FILM.pixels_x, FILM.pixels_y, lit=shadows, timed=timed),
+                           *camera.steps(timed=timed),
                            *scene.steps(shadows, camera.shutter_open)])
         sums = np.zeros((blocks, 3 * block.B), np.float32)
         works[name] = partial(program.expose, sums, bench, 0, blocks, 0, 1, np.uint32(0))

@@ -17,7 +17,7 @@ import lensbench as lb
 from lensbench.app.studies.charts.curves import Curve, Panel
 from lensbench.app.studies.charts.timing import go_on
 from lensbench.kernels.block import Step
-from lensbench.kernels.sampling import independent
+from lensbench.kernels.sampling import white_noise
 from lensbench.scenery.scene import Scene
 
 PIXELS = (180, 120)
@@ -75,7 +75,7 @@ def _clipped(image: np.ndarray) -> np.ndarray:
 def _followed(way: Way, camera: lb.LensCamera, scene: Scene, truth: np.ndarray, seed: int,
               longest: float) -> list[tuple[float, float]]:
     """(seconds, mean square error) after 1, 2, 4, … samples, until the time is up."""
-    placing = [Step(independent, PIXELS)] if way.white else None
+    placing = [Step(white_noise, PIXELS)] if way.white else None
     start = time.perf_counter()
     rendering = lb.Rendering(replace(camera, model=way.model), scene, seed, steps=placing, splat=way.splat)
     spent = time.perf_counter() - start

@@ -21,7 +21,7 @@ from lensbench.app.studies.charts.values import Chart, Mark
 from lensbench.kernels import block
 from lensbench.kernels.block import U0, U1, B, Step, X, Y
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampler
+from lensbench.kernels.sampling import sampling_steps
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.scenery.builtin.benchmark import benchmark_scene
 
@@ -151,11 +151,12 @@ def _fused(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[s
     """The cost of a whole sample by each model, before the scene of the benchmark without shadows; ns."""
     film = lb.Film(camera.film.width, camera.film.height, *PIXELS)
     blocks = -(-film.pixels_x * film.pixels_y // B)
-    before = [*sampler(film.pixels_x, film.pixels_y, lit=False), film.step]
+    before = [*sampling_steps(film.pixels_x, film.pixels_y, lit=False), film.step]
     after = benchmark_scene().steps(shadows=False)
     works: dict[str, Callable[[], object]] = {}
     for model in models:
         program = Program([*before, *model.steps, *after], model.real)
-        works[model.name] = partial(program.expose, np.zeros((blocks, 3 * B), model.real), block.bench(model.real), 0,
+        works[model.name] = partial(program.expose, np.zeros((blocks, 3 * B), model.real),
+                                    block.lane_buffer(model.real), 0,
                                     blocks, 0, 1, np.uint32(0))
     return {name: time.each(blocks * B) for name, time in in_turn(works, seconds).items()}

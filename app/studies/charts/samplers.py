@@ -10,7 +10,7 @@ from numba import njit, uint32
 
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
-from lensbench.kernels.sampling import independent, mix, sampler, sobol
+from lensbench.kernels.sampling import mix, sampling_steps, sobol, white_noise
 from lensbench.kernels.tile_order import add_corners
 
 _u = np.uint32
@@ -73,9 +73,9 @@ def samplers(film: Film, timed: bool = False) -> dict[str, list[Step]]:
     w, h = size = film.pixels_x, film.pixels_y
     corners = Step(add_corners, size)
     return {
-        DEFAULT: sampler(w, h, lit=True, timed=timed),
+        DEFAULT: sampling_steps(w, h, lit=True, timed=timed),
         "Sobol, scrambled for each pixel": [Step(scrambled, []), corners],
         "rank-1 lattice, shifted": [Step(lattice, []), corners],
         "additive recurrence, shifted": [Step(recurrence, []), corners],
-        WHITE: [Step(independent, size)],
+        WHITE: [Step(white_noise, size)],
     }

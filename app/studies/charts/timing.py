@@ -14,7 +14,7 @@ from numba import njit
 
 from lensbench.kernels import block
 from lensbench.kernels.block import B, Step
-from lensbench.kernels.program import Program, perform
+from lensbench.kernels.program import Program, run_steps
 
 BLOCKS = 40                     # of rays in one piece of work
 FIRST = block.X * block.PITCH   # of the numbers that a camera writes: from X to WEIGHT
@@ -71,7 +71,7 @@ def _again(bench, given, code, gated, data, ends, key, times):
     for _ in range(times):
         for i in range(given.size):
             bench[FIRST + i] = given[i]
-        perform(bench, code, gated, data, ends, key)
+        run_steps(bench, code, gated, data, ends, key)
 
 
 def streamed(steps: list[Step], given: dict[int, np.ndarray], real=np.float32) -> Callable[[], None]:
@@ -79,7 +79,7 @@ def streamed(steps: list[Step], given: dict[int, np.ndarray], real=np.float32) -
 
     Those of them that a camera writes, from X on, are put back each time.
     """
-    program, bench = Program(steps, real), block.bench(real)
+    program, bench = Program(steps, real), block.lane_buffer(real)
     table = bench.reshape(block.ROWS, block.PITCH)
     for row, values in given.items():
         table[row, :B] = values

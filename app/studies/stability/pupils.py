@@ -14,9 +14,9 @@ import numpy as np
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.stability.sweep import Curve, Stress, curve
-from lensbench.kernels.block import MARGIN, U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.kernels.block import CLEARANCE, U0, U1, WEIGHT, L, M, N, X, Y
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import tracer
+from lensbench.optics.block_trace import trace_step
 from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.rim_solver import solve
@@ -58,7 +58,7 @@ def passing(place: Place, points: np.ndarray) -> np.ndarray:
     way /= np.linalg.norm(way, axis=1)[:, None]
     n = len(points)
     given = {X: np.full(n, place.film[0]), Y: np.full(n, place.film[1]), L: way[:, 0], M: way[:, 1], N: way[:, 2]}
-    return Program([tracer(place.lens, place.film_distance)], np.float64).run(given, [MARGIN], n)[0] <= 1.0
+    return Program([trace_step(place.lens, place.film_distance)], np.float64).run(given, [CLEARANCE], n)[0] <= 1.0
 
 
 @lru_cache(maxsize=256)
@@ -151,7 +151,8 @@ def box(place: Place, samples: int) -> Aim:
     way = np.column_stack([points[:, 0] - film, points[:, 1], np.full(samples, -place.film_distance)])
     way /= np.linalg.norm(way, axis=1)[:, None]
     given = {X: film, L: way[:, 0], M: way[:, 1], N: way[:, 2]}
-    through = Program([tracer(place.lens, place.film_distance)], np.float64).run(given, [MARGIN], samples)[0] <= 1.0
+    program = Program([trace_step(place.lens, place.film_distance)], np.float64)
+    through = program.run(given, [CLEARANCE], samples)[0] <= 1.0
     margin = 2.0 * math.sqrt(2.0) * 2.0 * square / math.sqrt(samples)
     low, high = ((points[through].min(0) - margin, points[through].max(0) + margin) if through.any()
                  else (np.full(2, -square), np.full(2, square)))

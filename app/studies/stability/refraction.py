@@ -11,7 +11,7 @@ from lensbench.app.studies.stability.intersection import PRECISIONS
 from lensbench.app.studies.stability.sweep import LOST, Curve, Stress, curve, paced
 from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import tracer
+from lensbench.optics.block_trace import trace_step
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 
 Found = tuple[np.ndarray, list[str]]            # unit directions (n, 3), and for each "" or the fate in place of one
@@ -48,7 +48,7 @@ def block(directions: np.ndarray) -> Found:
     """The tracer of the pictures, which takes directions as long as the index."""
     rows = [X, Y, Z, L, M, N, WEIGHT]
     given = [*-directions.T, *(INDEX * directions).T, np.ones(len(directions))]
-    out = Program([tracer(WINDOW, 0.0, towards="film")], directions.dtype.type).run(
+    out = Program([trace_step(WINDOW, 0.0, towards="film")], directions.dtype.type).run(
         dict(zip(rows, given, strict=True)), [L, M, N, WEIGHT], len(directions))
     return out[:3].T, ["" if weight > 0.0 else LOST for weight in out[3]]
 

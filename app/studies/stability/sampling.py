@@ -11,9 +11,9 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.stability.pupils import Place, passing, sampled
 from lensbench.app.studies.stability.sweep import LOST, Stress, curve
-from lensbench.kernels.block import PITCH, U0, U1, B, Step, bench
+from lensbench.kernels.block import PITCH, U0, U1, B, Step, lane_buffer
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import independent, pixels
+from lensbench.kernels.sampling import sample_pixels, white_noise
 from lensbench.pupils.radial_sampler import PupilTable
 
 LENS = "pbrt-dgauss-50mm"
@@ -74,7 +74,7 @@ def lost_light() -> Stress:
 def _numbers(kernel) -> np.ndarray:
     """(SAMPLES, B, 2) places in the pupil of B pixels."""
     program = Program([Step(kernel, [B, 1])], np.float64)
-    film, lanes = np.zeros((1, 3 * B)), bench(np.float64)
+    film, lanes = np.zeros((1, 3 * B)), lane_buffer(np.float64)
     found = np.empty((SAMPLES, B, 2))
     for k in range(SAMPLES):
         program.expose(film, lanes, 0, 1, k, 1, np.uint32(1))
@@ -95,9 +95,9 @@ def noise(radius: float) -> Stress:
         return float(np.sqrt(((light / truth - 1.0) ** 2).mean()))
 
     curves = [curve(f"{name}, {scene}", [rms(kernel, 1.0 / math.sqrt(part), edge) for part in passing_part],
-                    kernel is pixels, "a region of its own for every film point: 98 in 100 pass")
+                    kernel is sample_pixels, "a region of its own for every film point: 98 in 100 pass")
               for scene, edge in (("even scene", None), ("an edge across the pupil", turn))
-              for name, kernel in (("scrambled net", pixels), ("white noise", independent))]
+              for name, kernel in (("scrambled net", sample_pixels), ("white noise", white_noise))]
     where = "on the axis" if radius == 0.0 else "of a cat's eye"
     return Stress(f"Noise against what passes, {where}", "Part of the samples that pass", "", passing_part,
                   f"Light of {SAMPLES} samples", "", NOISE, "a twentieth of the light", tuple(curves),

@@ -9,15 +9,15 @@ from lensbench.kernels.block import (
     A1,
     BLUE,
     DEPTH,
-    FOOT,
+    EMITS,
     GLOSS,
-    GLOW,
     GREEN,
     NX,
     NY,
     NZ,
+    PIXEL_SIDE,
+    PIXEL_SPREAD,
     RED,
-    SPREAD,
     B,
     L,
     M,
@@ -60,8 +60,8 @@ def floor(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
-    red, green, blue, foot, spread = row[RED], row[GREEN], row[BLUE], row[FOOT], row[SPREAD]
+    depth, glow, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
+    red, green, blue, foot, spread = row[RED], row[GREEN], row[BLUE], row[PIXEL_SIDE], row[PIXEL_SPREAD]
     ux, uy, uz, height = p[0], p[1], p[2], p[3]
     ax, ay, az, bx, by, bz, a0, b0 = p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11]
     mr, mg, mb, hr, hg, hb, shine, per = p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19]

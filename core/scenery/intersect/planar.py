@@ -21,18 +21,18 @@ from lensbench.kernels.block import (
     A7,
     A8,
     BEAM,
-    BENT,
     BLUE,
     DEPTH,
-    FOOT,
+    EMITS,
     GLOSS,
-    GLOW,
     GREEN,
     NX,
     NY,
     NZ,
+    PIXEL_SIDE,
+    PIXEL_SPREAD,
     RED,
-    SPREAD,
+    SPECULAR,
     B,
     L,
     M,
@@ -64,8 +64,8 @@ def plate_frame(plate) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, 
 def plate_parameters(plates, glows=None, bent=None) -> np.ndarray:
     """What the stage `plates` reads: for each its length in p, frame, material and pattern.
 
-    glows: the GLOW of each, in place of 1 for what shines and 0 for what does not. bent: the same plates, as they are
-    seen where a path is BENT: with other images.
+    glows: the EMITS of each, in place of 1 for what shines and 0 for what does not. bent: the same plates, as they are
+    seen where a path is SPECULAR: with other images.
     """
     packed = []
     glows = [float(plate.material.shines) for plate in plates] if glows is None else glows
@@ -137,7 +137,7 @@ def _footprint(lanes, q):
     """A7, A8: the sides of the footprint in u and v.  q: the numbers of the plate."""
     real = lanes.dtype.type
     row = rows(lanes)
-    dx, dy, dz, foot, spread = row[L], row[M], row[N], row[FOOT], row[SPREAD]
+    dx, dy, dz, foot, spread = row[L], row[M], row[N], row[PIXEL_SIDE], row[PIXEL_SPREAD]
     met, wide_u, wide_v = row[A0], row[A7], row[A8]
     ux, uy, uz, ax, ay, az, bx, by, bz = q[4], q[5], q[6], q[7], q[8], q[9], q[10], q[11], q[12]
     half_a, half_b = q[26], q[27]
@@ -254,7 +254,7 @@ def _take(lanes, q):
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, met = row[L], row[M], row[N], row[A0]
-    depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
+    depth, glow, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
     ux, uy, uz, shine, coat = q[4], q[5], q[6], q[17], q[18]
     for i in range(B):
         t = met[i]
@@ -328,12 +328,12 @@ def _image(lanes, p, further):
     """A4, A5, A6: the image at u, v (A1, A2), between its texels linear; its first row lies at v = 1.
 
     Of the reduction whose texels are about as large as the footprint, A7 of u wide and A8 of v. p: reductions;
-    where the path is BENT, of another image, its texels so many further on.
+    where the path is SPECULAR, of another image, its texels so many further on.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     u, v, at, across, down = row[A1], row[A2], row[A3], row[A1], row[A2]
-    level_u, level_v, columns, lines, start, bent = row[A4], row[A5], row[A7], row[A8], row[A6], row[BENT]
+    level_u, level_v, columns, lines, start, bent = row[A4], row[A5], row[A7], row[A8], row[A6], row[SPECULAR]
     most_u, most_v = int(p[0]), int(p[1])
     sizes_u, sizes_v = p[2:], p[2 + most_u:]
     starts = sizes_v[most_v:]

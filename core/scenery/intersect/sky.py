@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from lensbench.kernels.block import BLUE, DEPTH, GLOSS, GLOW, GREEN, NX, NY, NZ, RED, B, L, M, N, rows, stage
+from lensbench.kernels.block import BLUE, DEPTH, EMITS, GLOSS, GREEN, NX, NY, NZ, RED, B, L, M, N, rows, stage
 
 FAR = 1e9               # mm: DEPTH of the sky
 
@@ -25,7 +25,7 @@ def sky(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz = row[L], row[M], row[N]
-    depth, glow, gloss = row[DEPTH], row[GLOW], row[GLOSS]
+    depth, glow, gloss = row[DEPTH], row[EMITS], row[GLOSS]
     nx, ny, nz = row[NX], row[NY], row[NZ]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
     r, g, b, dr, dg, db = p[3], p[4], p[5], p[0] - p[3], p[1] - p[4], p[2] - p[5]

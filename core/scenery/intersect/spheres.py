@@ -14,9 +14,9 @@ from lensbench.kernels.block import (
     BEAM,
     BLUE,
     DEPTH,
+    EMITS,
     GLASS,
     GLOSS,
-    GLOW,
     GREEN,
     METAL,
     NX,
@@ -57,7 +57,7 @@ def _groups(seen: np.ndarray, which: np.ndarray) -> list[np.ndarray]:
 def sphere_parameters(spheres, glows=None) -> np.ndarray:
     """What the stage `spheres` reads: groups of neighbours as seen from the origin, each with its spheres.
 
-    glows: the GLOW of each, in place of 1 for what shines and 0 for what does not.
+    glows: the EMITS of each, in place of 1 for what shines and 0 for what does not.
     """
     glows = [float(s.material.shines) for s in spheres] if glows is None else glows
     packed: list[float] = []
@@ -84,7 +84,7 @@ def spheres(lanes, p, key):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, glow, gloss, nx, ny, nz = row[DEPTH], row[GLOW], row[GLOSS], row[NX], row[NY], row[NZ]
+    depth, glow, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
     red, green, blue, ahead, inside = row[RED], row[GREEN], row[BLUE], row[A0], row[A1]
     seen = row[BEAM]
     s, left = 0, 0

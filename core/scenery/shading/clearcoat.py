@@ -22,7 +22,6 @@ from lensbench.kernels.block import (
     A9,
     BLUE,
     DEPTH,
-    FOOT,
     GLASS,
     GLOSS,
     GREEN,
@@ -30,10 +29,11 @@ from lensbench.kernels.block import (
     NX,
     NY,
     NZ,
+    PIXEL_SIDE,
+    PIXEL_SPREAD,
     RED,
     SB,
     SG,
-    SPREAD,
     SR,
     TB,
     TG,
@@ -130,7 +130,7 @@ def coat_open(lanes, p):
         ux, uy, uz, height = p[k], p[k + 1], p[k + 2], p[k + 3]
         ax, ay, az, bx, by, bz = p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8], p[k + 9]
         a0, b0, per = p[k + 10], p[k + 11], p[k + 19]
-        tile, foot, spread = real(1) / per, row[FOOT], row[SPREAD]
+        tile, foot, spread = real(1) / per, row[PIXEL_SIDE], row[PIXEL_SPREAD]
         fr, fg, fb, qr, qg, qb = p[k + 12], p[k + 13], p[k + 14], p[k + 15], p[k + 16], p[k + 17]
         er, eg, eb = p[k + 20], p[k + 21], p[k + 22]
         for i in range(B):

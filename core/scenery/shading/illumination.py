@@ -15,12 +15,11 @@ from lensbench.kernels.block import (
     A1,
     A2,
     A3,
-    BENT,
     BLUE,
     DEPTH,
+    EMITS,
     GLASS,
     GLOSS,
-    GLOW,
     GREEN,
     METAL,
     NX,
@@ -29,6 +28,7 @@ from lensbench.kernels.block import (
     RED,
     SB,
     SG,
+    SPECULAR,
     SR,
     TB,
     TG,
@@ -50,7 +50,7 @@ INDEX = 1.5             # of glass and coats
 F0 = ((INDEX - 1) / (INDEX + 1)) ** 2
 
 POINT = 10              # numbers of a lamp that casts no shadows
-BENDS, SMALL = -1.0, 2.0        # GLOW of what bends a path away from small lights, and of one of those lights
+BENDS, SMALL = -1.0, 2.0        # EMITS of what bends a path away from small lights, and of one of those lights
 
 
 @stage
@@ -61,7 +61,7 @@ def daylight(lanes, p, key):
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    glow, nx, ny, nz = row[GLOW], row[NX], row[NY], row[NZ]
+    glow, nx, ny, nz = row[EMITS], row[NX], row[NY], row[NZ]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
     zr, zg, zb = p[0] - p[3], p[1] - p[4], p[2] - p[5]
     half = real(0.5)
@@ -84,7 +84,7 @@ def begin(lanes, p, key):
     """A path starts: it carries all of its light (T = 1) and has gathered none (S = 0)."""
     real = lanes.dtype.type
     row = rows(lanes)
-    tr, tg, tb, sr, sg, sb, bent = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[BENT]
+    tr, tg, tb, sr, sg, sb, bent = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[SPECULAR]
     for i in range(B):
         bent[i] = real(0)
         tr[i], tg[i], tb[i] = real(1), real(1), real(1)
@@ -95,15 +95,15 @@ def begin(lanes, p, key):
 def settle(lanes, p, key):
     """Take what is met into the path's account.
 
-    Emission goes to S, but that of a SMALL light where the path is BENT. Albedo becomes T · albedo, what a unit of
+    Emission goes to S, but that of a SMALL light where the path is SPECULAR. Albedo becomes T · albedo, what a unit of
     irradiance / π adds to S. Metal and glass tint T (Schlick's reflectance; a ball's two transmissions (1 − F)²,
     a pane's (1 − F) / (1 + F)) and have no albedo.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, nx, ny, nz = row[L], row[M], row[N], row[NX], row[NY], row[NZ]
-    glow, gloss, red, green, blue = row[GLOW], row[GLOSS], row[RED], row[GREEN], row[BLUE]
-    tr, tg, tb, sr, sg, sb, bent = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[BENT]
+    glow, gloss, red, green, blue = row[EMITS], row[GLOSS], row[RED], row[GREEN], row[BLUE]
+    tr, tg, tb, sr, sg, sb, bent = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[SPECULAR]
     mirrors = np.int32(0)
     for i in range(B):
         r, g, b = red[i] * tr[i], green[i] * tg[i], blue[i] * tb[i]

@@ -20,9 +20,6 @@ from lensbench.kernels.block import (
     A11,
     BLUE,
     DEPTH,
-    DISK,
-    FAN,
-    FOOT,
     GLOSS,
     GREEN,
     NX,
@@ -31,10 +28,13 @@ from lensbench.kernels.block import (
     OX,
     OY,
     OZ,
+    PIXEL_SIDE,
+    PIXEL_SPREAD,
+    PUPIL_RADIUS,
+    PUPIL_SPREAD,
     RED,
     SB,
     SG,
-    SPREAD,
     SR,
     TB,
     TG,
@@ -126,8 +126,8 @@ def sheen_open(lanes, p):
         many = np.int32(many + np.int32((gloss[i] > real(0)) & (gloss[i] < real(SHARP))))
     if many == 0:
         return many
-    disk, fan, ox, oy, oz, kept_x, kept_y, kept_z = (row[DISK], row[FAN], row[OX], row[OY], row[OZ], row[A6], row[A7],
-                                                     row[A8])
+    disk, fan, ox, oy, oz = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[OX], row[OY], row[OZ]
+    kept_x, kept_y, kept_z = row[A6], row[A7], row[A8]
     for i in range(B):
         ux, uy, uz, vx, vy, vz, t = nx[i], ny[i], nz[i], dx[i], dy[i], dz[i], depth[i]
         kept_x[i], kept_y[i], kept_z[i] = vx, vy, vz
@@ -167,7 +167,7 @@ def sheen_lights(lanes, p):
     dx, dy, dz, gloss, nx, ny, nz, depth = (row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ], row[DEPTH])
     hx, hy, hz, r, g, b, ax, ay, az = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A9], row[A10],
                                        row[A11])
-    disk, fan, foot, spread = row[DISK], row[FAN], row[FOOT], row[SPREAD]
+    disk, fan, foot, spread = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[PIXEL_SIDE], row[PIXEL_SPREAD]
     for i in range(B):
         # across, in the plane
         a, c, e = dy[i] * nz[i] - dz[i] * ny[i], dz[i] * nx[i] - dx[i] * nz[i], dx[i] * ny[i] - dy[i] * nx[i]

@@ -40,7 +40,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.concentric_map import concentric
+from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.scenery.intersect.block_bounds import apart, one_side, reach
 from lensbench.scenery.intersect.planar import plate_frame
 from lensbench.scenery.shading.illumination import lit
@@ -134,7 +134,7 @@ def disk_points(lanes):
     row = rows(lanes)
     v0, v1, p, q = row[V0], row[V1], row[A6], row[A7]
     for i in range(B):
-        p[i], q[i] = concentric(real, v0[i], v1[i])
+        p[i], q[i] = concentric_disk(real, v0[i], v1[i])
 
 
 @stage

@@ -6,14 +6,10 @@ import numpy as np
 
 from lensbench.kernels.block import (
     ALIVE,
-    BENT,
     DEPTH,
-    DISK,
-    FAN,
-    FOOT,
+    EMITS,
     GLASS,
     GLOSS,
-    GLOW,
     METAL,
     NX,
     NY,
@@ -21,7 +17,11 @@ from lensbench.kernels.block import (
     OX,
     OY,
     OZ,
-    SPREAD,
+    PIXEL_SIDE,
+    PIXEL_SPREAD,
+    PUPIL_RADIUS,
+    PUPIL_SPREAD,
+    SPECULAR,
     TB,
     TG,
     TR,
@@ -46,15 +46,15 @@ def bounce(lanes, p, key):
 
     Metal mirrors. A glass ball is passed in one step, in closed form: refraction in, the chord 2 R cos θ′,
     refraction out at the same angle. A pane is passed straight. A path that ends has no direction: it meets nothing.
-    It is BENT where GLOW is below 0. The footprint of a pixel grows on with the length of the path, as it does
+    It is SPECULAR where EMITS is below 0. The footprint of a pixel grows on with the length of the path, as it does
     behind plane mirrors; a ball of glass spreads it as it does near its middle.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
-    tr, tg, tb, foot, spread = row[TR], row[TG], row[TB], row[FOOT], row[SPREAD]
-    glow, bent = row[GLOW], row[BENT]
+    tr, tg, tb, foot, spread = row[TR], row[TG], row[TB], row[PIXEL_SIDE], row[PIXEL_SPREAD]
+    glow, bent = row[EMITS], row[SPECULAR]
     many = np.int32(0)
     for i in range(B):
         on = (gloss[i] >= real(METAL)) & (tr[i] + tg[i] + tb[i] > real(0))
@@ -101,11 +101,11 @@ def bounce(lanes, p, key):
 
 @stage
 def carry_part(lanes, p, key):
-    """DISK, FAN, OX, OY, OZ as they are behind metal and glass: before `bounce`, which does so to FOOT and SPREAD."""
+    """PUPIL_RADIUS, PUPIL_SPREAD, OX, OY, OZ behind metal and glass: before `bounce`, which does so to the pixel's."""
     real = lanes.dtype.type
     row = rows(lanes)
     depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
-    disk, fan, ox, oy, oz = row[DISK], row[FAN], row[OX], row[OY], row[OZ]
+    disk, fan, ox, oy, oz = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[OX], row[OY], row[OZ]
     for i in range(B):
         radius = gloss[i] - real(GLASS)
         ball = radius > real(0)

@@ -8,7 +8,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.cameras.differentials import spread_step
-from lensbench.kernels.block import SPREAD, X, Y
+from lensbench.kernels.block import PIXEL_SPREAD, X, Y
 from lensbench.kernels.program import Program
 
 FILM = lb.Film(36.0, 24.0, 90, 60)
@@ -141,7 +141,7 @@ def test_a_sample_knows_the_spread_of_its_pixel(camera):
     wanted = np.sqrt(((dx.directions**2).sum(1) + (dy.directions**2).sum(1)) / 2.0)
     lit = rays.weights > 0.0
     step = spread_step(camera, np.float32)
-    found = Program([step]).run({X: raster[:, 0], Y: raster[:, 1]}, [SPREAD], len(raster))[0]
+    found = Program([step]).run({X: raster[:, 0], Y: raster[:, 1]}, [PIXEL_SPREAD], len(raster))[0]
     # a cell is a 32nd of the film, and knows its middle: 1 / 64 of the way of a spread that halves, or doubles, over it
     assert lit.sum() > 400
     assert found[lit] == pytest.approx(wanted[lit], rel=0.04)

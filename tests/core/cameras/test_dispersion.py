@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.imaging.spectrum import WAVELENGTHS, part
+from lensbench.imaging.spectrum import WAVELENGTHS, spectral_part
 from lensbench.kernels.block import BLUE, GREEN, RED
 from lensbench.scenery.objects import Material, Sky, Sphere
 from lensbench.scenery.scene import Scene
@@ -149,7 +149,7 @@ def test_the_first_sample_is_neutral_and_samples_one_by_one_are_those_at_once():
 
 def test_a_run_of_eight_samples_takes_every_part_of_the_spectrum():
     for seed in (0, 1, 12345):
-        parts = [part(sample, np.uint32(seed)) for sample in range(64)]
+        parts = [spectral_part(sample, np.uint32(seed)) for sample in range(64)]
         for start in range(0, 64, 8):
             assert sorted(parts[start:start + 8]) == list(range(8))
 

@@ -10,16 +10,16 @@ from hypothesis import strategies as st
 import lensbench as lb
 from lensbench import lenses
 from lensbench.imaging.animated_transform import (
-    arc,
     polar_decomposition,
     quaternion,
     quaternion_product,
     rotation_matrix,
+    shortest_arc,
     slerp,
 )
-from lensbench.kernels.block import PITCH, TIME, B, bench
+from lensbench.kernels.block import PITCH, TIME, B, lane_buffer
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampler
+from lensbench.kernels.sampling import sampling_steps
 from lensbench.scenery.objects import Sky
 from lensbench.scenery.scene import Scene
 
@@ -76,7 +76,7 @@ def test_slerp_goes_the_shortest_way_at_constant_speed(p, q, part):
     # the angles gone and to go are parts of the whole, which is at most half a turn; 1e-7: of half a turn, no better
     assert angle_of(rotation_matrix(p).T @ rotation_matrix(here)) == pytest.approx(part * whole, abs=1e-7)
     assert angle_of(rotation_matrix(here).T @ rotation_matrix(q)) == pytest.approx((1.0 - part) * whole, abs=1e-7)
-    assert arc(p, q)[1] <= math.pi + 1e-15
+    assert shortest_arc(p, q)[1] <= math.pi + 1e-15
     # Shoemake's own form, where its quotient is well defined; −q is the same rotation
     cosine = p @ q
     omega = math.acos(min(abs(cosine), 1.0))
@@ -245,9 +245,10 @@ def test_what_stands_still_while_the_shutter_is_open_costs_nothing():
         for a, b in zip(camera.steps(), still.steps(), strict=True):
             np.testing.assert_array_equal(a.parameters, b.parameters)
         rendering = lb.Rendering(camera, Scene("empty"))
-        assert "moments" not in kernels(rendering._before)
+        assert "sample_times" not in kernels(rendering._before)
     late = lb.PerspectiveCamera(FILM, world_from_camera=way, shutter_close=1.5, readout=0.6)
-    assert late.moves and kernels(late.steps()) == ["clock", *kernels(still.steps())[:-1], "place_moving"]
+    steps = ["shutter_time", *kernels(still.steps())[:-1], "transform_moving_rays"]
+    assert late.moves and kernels(late.steps()) == steps
 
 
 # The shutter
@@ -255,9 +256,9 @@ def test_what_stands_still_while_the_shutter_is_open_costs_nothing():
 def moments(camera, samples):
     """Seconds since shutter_open at which the samples of every pixel pass: (samples, pixels)."""
     film = camera.film
-    program = Program([*sampler(film.pixels_x, film.pixels_y, lit=False, timed=True), camera.clock], np.float64)
+    program = Program([*sampling_steps(film.pixels_x, film.pixels_y, lit=False, timed=True), camera.clock], np.float64)
     blocks = -(-film.pixels_x * film.pixels_y // B)
-    out, lanes = np.empty((samples, blocks * B)), bench(np.float64)
+    out, lanes = np.empty((samples, blocks * B)), lane_buffer(np.float64)
     for k in range(samples):
         for block in range(blocks):
             program.expose(np.zeros((blocks, 3 * B)), lanes, block, block + 1, k, 1, np.uint32(3))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.imaging.coordinate_spaces import transformed
+from lensbench.imaging.coordinate_spaces import transform_points
 from lensbench.imaging.film import AXES
 
 WIDE, TALL = lb.Film(36.0, 24.0, 960, 640), lb.Film(24.0, 36.0, 640, 960)
@@ -46,7 +46,7 @@ def test_projective_rays_are_those_of_the_inverse_matrix(name):
     camera = PROJECTIVE[name]
     spaces = camera.spaces(5.0, 1e4)
     raster = raster_points(camera.film)
-    near, far = (transformed(spaces.world_from_raster, np.column_stack([raster, np.full(len(raster), z)]))
+    near, far = (transform_points(spaces.world_from_raster, np.column_stack([raster, np.full(len(raster), z)]))
                  for z in (0.0, 1.0))
     way = (far - near) / np.linalg.norm(far - near, axis=1)[:, None]
     rays = middle_rays(camera, raster)
@@ -74,7 +74,7 @@ def test_the_matrix_of_a_point_is_the_way_back_of_the_camera(name):
     camera = PROJECTIVE[name]
     rays = middle_rays(camera, raster_points(camera.film))
     points = rays.origins + rays.directions * np.random.default_rng(1).uniform(100.0, 900.0, (400, 1))
-    by_matrix = transformed(camera.spaces(1.0, 1e5).raster_from_world, points)
+    by_matrix = transform_points(camera.spaces(1.0, 1e5).raster_from_world, points)
     np.testing.assert_allclose(by_matrix[:, :2], camera.raster_from_point(points)[0], atol=1e-9)
     assert ((by_matrix[:, 2] > 0.0) & (by_matrix[:, 2] < 1.0)).all()
 
@@ -89,7 +89,7 @@ def test_both_routes_to_a_camera_ray_agree_in_portrait_as_well(film, fov):
     direct = np.column_stack([raster[:, 0] - w / 2, h / 2 - raster[:, 1],
                               np.full(len(raster), -min(w, h) / (2.0 * math.tan(fov / 2.0)))])
     spaces = camera.spaces(1.0, math.inf)
-    normalised = transformed(spaces.camera_from_raster, np.column_stack([raster, np.zeros(len(raster))]))
+    normalised = transform_points(spaces.camera_from_raster, np.column_stack([raster, np.zeros(len(raster))]))
     routes = [direct, normalised, middle_rays(camera, raster).directions]
     a, b, c = (route / np.linalg.norm(route, axis=1)[:, None] for route in routes)
     assert max(np.abs(a - b).max(), np.abs(a - c).max()) <= 1e-15
@@ -97,11 +97,11 @@ def test_both_routes_to_a_camera_ray_agree_in_portrait_as_well(film, fov):
 
 def test_pixel_centres_and_the_turn_of_y_are_where_the_spaces_say():
     spaces = lb.PerspectiveCamera(ODD).spaces()
-    corners = transformed(spaces.screen_from_raster, [[0, 0, 0], [300, 600, 0], [0.5, 0.5, 0]])
+    corners = transform_points(spaces.screen_from_raster, [[0, 0, 0], [300, 600, 0], [0.5, 0.5, 0]])
     np.testing.assert_allclose(corners[:2, :2], [[-1.0, 1.5], [1.0, -1.5]], atol=1e-15)
     np.testing.assert_allclose(corners[2, :2], [-1.0 + 1.0 / 300, 1.5 - 1.5 / 600], atol=1e-15)
-    np.testing.assert_allclose(transformed(spaces.ndc_from_raster, [0.5, 0.5, 0.0])[:2], [0.5 / 300, 0.5 / 600])
-    np.testing.assert_allclose(transformed(spaces.screen_from_ndc, [0.0, 0.0, 0.0])[:2], [-1.0, 1.5])
+    np.testing.assert_allclose(transform_points(spaces.ndc_from_raster, [0.5, 0.5, 0.0])[:2], [0.5 / 300, 0.5 / 600])
+    np.testing.assert_allclose(transform_points(spaces.screen_from_ndc, [0.0, 0.0, 0.0])[:2], [-1.0, 1.5])
 
 
 def test_a_window_is_a_part_of_the_whole_picture():
@@ -122,12 +122,12 @@ def test_a_window_is_a_part_of_the_whole_picture():
 def test_near_becomes_0_and_far_becomes_1(far):
     spaces = lb.PerspectiveCamera(WIDE).spaces(20.0, far)
     points = [[1.0, 2.0, -20.0], [3.0, 4.0, -min(far, 1e17)], [0.0, 0.0, -40.0]]
-    z = transformed(spaces.screen_from_camera, points)[:, 2]
+    z = transform_points(spaces.screen_from_camera, points)[:, 2]
     np.testing.assert_allclose(z[:2], [0.0, 1.0], atol=1e-15)
     assert z[2] == pytest.approx(0.5 / (1.0 - 20.0 / far))
     level = lb.OrthographicCamera(WIDE, 100.0).spaces(-50.0, 150.0)
-    np.testing.assert_allclose(transformed(level.screen_from_camera, [[0, 0, 50], [0, 0, -50], [0, 0, -150]])[:, 2],
-                               [0.0, 0.5, 1.0], atol=1e-15)
+    on_screen = transform_points(level.screen_from_camera, [[0, 0, 50], [0, 0, -50], [0, 0, -150]])
+    np.testing.assert_allclose(on_screen[:, 2], [0.0, 0.5, 1.0], atol=1e-15)
 
 
 def test_the_image_plane_at_1_is_as_large_as_its_corners_say():
@@ -217,7 +217,7 @@ def test_intrinsics_project_as_the_camera_does(name):
     camera = PROJECTIVE[name]
     fx, fy, cx, cy = camera.intrinsics
     rays = middle_rays(camera, raster_points(camera.film))
-    points = transformed(np.linalg.inv(camera.placement()), rays.origins + 700.0 * rays.directions)
+    points = transform_points(np.linalg.inv(camera.placement()), rays.origins + 700.0 * rays.directions)
     x, y, z = points[:, 0], -points[:, 1], camera.spaces(1.0, 10.0).eye - points[:, 2]     # y down, z ahead of the eye
     if isinstance(camera, lb.OrthographicCamera):
         z = np.ones(len(z))
@@ -246,12 +246,13 @@ def test_the_point_under_the_mouse_is_one_point_in_every_space(camera):
     assert seen.mean() > 0.3
     back, _ = camera.raster_from_point(places.world[seen])
     np.testing.assert_allclose(back, raster[seen], atol=1e-9)
-    np.testing.assert_allclose(transformed(camera.placement(), places.camera[seen]), places.world[seen], atol=1e-9)
-    np.testing.assert_allclose(transformed(np.linalg.inv(turn), places.object[seen]), places.world[seen], atol=1e-9)
+    np.testing.assert_allclose(transform_points(camera.placement(), places.camera[seen]), places.world[seen], atol=1e-9)
+    np.testing.assert_allclose(transform_points(np.linalg.inv(turn), places.object[seen]), places.world[seen],
+                               atol=1e-9)
     np.testing.assert_allclose(places.ndc * [camera.film.pixels_x, camera.film.pixels_y], raster, atol=1e-12)
     if not isinstance(camera, (lb.EnvironmentCamera, lb.FisheyeCamera)):
         spaces = camera.spaces(1.0, 1e4)
-        on_screen = transformed(spaces.screen_from_raster, np.column_stack([raster, np.zeros(60)]))[:, :2]
+        on_screen = transform_points(spaces.screen_from_raster, np.column_stack([raster, np.zeros(60)]))[:, :2]
         np.testing.assert_allclose(places.screen, on_screen, atol=1e-13)
     assert (places.film[:, 2] == 0.0).all()
 

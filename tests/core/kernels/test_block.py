@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lensbench.kernels.block import A0, A1, A2, ALIVE, LOST, RED, B, Step, X, bench, gather, rows, stage
+from lensbench.kernels.block import A0, A1, A2, ALIVE, LOST, RED, B, Step, X, gather, lane_buffer, rows, stage
 from lensbench.kernels.program import Program
 
 
@@ -56,7 +56,7 @@ def test_gated_steps_wait_while_no_lane_goes_on_and_lost_ends_the_block():
 
 @REALS
 def test_rows_share_no_lane_and_begin_on_cache_lines(real):
-    lanes = bench(real)
+    lanes = lane_buffer(real)
     assert lanes.ctypes.data % 64 == 0
     out = Program([Step(add, [1.0])], real).run({A1: np.full(B, 3.0)}, [A0, A1, A2, RED], B)
     assert np.array_equal(out, np.repeat(np.array([[0.0], [3.0], [0.0], [1.0]], real), B, 1))

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from lensbench.kernels.block import PITCH, U0, U1, V0, V1, B, Step, X, Y, bench
-from lensbench.kernels.concentric_map import concentric
+from lensbench.kernels.block import PITCH, U0, U1, V0, V1, B, Step, X, Y, lane_buffer
+from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import DIMENSIONS, independent, lights, pixels, sobol
+from lensbench.kernels.sampling import DIMENSIONS, sample_lights, sample_pixels, sobol, white_noise
 from lensbench.kernels.tile_order import add_corners
 
 COUNT = 256
@@ -15,12 +15,13 @@ COUNT = 256
 def points(kernel, pixel: int = 0, seed: int = 0, count: int = COUNT, width: int = 640) -> np.ndarray:
     """(count, 6) of one pixel, counted line by line: place in it, in the pupil, on a light."""
     size, n = [width, 40], width * 40
-    program = Program([Step(kernel, size), Step(lights, [])] if kernel is pixels else [Step(kernel, size)], np.float64)
+    lights = [Step(sample_lights, [])] if kernel is sample_pixels else []
+    program = Program([Step(kernel, size), *lights], np.float64)
     corners = Program([Step(add_corners, size)]).run({X: np.zeros(n), Y: np.zeros(n)}, [X, Y], n)
     line, column = divmod(pixel, width)
     pixel = int(np.flatnonzero((corners == [[column], [line]]).all(0))[0])
     film = np.zeros((pixel // B + 1, 3 * B))
-    rows, lanes = [], bench(np.float64)
+    rows, lanes = [], lane_buffer(np.float64)
     for k in range(count):
         program.expose(film, lanes, pixel // B, pixel // B + 1, k, 1, seed)
         at = pixel % B
@@ -30,7 +31,7 @@ def points(kernel, pixel: int = 0, seed: int = 0, count: int = COUNT, width: int
     return out
 
 
-@pytest.mark.parametrize("kernel", [pixels, independent])
+@pytest.mark.parametrize("kernel", [sample_pixels, white_noise])
 def test_samples_lie_in_their_pixel_and_in_the_unit_square(kernel):
     for pixel in (0, 511, 640 * 3 + 7):
         p = points(kernel, pixel, count=64)
@@ -46,7 +47,7 @@ def test_every_elementary_box_of_a_pair_of_dimensions_holds_one_point(pair):
     half as many boxes, and the light's (5, 6) are tested on coarse boxes only.
     """
     for pixel in (0, 12345):
-        p = points(pixels, pixel)[:, pair]
+        p = points(sample_pixels, pixel)[:, pair]
         if pair == (0, 1):                               # dimensions 2 and 3: t = 1
             counts = np.histogram2d(*p.T, bins=(8, 16), range=[[0, 1], [0, 1]])[0]
             assert (counts == 2).all()
@@ -70,7 +71,7 @@ def test_one_dimension_of_sobol_is_scrambled_but_stays_stratified():
 
 def test_film_and_pupil_are_not_the_same_pair_of_dimensions():
     """One index for two pairs of dimensions never converges: the mean of a function of all four must."""
-    p = points(pixels, 77, count=1024)
+    p = points(sample_pixels, 77, count=1024)
     f = np.cos(7.0 * (p[:, 0] - p[:, 2])) * np.cos(5.0 * (p[:, 1] - p[:, 3]))
     g = np.random.default_rng(0).random((2_000_000, 4))
     truth = (np.cos(7.0 * (g[:, 0] - g[:, 2])) * np.cos(5.0 * (g[:, 1] - g[:, 3]))).mean()
@@ -78,12 +79,13 @@ def test_film_and_pupil_are_not_the_same_pair_of_dimensions():
 
 
 def test_neighbouring_pixels_and_other_seeds_take_other_points():
-    a, b, c = points(pixels, 100, count=4), points(pixels, 101, count=4), points(pixels, 100, seed=1, count=4)
+    a, b = points(sample_pixels, 100, count=4), points(sample_pixels, 101, count=4)
+    c = points(sample_pixels, 100, seed=1, count=4)
     assert (np.abs(a - b).max(0) > 1e-6).all() and (np.abs(a - c).max(0) > 1e-6).all()
 
 
 def test_samples_do_not_depend_on_the_width_of_a_line_being_a_round_number():
-    wide = {pixel: points(pixels, pixel, width=131, count=2) for pixel in (130, 131, 511, 512, 700)}
+    wide = {pixel: points(sample_pixels, pixel, width=131, count=2) for pixel in (130, 131, 511, 512, 700)}
     for p in wide.values():
         assert (p >= 0.0).all() and (p[:, :2] <= 1.0).all()
 
@@ -91,7 +93,7 @@ def test_samples_do_not_depend_on_the_width_of_a_line_being_a_round_number():
 def test_the_concentric_map_keeps_areas_and_fills_the_disk():
     n = 256
     u, v = np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(n) + 0.5) / n)
-    x, y = np.vectorize(lambda a, b: concentric.py_func(np.float64, a, b))(u, v)
+    x, y = np.vectorize(lambda a, b: concentric_disk.py_func(np.float64, a, b))(u, v)
     r2 = x * x + y * y
     assert r2.max() <= 1.0 + 1e-6
     # the part of the points within r is r² of all, and every angle is as frequent: to the grid's 1/n
@@ -100,5 +102,6 @@ def test_the_concentric_map_keeps_areas_and_fills_the_disk():
     angles = np.histogram(np.arctan2(y, x), bins=16, range=(-np.pi, np.pi))[0] / n**2
     assert np.abs(angles - 1 / 16).max() < 1e-3
     # octant edges meet: both formulas give the same point where |a| = |b|
-    assert np.allclose(concentric.py_func(np.float64, 0.9, 0.9), concentric.py_func(np.float64, 0.9, 0.9 + 1e-12))
-    assert concentric.py_func(np.float64, 0.5, 0.5) == (0.0, 0.0)
+    map_ = concentric_disk.py_func
+    assert np.allclose(map_(np.float64, 0.9, 0.9), map_(np.float64, 0.9, 0.9 + 1e-12))
+    assert concentric_disk.py_func(np.float64, 0.5, 0.5) == (0.0, 0.0)

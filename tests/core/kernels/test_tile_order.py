@@ -5,8 +5,8 @@ import pytest
 
 from lensbench.kernels.block import U0, U1, B, Step, X, Y
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampler
-from lensbench.kernels.tile_order import WIDE, add_corners, unrolled
+from lensbench.kernels.sampling import sampling_steps
+from lensbench.kernels.tile_order import STRIP_WIDTH, add_corners, raster_image
 
 SHAPES = [(1, 1), (1, 700), (700, 1), (31, 9), (32, 16), (33, 16), (65, 3), (427, 40), (640, 36), (1000, 7)]
 
@@ -29,26 +29,26 @@ def test_every_pixel_of_a_film_is_there_once_and_lands_in_its_place(w, h):
     places = walk(w, h)
     assert (np.sort(places @ [1, w]) == np.arange(w * h)).all()
     lines, columns = np.mgrid[0:h, 0:w]
-    assert (unrolled(by_blocks(places), w, h, 2.0) == 2.0 * np.stack([columns, lines], 2)).all()
+    assert (raster_image(by_blocks(places), w, h, 2.0) == 2.0 * np.stack([columns, lines], 2)).all()
 
 
 @pytest.mark.parametrize(("w", "h"), [(64, 64), (427, 90), (640, 360), (639, 361), (1921, 50)])
 def test_the_pixels_of_a_block_lie_close_together(w, h):
     """Strips of a film of WIDE pixels or more are at least half as wide, and a block lies in at most two of them."""
     places = walk(w, h)
-    assert np.abs(np.diff(places, axis=0)).max() <= 2 * WIDE
+    assert np.abs(np.diff(places, axis=0)).max() <= 2 * STRIP_WIDTH
     for start in range(0, w * h, B):
         x, y = np.ptp(places[start:start + B], 0)
-        assert x < 2 * WIDE and y <= 2 * B // WIDE
+        assert x < 2 * STRIP_WIDTH and y <= 2 * B // STRIP_WIDTH
 
 
 def test_the_numbers_of_a_pixel_depend_on_its_place_alone_and_not_on_the_film_round_it():
     found = []
     for w, h in ((150, 40), (33, 50), (640, 20)):
         n = w * h
-        x, y, u, v = Program(sampler(w, h, lit=False), np.float64).run({}, [X, Y, U0, U1], n)
+        x, y, u, v = Program(sampling_steps(w, h, lit=False), np.float64).run({}, [X, Y, U0, U1], n)
         places = walk(w, h)
         assert (np.floor([x, y]).T == places).all()
-        found.append(unrolled(by_blocks(np.column_stack([x, y, u, v])), w, h)[:20, :33])
+        found.append(raster_image(by_blocks(np.column_stack([x, y, u, v])), w, h)[:20, :33])
     np.testing.assert_array_equal(found[0], found[1])
     np.testing.assert_array_equal(found[0], found[2])

@@ -7,9 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import MARGIN, WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import tracer
+from lensbench.optics.block_trace import trace_step
 from tests.core.oracles import lens as reference_lens
 
 
@@ -31,12 +31,12 @@ NAMES = ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm", "pbrt-wide-22mm", "lenshh-cook
 
 
 def block(lens, film_distance, origins, directions, towards="scene", real=np.float64):
-    """Rows X … N, WEIGHT, MARGIN of rays given in the lens frame, and answered in it."""
+    """Rows X … N, WEIGHT, CLEARANCE of rays given in the lens frame, and answered in it."""
     shift = lens.length + film_distance
     o = np.array(origins) - [0.0, 0.0, shift]
-    out = Program([tracer(lens, film_distance, towards=towards)], real).run(
+    out = Program([trace_step(lens, film_distance, towards=towards)], real).run(
         dict(zip([X, Y, Z, L, M, N, WEIGHT], [*o.T, *np.array(directions).T, np.ones(len(o))], strict=True)),
-        [X, Y, Z, L, M, N, WEIGHT, MARGIN], len(o))
+        [X, Y, Z, L, M, N, WEIGHT, CLEARANCE], len(o))
     out[2] += shift
     return out
 
@@ -92,8 +92,8 @@ def test_float32_keeps_every_fate_and_a_hundredth_of_a_pixel_at_24_megapixels(na
         {X: raster[:, 0], Y: raster[:, 1], 0: uv[:, 0], 1: uv[:, 1]}, [X, Y, Z, L, M, N], count)
     given = dict(zip([X, Y, Z, L, M, N, WEIGHT], [*rows, np.ones(count, np.float32)], strict=True))
     step = camera.camera_steps()[1]
-    single = Program([step], np.float32).run(given, [L, M, N, WEIGHT, MARGIN], count).astype(float)
-    double = Program([step], np.float64).run(given, [L, M, N, WEIGHT, MARGIN], count)
+    single = Program([step], np.float32).run(given, [L, M, N, WEIGHT, CLEARANCE], count).astype(float)
+    double = Program([step], np.float64).run(given, [L, M, N, WEIGHT, CLEARANCE], count)
     sure = ~(np.abs(double[4] - 1.0) < 1e-5)
     assert np.array_equal((single[3] > 0.0)[sure], (double[3] > 0.0)[sure])
     both = (single[3] > 0.0) & (double[3] > 0.0)

@@ -10,7 +10,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import through
+from lensbench.optics.block_trace import trace_steps
 
 FILM = lb.Film(36.0, 24.0, 960, 640)
 SHAPES = [(3, 0.0, 0.0), (5, 0.3, 0.0), (6, -1.0, 0.5), (9, 2.0, 0.9), (7, 0.1, 0.999999)]
@@ -120,7 +120,7 @@ def test_rays_that_pass_the_blades_are_those_of_the_reference_tracer_and_of_the_
     np.testing.assert_allclose(some.directions[lit][passed], every.directions[lit][passed], atol=1e-13)
     given = {row: column for row, column in zip((X, Y, Z, L, M, N), [*every.origins[lit].T, *-every.directions[lit].T],
                                                 strict=True)}
-    back = Program(through(bladed.lens, bladed.film_distance, towards="film"), np.float64).run(
+    back = Program(trace_steps(bladed.lens, bladed.film_distance, towards="film"), np.float64).run(
         {**given, WEIGHT: np.ones(lit.sum())}, [WEIGHT], lit.sum())
     np.testing.assert_array_equal(back[0] > 0.0, passed)
 

@@ -10,7 +10,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X
 from lensbench.kernels.program import Program
-from lensbench.optics.clearance import machine, margins
+from lensbench.optics.clearance import clearance_tracer, clearances
 from lensbench.optics.prescription import Surface
 from lensbench.pupils.radial_sampler import RINGS, PupilTable
 from lensbench.pupils.rim_solver import ROUGH, solve
@@ -162,7 +162,7 @@ def test_margins_in_single_precision_are_as_near_as_is_said(name, stop):
     lens = lenses.load(name)
     lens = lens.with_stop_radius(lens.stop.semi_diameter * stop)
     distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 33)
-    pupil, by = lb.exit_pupil(lens, distance, radii, points=33), machine(lens, distance)
+    pupil, by = lb.exit_pupil(lens, distance, radii, points=33), clearance_tracer(lens, distance)
     share = np.array([0.9, 0.97, 1.0, 1.03])
     lit = pupil.area > 0.0
     points = (pupil.centres[lit, None, None, None] * [1.0, 0.0]
@@ -170,7 +170,7 @@ def test_margins_in_single_precision_are_as_near_as_is_said(name, stop):
     film, zero = np.repeat(radii[lit], 33 * len(share)), np.zeros(len(points))
     double, single = np.empty((2, len(points)))
     for out, error in ((double, math.inf), (single, 0.0)):
-        margins(film, zero, *np.ascontiguousarray(points.T), distance, out, by._replace(error=error), 0.0)
+        clearances(film, zero, *np.ascontiguousarray(points.T), distance, out, by._replace(error=error), 0.0)
     near = double < 1.2                 # not those that hardly come through
     assert near.sum() > 500 and np.abs(single - double)[near].max() < by.error
 
@@ -180,7 +180,7 @@ def test_a_first_look_in_single_precision_leads_to_the_same_rims(name):
     """Each rim to a thousandth of the axis's, as a camera solves it: the first look only says where to look closely."""
     lens = lenses.load(name)
     distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 33)
-    by = machine(lens, distance)
+    by = clearance_tracer(lens, distance)
     assert by.error < ROUGH
     (centre, rim), (single_centre, single_rim) = (
         solve(lens, distance, radii, 257, 1e-8, by=by._replace(error=error)) for error in (math.inf, by.error))

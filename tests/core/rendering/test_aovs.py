@@ -9,7 +9,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import BLUE, GREEN, RED, TIME, U0, U1, WEIGHT, Step, X, Y
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import independent
+from lensbench.kernels.sampling import white_noise
 from lensbench.rendering.aovs import view_steps
 
 FILM = lb.Film(36.0, 24.0, 60, 40)
@@ -106,7 +106,7 @@ def concentric(u, v):
 
 def test_a_view_is_rendered_as_any_picture_and_one_that_is_none_is_refused():
     of = camera()
-    rendering = lb.Rendering(of, SCENE, steps=[Step(independent, [of.film.pixels_x, of.film.pixels_y])], view="time")
+    rendering = lb.Rendering(of, SCENE, steps=[Step(white_noise, [of.film.pixels_x, of.film.pixels_y])], view="time")
     rendering.add(64)
     rendering.add(64)
     image = rendering.image()

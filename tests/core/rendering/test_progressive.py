@@ -12,7 +12,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import Step
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import independent, sampler
+from lensbench.kernels.sampling import sampling_steps, white_noise
 
 FILM = lb.Film(36.0, 24.0, 150, 100)
 
@@ -130,7 +130,7 @@ def test_the_picture_converges_faster_than_white_noise():
         rendering.add(64)
         return float(np.sqrt(((np.minimum(rendering.image(), 4.0) - np.minimum(truth, 4.0)) ** 2).mean()))
 
-    assert error(sampler(150, 100, lit=True)) < 0.75 * error([Step(independent, [150, 100])])
+    assert error(sampling_steps(150, 100, lit=True)) < 0.75 * error([Step(white_noise, [150, 100])])
 
 
 def test_depth_is_the_distance_along_the_axis_and_sky_is_infinite():

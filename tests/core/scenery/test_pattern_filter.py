@@ -7,7 +7,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.kernels.block import BLUE, FOOT, GREEN, RED, SPREAD, L, M, N, X, Y, Z
+from lensbench.kernels.block import BLUE, GREEN, PIXEL_SIDE, PIXEL_SPREAD, RED, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.scenery.intersect.planar import reductions
 
@@ -20,7 +20,8 @@ def seen(scene, points, foot=0.0, spread=0.0):
     points = np.asarray(points, float)
     d = points / np.linalg.norm(points, axis=1)[:, None]
     zero = np.zeros(len(d))
-    given = {X: zero, Y: zero, Z: zero, L: d[:, 0], M: d[:, 1], N: d[:, 2], FOOT: zero + foot, SPREAD: zero + spread}
+    given = {X: zero, Y: zero, Z: zero, L: d[:, 0], M: d[:, 1], N: d[:, 2], PIXEL_SIDE: zero + foot,
+             PIXEL_SPREAD: zero + spread}
     return Program(scene.steps(shadows=False), np.float64).run(given, [RED, GREEN, BLUE], len(d)).T
 
 

@@ -12,18 +12,18 @@ from lensbench.cameras.pupil_footprint import WHOLE, pupil_steps
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.kernels.block import (
     DEPTH,
-    DISK,
-    FAN,
-    FOOT,
     GLOSS,
     KEYS,
     NX,
     NY,
     OX,
     PITCH,
+    PIXEL_SIDE,
+    PIXEL_SPREAD,
+    PUPIL_RADIUS,
+    PUPIL_SPREAD,
     SAMPLE,
     SB,
-    SPREAD,
     SR,
     TB,
     TR,
@@ -35,7 +35,7 @@ from lensbench.kernels.block import (
     N,
     X,
     Y,
-    bench,
+    lane_buffer,
 )
 from lensbench.kernels.program import Program
 from lensbench.scenery.objects import Floor, Material, Rectangle, Sky, Sphere
@@ -112,7 +112,7 @@ def test_the_disks_that_samples_stand_for_are_together_as_large_as_the_pupil_and
     view = camera("perspective", world_from_camera=TURNED)
     before, after = pupil_steps(view, np.float64)
     program = Program([*before, *view.steps(), *after], np.float64)
-    lanes, key = bench(np.float64), np.zeros(KEYS, np.uint32)
+    lanes, key = lane_buffer(np.float64), np.zeros(KEYS, np.uint32)
     table = lanes.reshape(-1, PITCH)[:, :B]
     k = np.arange(B)
     for number, part in ((0, 1.0), (WHOLE - 1, 1.0), (15, 0.25**0.75), (255, (4 / 256) ** 0.75)):
@@ -121,7 +121,7 @@ def test_the_disks_that_samples_stand_for_are_together_as_large_as_the_pupil_and
         for address, step in zip(program.ends, [*before, *view.steps(), *after], strict=False):
             step.kernel(lanes, program.data[address:address + np.size(step.parameters)], key)
         origins, ways = table[X:X + 3].copy(), table[L:L + 3]
-        radius, fan, off = table[DISK], table[FAN], table[OX:OX + 3]
+        radius, fan, off = table[PUPIL_RADIUS], table[PUPIL_SPREAD], table[OX:OX + 3]
         assert radius == pytest.approx(np.full(B, 12.0 * part), rel=0.02)
         middles = origins - radius * off
         assert middles.var(1).sum() / 2.0 + (12.0 * part) ** 2 / 4.0 == pytest.approx(12.0**2 / 4.0, rel=0.03)
@@ -176,17 +176,17 @@ def test_the_average_of_a_lobe_keeps_its_light_and_has_its_limits():
 def test_a_gleam_is_finite_and_never_negative_however_grazing_the_ray_and_wide_the_part():
     step = next(step for step in lb.builtin_scene("night-lights").steps() if step.kernel.__name__ == "sheen")
     random, parameters = np.random.default_rng(2), np.asarray(step.parameters, np.float32)
-    lanes, key = bench(), np.zeros(KEYS, np.uint32)
+    lanes, key = lane_buffer(), np.zeros(KEYS, np.uint32)
     table = lanes.reshape(-1, PITCH)[:, :B]
     for _ in range(200):
         fall, turn = 10.0 ** random.uniform(-8.0, 0.0, B), random.uniform(0.0, 2.0 * math.pi, B)
         level = np.sqrt(1.0 - fall**2)
         table[L], table[M], table[N] = level * np.cos(turn), -fall, level * np.sin(turn)
         table[DEPTH], table[NX:NY + 2], table[NY] = 1350.0 / fall, 0.0, 1.0
-        table[DISK] = size = 10.0 ** random.uniform(-3.0, 1.5)
-        table[FAN] = -size / 10.0 ** random.uniform(1.0, 5.0)
+        table[PUPIL_RADIUS] = size = 10.0 ** random.uniform(-3.0, 1.5)
+        table[PUPIL_SPREAD] = -size / 10.0 ** random.uniform(1.0, 5.0)
         table[OX:OX + 3] = random.uniform(-1.0, 1.0, (3, B))
-        table[FOOT], table[SPREAD] = random.uniform(-5.0, 5.0, B), random.uniform(-0.1, 0.1, B)
+        table[PIXEL_SIDE], table[PIXEL_SPREAD] = random.uniform(-5.0, 5.0, B), random.uniform(-0.1, 0.1, B)
         table[GLOSS], table[TR:TB + 1], table[SR:SB + 1] = random.choice([0.5, 0.955, 0.9985]), 1.0, 0.0
         step.kernel(lanes, parameters, key)
         assert np.isfinite(table[SR:SB + 1]).all() and table[SR:SB + 1].min() >= 0.0

@@ -15,8 +15,8 @@ from lensbench.app.studies.charts.images import WAYS, image_panel, reached
 from lensbench.app.studies.charts.pupils import pupil_panels
 from lensbench.app.studies.charts.samplers import DEFAULT, WHITE, samplers
 from lensbench.app.studies.charts.sampling import COUNTS, gains, soft_scene, squares
-from lensbench.kernels.block import KEYS, PITCH, SAMPLE, TIME, U0, U1, V0, V1, B, Step, X, Y, bench
-from lensbench.kernels.program import Program, perform
+from lensbench.kernels.block import KEYS, PITCH, SAMPLE, TIME, U0, U1, V0, V1, B, Step, X, Y, lane_buffer
+from lensbench.kernels.program import Program, run_steps
 from lensbench.kernels.tile_order import add_corners
 
 NARROW = lb.Film(3.0, 2.0, 37, 25)
@@ -28,11 +28,11 @@ def film(width=36.0, height=24.0):
 
 @pytest.mark.parametrize("name", list(samplers(NARROW, True)))
 def test_every_sampler_fills_its_pixel_and_all_squares(name):
-    program, lanes = Program(samplers(NARROW, True)[name], np.float64), bench(np.float64)
+    program, lanes = Program(samplers(NARROW, True)[name], np.float64), lane_buffer(np.float64)
     key = np.zeros(KEYS, np.uint32)
     found = np.empty((64, 7, B))
     for key[SAMPLE] in range(64):
-        perform(lanes, program.code, program.gated, program.data, program.ends, key)
+        run_steps(lanes, program.code, program.gated, program.data, program.ends, key)
         found[key[SAMPLE]] = lanes.reshape(-1, PITCH)[[X, Y, U0, U1, V0, V1, TIME], :B]
     size, zero = [NARROW.pixels_x, NARROW.pixels_y], np.zeros(B)
     found[:, :2] -= Program([Step(add_corners, size)]).run({X: zero, Y: zero}, [X, Y], B)
