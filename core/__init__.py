@@ -95,7 +95,8 @@ from lensbench.optics.scalar_trace import Fate, Trace, trace  # noqa: E402
 from lensbench.optics.transmission import t_number, transmission, working_f_number  # noqa: E402
 from lensbench.optics.zoom_positions import Positions, PositionsError  # noqa: E402
 from lensbench.pupils.region import ExitPupil, exit_pupil, open_region  # noqa: E402
-from lensbench.rendering.aovs import VIEWS, fate_colours  # noqa: E402
+from lensbench.rendering.aovs import AOVS as VIEWS  # noqa: E402
+from lensbench.rendering.aovs import fate_colours  # noqa: E402
 from lensbench.rendering.progressive import Rendering, depth_map, render  # noqa: E402
 from lensbench.scenery.builtin.library import SCENES, builtin_scene  # noqa: E402
 from lensbench.scenery.objects import (  # noqa: E402

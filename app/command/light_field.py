@@ -88,7 +88,7 @@ def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording"
     print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
           f"{size / 1e6:,.0f} MB of memory")
     return Recording(lb.capture_light_field(*prepare(settings), arguments.views, settings.samples, settings.seed,
-                                            told=told, moments=arguments.moments), settings)
+                                            progress=told, moments=arguments.moments), settings)
 
 
 def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
@@ -102,7 +102,7 @@ def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Rec
     print(f"{settings.pixels_x} × {settings.pixels_y} microlenses of f/{plenoptic.microlens_f_number:.3g} (f/"
           f"{plenoptic.matched_f_number:.3g} matches), {across} × {down} pixels: {100.0 * plenoptic.used:.0f} % of "
           f"them used, {100.0 * plenoptic.spilled:.0f} % of the light spilled")
-    raw = plenoptic.expose(scene, settings.samples, settings.seed, told=told)
+    raw = plenoptic.expose(scene, settings.samples, settings.seed, progress=told)
     return Recording(raw.decoded(), settings, raw)
 
 

@@ -159,7 +159,7 @@ def render(settings: Settings, progress: Callable[[float], object] = lambda frac
         choice = lb.choose_model(view, scene)
         view = choice.applied(view)
         told(choice)
-    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view, splat=settings.splats)
+    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view, light_tracing=settings.splats)
     threads = threads or os.cpu_count() or 1
     stopped = Event()
     batch = 1

@@ -196,21 +196,21 @@ class FieldWorker:
         settings = settings.checked()
         camera, scene = prepare(settings)
         field = lb.capture_light_field(camera, scene, views, settings.samples, settings.seed,
-                                       told=lambda share: self._told(task, share), moments=moments)
+                                       progress=lambda share: self._told(task, share), moments=moments)
         self.recording = Recording(field, settings)
 
     def _expose(self, task: Task, settings: Settings, pixels: int, f_number: float | None) -> None:
         settings = settings.checked()
         camera, scene = prepare(settings)
         raw = lb.PlenopticCamera(camera, pixels, f_number).expose(scene, settings.samples, settings.seed,
-                                                                  told=lambda share: self._told(task, share))
+                                                                  progress=lambda share: self._told(task, share))
         self.recording = Recording(raw.decoded(), settings, raw)
 
     def _record_array(self, task: Task, settings: Settings, views: tuple[int, int], spacing: float) -> None:
         settings = settings.checked()
         camera, scene = prepare(settings)
         array = lb.capture_lumigraph(camera, scene, views, spacing, samples=settings.samples, seed=settings.seed,
-                                     told=lambda share: self._told(task, share))
+                                     progress=lambda share: self._told(task, share))
         self.recording = ArrayRecording(array, settings)
 
     def _open(self, task: Task, path: Path) -> None:
@@ -248,7 +248,7 @@ class FieldWorker:
 
     def _find_depth(self, task: Task) -> None:
         if isinstance(recording := self.recording, Recording):
-            self.depth = recording, lb.find_depth(recording.field, told=lambda share: self._told(task, share))
+            self.depth = recording, lb.find_depth(recording.field, progress=lambda share: self._told(task, share))
 
     # What is looked at
 

@@ -67,7 +67,7 @@ class _Job:
     scene: Any
     rendering: Any
     automatic: Any = None                       # the camera whose model is to be chosen, until it is
-    splat: bool = True
+    light_tracing: bool = True
     seconds: float = 0.0
     rate: float = 0.0
     pass_samples: int = 1
@@ -271,9 +271,9 @@ class Worker:
         return job.depth is None and job.rendering.samples >= (
             1 if self._depth_wanted else min(DEPTH_SAMPLES, self._target))
 
-    def _begun(self, generation: int, settings: Settings, splat: bool) -> _Job:
+    def _begun(self, generation: int, settings: Settings, light_tracing: bool) -> _Job:
         camera, scene = prepare(settings.checked())
-        job = _Job(generation, settings, camera, scene, None, splat=splat)
+        job = _Job(generation, settings, camera, scene, None, light_tracing=light_tracing)
         if self._choosing is not None and self._choosing.done() and self._choosing.exception() is None:
             self._chosen, self._choosing = self._choosing.result(), None
         if is_automatic(settings):
@@ -291,7 +291,7 @@ class Worker:
 
         job.pass_samples = 1
         job.rendering = lb.Rendering(job.camera, job.scene, seed=job.settings.seed, view=job.settings.sample_view,
-                                     splat=job.splat and job.settings.splats)
+                                     light_tracing=job.light_tracing and job.settings.splats)
 
     def _choose(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
         """Have the automatic model chosen; where it is another than that of the first pass, begin anew with it."""

@@ -11,7 +11,7 @@ from time import perf_counter
 
 import numpy as np
 
-from lensbench.analysis.model_error import Judge, Rung
+from lensbench.analysis.model_error import ModelErrors, Rung
 from lensbench.cameras.base import Camera
 from lensbench.cameras.rays import CameraError
 from lensbench.cameras.real_lens import LensCamera
@@ -39,7 +39,7 @@ class Choice:
     error_px: float
     error_stops: float
     table: tuple[Rung, ...]
-    judge: Judge = field(repr=False, compare=False)
+    errors: ModelErrors = field(repr=False, compare=False)
 
     @property
     def name(self) -> str:
@@ -70,7 +70,7 @@ class Choice:
 
     @cached_property
     def _times(self) -> tuple[float, ...]:
-        camera = self.judge.camera
+        camera = self.errors.camera
         return ray_times([self.applied(camera), replace(camera, model="trace")])
 
 
@@ -89,17 +89,17 @@ def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = 0.5, to
     near, far = scene.depth_range
     away = max(float(np.linalg.norm(camera.world_from_camera_at(time)[:3, 3]))
                for time in (camera.shutter_open, camera.shutter_close))
-    judge = Judge(camera, (max(near - away, CLOSE * near), far + away))
+    errors = ModelErrors(camera, (max(near - away, CLOSE * near), far + away))
     held = -1 if previous is None else LADDER.index((previous.model, previous.degree))
     table: list[Rung] = []
     for place, (model, degree) in enumerate(LADDER):
         share = KEEP if place < held else 1.0
         limits = share * tolerance_px, share * tolerance_stops
-        rung = judge.rung(model, degree, limits)
+        rung = errors.rung(model, degree, limits)
         table.append(rung)
         if rung.error_px <= limits[0] and rung.error_stops <= limits[1]:
             break
-    return Choice(*rung[:4], tuple(table), judge)
+    return Choice(*rung[:4], tuple(table), errors)
 
 
 def resolved(camera: Camera, scene: Scene) -> Camera:

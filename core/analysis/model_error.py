@@ -64,7 +64,7 @@ class Moments(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Judge:
+class ModelErrors:
     """The traced lens's blurs, against which models are held.
 
     camera: a LensCamera of any model; depths: nearest and farthest of the scene, mm from the film along the axis.

@@ -45,7 +45,7 @@ SIDE = 33               # film radii at which a lens is asked how far its pupil 
 
 def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), samples: int = 16,
                         seed: int = 0, dtype=np.float16, shadows: bool = True, threads: int | None = None,
-                        told: Callable[[float], bool] = lambda share: True, moments: int = 1) -> LightField:
+                        progress: Callable[[float], bool] = lambda share: True, moments: int = 1) -> LightField:
     """Record the light field of a camera that focuses: a projective one with a lens, traced or ideal.
 
     views: across and down; samples: for each pixel of each view, and less where the pupil's edge runs through its
@@ -53,7 +53,7 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     told: called with the share that is done; the capture is given up where it answers False. moments: equal parts of
     the exposure that are kept apart, beside their mean; each has its part of the samples.
     LightFieldError for numbers that cannot be, for a camera without an aperture, for moments where nothing moves, for
-    more memory than there is, and for a capture that was given up.
+    more memory than there is, and for a capture that was cancelled.
     """
     across, down = checked_views(camera.film, views, samples, dtype, moments)
     if moments > 1 and not (camera.moves or scene.moves):
@@ -67,7 +67,7 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     offsets = spread_offsets(across, down)
     recorder = Recorder(camera, scene, shadows, np.uint32(seed & 0xFFFFFFFF))
     done = count(1)
-    given_up: list[tuple[int, int]] = []
+    cancelled: list[tuple[int, int]] = []
 
     def record(place: tuple[int, int]) -> None:
         j, i = place
@@ -78,7 +78,7 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
             return [camera.film_step, *cell_steps(camera, cell, wavelength)]
 
         for left in range(0, w if number else 0, recorder.width):
-            if given_up:
+            if cancelled:
                 return
             here, mean = slice(left, min(left + recorder.width, w)), np.zeros((4, h, recorder.width), np.float32)
             for moment in range(moments):
@@ -89,19 +89,19 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
                     apart[moment, j, i, :, :, here] = np.minimum(strip[:3], TOP)[..., :w - left]
             light[j, i, :, :, here] = np.minimum(mean[:3], TOP)[..., :w - left]
             coverage[j, i, :, here] = mean[3][..., :w - left]
-        if not told(next(done) / (across * down)):
-            given_up.append(place)
+        if not progress(next(done) / (across * down)):
+            cancelled.append(place)
 
     with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
         list(pool.map(record, [(j, i) for j in range(down) for i in range(across)]))
-    if given_up:
-        raise LightFieldError("the capture was given up")
+    if cancelled:
+        raise LightFieldError("the capture was cancelled")
     return LightField(camera, reach, light, coverage, FILL, moments=apart)
 
 
 def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], radius: float, samples: int = 16,
                     seed: int = 0, moment: tuple[int, int] = (0, 1),
-                    told: Callable[[float], bool] = lambda share: True) -> np.ndarray:
+                    progress: Callable[[float], bool] = lambda share: True) -> np.ndarray:
     """What a camera sees through a round part of its pupil alone, (h, w, 3): what focusing a light field comes near to.
 
     place and radius of the part in radii of the paraxial exit pupil; moment: which of how many parts of the exposure.
@@ -113,22 +113,22 @@ def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], ra
     recorder = Recorder(camera, scene, True, np.uint32(seed & 0xFFFFFFFF))
     part = Cell((place[0] - radius, place[1] - radius), (2.0 * radius, 2.0 * radius), 1.0)
     planes = np.zeros((4, h, w), np.float32)
-    done, given_up = count(1), threading.Event()
+    done, cancelled = count(1), threading.Event()
 
     def aims(wavelength: float) -> list[Step]:
         return [camera.film_step, Step(within_disk, []), *cell_steps(camera, part, wavelength)]
 
     def expose(left: int) -> None:
-        if not given_up.is_set():
+        if not cancelled.is_set():
             strip = recorder.strip(left, aims, 1.0, (0.0, 0.0), 0, samples, moment)
             planes[:, :, left:left + recorder.width] = strip[..., :w - left]
-        if not told(min(next(done) * recorder.width / w, 1.0)):
-            given_up.set()
+        if not progress(min(next(done) * recorder.width / w, 1.0)):
+            cancelled.set()
 
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         list(pool.map(expose, range(0, w, recorder.width)))
-    if given_up.is_set():
-        raise LightFieldError("the picture was given up")
+    if cancelled.is_set():
+        raise LightFieldError("the picture was cancelled")
     return np.ascontiguousarray(planes[:3].transpose(1, 2, 0) / max(float(middle_of(planes[3])), 1e-30))
 
 

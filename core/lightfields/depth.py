@@ -44,12 +44,12 @@ class Depth:
 
 
 def find_depth(field: LightField, nearest: float | None = None, farthest: float = math.inf,
-               told: Callable[[float], bool] = lambda share: True) -> Depth:
+               progress: Callable[[float], bool] = lambda share: True) -> Depth:
     """The depth that the views of a light field tell, between two distances (mm, as the camera measures its focus).
 
     nearest: None is where neighbouring views lie as far apart as they do at `farthest`, at least two pixels. told:
     called with the share that is done; the search is given up where it answers False. LightFieldError for a light field
-    of a single view, for distances that cannot be, and for a search that was given up.
+    of a single view, for distances that cannot be, and for a search that was cancelled.
     """
     if min(field.views) < 2 and max(field.views) < 3:
         raise LightFieldError("a single view has no depth: record a light field of at least 3 × 3")
@@ -62,8 +62,8 @@ def find_depth(field: LightField, nearest: float | None = None, farthest: float 
     sigma = np.linspace(shears[0], shears[-1], count)
 
     def gone_on(share: float) -> None:
-        if not told(share):
-            raise LightFieldError("the search for depth was given up")
+        if not progress(share):
+            raise LightFieldError("the search for depth was cancelled")
 
     # How much the views differ at every σ, summed over the window
     seen = _Seen(field)

@@ -21,7 +21,7 @@ from lensbench.cameras.base import Camera
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.real_lens import LensCamera
 from lensbench.imaging.film import Film
-from lensbench.lightfields.refocus_kernel import added, magnified, spectral_gain
+from lensbench.lightfields.refocus_kernel import rescaled, shift_and_add, spectral_gain
 from lensbench.optics.focus import nearest_focus
 
 SHARE = 16              # cells are cut into SHARE² to find how much of one a round aperture takes
@@ -102,9 +102,10 @@ class LightField:
         that. f_number: None is the whole recorded aperture; a round part of it otherwise, about `view`, in radii of the
         pupil. LightFieldError for an aperture that was not recorded.
         """
-        used, weights, shifts, step, scale = self._sheared(distance, f_number, view)
+        used, weights, shifts, step, scale = self._shifts_and_weights(distance, f_number, view)
         begins = shifts + (1.0 - scale) * (self._middle - 0.5)
-        return added(self.light, used, begins, scale, weights, step, self.fill, 1.0 / self._white(used, weights))
+        return shift_and_add(self.light, used, begins, scale, weights, step, self.fill,
+                             1.0 / self._white(used, weights))
 
     def slice(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
         """The same picture by way of the light field's spectrum, of which it is a plane slice: slow, and a check.
@@ -112,7 +113,7 @@ class LightField:
         Each frequency of the picture is the sum of the views' spectra with the phases of their shifts, which is the
         spectrum over (u, v, s, t) where fu = σ fs and fv = σ ft. Beyond a view's edge its other edge follows.
         """
-        used, weights, shifts, step, scale = self._sheared(distance, f_number, view)
+        used, weights, shifts, step, scale = self._shifts_and_weights(distance, f_number, view)
         h, w = self.light.shape[3:]
         across, down = np.fft.rfftfreq(w), np.fft.fftfreq(h)
         total = np.zeros((3, h, len(across)), complex)
@@ -122,10 +123,10 @@ class LightField:
         total *= (spectral_gain(across, step[0], self.fill) * spectral_gain(down, step[1], self.fill)[:, None]
                   / self._white(used, weights))
         picture = np.fft.irfft2(total, (h, w)).astype(np.float32)
-        picture = picture if scale == 1.0 else magnified(picture, scale, self._middle)
+        picture = picture if scale == 1.0 else rescaled(picture, scale, self._middle)
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
-    def _sheared(self, distance: float, f_number: float | None, view: tuple[float, float]):
+    def _shifts_and_weights(self, distance: float, f_number: float | None, view: tuple[float, float]):
         """Which views (n, 2) an aperture takes, their weights, their shifts and that across a cell (pixels), and k."""
         shares = self.shares(f_number, view)
         scale, shear = self.shear(max(distance, self.nearest))
@@ -145,8 +146,8 @@ class LightField:
     def stacked(self, shear: float) -> np.ndarray:
         """(h, w, 3) float32 the sum of all views read aside for this σ, in the picture's recorded scale."""
         used = np.argwhere(self._lit)
-        return added(self.light, used, self.shifts(shear)[self._lit], 1.0, np.ones(len(used)), self._step(shear),
-                     self.fill)
+        return shift_and_add(self.light, used, self.shifts(shear)[self._lit], 1.0, np.ones(len(used)),
+                             self._step(shear), self.fill)
 
     @cached_property
     def _pixels(self) -> np.ndarray:

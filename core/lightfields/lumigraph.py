@@ -26,7 +26,7 @@ from lensbench.imaging.coordinate_spaces import film_window, transform_points
 from lensbench.kernels.half_float import as_bits, scale_of
 from lensbench.lightfields.capture import TOP, checked_views
 from lensbench.lightfields.light_field import LightFieldError, spread_offsets
-from lensbench.lightfields.novel_view_kernel import Pinholes, Surface, look
+from lensbench.lightfields.novel_view_kernel import Pinholes, Surface, render_rows
 from lensbench.rendering.progressive import depth_map, render
 from lensbench.scenery.scene import Scene
 
@@ -110,7 +110,7 @@ class Lumigraph:
         texels = as_bits(self.texels).reshape(-1)
 
         def see(first: int) -> None:
-            look(lines, given, many, self._pinholes, texels, by, things, own, picture, covered, first,
+            render_rows(lines, given, many, self._pinholes, texels, by, things, own, picture, covered, first,
                  min(first + BAND, h))
 
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
@@ -230,12 +230,12 @@ def array_camera(middle: PerspectiveCamera, place, distance: float, aside=(0.0, 
 
 def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), spacing: float = 5.0,
                       distance: float | None = None, samples: int = 16, seed: int = 0,
-                      told: Callable[[float], bool] = lambda share: True) -> Lumigraph:
+                      progress: Callable[[float], bool] = lambda share: True) -> Lumigraph:
     """Record pictures and depths by an array of pinholes about the middle of a camera's pupil.
 
     spacing: mm between neighbours; distance: mm from them to the plane (s, t) that they all see the same window
     of, by default where the camera is focused. samples: for each pixel of each. told: as of `capture_light_field`.
-    LightFieldError for numbers that cannot be, more memory than there is, and a capture that was given up.
+    LightFieldError for numbers that cannot be, more memory than there is, and a capture that was cancelled.
     """
     middle = lumigraph_pinhole(camera)
     if distance is None:
@@ -252,6 +252,6 @@ def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9,
         one = array_camera(middle, made.places[j, i], distance, made.offsets[j, i])
         made.pictures[j, i] = np.minimum(render(one, scene, samples, seed + number), TOP).transpose(2, 0, 1)
         made.nearness[j, i] = 1e3 / depth_map(one, scene)
-        if not told(number / (across * down)):
-            raise LightFieldError("the capture was given up")
+        if not progress(number / (across * down)):
+            raise LightFieldError("the capture was cancelled")
     return made

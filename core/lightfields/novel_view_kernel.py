@@ -49,7 +49,7 @@ class Surface(NamedTuple):
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def look(lines, given, many, pinholes, texels, by, surface, own, out, covered, first, last):
+def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, covered, first, last):
     """Lines first … last − 1 of a picture (h, w, 3), and which of its pixels were recorded; many² rays a pixel.
 
     lines: (6, 3) origin and direction of the rays in the array's frame, linear in the raster's x, y and 1; or, where

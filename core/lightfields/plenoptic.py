@@ -110,7 +110,7 @@ class PlenopticCamera:
         return film.pixels_x * self.pixels, film.pixels_y * self.pixels
 
     def expose(self, scene: Scene, samples: int = 16, seed: int = 0, shadows: bool = True,
-               told: Callable[[float], bool] = lambda share: True) -> "RawPicture":
+               progress: Callable[[float], bool] = lambda share: True) -> "RawPicture":
         """What the sensor sees; samples: for each of its pixels, and each microlens whose light comes to it.
 
         told: called with the share that is done; given up where it answers False. LightFieldError as of
@@ -123,24 +123,24 @@ class PlenopticCamera:
         recorder = Recorder(fine, scene, shadows, np.uint32(seed & 0xFFFFFFFF))
         out = np.zeros((4, h, w), np.float32)
         lefts, done = range(0, w, recorder.width), count(1)
-        given_up: list[int] = []
+        cancelled: list[int] = []
         # Pictures reach into those of so many neighbours, but for a seam: half a microlens over the pupil's radius
         over = max(math.ceil(0.5 * self.reach * self.fill - 0.5 - 1e-9), 0)
         near = [(i, j) for j in range(-over, over + 1) for i in range(-over, over + 1)]
 
         def record(left: int) -> None:
             for n, to in enumerate(near):
-                if given_up:
+                if cancelled:
                     return
                 strip = recorder.strip(left, partial(self._aims, to), 1.0, (0.0, 0.0), n * samples, samples)
                 out[:, :, left:left + recorder.width] += strip[..., :w - left]
-            if not told(next(done) / len(lefts)):
-                given_up.append(left)
+            if not progress(next(done) / len(lefts)):
+                cancelled.append(left)
 
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             list(pool.map(record, lefts))
-        if given_up:
-            raise LightFieldError("the exposure was given up")
+        if cancelled:
+            raise LightFieldError("the exposure was cancelled")
         return RawPicture(self, np.ascontiguousarray(out[:3].transpose(1, 2, 0)), out[3])
 
     def _aims(self, to: tuple[int, int], wavelength: float) -> list[Step]:

@@ -25,7 +25,7 @@ BAND = 32               # lines that a thread takes at a time
 CACHE_LINE = 64         # bytes
 
 
-def added(light: np.ndarray, used: np.ndarray, begins: np.ndarray, scale: float, weights: np.ndarray, step,
+def shift_and_add(light: np.ndarray, used: np.ndarray, begins: np.ndarray, scale: float, weights: np.ndarray, step,
           fill: float = 1.0, gain: float = 1.0) -> np.ndarray:
     """(h, w, 3) float32: gain · Σ weight · view(begin + scale · pixel), begins (n, 2); beyond its edge its last pixel.
 
@@ -170,7 +170,7 @@ def _sharpen(sums, across, down, gain, out, first, last):
             out[y, i, 0], out[y, i, 1], out[y, i, 2] = made[0, i], made[1, i], made[2, i]
 
 
-def magnified(picture: np.ndarray, scale: float, middle) -> np.ndarray:
+def rescaled(picture: np.ndarray, scale: float, middle) -> np.ndarray:
     """(3, h, w) whose pixel x is taken from scale · (x − middle) + middle of a picture, by Lanczos's kernel.
 
     middle: across and down, in raster pixels.

@@ -52,14 +52,14 @@ from lensbench.optics.block_trace import MORE, SURFACE, trace_step
 from lensbench.optics.prescription import Lens
 from lensbench.scenery.scene import REACH, Scene
 
-VIEWS = ("direction", "origin", "time", "depth", "weight", "fate")
+AOVS = ("direction", "origin", "time", "depth", "weight", "fate")
 AVERAGED = ("direction", "origin", "time", "depth")     # over the samples that arrive
 
 
-def view_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
+def aov_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
     """The stages from raster X, Y and U0, U1, TIME to the colours of a view; ValueError for one that is none."""
-    if view not in VIEWS:
-        raise ValueError(f"view {view!r}: choose one of {', '.join(VIEWS)}")
+    if view not in AOVS:
+        raise ValueError(f"view {view!r}: choose one of {', '.join(AOVS)}")
     if view == "fate" and isinstance(camera, LensCamera) and camera.is_traced:
         return [camera.film_step, *_fates(camera)]
     if view == "origin":
@@ -79,7 +79,7 @@ def view_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
     return [*steps, Step(passed, [1.0 if view == "fate" else 0.0])]
 
 
-def arrivals(camera: Camera, timed: bool) -> list[Step]:
+def arrival_steps(camera: Camera, timed: bool) -> list[Step]:
     """The stages to 1 in all colours for each sample that arrives; timed: the samples have a TIME."""
     return [*camera.steps(timed=timed), Step(passed, [1.0])]
 

@@ -27,7 +27,7 @@ SAME = 0.06                 # difference of two directions that may share a rect
 HEAD_ON = 0.02              # least cosine of the light's angle from the axis
 
 
-class Fronts(NamedTuple):
+class EntranceBounds(NamedTuple):
     """Of n points: rectangles on the planes before the lens."""
 
     middles: np.ndarray         # (n, 3)
@@ -130,7 +130,7 @@ def _look(points, radii, front, frames, boxes, passing, best, lanes, code, gated
         boxes[j, 0], boxes[j, 1], boxes[j, 2], boxes[j, 3] = u0, v0, hu, hv
 
 
-def fronts(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32) -> Fronts:
+def entrance_bounds(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32) -> EntranceBounds:
     """The rectangles for light from spheres of these radii (n,) about points (n, 3) of the camera frame, mm."""
     n = len(points)
     towards = points - [0.0, 0.0, way.front]
@@ -150,16 +150,16 @@ def fronts(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32)
     else:
         passing[:] = 1.0
         towards, frames = np.tile([0.0, 0.0, -1.0], (n, 1)), np.tile([[1.0, 0, 0], [0, 1.0, 0]], (n, 1, 1))
-    passing[~tellable(way, points, radii)] = 0.0
+    passing[~is_boundable(way, points, radii)] = 0.0
     start = np.array([0.0, 0.0, way.front])
-    return Fronts(start + np.einsum("ni,nij->nj", boxes[:, :2], frames), boxes[:, 2:, None] * frames, towards, passing,
-                  start + np.einsum("ni,nij->nj", best, frames))
+    return EntranceBounds(start + np.einsum("ni,nij->nj", boxes[:, :2], frames), boxes[:, 2:, None] * frames,
+                          towards, passing, start + np.einsum("ni,nij->nj", best, frames))
 
 
-def shared_fronts(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32) -> Fronts:
+def shared_entrance_bounds(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32) -> EntranceBounds:
     """As `fronts`, but points that lie nearly in the same direction share a rectangle that is wide enough for all."""
     if way.radius == 0.0 or len(points) < 2:
-        return fronts(way, points, radii, real)
+        return entrance_bounds(way, points, radii, real)
     ahead = points - [0.0, 0.0, way.front]
     away = np.sqrt((ahead**2).sum(1))
     ahead = ahead / away[:, None]
@@ -174,16 +174,16 @@ def shared_fronts(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.f
     wide = np.sqrt(((ahead - middle[group])**2).sum(1)) * far[group] + radii * ratio + way.radius * abs(1.0 - ratio)
     reach = np.zeros(len(far))
     np.maximum.at(reach, group, wide)
-    found = fronts(way, [0.0, 0.0, way.front] + middle * far[:, None], reach, real)
-    found = Fronts(*(values[group] for values in found))
+    found = entrance_bounds(way, [0.0, 0.0, way.front] + middle * far[:, None], reach, real)
+    found = EntranceBounds(*(values[group] for values in found))
     alone = np.nonzero(found.passing == 0.0)[0]         # of the middle; some of them may still be seen
     if alone.size:
-        for values, own in zip(found, fronts(way, points[alone], radii[alone], real), strict=True):
+        for values, own in zip(found, entrance_bounds(way, points[alone], radii[alone], real), strict=True):
             values[alone] = own
     return found
 
 
-def tellable(way: WayBack, points: np.ndarray, radii) -> np.ndarray:
+def is_boundable(way: WayBack, points: np.ndarray, radii) -> np.ndarray:
     """Whether rectangles for light from spheres about points (…, 3) can be found: they are before it, and not near."""
     ahead = points - [0.0, 0.0, way.front]
     away = np.sqrt((ahead**2).sum(-1))

@@ -52,7 +52,7 @@ from lensbench.kernels.program import Program, run_steps
 from lensbench.kernels.sampling import sobol_net
 from lensbench.optics.glass import D_LINE
 from lensbench.rendering.light_rays import LIGHT, MARK, bent_there, carry_on, emit, emit_by_ball, turn_back
-from lensbench.rendering.light_selection import BALL, STRAIGHT, Sighting, budget, choose
+from lensbench.rendering.light_selection import BALL, STRAIGHT, SelectedLight, budget, select_lights
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.shading.illumination import begin, settle
 from lensbench.scenery.shading.specular_bounce import bounce
@@ -68,13 +68,13 @@ LIST = 128              # tasks whose samples are listed before they are added t
 NO_IMAGE = np.zeros((2, 2), np.float32)
 
 
-class Splats:
+class LightImage:
     """What small lights add to a picture: sums over the passes so far, radiance of (pixels, 3)."""
 
     def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real=np.float32):
         self._camera, self._scene, self._seed, self._real = camera, scene, seed, real
         self._programs: dict[tuple[float, int, bool, int], Program] = {}
-        self._chosen, bent = choose(camera, scene, real)
+        self._chosen, bent = select_lights(camera, scene, real)
         left, alone = divided(scene.objects, tuple(self.lights))
         later, alone_later = divided(scene.objects, bent)
         by = frozenset(chosen.by for chosen in self._chosen if chosen.how != STRAIGHT)
@@ -101,10 +101,10 @@ class Splats:
         """
         pixels = self._across * self._down
         cost = sum(chosen.blocks / chosen.every for chosen in self._chosen) * B / pixels
-        covered = sum(chosen.shown for chosen in self._chosen if chosen.every == 1) / pixels
+        covered = sum(chosen.covered for chosen in self._chosen if chosen.every == 1) / pixels
         return round(min(max(math.sqrt(cost * COVERED / max(covered, 1e-9)), 1.0), RAREST))
 
-    def _settled(self, pool: Executor, threads: int) -> list[Sighting]:
+    def _settled(self, pool: Executor, threads: int) -> list[SelectedLight]:
         """The lights as they are, or with more rays that each stand for themselves where some are blocked."""
         numbers = np.concatenate([chosen.numbers for chosen in self._chosen])
         numbers = numbers.reshape(-1, LIGHT)

@@ -14,9 +14,16 @@ from lensbench.cameras.film_landing import WayBack
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.kernels.block import WEIGHT, B, X, Y
 from lensbench.kernels.program import Program
-from lensbench.rendering.entrance_bounds import Fronts, shared_fronts, tellable
+from lensbench.rendering.entrance_bounds import EntranceBounds, is_boundable, shared_entrance_bounds
 from lensbench.rendering.light_rays import FLOW, light_parameters
-from lensbench.rendering.specular_connection import Bend, bends, by_ball, directions, mirrored, shown
+from lensbench.rendering.specular_connection import (
+    SpecularObject,
+    connect_by_ball,
+    connecting_directions,
+    may_show,
+    mirror_image,
+    specular_objects,
+)
 from lensbench.scenery.objects import Disk, Sphere
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.small_lights import SmallLight, brightnesses, light_points, small_lights
@@ -34,7 +41,7 @@ FEW = 600e3             # rays of all lights that are never too many
 STRAIGHT, FLAT, BALL = range(3)     # how a light is seen
 
 
-class Sighting(NamedTuple):
+class SelectedLight(NamedTuple):
     """A light that is traced from its own side, as `emit` reads it."""
 
     light: SmallLight
@@ -47,10 +54,10 @@ class Sighting(NamedTuple):
     round: bool                 # whether its places fill the unit disk
     image: np.ndarray           # (2, 2) pixels: x, y of the image of each of the half-axes
     points: np.ndarray          # (POINTS, 5) of the light
-    shown: float                # pixels of its picture, each by the square of its brightness, at most that of white
+    covered: float              # pixels of its picture, each by the square of its brightness, at most that of white
     every: int = 1              # it is traced in one pass of so many
 
-    def traced(self, blocks: int, every: int = 1) -> "Sighting":
+    def traced(self, blocks: int, every: int = 1) -> "SelectedLight":
         """The same with another number of rays, in one pass of so many."""
         if (blocks, every) == (self.blocks, self.every):
             return self
@@ -59,7 +66,7 @@ class Sighting(NamedTuple):
         return self._replace(blocks=blocks, every=every, numbers=numbers)
 
 
-class _Seen(NamedTuple):
+class _Candidates(NamedTuple):
     """n lights as a lens sees them. Camera frame."""
 
     which: np.ndarray           # (n,) among the small lights
@@ -69,12 +76,12 @@ class _Seen(NamedTuple):
     rights: np.ndarray          # (n, 3) half-axes of what hides it, of a parallelogram or, where `disks`, an ellipse
     ups: np.ndarray
     disks: np.ndarray           # (n,)
-    front: Fronts
+    front: EntranceBounds
 
-    def only(self, keep: np.ndarray) -> "_Seen":
+    def only(self, keep: np.ndarray) -> "_Candidates":
         """Some of them."""
-        front = Fronts(*(values[keep] for values in self.front))
-        return _Seen(self.which[keep], self.by[keep], self.balls[keep], self.centres[keep], self.rights[keep],
+        front = EntranceBounds(*(values[keep] for values in self.front))
+        return _Candidates(self.which[keep], self.by[keep], self.balls[keep], self.centres[keep], self.rights[keep],
                      self.ups[keep], self.disks[keep], front)
 
 
@@ -90,22 +97,22 @@ class _Pictures(NamedTuple):
     needed: np.ndarray          # (n,) rays in one pass
 
 
-class Choice(NamedTuple):
+class LightSelection(NamedTuple):
     """What is traced from its own side."""
 
-    sightings: list[Sighting]
+    lights_selected: list[SelectedLight]
     bent: tuple[SmallLight, ...]        # the lights of which all is traced that the things show by which any is
 
 
-def choose(camera: Camera, scene: Scene, real) -> Choice:
+def select_lights(camera: Camera, scene: Scene, real) -> LightSelection:
     """The lights that a camera's rays would find too seldom, with what `emit` needs of them."""
     place = camera.world_from_camera
     if isinstance(place, AnimatedTransform) or scene.moves or camera.has_port:
-        return Choice([], ())
+        return LightSelection([], ())
     small = small_lights(scene.objects, tuple(place[:3, 3]))
     way = camera.way_back() if small else None
     if way is None:
-        return Choice([], ())
+        return LightSelection([], ())
     camera_from_world = np.linalg.inv(place)
     turn, shift = camera_from_world[:3, :3], camera_from_world[:3, 3]
     centres = np.array([light.centre for light in small]) @ turn.T + shift
@@ -114,8 +121,8 @@ def choose(camera: Camera, scene: Scene, real) -> Choice:
     objects = scene.objects
     balls = np.array([isinstance(objects[light.number], Sphere) for light in small])
     disks = np.array([isinstance(objects[light.number], Sphere | Disk) for light in small])
-    things = bends(scene, turn, shift)
-    known, which, by, front = _fronts(way, things, centres, radii, real)
+    things = specular_objects(scene, turn, shift)
+    known, which, by, front = _entrance_bounds(way, things, centres, radii, real)
     lone = np.zeros((len(which), 5))
     where, half = centres[which], [axis[which] for axis in axes]
     for k, thing in enumerate(things):
@@ -123,24 +130,24 @@ def choose(camera: Camera, scene: Scene, real) -> Choice:
         if thing.radius > 0.0:
             lone[at] = thing.ball
         else:
-            where[at] = mirrored(thing, where[at], True)
+            where[at] = mirror_image(thing, where[at], True)
             for axis in half:
-                axis[at] = mirrored(thing, axis[at], False)
+                axis[at] = mirror_image(thing, axis[at], False)
     # What hides each light from all the places where its rays come from
     start = np.array([0.0, 0.0, way.front])
     origin = np.where(lone[:, 3:4] > 0.0, lone[:, :3], start)
     reach = np.sqrt((np.abs(front.axes).sum(1)**2).sum(1)) + np.sqrt(((front.middles - start)**2).sum(1))
     rights, ups = _hiding(balls[which], radii[which], half, where - origin,
                           np.where(lone[:, 3] > 0.0, lone[:, 3], reach))
-    seen = _Seen(which, by, lone, where, rights, ups, disks[which], front)
+    seen = _Candidates(which, by, lone, where, rights, ups, disks[which], front)
     pictures = _pictures(camera, way, seen)
     keep = _worthwhile(camera, seen, pictures)
-    sightings = _sightings(camera, scene, small, things, seen.only(keep),
+    lights_selected = _selected_lights(camera, scene, small, things, seen.only(keep),
                            _Pictures(*(values[keep] for values in pictures)), way.radius == 0.0)
-    return Choice(sightings, tuple(light for light, told in zip(small, known, strict=True) if told))
+    return LightSelection(lights_selected, tuple(light for light, told in zip(small, known, strict=True) if told))
 
 
-def _fronts(way: WayBack, things: list[Bend], centres: np.ndarray, radii: np.ndarray, real):
+def _entrance_bounds(way: WayBack, things: list[SpecularObject], centres: np.ndarray, radii: np.ndarray, real):
     """Which lights the lens may see, and by which of the things or −1, both (n,); and the rectangles before the lens.
 
     Things of which it cannot be told are left out; lights of which it cannot be told for one are seen straight alone.
@@ -148,19 +155,19 @@ def _fronts(way: WayBack, things: list[Bend], centres: np.ndarray, radii: np.nda
     start = np.array([0.0, 0.0, way.front])
     known, parts = np.ones(len(centres), bool), [(np.arange(len(centres)), -1, centres, radii)]
     for k, thing in enumerate(things):
-        if thing.radius > 0.0 and not tellable(way, thing.centre, thing.radius):
+        if thing.radius > 0.0 and not is_boundable(way, thing.centre, thing.radius):
             continue
-        there, odd = shown(thing, centres, radii, start, way.radius)
+        there, odd = may_show(thing, centres, radii, start, way.radius)
         at = np.nonzero(there)[0]
         if thing.radius > 0.0:
             one = min(len(at), 1)                               # rectangle for all of the ball
             parts.append((at, k, np.tile(thing.centre, (one, 1)), np.full(one, thing.radius)))
         else:
-            image = mirrored(thing, centres[at], True)
-            odd[at] = ~tellable(way, image, radii[at])
+            image = mirror_image(thing, centres[at], True)
+            odd[at] = ~is_boundable(way, image, radii[at])
             parts.append((at, k, image, radii[at]))
         known &= ~odd
-    found = shared_fronts(way, np.concatenate([points for _, _, points, _ in parts]),
+    found = shared_entrance_bounds(way, np.concatenate([points for _, _, points, _ in parts]),
                           np.concatenate([sizes for _, _, _, sizes in parts]), real)
     first = np.cumsum([0] + [len(points) for _, _, points, _ in parts])
     rows = np.concatenate([begin + np.minimum(np.arange(len(at)), max(len(points) - 1, 0))
@@ -168,7 +175,7 @@ def _fronts(way: WayBack, things: list[Bend], centres: np.ndarray, radii: np.nda
     which = np.concatenate([at for at, _, _, _ in parts])
     by = np.concatenate([np.full(len(at), k) for at, k, _, _ in parts])
     keep = (found.passing[rows] > 0.0) & (known[which] | (by < 0))
-    return known, which[keep], by[keep], Fronts(*(values[rows[keep]] for values in found))
+    return known, which[keep], by[keep], EntranceBounds(*(values[rows[keep]] for values in found))
 
 
 def _hiding(balls: np.ndarray, radii: np.ndarray, half: list[np.ndarray], away: np.ndarray, reach: np.ndarray
@@ -189,7 +196,7 @@ def _hiding(balls: np.ndarray, radii: np.ndarray, half: list[np.ndarray], away: 
             np.where(balls[:, None], np.cross(towards, side) * size[:, None], half[1]))
 
 
-def _pictures(camera: Camera, way: WayBack, seen: _Seen) -> _Pictures:
+def _pictures(camera: Camera, way: WayBack, seen: _Candidates) -> _Pictures:
     """How large they are, how much of that is due to the light's own size, and how many rays they take."""
     front, back = seen.front, Program(way.bounding)
     middle, image = _images(back, seen, front.best)
@@ -212,7 +219,7 @@ def _pictures(camera: Camera, way: WayBack, seen: _Seen) -> _Pictures:
     return _Pictures(image, own, own / whole, beside, steady, density, density * whole / front.passing)
 
 
-def _images(back: Program, seen: _Seen, through: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _images(back: Program, seen: _Candidates, through: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Raster points (n, 2) of lights by rays through these points (n, 3), and their half-axes there (n, 2, 2).
 
     back: from such a ray to the raster.
@@ -220,7 +227,7 @@ def _images(back: Program, seen: _Seen, through: np.ndarray) -> tuple[np.ndarray
     n = len(through)
     points = np.concatenate([seen.centres, seen.centres + seen.rights, seen.centres + seen.ups])
     through = np.tile(through, (3, 1))
-    d = -directions(through, points, np.tile(seen.balls, (3, 1)))
+    d = -connecting_directions(through, points, np.tile(seen.balls, (3, 1)))
     given = {X: through[:, 0], Y: through[:, 1], X + 2: through[:, 2], X + 3: d[:, 0], X + 4: d[:, 1], X + 5: d[:, 2],
              WEIGHT: np.ones(3 * n)}
     raster = back.run(given, [X, Y], 3 * n).T.astype(float)
@@ -232,7 +239,7 @@ def budget(camera: Camera) -> float:
     return max(BUDGET * camera.film.pixels_x * camera.film.pixels_y, FEW)
 
 
-def _worthwhile(camera: Camera, seen: _Seen, pictures: _Pictures) -> np.ndarray:
+def _worthwhile(camera: Camera, seen: _Candidates, pictures: _Pictures) -> np.ndarray:
     """Which of them to trace: straight, those that need it most; by each thing all on the film, or none."""
     most, needed = budget(camera), pictures.needed
     straight = np.nonzero((seen.by < 0) & (pictures.met < MET) & ~pictures.beside)[0]
@@ -249,8 +256,8 @@ def _worthwhile(camera: Camera, seen: _Seen, pictures: _Pictures) -> np.ndarray:
     return np.concatenate(kept)
 
 
-def _sightings(camera: Camera, scene: Scene, small: list[SmallLight], things: list[Bend], seen: _Seen,
-               pictures: _Pictures, pinhole: bool) -> list[Sighting]:
+def _selected_lights(camera: Camera, scene: Scene, small: list[SmallLight], things: list[SpecularObject],
+                     seen: _Candidates, pictures: _Pictures, pinhole: bool) -> list[SelectedLight]:
     """With as many rays as there is time for."""
     share = min(1.0, budget(camera) / max(pictures.needed.sum(), 1.0))
     blocks = np.maximum(1.0, np.ceil(share * pictures.needed / B))
@@ -261,16 +268,16 @@ def _sightings(camera: Camera, scene: Scene, small: list[SmallLight], things: li
     first = np.zeros(n)
     bent = np.nonzero(seen.balls[:, 3] > 0.0)[0]
     if bent.size:
-        first[bent] = by_ball(front.best[bent], seen.centres[bent], seen.balls[bent])[1]
+        first[bent] = connect_by_ball(front.best[bent], seen.centres[bent], seen.balls[bent])[1]
     numbers = light_parameters(marks, front.middles, front.axes, front.towards, seen.centres, seen.rights, seen.ups,
                                seen.disks, areas / (blocks * B), [-2.0 - number for number in by],
                                np.column_stack([seen.balls, first]))
     points, bright = light_points(scene.objects), brightnesses(scene.objects)
     parts = np.minimum(np.array([bright[small[k]] for k in seen.which]) * pictures.met, 1.0)
-    shown = parts**2 * pictures.own / np.maximum(pictures.met, 1e-30)
+    covered = parts**2 * pictures.own / np.maximum(pictures.met, 1e-30)
     how = np.where(seen.balls[:, 3] > 0.0, BALL, np.where(seen.by >= 0, FLAT, STRAIGHT))
     many = np.where(pictures.steady, 2 ** np.ceil(np.log2(np.clip(EACH * pictures.own, 1, MANY))).astype(int), 0)
     alone, images = (DENSITY / pictures.density).tolist(), pictures.image.astype(np.float32)
-    return [Sighting(small[k], *rest) for k, rest in zip(seen.which, zip(
+    return [SelectedLight(small[k], *rest) for k, rest in zip(seen.which, zip(
         how.tolist(), by, numbers, blocks.astype(int).tolist(), many.tolist(), alone, seen.disks.tolist(), images,
-        [points[small[k]] for k in seen.which], shown.tolist(), strict=True), strict=True)]
+        [points[small[k]] for k in seen.which], covered.tolist(), strict=True), strict=True)]

@@ -17,8 +17,8 @@ from lensbench.kernels.block import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, Step
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
 from lensbench.kernels.tile_order import raster_image
-from lensbench.rendering.aovs import AVERAGED, arrivals, view_steps
-from lensbench.rendering.light_image import Splats
+from lensbench.rendering.aovs import AVERAGED, aov_steps, arrival_steps
+from lensbench.rendering.light_image import LightImage
 from lensbench.scenery.scene import Scene
 
 BAND = 16               # blocks that a thread takes at a time
@@ -48,7 +48,7 @@ class Rendering:
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
-                 view: str = "", splat: bool = True, filtered: bool = True):
+                 view: str = "", light_tracing: bool = True, filtered: bool = True):
         camera = camera if view else resolved(camera, scene)
         film = camera.film
         self.shape = (film.pixels_y, film.pixels_x)
@@ -65,24 +65,25 @@ class Rendering:
             if scene.is_rough:
                 size, part = pupil_steps(camera, real)
                 self._before += size
-        splats = Splats(camera, scene, self.seed, real) if splat and not view else None
-        self._splats = splats if splats is not None and not splats.is_empty else None
-        taken = None if self._splats is None else self._splats.taken
+        splats = LightImage(camera, scene, self.seed, real) if light_tracing and not view else None
+        self._light_image = splats if splats is not None and not splats.is_empty else None
+        taken = None if self._light_image is None else self._light_image.taken
         self._after = [*part, *scene.steps(shadows, camera.shutter_open, taken, camera.medium)]
         self._camera, self._real = camera, real
         self._disperses = camera.disperses and not view
-        seen = view_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]
+        seen = aov_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]
         self._program = Program([*self._before, *seen], real)
         # Of a view that is a mean over the samples that arrive: what counts them
-        self._counting = Program([*self._before, *arrivals(camera, timed)], real) if view in AVERAGED else None
+        self._counting = Program([*self._before, *arrival_steps(camera, timed)], real) if view in AVERAGED else None
         self._colours: dict[int, list[Program]] = {}            # of each part of the spectrum, one for each channel
         self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
         self._arrived = np.zeros_like(self._sums) if self._counting else None
 
     @property
-    def splatted(self) -> frozenset[int]:
+    def light_traced(self) -> frozenset[int]:
         """Numbers of the objects of the scene whose light, or part of it, is traced from its own side."""
-        return frozenset() if self._splats is None else frozenset(light.number for light in self._splats.lights)
+        image = self._light_image
+        return frozenset() if image is None else frozenset(light.number for light in image.lights)
 
     def _passes(self, samples: int) -> list[tuple[Program, int, int]]:
         """What these next samples are made of: programs, and which samples of theirs, from and how many."""
@@ -134,7 +135,7 @@ class Rendering:
         if pool is None:
             with ThreadPoolExecutor(threads) as own:
                 return self.add(samples, own, wanted, threads)
-        done = self._splats is None or self._splats.add(self._numbers(samples), afresh, pool, threads, wanted)
+        done = self._light_image is None or self._light_image.add(self._numbers(samples), afresh, pool, threads, wanted)
         done = done and all(list(pool.map(work, range(threads))))
         self.samples += samples
         return done
@@ -146,8 +147,8 @@ class Rendering:
             return raster_image(self._sums, w, h) / np.maximum(raster_image(self._arrived, w, h), np.float32(1))
         counted = self.samples - 1 if self._disperses and self.samples > 1 else self.samples
         mean = raster_image(self._sums, w, h, 1.0 / max(counted, 1))
-        if self._splats is not None:
-            mean += self._splats.image()
+        if self._light_image is not None:
+            mean += self._light_image.image()
         return mean.astype(np.float32, copy=False)
 
 

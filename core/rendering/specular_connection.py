@@ -22,7 +22,7 @@ NEAR = 4.0              # radii of a light: from a ball it is no nearer
 AROUND = 1.5            # how much more than by the first order a path may miss a ball, to be surely beside it
 
 
-class Bend(NamedTuple):
+class SpecularObject(NamedTuple):
     """A thing that shows lights: a flat mirror or pane, or a ball."""
 
     number: int                 # of the object in the scene
@@ -38,21 +38,22 @@ class Bend(NamedTuple):
         return np.array([*self.centre, self.radius, 1.0 if self.metal else -1.0])
 
 
-def bends(scene: Scene, turn: np.ndarray, shift: np.ndarray) -> list[Bend]:
+def specular_objects(scene: Scene, turn: np.ndarray, shift: np.ndarray) -> list[SpecularObject]:
     """All of them; a point p of the world lies at turn p + shift in the camera frame."""
     found = []
     for j, o in enumerate(scene.objects):
         if o.material.kind in ("metal", "glass") and not o.moves:
             metal = o.material.kind == "metal"
             if isinstance(o, Sphere):
-                found.append(Bend(j, metal, turn @ o.centre + shift, o.radius, np.zeros((2, 3)), True))
+                found.append(SpecularObject(j, metal, turn @ o.centre + shift, o.radius, np.zeros((2, 3)), True))
             else:
                 centre, a, b, _, disk = plate_frame(o)
-                found.append(Bend(j, metal, turn @ centre + shift, 0.0, np.array([a, b]) @ turn.T, bool(disk)))
+                axes = np.array([a, b]) @ turn.T
+                found.append(SpecularObject(j, metal, turn @ centre + shift, 0.0, axes, bool(disk)))
     return found
 
 
-def mirrored(bend: Bend, vectors: np.ndarray, points: bool) -> np.ndarray:
+def mirror_image(bend: SpecularObject, vectors: np.ndarray, points: bool) -> np.ndarray:
     """Points or directions (n, 3) as a plate shows them."""
     if not bend.metal:
         return vectors
@@ -62,7 +63,7 @@ def mirrored(bend: Bend, vectors: np.ndarray, points: bool) -> np.ndarray:
     return vectors - 2.0 * above[:, None] * normal
 
 
-def shown(bend: Bend, centres: np.ndarray, radii: np.ndarray, eye: np.ndarray, reach: float):
+def may_show(bend: SpecularObject, centres: np.ndarray, radii: np.ndarray, eye: np.ndarray, reach: float):
     """Which lights (n,) a thing may show to an eye of this radius, and of which it cannot be told.
 
     centres (n, 3), radii (n,): spheres about them. What is not shown for certain is the one or the other.
@@ -70,7 +71,7 @@ def shown(bend: Bend, centres: np.ndarray, radii: np.ndarray, eye: np.ndarray, r
     if bend.radius > 0.0:
         far, near = np.sqrt(((centres - bend.centre)**2).sum(1)), math.dist(eye, bend.centre)
         odd = (bend.radius / (far - radii) + bend.radius / (near - reach) > APART) | (far < NEAR * radii + bend.radius)
-        _, _, miss = by_ball(np.tile(eye, (len(centres), 1)), centres, np.tile(bend.ball, (len(centres), 1)))
+        _, _, miss = connect_by_ball(np.tile(eye, (len(centres), 1)), centres, np.tile(bend.ball, (len(centres), 1)))
         return ~odd & (miss < AROUND * (radii / far + reach / near)), odd
     normal = np.cross(*bend.axes)
     normal /= math.sqrt(normal @ normal)
@@ -81,7 +82,7 @@ def shown(bend: Bend, centres: np.ndarray, radii: np.ndarray, eye: np.ndarray, r
     with np.errstate(divide="ignore", invalid="ignore"):
         least, most = (own - reach) / (own - reach + height + radii), (own + reach) / (own + reach + height - radii)
     # and, along the axes of the plate, in between these places
-    image, nearest = mirrored(bend, centres, True) - bend.centre, np.zeros((2, len(centres)))
+    image, nearest = mirror_image(bend, centres, True) - bend.centre, np.zeros((2, len(centres)))
     for k, axis in enumerate(bend.axes):
         size = math.sqrt(axis @ axis)
         here, there = (eye - bend.centre) @ axis / size, image @ axis / size
@@ -92,19 +93,20 @@ def shown(bend: Bend, centres: np.ndarray, radii: np.ndarray, eye: np.ndarray, r
     return same & within & ~odd, odd
 
 
-def by_ball(through: np.ndarray, points: np.ndarray, balls: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def connect_by_ball(through: np.ndarray, points: np.ndarray, balls: np.ndarray
+                    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rays from points before the lens by balls to points of lights, all (n, 3).
 
     balls: (n, 5), `Bend.ball`. Unit directions (n, 3); how far they pass from the centre (n,); and by how many
     radians a ray that grazes the ball falls short of the point, 0 or less where the path is there.
     """
     found, passing, miss = np.empty((len(points), 3)), np.empty(len(points)), np.empty(len(points))
-    _by_ball(through, points, balls, found, passing, miss)
+    _connect_by_ball(through, points, balls, found, passing, miss)
     return found, passing, miss
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _by_ball(through, points, balls, found, passing, miss):
+def _connect_by_ball(through, points, balls, found, passing, miss):
     """As `by_ball`, into the arrays given."""
     for i in range(len(points)):
         cx, cy, cz, radius, side = balls[i, 0], balls[i, 1], balls[i, 2], balls[i, 3], balls[i, 4]
@@ -146,7 +148,7 @@ def _turned(theta, metal, radius, near, far):
     return 2.0 * (theta - inner) - math.asin(p) - math.asin(q), slope
 
 
-def directions(through: np.ndarray, points: np.ndarray, balls: np.ndarray) -> np.ndarray:
+def connecting_directions(through: np.ndarray, points: np.ndarray, balls: np.ndarray) -> np.ndarray:
     """Unit directions (n, 3) from points before the lens to points as they are seen, straight, or by balls.
 
     balls: (n, 5), 0 where there is none. NaN where no such path is there.
@@ -155,6 +157,6 @@ def directions(through: np.ndarray, points: np.ndarray, balls: np.ndarray) -> np
     way = way / np.sqrt((way**2).sum(1))[:, None]
     bent = np.nonzero(balls[:, 3] > 0.0)[0]
     if bent.size:
-        found, _, miss = by_ball(through[bent], points[bent], balls[bent])
+        found, _, miss = connect_by_ball(through[bent], points[bent], balls[bent])
         way[bent] = np.where(miss[:, None] <= 0.0, found, math.nan)
     return way

@@ -128,17 +128,18 @@ def test_pbrt_v4_279_every_camera_knows_the_importance_of_its_own_rays(camera):
                                atol=2e-2 if model == "table" else 1e-2)
 
 
-@pytest.mark.parametrize("splat", [True, False])
-def test_pbrt_v4_458_half_of_the_lens_covered_is_half_of_the_light(splat):
+@pytest.mark.parametrize("light_tracing", [True, False])
+def test_pbrt_v4_458_half_of_the_lens_covered_is_half_of_the_light(light_tracing):
     """What the scene blocks counts as nothing in the mean over the lens, from the light's side too."""
     light = lb.Sphere((0.0, 0.0, -8000.0), 60.0, lb.Material((50.0,) * 3, "light"))
     cover = lb.Rectangle((-500.0, 0.0, -40.0), (500.0, 0.0, 0.0), (0.0, 900.0, 0.0), lb.Material((0.0,) * 3))
     camera = lb.PerspectiveCamera(FILM, 0.5, 12.0, 1500.0)
     total = []
     for plates in ((), (cover,)):
-        rendering = lb.Rendering(camera, lb.Scene("light", sky=DARK, spheres=(light,), plates=plates), 3, splat=splat)
-        rendering.add(256 if splat else 2048)
-        assert bool(rendering.splatted) == splat
+        scene = lb.Scene("light", sky=DARK, spheres=(light,), plates=plates)
+        rendering = lb.Rendering(camera, scene, 3, light_tracing=light_tracing)
+        rendering.add(256 if light_tracing else 2048)
+        assert bool(rendering.light_traced) == light_tracing
         total.append(rendering.image().astype(float).sum())
     assert total[1] / total[0] == pytest.approx(0.5, rel=0.01)
 

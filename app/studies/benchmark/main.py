@@ -120,7 +120,7 @@ def cameras() -> Iterator[tuple[str, float, str]]:
     alone: dict[str, Callable[[], object]] = {}
     lit: dict[str, Callable[[], object]] = {}
     for name, camera in kinds.items():
-        alone[name] = partial(lb.Rendering(camera, scene, shadows=False, splat=False).add, 4, threads=2)
+        alone[name] = partial(lb.Rendering(camera, scene, shadows=False, light_tracing=False).add, 4, threads=2)
         rendering = lb.Rendering(camera, scene, shadows=False)
         rendering.add(4, threads=2)
         lit[f"{name}, with small lights"] = partial(rendering.add, MANY, threads=2)
@@ -178,22 +178,23 @@ def splats() -> Iterator[tuple[str, float, str]]:
     away = replace(night, spheres=tuple(o for o in night.spheres if o.material.shines), floor=None,
                    plates=tuple(o for o in night.plates if o.material.shines))
     for name, scene in (("night-lights", night), ("its lights without mirrors", away)):
-        plain = lb.Rendering(camera, scene, seed=12345, splat=False)
+        plain = lb.Rendering(camera, scene, seed=12345, light_tracing=False)
         plain.add(4096)
         truth = tone.develop(plain.image(), 0.0, "filmic")
-        for splat, counts in ((True, (1, 4, 16)), (False, (4, 64, 256))):
-            rendering = lb.Rendering(camera, scene, seed=1, splat=splat)
+        for light_tracing, counts in ((True, (1, 4, 16)), (False, (4, 64, 256))):
+            rendering = lb.Rendering(camera, scene, seed=1, light_tracing=light_tracing)
             for count in counts:
                 rendering.add(count - rendering.samples)
                 error = math.sqrt(((tone.develop(rendering.image(), 0.0, "filmic") - truth) ** 2).mean())
-                yield f"display error, {name}, {count} {'with splats' if splat else 'of the camera'}", error * 1e3, "‰"
+                tracing = "with light tracing" if light_tracing else "of the camera"
+                yield f"display error, {name}, {count} {tracing}", error * 1e3, "‰"
     for name in ("still-life", "night-lights"):
         both: dict[str, Callable[[], object]] = {}
-        for splat in (True, False):
+        for light_tracing in (True, False):
             rendering = lb.Rendering(lb.LensCamera(lenses.load(LENS), FILM, 1200.0, 2.0), lb.builtin_scene(name),
-                                     splat=splat)
+                                     light_tracing=light_tracing)
             rendering.add(4)
-            both[str(splat)] = partial(rendering.add, MANY, threads=2)
+            both[str(light_tracing)] = partial(rendering.add, MANY, threads=2)
         best = least(both, 1.0)
         yield f"later passes with splats in their turn over passes without, {name}", best["True"] / best["False"], "×"
 

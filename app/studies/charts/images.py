@@ -35,13 +35,13 @@ class Way(NamedTuple):
     model: str
     tint: str
     white: bool = False         # by white noise in place of the default samples
-    splat: bool = True          # small lights from their own side
+    light_tracing: bool = True  # trace small lights from the light to the film
 
 
 WAYS = (Way("pinhole", "pinhole", "grey"), Way("thin lens", "thin", "sky"), Way("thick lens", "thick", "blue"),
         Way("polynomial, degree 9", "polynomial", "vermilion"), Way("full trace", "trace", "green"),
         Way("full trace, white noise", "trace", "green", white=True),
-        Way("full trace, lights found by the camera", "trace", "purple", splat=False))
+        Way("full trace, lights found by the camera", "trace", "purple", light_tracing=False))
 
 
 def image_panel(key: str, camera: lb.LensCamera, scene: Scene, told: Callable[[float], bool] = lambda _: True,
@@ -77,7 +77,8 @@ def _followed(way: Way, camera: lb.LensCamera, scene: Scene, truth: np.ndarray, 
     """(seconds, mean square error) after 1, 2, 4, … samples, until the time is up."""
     placing = [Step(white_noise, PIXELS)] if way.white else None
     start = time.perf_counter()
-    rendering = lb.Rendering(replace(camera, model=way.model), scene, seed, steps=placing, splat=way.splat)
+    rendering = lb.Rendering(replace(camera, model=way.model), scene, seed, steps=placing,
+                             light_tracing=way.light_tracing)
     spent = time.perf_counter() - start
     found: list[tuple[float, float]] = []
     while 2.0 * spent < longest or len(found) < FEWEST:         # the next step takes as long as all before

@@ -9,7 +9,7 @@ import numpy as np
 import lensbench as lb
 from lensbench import lenses
 from lensbench.analysis.model_choice import LADDER
-from lensbench.analysis.model_error import Judge
+from lensbench.analysis.model_error import ModelErrors
 from lensbench.app.studies.stability.sweep import Stress, curve
 
 LENSES = {"double Gauss": "pbrt-dgauss-50mm", "fisheye": "pbrt-fisheye-10mm", "triplet": "lenshh-cooke-triplet-50"}
@@ -27,9 +27,9 @@ def film(half_diagonal: float) -> lb.Film:
     return lb.Film(width, width / 1.5, max(round(width / PIXEL), 1), max(round(width / 1.5 / PIXEL), 1))
 
 
-def judge(lens: lb.Lens, half_diagonal: float, f_number: float | None, focus: float) -> Judge:
+def judge(lens: lb.Lens, half_diagonal: float, f_number: float | None, focus: float) -> ModelErrors:
     """Of things from four fifths of the focus distance to twice as far."""
-    return Judge(lb.LensCamera(lens, film(half_diagonal), focus, f_number), (0.8 * focus, 2.0 * focus))
+    return ModelErrors(lb.LensCamera(lens, film(half_diagonal), focus, f_number), (0.8 * focus, 2.0 * focus))
 
 
 def circle(lens: lb.Lens) -> float:
@@ -38,8 +38,8 @@ def circle(lens: lb.Lens) -> float:
     return min(21.6, 0.9 * camera.pupil.dark_beyond)        # type: ignore[union-attr]
 
 
-def _curves(judges: Sequence[Judge]):
-    def error(judged: Judge, model: str, degree: int) -> float | str:
+def _curves(judges: Sequence[ModelErrors]):
+    def error(judged: ModelErrors, model: str, degree: int) -> float | str:
         rung = judged.rung(model, degree)
         return rung.error_px if math.isfinite(rung.error_px) else "refused"
 

@@ -9,7 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.analysis.model_choice import LADDER
-from lensbench.analysis.model_error import Judge
+from lensbench.analysis.model_error import ModelErrors
 from tests.core import point_lights
 from tests.core.point_lights import setting, verdict
 
@@ -76,11 +76,11 @@ def test_an_ideal_lens_of_thin_glass_needs_no_trace():
 
 def test_every_judgement_is_a_number_or_says_why_not():
     camera = lb.LensCamera(lenses.load("pbrt-fisheye-10mm"), FILM, 1200.0)
-    judge = Judge(camera, (400.0, 8000.0))
+    judge = ModelErrors(camera, (400.0, 8000.0))
     for model, degree in LADDER[:-1]:
         rung = judge.rung(model, degree)
         assert rung.error_px >= 0.0 and rung.error_stops >= 0.0 and rung.worst
-    bladed = Judge(replace(camera, lens=replace(camera.lens, blades=6)), (400.0, 8000.0))
+    bladed = ModelErrors(replace(camera, lens=replace(camera.lens, blades=6)), (400.0, 8000.0))
     assert math.isinf(bladed.rung("polynomial", 9).error_px) and "blades" in bladed.rung("polynomial", 9).worst
     with pytest.raises(lb.CameraError, match="tolerances must be positive"):
         lb.choose_model(camera, lb.builtin_scene("room"), 0.0)
@@ -130,6 +130,6 @@ def test_colour_of_a_lens_counts_where_pictures_show_it():
     film = lb.Film(8.0, 6.0, 1600, 1200)
     plain, coloured = (lb.LensCamera(lens, film, 4000.0, dispersion=colour) for colour in (False, True))
     depths = (4000.0, 8000.0)
-    without, with_colour = (Judge(each, depths).rung("thick") for each in (plain, coloured))
+    without, with_colour = (ModelErrors(each, depths).rung("thick") for each in (plain, coloured))
     assert with_colour.error_px > 2.0 * without.error_px and "colour" in with_colour.worst
-    assert Judge(coloured, depths).rung("polynomial", 9).error_px < 0.1
+    assert ModelErrors(coloured, depths).rung("polynomial", 9).error_px < 0.1

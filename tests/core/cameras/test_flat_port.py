@@ -87,8 +87,8 @@ def test_a_window_stands_only_where_the_index_changes():
 
 def test_small_lights_in_water_are_where_the_cameras_rays_find_them():
     scene = lb.builtin_scene("night-lights")
-    assert lb.Rendering(lb.PerspectiveCamera(FILM), scene).splatted
-    assert not lb.Rendering(lb.PerspectiveCamera(FILM, medium=WATER), scene).splatted
+    assert lb.Rendering(lb.PerspectiveCamera(FILM), scene).light_traced
+    assert not lb.Rendering(lb.PerspectiveCamera(FILM, medium=WATER), scene).light_traced
 
 
 @pytest.mark.parametrize(("make", "says"), [

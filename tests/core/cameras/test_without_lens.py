@@ -117,11 +117,11 @@ def test_lights_traced_from_their_own_side_find_the_film_through_the_hole():
     lamp = lb.Material(kind="lamp", colour=(3e3, 3e3, 3e3))
     scene = lb.Scene("lamp", sky=DARK, spheres=(lb.Sphere((5.0, 0.0, -2000.0), 5.0, lamp),))
     camera = lb.PinholeCamera(lb.Film(4.0, 4.0, 32, 32), 50.0, 0.5)
-    splat, plain = (lb.Rendering(camera, scene, splat=flag) for flag in (True, False))
-    assert splat.splatted
-    for rendering, samples in ((splat, 16), (plain, 1024)):
+    traced, plain = (lb.Rendering(camera, scene, light_tracing=flag) for flag in (True, False))
+    assert traced.light_traced
+    for rendering, samples in ((traced, 16), (plain, 1024)):
         rendering.add(samples)
-    assert splat.image().mean() == pytest.approx(plain.image().mean(), rel=0.015)
+    assert traced.image().mean() == pytest.approx(plain.image().mean(), rel=0.015)
 
 
 def test_the_sharpest_hole_is_rayleighs():

@@ -72,10 +72,10 @@ def test_what_cannot_be_is_said(field):
         lb.find_depth(field, 2000.0, 1000.0)
     shares = []
 
-    def told(share):
+    def progress(share):
         shares.append(share)
         return len(shares) < 3
 
-    with pytest.raises(lb.LightFieldError, match="given up"):
-        lb.find_depth(field, told=told)
+    with pytest.raises(lb.LightFieldError, match="cancelled"):
+        lb.find_depth(field, progress=progress)
     assert len(shares) == 3 and 0.0 < shares[0] < shares[-1] < math.inf

@@ -176,7 +176,7 @@ def waves(views=(9, 9), dtype=np.float32):
     camera = perspective(1200.0)
     blank = LightField(camera, 1.0, np.zeros((views[1], views[0], 3, 160, 240), dtype),
                        np.ones((views[1], views[0], 160, 240), dtype))
-    used, _, shifts, _, _ = blank._sheared(900.0, None, (0.0, 0.0))
+    used, _, shifts, _, _ = blank._shifts_and_weights(900.0, None, (0.0, 0.0))
     y, x = np.mgrid[0:160, 0:240]
     for (j, i), (across, down) in zip(used, shifts, strict=True):
         for channel, (fx, fy) in enumerate([(6, 4), (15, -10), (2, 16)]):       # whole waves: the edges join
@@ -250,8 +250,8 @@ def test_what_cannot_be_is_said():
     with pytest.raises(lb.LightFieldError, match="at least 1"):
         lb.capture_light_field(camera, scene, samples=0)
     film = lb.Film(36.0, 24.0, 12, 8)
-    with pytest.raises(lb.LightFieldError, match="given up"):
-        lb.capture_light_field(perspective(1200.0, film), scene, (2, 2), 1, told=lambda share: False)
+    with pytest.raises(lb.LightFieldError, match="cancelled"):
+        lb.capture_light_field(perspective(1200.0, film), scene, (2, 2), 1, progress=lambda share: False)
     field = lb.capture_light_field(perspective(1200.0, film), scene, (3, 3), 1)
     with pytest.raises(lb.LightFieldError, match="was not recorded"):
         field.refocus(1000.0, 1.0)

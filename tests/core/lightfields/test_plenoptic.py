@@ -136,5 +136,5 @@ def test_what_cannot_be_is_said():
         PlenopticCamera(camera(radius=0.0))
     with pytest.raises(lb.LightFieldError, match="GB that are free"):
         PlenopticCamera(camera(film=lb.Film(36.0, 24.0, 9000, 6000)), 65).expose(WHITE)
-    with pytest.raises(lb.LightFieldError, match="given up"):
-        PlenopticCamera(camera(), 3).expose(WHITE, 1, told=lambda share: False)
+    with pytest.raises(lb.LightFieldError, match="cancelled"):
+        PlenopticCamera(camera(), 3).expose(WHITE, 1, progress=lambda share: False)

@@ -134,11 +134,11 @@ def test_lights_traced_from_their_own_side_agree_in_water(weights):
     lamp = lb.Material(kind="lamp", colour=(4e3, 4e3, 4e3))
     scene = lb.Scene("lamp", sky=dark, spheres=(lb.Sphere((10.0, 0.0, -4000.0), 8.0, lamp),))
     camera = lb.LensCamera(wet(), lb.Film(1.5, 1.5, 32, 32), 1500.0, 4.0, weights=weights, dispersion=False)
-    splat, plain = (lb.Rendering(camera, scene, splat=flag) for flag in (True, False))
-    assert splat.splatted
-    for rendering, samples in ((splat, 16), (plain, 1024)):
+    traced, plain = (lb.Rendering(camera, scene, light_tracing=flag) for flag in (True, False))
+    assert traced.light_traced
+    for rendering, samples in ((traced, 16), (plain, 1024)):
         rendering.add(samples)
-    assert splat.image().mean() == pytest.approx(plain.image().mean(), rel=0.015)
+    assert traced.image().mean() == pytest.approx(plain.image().mean(), rel=0.015)
 
 
 @pytest.mark.parametrize("weights", ["relative", "physical"])

@@ -10,7 +10,7 @@ from lensbench import lenses
 from lensbench.kernels.block import BLUE, GREEN, RED, TIME, U0, U1, WEIGHT, Step, X, Y
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import white_noise
-from lensbench.rendering.aovs import view_steps
+from lensbench.rendering.aovs import aov_steps
 
 FILM = lb.Film(36.0, 24.0, 60, 40)
 SCENE = lb.builtin_scene("still-life")
@@ -26,7 +26,7 @@ def seen(of, view, n=N):
     """Samples anywhere on film and pupil, the view's colours (n, 3) and its weights (n,), in double."""
     random = np.random.default_rng(5)
     xy, uv, time = random.uniform(0, [60, 40], (n, 2)), random.uniform(0, 1, (n, 2)), random.uniform(0, 1, n)
-    out = Program(view_steps(of, SCENE, view), np.float64).run(
+    out = Program(aov_steps(of, SCENE, view), np.float64).run(
         {X: xy[:, 0], Y: xy[:, 1], U0: uv[:, 0], U1: uv[:, 1], TIME: time}, [RED, GREEN, BLUE, WEIGHT], n)
     return xy, uv, time, out[:3].T, out[3]
 
@@ -57,7 +57,7 @@ def test_the_depth_of_a_pinhole_is_the_depth_map():
     of = camera(model="pinhole", world_from_camera=TURNED)
     y, x = (np.mgrid[0:40, 0:60] + 0.5).reshape(2, -1)
     half = np.full(x.size, 0.5)
-    out = Program(view_steps(of, SCENE, "depth")).run({X: x, Y: y, U0: half, U1: half}, [RED, WEIGHT], x.size)
+    out = Program(aov_steps(of, SCENE, "depth")).run({X: x, Y: y, U0: half, U1: half}, [RED, WEIGHT], x.size)
     depth = lb.depth_map(of, SCENE).ravel()
     assert np.isfinite(depth).any() and np.isinf(depth).any()
     np.testing.assert_allclose(out[0], 1000.0 / depth, rtol=1e-5)           # float32 along metres of ray

@@ -10,7 +10,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import B
 from lensbench.rendering import light_image
-from lensbench.rendering.entrance_bounds import fronts
+from lensbench.rendering.entrance_bounds import entrance_bounds
 from lensbench.scenery.objects import Disk, Image, Material, Pattern, Rectangle, Sky, Sphere
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.small_lights import divided, points_of, small_lights
@@ -37,7 +37,7 @@ def view(model, lens="pbrt-dgauss-50mm", focus=1500.0, f_number=2.0, film=FILM, 
 def add_own(rendering, passes):
     """Add samples until so many passes have had light from its own side, in the turns that the picture itself takes."""
     rendering.add(1)
-    turn = rendering._splats._rarely
+    turn = rendering._light_image._rarely
     rendering.add(turn * passes - 1)
 
 
@@ -46,10 +46,10 @@ def both(camera, scene, samples, own):
 
     own: passes of such light, of which the picture has as many as it chooses.
     """
-    splatted, plain = lb.Rendering(camera, scene, seed=5), lb.Rendering(camera, scene, seed=6, splat=False)
-    add_own(splatted, own)
+    traced, plain = lb.Rendering(camera, scene, seed=5), lb.Rendering(camera, scene, seed=6, light_tracing=False)
+    add_own(traced, own)
     plain.add(samples)
-    return splatted.image().astype(float), plain.image().astype(float), splatted.splatted
+    return traced.image().astype(float), plain.image().astype(float), traced.light_traced
 
 
 def binned(picture, size=6):
@@ -67,10 +67,10 @@ def test_a_small_light_gives_the_picture_that_the_cameras_rays_find(model):
     scene = Scene("lights", sky=DARK, spheres=(
         Sphere((900.0, 700.0, -far), size, bright()), Sphere((-3100.0, 2000.0, -far), size, bright()),
         Sphere((-120.0, -100.0, -1440.0), 3.0, bright())))
-    splatted, plain, lights = both(view(model), scene, 8192, 64)
+    traced, plain, lights = both(view(model), scene, 8192, 64)
     assert lights == {0, 1, 2}
-    assert splatted.sum((0, 1)) == pytest.approx(plain.sum((0, 1)), rel=3e-3)
-    a, b = binned(splatted), binned(plain)
+    assert traced.sum((0, 1)) == pytest.approx(plain.sum((0, 1)), rel=3e-3)
+    a, b = binned(traced), binned(plain)
     assert np.abs(a - b).max() < 0.03 * b.max()
     assert (a[b == 0.0] < 0.01 * b.max()).all()
 
@@ -107,7 +107,7 @@ def test_no_light_that_would_pass_the_lens_misses_the_rectangle_before_it(name, 
         turn = 0.7 if angle > 0.0 else 0.0
         middle = 8000.0 * np.array([math.sin(angle) * math.cos(turn), math.sin(angle) * math.sin(turn),
                                     -math.cos(angle)])
-        front = fronts(way, middle[None], np.array([40.0]))
+        front = entrance_bounds(way, middle[None], np.array([40.0]))
         assert front.passing[0] > 0.2
         for offset in ((0.0, 0.0), (40.0, 0.0), (0.0, -40.0), (-40.0, 0.0)):
             point = middle + [*offset, 0.0]
@@ -133,14 +133,14 @@ def test_the_light_on_the_film_is_what_the_scalar_tracer_brings_through_the_lens
     middle = 9000.0 * np.array([math.sin(a) * 0.8, math.sin(a) * 0.6, -math.cos(a)])
     disk = Disk(tuple(middle), tuple(middle), 6.0, bright((2000.0,) * 3))
     scene = Scene("light", sky=DARK, plates=(disk,))
-    splatted = lb.Rendering(camera, scene)
-    add_own(splatted, 64)
-    assert splatted.splatted == {0}
+    traced = lb.Rendering(camera, scene)
+    add_own(traced, 64)
+    assert traced.light_traced == {0}
     _, _, passed, étendue = through_the_front(camera, middle, 1200)
     pixel = 36.0 / 150 * 24.0 / 100
     expected = 2000.0 * math.pi * 6.0**2 * étendue[passed].sum() / pixel * (
         camera.film_distance**2 / camera.axis_irradiance)
-    assert splatted.image().astype(float).sum((0, 1)) == pytest.approx(np.full(3, expected), rel=1e-3)
+    assert traced.image().astype(float).sum((0, 1)) == pytest.approx(np.full(3, expected), rel=1e-3)
 
 
 @pytest.mark.parametrize("model", ["trace", "thin"])
@@ -151,14 +151,14 @@ def test_an_edge_before_a_light_cuts_its_disk_where_the_cameras_rays_see_it_cut(
     wall = Rectangle((-750.0, 450.0, -4500.0), (90.0, 0.0, 0.0), (0.0, 90.0, 0.0), Material((0.0, 0.0, 0.0)))
     scene = Scene("edge", sky=DARK, spheres=(light, hidden), plates=(edge, wall))
     open_scene = replace(scene, plates=())
-    splatted, plain, lights = both(view(model), scene, 4096, 64)
+    traced, plain, lights = both(view(model), scene, 4096, 64)
     assert 0 in lights
     uncut = lb.Rendering(view(model), replace(open_scene, spheres=(light,)))
     uncut.add(64)
-    part = splatted.sum() / uncut.image().astype(float).sum()
+    part = traced.sum() / uncut.image().astype(float).sum()
     assert 0.2 < part < 0.8
-    assert splatted.sum() == pytest.approx(plain.sum(), rel=4e-3)
-    assert np.abs(binned(splatted) - binned(plain)).max() < 0.03 * binned(plain).max()
+    assert traced.sum() == pytest.approx(plain.sum(), rel=4e-3)
+    assert np.abs(binned(traced) - binned(plain)).max() < 0.03 * binned(plain).max()
 
 
 def test_no_light_is_counted_twice_in_mirrors_glass_and_coats():
@@ -168,10 +168,10 @@ def test_no_light_is_counted_twice_in_mirrors_glass_and_coats():
         lamp, Sphere((-150.0, 60.0, -1500.0), 90.0, Material((0.99,) * 3, "glass")),
         Sphere((150.0, -120.0, -1500.0), 60.0, Material((0.3,) * 3, "coat"))), plates=(
         Rectangle((0.0, -350.0, -3000.0), (900.0, 0.0, 0.0), (0.0, 0.0, -1500.0), Material((0.9,) * 3, "metal")),))
-    splatted, plain, lights = both(view("trace"), scene, 8192, 256)
+    traced, plain, lights = both(view("trace"), scene, 8192, 256)
     assert 0 in lights
-    assert splatted.sum() == pytest.approx(plain.sum(), rel=2e-3)
-    a, b = binned(splatted), binned(plain)
+    assert traced.sum() == pytest.approx(plain.sum(), rel=2e-3)
+    a, b = binned(traced), binned(plain)
     assert np.abs(a - b).max() < 0.04 * b.max()
 
 
@@ -181,12 +181,12 @@ def test_every_channel_of_a_lens_that_disperses_has_its_own_wavelengths():
     camera = lb.LensCamera(lens, lb.Film(3.0, 2.0, 150, 100), 1500.0)
     assert camera.disperses
     scene = Scene("lamp", sky=DARK, spheres=(Sphere((12.0, 8.0, -6000.0), 3.0, bright((100.0,) * 3)),))
-    splatted, plain, lights = both(camera, scene, 2049, 65)
+    traced, plain, lights = both(camera, scene, 2049, 65)
     assert lights == {0}
-    assert splatted.sum((0, 1)) == pytest.approx(plain.sum((0, 1)), rel=1e-2)
+    assert traced.sum((0, 1)) == pytest.approx(plain.sum((0, 1)), rel=1e-2)
     for c in range(3):
         spread = []
-        for picture in (splatted[..., c], plain[..., c]):
+        for picture in (traced[..., c], plain[..., c]):
             y, x = np.mgrid[0:100, 0:150]
             share = picture / picture.sum()
             spread.append([(share * x).sum(), (share * y).sum(), (share * (x - (share * x).sum()) ** 2).sum()])
@@ -201,7 +201,7 @@ def test_the_film_is_the_same_bit_for_bit_for_any_number_of_threads_and_in_whate
         for samples in portions:
             assert rendering.add(samples, threads=threads)
         pictures.append(rendering.image())
-    assert len(rendering.splatted) > 20
+    assert len(rendering.light_traced) > 20
     assert np.array_equal(pictures[0], pictures[1]) and np.array_equal(pictures[0], pictures[2])
 
 
@@ -210,22 +210,22 @@ def test_lights_that_the_cameras_rays_find_well_are_left_to_them():
     scene = Scene("large", sky=DARK, spheres=(large,))
     camera = view("trace", f_number=8.0)
     rendering = lb.Rendering(camera, scene)
-    assert rendering.splatted == frozenset()
+    assert rendering.light_traced == frozenset()
     rendering.add(2)
-    alone = lb.Rendering(camera, scene, splat=False)
+    alone = lb.Rendering(camera, scene, light_tracing=False)
     alone.add(2)
     assert np.array_equal(rendering.image(), alone.image())
 
 
 def test_nothing_is_splatted_behind_the_camera_beside_the_film_or_while_the_camera_moves():
     lights = tuple(Sphere(centre, 20.0, bright()) for centre in ((0.0, 0.0, 9000.0), (8000.0, 0.0, -3000.0)))
-    assert lb.Rendering(view("trace"), Scene("away", sky=DARK, spheres=lights)).splatted == frozenset()
+    assert lb.Rendering(view("trace"), Scene("away", sky=DARK, spheres=lights)).light_traced == frozenset()
     scene = Scene("one", sky=DARK, spheres=(Sphere((0.0, 100.0, -9000.0), 20.0, bright()),))
-    assert lb.Rendering(view("trace"), scene).splatted == {0}
+    assert lb.Rendering(view("trace"), scene).light_traced == {0}
     later = np.eye(4)
     later[0, 3] = 30.0
     moved = view("trace", world_from_camera=lb.AnimatedTransform(np.eye(4), later))
-    assert lb.Rendering(moved, scene).splatted == frozenset()
+    assert lb.Rendering(moved, scene).light_traced == frozenset()
 
 
 def test_in_a_small_picture_light_is_traced_from_its_own_side_in_few_passes_but_in_the_first_ones(monkeypatch):
@@ -286,10 +286,10 @@ def test_the_windows_of_a_house_are_lights_of_their_own_and_the_wall_is_left_to_
     parts = [plate.material.pattern.image.values for plate in (*left, *alone)]
     np.testing.assert_array_equal(sum(parts), wall.material.pattern.image.values)
     assert parts[1].max() == 30.0 and (parts[0] > 1.0).any(2).sum() == 6       # three windows of two texels are left
-    splatted, plain, found = both(view("trace", focus=1000.0), Scene("house", sky=DARK, plates=(wall,)), 4096, 64)
+    traced, plain, found = both(view("trace", focus=1000.0), Scene("house", sky=DARK, plates=(wall,)), 4096, 64)
     assert found == {0}
-    assert splatted.sum((0, 1)) == pytest.approx(plain.sum((0, 1)), rel=3e-3)
-    assert np.abs(binned(splatted) - binned(plain)).max() < 0.03 * binned(plain).max()
+    assert traced.sum((0, 1)) == pytest.approx(plain.sum((0, 1)), rel=3e-3)
+    assert np.abs(binned(traced) - binned(plain)).max() < 0.03 * binned(plain).max()
 
 
 def test_the_points_of_a_light_are_its_own_light():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.rendering.specular_connection import bends, by_ball, shown
+from lensbench.rendering.specular_connection import connect_by_ball, may_show, specular_objects
 from lensbench.scenery.objects import Disk, Material, Rectangle, Sky, Sphere
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.shading.illumination import INDEX
@@ -45,7 +45,8 @@ def lights(size, behind=False):
 
 
 def pictures(scene, model, samples, own=128):
-    rendering, plain = (lb.Rendering(camera(model), scene, seed=3 + splat, splat=splat) for splat in (True, False))
+    rendering, plain = (lb.Rendering(camera(model), scene, seed=3 + traced, light_tracing=traced)
+                        for traced in (True, False))
     rendering.add(own)
     plain.add(samples)
     return rendering, rendering.image().astype(float), plain.image().astype(float)
@@ -67,7 +68,7 @@ def test_what_a_thing_shows_of_small_lights_is_what_the_cameras_rays_find_by_it(
                      plates=() if ball else (seen,))
 
     rendering, found, plain = pictures(scene(thing), model, 4096)
-    assert rendering._splats.taken.bends == {scene(thing).objects.index(thing)}
+    assert rendering._light_image.taken.bends == {scene(thing).objects.index(thing)}
     straight, _, without = pictures(scene(replace(thing, material=black) if ball else Rectangle(
         thing.centre, thing.right, thing.up, black)), model, 4096)
     found, plain = found.sum((0, 1)) - straight.image().astype(float).sum((0, 1)), (plain - without).sum((0, 1))
@@ -87,7 +88,7 @@ def test_the_path_by_a_ball_obeys_the_laws_of_reflection_and_refraction(kind, an
     if kind == "metal":
         point[2] = 2.0 * centre[2] - point[2]
     ball = np.array([[*centre, radius, 1.0 if kind == "metal" else -1.0]])
-    d, passing, miss = by_ball(start[None], point[None], ball)
+    d, passing, miss = connect_by_ball(start[None], point[None], ball)
     d = d[0]
     assert miss[0] <= 0.0 or kind == "glass"
     if miss[0] > -1e-3:                                     # grazing: the path is hardly there
@@ -135,9 +136,9 @@ def test_no_light_that_a_thing_shows_is_taken_for_one_that_it_does_not_show():
     origins *= (reach * random.random(n) ** (1 / 3) / np.linalg.norm(origins, axis=1))[:, None]
     small = small_lights(scene.objects)
     centres, radii = np.array([light.centre for light in small]), np.array([light.radius for light in small])
-    for bend in bends(scene, np.eye(3), np.zeros(3)):
+    for bend in specular_objects(scene, np.eye(3), np.zeros(3)):
         thing = scene.objects[bend.number]
-        there, odd = shown(bend, centres, radii, eye, reach)
+        there, odd = may_show(bend, centres, radii, eye, reach)
         assert there.any() and (~there & ~odd).sum() > 10
         target = np.asarray(thing.centre) + (
             random.normal(size=(n, 3)) * thing.radius * 0.5 if bend.radius > 0.0
@@ -176,7 +177,7 @@ def test_what_stands_between_a_mirror_and_a_light_hides_its_image():
     wall = Rectangle((95.0, 90.0, -2900.0), (90.0, 0.0, 0.0), (0.0, 110.0, 0.0), Material(BLACK))
     scene = Scene("hidden", sky=DARK, spheres=(light,), plates=(mirror, wall))
     rendering, found, plain = pictures(scene, "trace", 2048)
-    assert rendering._splats.taken.bends == {1}
+    assert rendering._light_image.taken.bends == {1}
     without = lb.Rendering(camera("trace"), Scene("open", sky=DARK, spheres=(light,), plates=(mirror,)))
     without.add(64)
     assert 0.3 < found.sum() / without.image().astype(float).sum() < 0.95
@@ -187,5 +188,5 @@ def test_the_night_is_as_bright_as_by_the_cameras_rays():
     """The table's mirror, the crystal ball, the wet street: 16 passes against 2048 samples, whose noise is 0.1 %."""
     scene = lb.builtin_scene("night-lights")
     rendering, found, plain = pictures(scene, "trace", 2048, 16)
-    assert len(rendering._splats.taken.bends) == 3
+    assert len(rendering._light_image.taken.bends) == 3
     np.testing.assert_allclose(found.sum((0, 1)), plain.sum((0, 1)), rtol=3e-3)

@@ -105,11 +105,11 @@ def test_splatted_lights_are_dimmed_as_the_cameras_rays_find_them():
     scene = lb.Scene("lamp", sky=DARK, spheres=(lb.Sphere((20.0, 0.0, -4000.0), 8.0, lamp),))
     camera = lb.PerspectiveCamera(lb.Film(1.0, 1.0, 32, 32), fov=0.05, lens_radius=8.0, focus_distance=2000.0,
                                   medium=MURK)
-    splat, plain = (lb.Rendering(camera, scene, splat=flag) for flag in (True, False))
-    assert splat.splatted and not plain.splatted
-    for rendering, samples in ((splat, 16), (plain, 1024)):
+    traced, plain = (lb.Rendering(camera, scene, light_tracing=flag) for flag in (True, False))
+    assert traced.light_traced and not plain.light_traced
+    for rendering, samples in ((traced, 16), (plain, 1024)):
         rendering.add(samples)
-    np.testing.assert_allclose(splat.image().mean((0, 1)), plain.image().mean((0, 1)), rtol=0.02)
+    np.testing.assert_allclose(traced.image().mean((0, 1)), plain.image().mean((0, 1)), rtol=0.02)
 
 
 def test_fog_is_told_by_its_visibility():

@@ -168,7 +168,7 @@ def test_the_image_of_a_far_light_is_in_float32_where_it_is_in_float64(distance)
     single, double = (Rendering(camera, scene, real=real) for real in (np.float32, np.float64))
     for rendering in (single, double):
         rendering.add(1, threads=1)
-        assert len(rendering.splatted) == 1
+        assert len(rendering.light_traced) == 1
     assert double.image().sum() > 0.0
     np.testing.assert_allclose(single.image(), double.image(), rtol=0.0, atol=1e-3 * double.image().max())
 
