@@ -36,7 +36,7 @@ def begun(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
     return settings, path
 
 
-def told(share: float) -> bool:
+def progress(share: float) -> bool:
     """Tell how far the work has come, to a person; True: it goes on."""
     if sys.stderr.isatty():
         print(f"\r{100.0 * share:3.0f} %", end="" if share < 1.0 else "\n", file=sys.stderr, flush=True)

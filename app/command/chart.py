@@ -47,11 +47,11 @@ def chart(arguments: argparse.Namespace) -> int:
             part.touch()
     begun = perf_counter()
     with progress() as show:
-        def told(share: float) -> bool:
+        def report(share: float) -> bool:
             show(share)
             return True
 
-        made = _models(arguments, told) if arguments.of == "models" else _others(arguments, told)
+        made = _models(arguments, report) if arguments.of == "models" else _others(arguments, report)
     heading = f"{machine()}, {time.strftime('%Y-%m-%d')}; {perf_counter() - begun:.0f} s"
     data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "of": arguments.of, "left out": made.left_out,
             "charts": made.data}
@@ -80,7 +80,7 @@ class Made(NamedTuple):
     left_out: list[str]
 
 
-def _models(arguments: argparse.Namespace, told: Callable[[float], bool]) -> Made:
+def _models(arguments: argparse.Namespace, report: Callable[[float], bool]) -> Made:
     from lensbench.app.studies.charts.models import charts
     from lensbench.app.studies.charts.peers import PEERS, installed
     from lensbench.app.studies.charts.sheet import draw
@@ -89,7 +89,7 @@ def _models(arguments: argparse.Namespace, told: Callable[[float], bool]) -> Mad
 
     found, left_out = subjects(arguments)
     peers = installed()
-    made = charts(found, told, peers)
+    made = charts(found, report, peers)
     if len(peers) < len(PEERS):
         absent = ", ".join(name for name in PEERS if name not in peers)
         left_out.append(f"{absent}: not installed (pip install 'lensbench[peers]')")
@@ -97,10 +97,10 @@ def _models(arguments: argparse.Namespace, told: Callable[[float], bool]) -> Mad
                 lambda path, heading: draw(made, path, arguments.summary, heading), left_out)
 
 
-def _others(arguments: argparse.Namespace, told: Callable[[float], bool]) -> Made:
+def _others(arguments: argparse.Namespace, report: Callable[[float], bool]) -> Made:
     from lensbench.app.studies.charts.curves import draw_panels, panel_table, plain_panels
     from lensbench.app.studies.charts.panels import TITLES, panels
 
-    made = panels(arguments, told)
+    made = panels(arguments, report)
     return Made([panel_table(each) for each in made], plain_panels(made),
                 lambda path, heading: draw_panels(made, path, TITLES[arguments.of], heading), [])

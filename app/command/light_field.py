@@ -5,7 +5,7 @@ from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from lensbench.app.command.capture_options import begun, read_views, told
+from lensbench.app.command.capture_options import begun, progress, read_views
 
 if TYPE_CHECKING:
     from lensbench.app.state.light_field_query import Recording
@@ -88,7 +88,7 @@ def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording"
     print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
           f"{size / 1e6:,.0f} MB of memory")
     return Recording(lb.capture_light_field(*prepare(settings), arguments.views, settings.samples, settings.seed,
-                                            progress=told, moments=arguments.moments), settings)
+                                            progress=progress, moments=arguments.moments), settings)
 
 
 def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
@@ -102,7 +102,7 @@ def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Rec
     print(f"{settings.pixels_x} × {settings.pixels_y} microlenses of f/{plenoptic.microlens_f_number:.3g} (f/"
           f"{plenoptic.matched_f_number:.3g} matches), {across} × {down} pixels: {100.0 * plenoptic.used:.0f} % of "
           f"them used, {100.0 * plenoptic.spilled:.0f} % of the light spilled")
-    raw = plenoptic.expose(scene, settings.samples, settings.seed, progress=told)
+    raw = plenoptic.expose(scene, settings.samples, settings.seed, progress=progress)
     return Recording(raw.decoded(), settings, raw)
 
 

@@ -80,10 +80,10 @@ def _told(value: Any) -> str:
 def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path | None):
     """Picture, figures and settings of the depth, or of what is in focus everywhere."""
     import lensbench as lb
-    from lensbench.app.command.capture_options import told
+    from lensbench.app.command.capture_options import progress
     from lensbench.app.state.depth_colours import depth_picture, ends, with_codes
 
-    found = lb.find_depth(recording.field, arguments.nearest, arguments.farthest, progress=told)
+    found = lb.find_depth(recording.field, arguments.nearest, arguments.farthest, progress=progress)
     sure = found.confidence > 0.5
     far, near = (end / 1000.0 for end in ends(found))
     figures = {"nearest_m": near, "farthest_m": far if math.isfinite(far) else "inf",

@@ -44,7 +44,7 @@ def add_lumigraph_options(kinds) -> None:
 
 def _array(arguments: argparse.Namespace) -> int:
     import lensbench as lb
-    from lensbench.app.command.capture_options import begun, told
+    from lensbench.app.command.capture_options import begun, progress
     from lensbench.app.files.lumigraph_file import save_lumigraph
     from lensbench.app.state.build import camera
     from lensbench.app.state.scene_file import find_scene
@@ -55,7 +55,7 @@ def _array(arguments: argparse.Namespace) -> int:
     print(f"{across} × {down} pinholes of {settings.pixels_x} × {settings.pixels_y} pixels: {size / 1e6:,.0f} MB")
     begin = perf_counter()
     made = lb.capture_lumigraph(camera(settings), find_scene(settings.scene), arguments.views, arguments.spacing,
-                                arguments.plane, settings.samples, settings.seed, progress=told)
+                                arguments.plane, settings.samples, settings.seed, progress=progress)
     save_lumigraph(path, made, settings)
     print(f"{path}: {perf_counter() - begin:.1f} s; the pinholes stand {made.spacing:g} mm apart over "
           f"{made.spacing * (across - 1):g} × {made.spacing * (down - 1):g} mm, and share a plane at "

@@ -202,7 +202,7 @@ def _render(arguments: argparse.Namespace) -> int:
     try:
         with progress() as show:
             export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads,
-                          text=arguments.text, told=chosen.append)
+                          text=arguments.text, on_choice=chosen.append)
     finally:
         signal.signal(signal.SIGTERM, former)
     seconds = perf_counter() - started

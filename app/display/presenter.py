@@ -19,19 +19,19 @@ from lensbench.app.state.light_field_query import note, picture_settings
 from lensbench.app.state.pixel_coc import Blur
 from lensbench.app.state.settings import LOOK, Settings
 from lensbench.app.widgets import theme
-from lensbench.app.workers.light_field_worker import Sight
-from lensbench.app.workers.render_worker import News, Worker
+from lensbench.app.workers.light_field_worker import FieldPicture
+from lensbench.app.workers.render_worker import RenderUpdate, RenderWorker
 
 OFF_CENTRE = 0.35               # of the picture: farther from its middle nothing is marked as being in focus
 
 
-class Easel:
+class Presenter:
     """Holds the newest picture; an older one stays until there is a newer."""
 
-    def __init__(self, worker: Worker):
-        self.news: News | None = None
-        self.sight: Sight | None = None                 # of a light field, shown in place of the camera's picture
-        self.pinned: News | None = None                 # the picture A
+    def __init__(self, worker: RenderWorker):
+        self.update: RenderUpdate | None = None
+        self.field_picture: FieldPicture | None = None  # of a light field, shown in place of the camera's picture
+        self.pinned: RenderUpdate | None = None                 # the picture A
         self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # what is on the screen, before its tone
         self._light_of: Any = None
         self._exposing: tuple[Any, Exposing | None] = (None, None)
@@ -41,7 +41,7 @@ class Easel:
         self._strip_screen: Screen | None = None
         self._strip_of: Any = None                      # what that screen holds
         self._difference: tuple[Any, Difference | None] = (None, None)     # what it is of, and itself
-        self._deep: News | None = None                  # the newest with a depth map
+        self._deep: RenderUpdate | None = None                  # the newest with a depth map
         self._loaded: Any = None                        # what the screen holds
         self._shares: tuple[Any, Any] = (None, None)    # the histogram, and what it was made of
 
@@ -58,22 +58,22 @@ class Easel:
 
     def take(self, view: View) -> None:
         """The newest picture goes to the screen."""
-        news = self._worker.newest()
-        if news is None or self._screen is None or news is self.news:
+        update = self._worker.newest()
+        if update is None or self._screen is None or update is self.update:
             return
-        self.news = news
-        if news.depth is not None:
-            self._deep = news
+        self.update = update
+        if update.depth is not None:
+            self._deep = update
             if view.mark is None:
-                view.mark = _first_mark(news)
+                view.mark = _first_mark(update)
 
     def exposing(self, settings: Settings) -> Exposing | None:
         """What the exposure of the picture comes to; None before the first."""
-        if self.news is None or self.news.raw:
+        if self.update is None or self.update.raw:
             return None
-        of = (id(self.news.image), look(settings), settings.shutter, settings.iso)
+        of = (id(self.update.image), look(settings), settings.shutter, settings.iso)
         if self._exposing[0] != of:
-            self._exposing = (of, exposing(settings, self.news.image))
+            self._exposing = (of, exposing(settings, self.update.image))
         return self._exposing[1]
 
     def strip(self, image: NDArray[np.float32], of: Any, settings: Settings) -> int:
@@ -99,35 +99,35 @@ class Easel:
 
     def keep(self, image: NDArray[np.float32], settings: Settings) -> None:
         """Keep a picture of these settings as A."""
-        self._keep(News(0, exposed(settings, image), settings.samples, 0.0, settings, 0.0))
+        self._keep(RenderUpdate(0, exposed(settings, image), settings.samples, 0.0, settings, 0.0))
 
-    def _keep(self, news: News) -> None:
-        self.pinned = news
+    def _keep(self, update: RenderUpdate) -> None:
+        self.pinned = update
         self._pinned_screen = self._pinned_screen or Screen(moderngl.get_context())
-        self._pinned_screen.load(news.image)
+        self._pinned_screen.load(update.image)
 
     @property
-    def shown(self) -> News | None:
+    def shown(self) -> RenderUpdate | None:
         """What stands in the picture: the newest of the camera, or what a light field shows."""
-        if self.sight is None:
-            return self.news
-        sight = self.sight
-        return News(0, sight.image, sight.recording.settings.samples, sight.seconds,
-                    picture_settings(sight.recording, sight.look), 0.0, coded=sight.look.coded)
+        if self.field_picture is None:
+            return self.update
+        field_picture = self.field_picture
+        return RenderUpdate(0, field_picture.image, field_picture.recording.settings.samples, field_picture.seconds,
+                    picture_settings(field_picture.recording, field_picture.look), 0.0, coded=field_picture.look.coded)
 
     def picture(self, settings: Settings, view: View) -> Picture:
         """What the render panel shows in this frame."""
-        news, screen, waiting = self.shown, self._screen, self._worker.waiting
-        if news is None or screen is None:
+        update, screen, waiting = self.shown, self._screen, self._worker.waiting
+        if update is None or screen is None:
             return Picture(waiting=waiting, first=True)
-        depth = self._distances(settings, news)
-        of = (id(news.image), news.settings.view, look(settings))
+        depth = self._distances(settings, update)
+        of = (id(update.image), update.settings.view, look(settings))
         if of != self._light_of:
-            self._light_of, self.light = of, _light(news, settings)
+            self._light_of, self.light = of, _light(update, settings)
         if (of, id(depth)) != self._loaded:
             self._loaded = (of, id(depth))
             screen.load(self.light, depth)
-        texture = screen.developed(self._development(settings, view, news, depth is not None))
+        texture = screen.developed(self._development(settings, view, update, depth is not None))
         pinned, difference = None, None
         if settings.compare != "off" and self.pinned is not None and self._pinned_screen is not None:
             pinned = self._other(self.pinned, self._pinned_screen, settings, view)
@@ -137,15 +137,15 @@ class Easel:
         screen.draw_at(view.scale)
         shares = None
         if view.histogram:
-            curve = "raw" if news.raw else settings.tone
+            curve = "raw" if update.raw else settings.tone
             key = (id(self.light), settings.exposure, curve, settings.noise)
             if self._shares[0] != key:
                 self._shares = (key, histogram(self.light, *key[1:]))
             shares = self._shares[1]
-        if self.sight is not None:
-            return Picture(texture, screen.size, news.samples, news.seconds, histogram=shares, pinned=pinned,
-                           difference=difference, recorded=news.settings, note=note(*self.sight[:2]))
-        return Picture(texture, screen.size, news.samples, news.seconds, self._worker.paused, waiting, False,
+        if self.field_picture is not None:
+            return Picture(texture, screen.size, update.samples, update.seconds, histogram=shares, pinned=pinned,
+                           difference=difference, recorded=update.settings, note=note(*self.field_picture[:2]))
+        return Picture(texture, screen.size, update.samples, update.seconds, self._worker.paused, waiting, False,
                        self.depth(settings), shares, pinned, difference)
 
     def depth(self, settings: Settings) -> NDArray[np.float32] | None:
@@ -154,12 +154,12 @@ class Easel:
         return deep.depth if deep is not None and deep.settings.aim == settings.aim else None
 
     @staticmethod
-    def _other(news: News, screen: Screen, settings: Settings, view: View) -> Pinned:
+    def _other(update: RenderUpdate, screen: Screen, settings: Settings, view: View) -> Pinned:
         """The picture A, with its own look."""
-        own = news.settings
-        texture = screen.developed(Development(own.exposure, "raw" if news.raw else own.tone, sensor=own.noise))
+        own = update.settings
+        texture = screen.developed(Development(own.exposure, "raw" if update.raw else own.tone, sensor=own.noise))
         screen.draw_at(view.scale)
-        return Pinned(texture, screen.size, news.samples, own)
+        return Pinned(texture, screen.size, update.samples, own)
 
     def _difference_of(self, a: NDArray[np.float32], b: NDArray[np.float32]) -> Difference:
         key = (id(a), id(b))
@@ -169,25 +169,25 @@ class Easel:
         assert found is not None
         return found
 
-    def _distances(self, settings: Settings, news: News) -> NDArray[np.float32] | None:
+    def _distances(self, settings: Settings, update: RenderUpdate) -> NDArray[np.float32] | None:
         """The depth map that the shaders need: for overlays, and to hide the noise of the first passes."""
-        if self._deep is None or self.sight is not None or news.raw:
+        if self._deep is None or self.field_picture is not None or update.raw:
             return None
-        wanted = softening(news.samples) > 0.0 or settings.overlay in ("coc", "peaking")
+        wanted = softening(update.samples) > 0.0 or settings.overlay in ("coc", "peaking")
         return self._deep.depth if wanted else None
 
-    def _development(self, settings: Settings, view: View, news: News, deep: bool) -> Development:
+    def _development(self, settings: Settings, view: View, update: RenderUpdate, deep: bool) -> Development:
         """What the shaders need: the look as it is set, the blur of the settings that the picture was made with."""
-        if news.raw:
+        if update.raw:
             return Development(0.0, "raw")
-        if self.sight is not None:
+        if self.field_picture is not None:
             overlay = settings.overlay if settings.overlay == "clipping" else "none"
             return Development(settings.exposure, settings.tone, overlay, stripe=_stripe(view), sensor=settings.noise)
-        blur = Blur.of(news.settings)
+        blur = Blur.of(update.settings)
         amber, nearer, farther = ((c[0], c[1], c[2]) for c in (theme.DARK.amber, theme.NEARER, theme.FARTHER))
         return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus, blur.offset,
                            max(blur.sharp, 1.0), _stripe(view), amber, nearer, farther, settings.noise,
-                           softening(news.samples) if deep else 0.0)
+                           softening(update.samples) if deep else 0.0)
 
 
 def _stripe(view: View) -> float:
@@ -195,16 +195,16 @@ def _stripe(view: View) -> float:
     return max(6.0 / max(view.scale, 0.05), 2.0)
 
 
-def _light(news: News, settings: Settings) -> NDArray[np.float32]:
+def _light(update: RenderUpdate, settings: Settings) -> NDArray[np.float32]:
     """What goes to the screen: linear light as these settings expose it, or the codes of what is no light."""
-    if news.coded:
-        return news.image
-    return codes(news.image, news.settings) if news.settings.sample_view else exposed(settings, news.image)
+    if update.coded:
+        return update.image
+    return codes(update.image, update.settings) if update.settings.sample_view else exposed(settings, update.image)
 
 
-def _first_mark(news: News) -> Mark | None:
+def _first_mark(update: RenderUpdate) -> Mark | None:
     """A place near the middle of the picture that is in focus, with much around it that is."""
-    focus, depth = news.settings.focus_distance, news.depth
+    focus, depth = update.settings.focus_distance, update.depth
     if depth is None or not math.isfinite(focus):
         return None
     rows, columns = depth.shape
@@ -219,7 +219,7 @@ def _first_mark(news: News) -> Mark | None:
     side = 2 * half + 1
     around = (sums[y + side, x + side] - sums[y, x + side] - sums[y + side, x] + sums[y, x]) / side**2
     at = int(np.argmax(around - off - 1e3 * (off > OFF_CENTRE)))
-    return Mark((x[at] + 0.5) / columns, (y[at] + 0.5) / rows, focus, news.settings.aim)
+    return Mark((x[at] + 0.5) / columns, (y[at] + 0.5) / rows, focus, update.settings.aim)
 
 
 def save_window(path: Path, size: tuple[int, int]) -> None:

@@ -121,12 +121,12 @@ def read_settings(path: str | Path) -> Settings:
 def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | None = None, samples: int | None = None,
                   bits: int = 8, progress: Callable[[float], object] = lambda fraction: None,
                   cancelled: Callable[[], bool] = lambda: False, threads: int | None = None,
-                  text: bool = False, told: Callable[[lb.Choice], object] = lambda choice: None) -> bool:
+                  text: bool = False, on_choice: Callable[[lb.Choice], object] = lambda choice: None) -> bool:
     """Render the settings at a size (pixels across, down) and a number of samples, and save the picture.
 
-    The automatic model is chosen for that size, whatever was chosen before; `told` hears what.
+    The automatic model is chosen for that size, whatever was chosen before; `on_choice` hears what.
 
-    `progress` is told the finished part, 0 to 1; `cancelled` is asked many times a second
+    `progress` receives the finished part, 0 to 1; `cancelled` is asked many times a second
     from the rendering threads. False where it was cancelled: nothing is written then.
     The place is tried before the work begins.
     """
@@ -141,24 +141,24 @@ def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | 
     if image is None:
         return False
     for choice in chosen:
-        told(choice)
+        on_choice(choice)
     save_picture(path, image, settings, bits, text, chosen[0] if chosen else None)
     return True
 
 
 def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
            cancelled: Callable[[], bool] = lambda: False, threads: int | None = None,
-           told: Callable[[lb.Choice], object] = lambda choice: None) -> np.ndarray | None:
+           on_choice: Callable[[lb.Choice], object] = lambda choice: None) -> np.ndarray | None:
     """Render all samples of the settings: (h, w, 3) float32 linear, or None where it was cancelled.
 
-    `told` hears what the automatic model came to.
+    `on_choice` hears what the automatic model came to.
     """
     view, scene = camera(settings), find_scene(settings.scene)
     if is_automatic(settings):
         assert isinstance(view, lb.LensCamera)
         choice = lb.choose_model(view, scene)
         view = choice.applied(view)
-        told(choice)
+        on_choice(choice)
     rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view, light_tracing=settings.splats)
     threads = threads or os.cpu_count() or 1
     stopped = Event()

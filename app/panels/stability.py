@@ -13,10 +13,10 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui, implot
 from lensbench.app.studies.stability.families import FAMILIES
 from lensbench.app.studies.stability.plots import base, drawn, order
 from lensbench.app.studies.stability.sweep import Curve, Stress, said
-from lensbench.app.studies.stability.worker import Key, Surveyor
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, pieces, text
 from lensbench.app.widgets.toggles import angle
+from lensbench.app.workers.stability_worker import Key, StabilityWorker
 
 fa = icons_fontawesome_6
 DASH = (5.0, 3.0)               # of single precision: dashes and gaps, pixels
@@ -36,7 +36,7 @@ class Frame:
 _frame = Frame()
 
 
-def stability_panel(surveyor: Surveyor) -> None:
+def stability_panel(worker: StabilityWorker) -> None:
     """Draw what has been measured, and have measured what is looked at."""
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
@@ -50,12 +50,12 @@ def stability_panel(surveyor: Surveyor) -> None:
     left = corner.x + (plot_size.x + gap if beside else 0.0)
     imgui.set_cursor_screen_pos(ImVec2(left, corner.y + (0.0 if beside else plot_size.y + gap)))
     key = _choice(column)
-    surveyor.want(key)
-    stress = surveyor.found.get(key)
+    worker.want(key)
+    stress = worker.found.get(key)
     imgui.set_cursor_screen_pos(ImVec2(left, imgui.get_cursor_screen_pos().y))
     if imgui.begin_child("Atlas list", ImVec2(column, 0.0)):
         if stress is None:
-            _waiting(surveyor, key)
+            _waiting(worker, key)
         else:
             _methods(stress)
     imgui.end_child()
@@ -95,26 +95,26 @@ def _list(label: str, value: str, names: list[str], width: float, tip: str) -> s
     return value
 
 
-def _waiting(surveyor: Surveyor, key: Key) -> None:
+def _waiting(worker: StabilityWorker, key: Key) -> None:
     """Progress with Cancel, or what went wrong, or a button to measure what was cancelled."""
-    if key in surveyor.problems:
+    if key in worker.problems:
         imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled(surveyor.problems[key])
+        imgui.text_disabled(worker.problems[key])
         imgui.pop_text_wrap_pos()
-    elif key == surveyor.declined:
+    elif key == worker.declined:
         if imgui.button("Measure"):
-            surveyor.again(key)
+            worker.again(key)
         imgui.set_item_tooltip("Measure this stress after all")
     else:
         colour = theme.colours()
-        share = surveyor.share if key == surveyor.key else 0.0
+        share = worker.share if key == worker.key else 0.0
         imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*colour.frame_active))
         imgui.progress_bar(share, ImVec2(imgui.get_content_region_avail().x - theme.em(2.4), 0.0),
                            f"Measuring  {100.0 * share:.0f} %" if share else "Measuring")
         imgui.pop_style_color()
         imgui.same_line()
         if imgui.button(fa.ICON_FA_XMARK + "###Cancel measuring"):
-            surveyor.cancel()
+            worker.cancel()
         imgui.set_item_tooltip("Cancel")
 
 

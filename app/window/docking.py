@@ -26,8 +26,8 @@ from lensbench.app.window.menus import about
 from lensbench.app.window.status import status_bar
 
 if TYPE_CHECKING:
-    from lensbench.app.studies.stability.worker import Surveyor
-    from lensbench.app.window.session import Bench
+    from lensbench.app.window.session import Session
+    from lensbench.app.workers.stability_worker import StabilityWorker
 
 PANELS = ("Controls", "Read-outs", "Spaces", "Render", "Section", "Circle of confusion", "Plan", "Exit pupil",
           "Falloff", "Models", "Light field", "Stability")
@@ -50,9 +50,9 @@ def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSp
 class Panels:
     """Draws the panels of a bench; one that breaks is said, and never ends the window."""
 
-    def __init__(self, bench: "Bench"):
-        self._bench = bench
-        self._surveyor: Surveyor | None = None          # of the atlas, from when it is first looked at
+    def __init__(self, session: "Session"):
+        self._session = session
+        self._stability_worker: StabilityWorker | None = None          # of the atlas, from when it is first looked at
         self._field = 0.7                               # the film point that looks at the lens, part of the lit film
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
@@ -82,7 +82,7 @@ class Panels:
                                            can_be_closed_=False)
         panel.call_begin_end = False
         panel.focus_window_at_next_frame = first
-        panel.remember_is_visible = self._bench.remember
+        panel.remember_is_visible = self._session.remember
         return panel
 
     def guarded(self, name: str, draw: Callable[[], None]) -> Callable[[], None]:
@@ -91,10 +91,10 @@ class Panels:
         A panel that broke is left alone until the settings change.
         """
         def call() -> None:
-            if name in PANELS and name != "Render" and not self._bench.prepared:
+            if name in PANELS and name != "Render" and not self._session.prepared:
                 return
             if name in self._failed:
-                if self._failed[name] == self._bench.edited:
+                if self._failed[name] == self._session.edited:
                     imgui.text_disabled("Nothing can be shown for these settings")
                     return
                 del self._failed[name]
@@ -108,14 +108,14 @@ class Panels:
                 if drawing:
                     _recover(state)
                 if name in PANELS:
-                    self._failed[name] = self._bench.edited
+                    self._failed[name] = self._session.edited
                 message = f"{name}: {type(error).__name__}: {error}"
                 if message not in self._logged:
                     self._logged.add(message)
-                    self._bench.view.say(message)
+                    self._session.view.say(message)
                     traceback.print_exc(file=sys.stderr)
             if name in PANELS:
-                self._bench.hurry()
+                self._session.hurry()
         return call
 
     def _window(self, name: str, draw: Callable[[], None], padding: float | None) -> None:
@@ -144,41 +144,42 @@ class Panels:
         imgui.end()
 
     def _render(self) -> None:
-        bench = self._bench
-        bench.worker.await_first()
-        bench.light_field.await_sight()
-        bench.easel.take(bench.view)            # perhaps there is already one of what the panels before have changed
-        bench.edited = render_panel(bench.edited, bench.easel.picture(bench.edited, bench.view), bench.view)
+        session = self._session
+        session.worker.await_first()
+        session.light_field.await_field_picture()
+        session.presenter.take(session.view)    # the first picture of this frame's change may be there already
+        picture = session.presenter.picture(session.edited, session.view)
+        session.edited = render_panel(session.edited, picture, session.view)
 
     def _controls(self) -> None:
-        bench = self._bench
-        bench.chooser.exposing = bench.easel.exposing(bench.edited)
-        bench.edited = controls_panel(bench.edited, bench.chooser)
+        session = self._session
+        session.chooser.exposing = session.presenter.exposing(session.edited)
+        session.edited = controls_panel(session.edited, session.chooser)
 
     def _readouts(self) -> None:
-        news = self._bench.easel.news
-        readouts_panel(self._bench.edited, Status(news.rate if news else 0.0, hello_imgui.frame_rate(),
-                                                  news.samples if news else 0))
+        update = self._session.presenter.update
+        readouts_panel(self._session.edited, Status(update.rate if update else 0.0, hello_imgui.frame_rate(),
+                                                  update.samples if update else 0))
 
     def _spaces(self) -> None:
-        bench, film = self._bench, self._bench.edited.film
-        news, view = bench.easel.news, bench.view
+        session, film = self._session, self._session.edited.film
+        update, view = session.presenter.update, session.view
         at = view.pointed or (film.pixels_x / 2.0, film.pixels_y / 2.0)
         at = (min(at[0], float(film.pixels_x)), min(at[1], float(film.pixels_y)))
-        if spaces_panel(bench.edited, at, bench.easel.depth(bench.edited), news.image if news else None):
-            bench.files.ask("intrinsics")
+        if spaces_panel(session.edited, at, session.presenter.depth(session.edited), update.image if update else None):
+            session.files.ask("intrinsics")
 
     def _plan(self) -> None:
-        self._bench.edited = plan_panel(self._bench.edited)
+        self._session.edited = plan_panel(self._session.edited)
 
     def _section(self) -> None:
-        self._bench.edited = section_panel(self._bench.edited, self._field * lit(self._bench.edited))
+        self._session.edited = section_panel(self._session.edited, self._field * lit(self._session.edited))
 
     def _confusion(self) -> None:
-        self._bench.edited = coc_panel(self._bench.edited)
+        self._session.edited = coc_panel(self._session.edited)
 
     def _pupil(self) -> None:
-        settings, at, hover = self._bench.edited, self._bench.view.hover, None
+        settings, at, hover = self._session.edited, self._session.view.hover, None
         if at is not None:
             film = settings.film
             hover = math.hypot((0.5 - at[0] / film.pixels_x) * film.width, (at[1] / film.pixels_y - 0.5) * film.height)
@@ -188,47 +189,48 @@ class Panels:
             self._field = radius / full
 
     def _falloff(self) -> None:
-        falloff_panel(self._bench.edited)
+        falloff_panel(self._session.edited)
 
     def _models(self) -> None:
-        bench, news = self._bench, self._bench.easel.news
-        choice = news.choice if news is not None else None
-        bench.edited = chart_panel(bench.edited, bench.charts, choice and (choice.model, choice.degree))
+        session, update = self._session, self._session.presenter.update
+        choice = update.choice if update is not None else None
+        session.edited = chart_panel(session.edited, session.charts, choice and (choice.model, choice.degree))
 
     def _light_field(self) -> None:
-        bench = self._bench
-        desk = bench.light_field
-        desk.look = light_field_panel(bench.edited, desk.look, desk.form, desk.worker, bench.easel.strip)
-        desk.ask()                              # at once: the other panels take their time to follow
+        session = self._session
+        controller = session.light_field
+        controller.look = light_field_panel(session.edited, controller.look, controller.form, controller.worker,
+                                            session.presenter.strip)
+        controller.ask()                              # at once: the other panels take their time to follow
 
     def _stability(self) -> None:
         from lensbench.app.panels.stability import stability_panel
-        from lensbench.app.studies.stability.worker import Surveyor
+        from lensbench.app.workers.stability_worker import StabilityWorker
 
-        if self._surveyor is None:
-            self._surveyor = Surveyor(self._bench.woken)
-        stability_panel(self._surveyor)
+        if self._stability_worker is None:
+            self._stability_worker = StabilityWorker(self._session.wake)
+        stability_panel(self._stability_worker)
 
     def closed(self) -> None:
         """The window is about to go: nothing is measured any more."""
-        if self._surveyor is not None:
-            self._surveyor.cancel()
+        if self._stability_worker is not None:
+            self._stability_worker.cancel()
 
     def dialogs(self) -> None:
         """What stands over the panels."""
-        bench = self._bench
-        said = bench.export.draw()
+        session = self._session
+        said = session.export.draw()
         if said is not None:
-            bench.view.say(*said)
-        if bench.export.wants_path:
-            bench.export.wants_path = False
-            bench.files.ask("export")
-        about(bench)
+            session.view.say(*said)
+        if session.export.wants_path:
+            session.export.wants_path = False
+            session.files.ask("export")
+        about(session)
 
     def status(self) -> None:
         """The line at the bottom."""
-        bench = self._bench
-        status_bar(bench.edited, bench.easel.news, bench.view)
+        session = self._session
+        status_bar(session.edited, session.presenter.update, session.view)
 
 
 def _in_the_dock(name: str) -> bool:

@@ -18,7 +18,7 @@ from lensbench.app.window.dialogs import Question
 from lensbench.lenses import READERS, WRITERS
 
 if TYPE_CHECKING:
-    from lensbench.app.window.session import Bench
+    from lensbench.app.window.session import Session
 
 RECENT = 8                      # files that are remembered
 PICTURES = (".png", ".exr", ".ppm")                      # that carry their settings
@@ -45,30 +45,30 @@ QUESTIONS = {
 class Files:
     """What the window does with files."""
 
-    def __init__(self, bench: "Bench"):
-        self._bench = bench
+    def __init__(self, session: "Session"):
+        self._session = session
         self.recent: list[Path] = []
 
     def ask(self, kind: str) -> None:
         """Ask for a file: a key of QUESTIONS."""
-        self._bench.prompt.ask(QUESTIONS[kind])
+        self._session.prompt.ask(QUESTIONS[kind])
 
     def answer(self) -> None:
         """Do what was asked for, once there is an answer."""
-        answer = self._bench.prompt.answer()
+        answer = self._session.prompt.answer()
         if answer is None:
             return
         purpose, path = answer
         if purpose == "screenshot":
             self.save_picture(path)
         elif purpose == "window":
-            self._bench.photograph(path)
+            self._session.photograph(path)
         elif purpose == "save light field":
-            self._bench.light_field.worker.save(path)
+            self._session.light_field.worker.save(path)
         elif purpose == "refocused":
-            self._bench.light_field.save_picture(path)
+            self._session.light_field.save_picture(path)
         elif purpose == "export":
-            self._bench.export.take_path(path)
+            self._session.export.take_path(path)
         elif purpose == "save lens":
             self.save_lens(path)
         elif purpose == "save settings":
@@ -85,28 +85,28 @@ class Files:
 
     def open(self, path: Path, kind: str | None = None) -> None:
         """Take a lens, a scene, a light field, settings or those of a picture; without a kind, by what it is."""
-        bench, path = self._bench, path.expanduser().resolve()
+        session, path = self._session, path.expanduser().resolve()
         if (kind or path.suffix.lower()) in ("light field", ".npz"):
-            bench.light_field.worker.open(path)
+            session.light_field.worker.open(path)
             self._remember(path)
             return
         try:
-            settings = self._opened(path, kind or self._kind(path), bench.history.present)
+            settings = self._opened(path, kind or self._kind(path), session.history.present)
         except (ValueError, OSError) as error:
             text = str(error) if not isinstance(error, OSError) else f"{path}: {error.strerror or error}"
-            bench.view.say(text)
+            session.view.say(text)
             return
-        if settings.lens != bench.history.present.lens:
-            bench.say_findings(settings)
-        settings = bench.showable(settings)
-        bench.edited = settings
-        bench.history.edit(settings, False, 0.0)
-        bench.apply()
+        if settings.lens != session.history.present.lens:
+            session.say_findings(settings)
+        settings = session.showable(settings)
+        session.edited = settings
+        session.history.edit(settings, False, 0.0)
+        session.apply()
         self._remember(path)
 
     def _remember(self, path: Path) -> None:
         self.recent = [path, *(other for other in self.recent if other != path)][:RECENT]
-        self._bench.keep_recent()
+        self._session.keep_recent()
 
     @staticmethod
     def _kind(path: Path) -> str:
@@ -138,9 +138,9 @@ class Files:
 
     def save_lens(self, path: Path) -> None:
         """Save the lens, as it is scaled and zoomed, in the format of the suffix; what that cannot hold is said."""
-        say = self._bench.view.say
+        say = self._session.view.say
         try:
-            remarks = lenses.save(design(self._bench.history.present), path)
+            remarks = lenses.save(design(self._session.history.present), path)
         except (ValueError, OSError) as error:
             say(str(error))
             return
@@ -153,9 +153,9 @@ class Files:
         from lensbench.app.files.settings_file import save_settings
 
         try:
-            save_settings(path, self._bench.history.present)
+            save_settings(path, self._session.history.present)
         except (ValueError, OSError) as error:
-            self._bench.view.say(str(error))
+            self._session.view.say(str(error))
 
     def save_intrinsics(self, path: Path) -> None:
         """Save the camera's intrinsics and pose as JSON."""
@@ -164,26 +164,26 @@ class Files:
         from lensbench.app.state.intrinsics import intrinsics
 
         try:
-            text = intrinsics(camera(self._bench.history.present))
+            text = intrinsics(camera(self._session.history.present))
             if text is None:
                 raise ExportError("This camera has no intrinsics: it is not projective")
             with replacing(path) as part:
                 part.write_text(text + "\n", encoding="utf-8")
         except (ValueError, OSError) as error:
-            self._bench.view.say(str(error))
+            self._session.view.say(str(error))
 
     def save_picture(self, path: Path) -> None:
         """Save the picture that is shown, as far as it has come, with its settings."""
         from lensbench.app.files.export import save_picture
 
-        news = self._bench.worker.newest()
-        if news is None:
-            self._bench.view.say("There is no picture yet")
+        update = self._session.worker.newest()
+        if update is None:
+            self._session.view.say("There is no picture yet")
             return
-        present = self._bench.history.present
-        settings = replace(news.settings, **{name: getattr(present, name) for name in (*LOOK, *MOTION)})
-        settings = replace(settings, samples=news.samples)
+        present = self._session.history.present
+        settings = replace(update.settings, **{name: getattr(present, name) for name in (*LOOK, *MOTION)})
+        settings = replace(settings, samples=update.samples)
         try:
-            save_picture(path, news.image, settings, choice=news.choice)
+            save_picture(path, update.image, settings, choice=update.choice)
         except (ValueError, OSError) as error:
-            self._bench.view.say(str(error))
+            self._session.view.say(str(error))

@@ -13,7 +13,7 @@ from lensbench.app.window.dialogs import centre_next
 from lensbench.lenses import WRITERS
 
 if TYPE_CHECKING:
-    from lensbench.app.window.session import Bench
+    from lensbench.app.window.session import Session
 
 KEYS = (
     ("Click in the picture", "focus there"),
@@ -33,33 +33,33 @@ NOTHING_PINNED = "Nothing to compare with yet: keep a picture as A first (A)"
 CTRL, SHIFT, KEY = imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key
 
 
-def menus(bench: "Bench") -> None:
+def menus(session: "Session") -> None:
     """File, Edit, View and Help in the menu bar."""
-    history = bench.history
+    history = session.history
     if imgui.begin_menu("File"):
         for name, kind, key in (("Open lens…", "lens", "Ctrl+O"), ("Open scene…", "scene", ""),
                                 ("Open picture…", "picture", ""), ("Open settings…", "settings", ""),
                                 ("Open light field…", "light field", "")):
             if _item(name, key):
-                bench.files.ask(kind)
-        if imgui.begin_menu("Recent", bool(bench.files.recent)):
-            for path in list(bench.files.recent):
+                session.files.ask(kind)
+        if imgui.begin_menu("Recent", bool(session.files.recent)):
+            for path in list(session.files.recent):
                 if _item(_short(path)):
-                    bench.files.open(path)
+                    session.files.open(path)
                 imgui.set_item_tooltip(str(path))
             imgui.end_menu()
         imgui.separator()
         if _item("Save lens…", enabled=not history.present.lensless):
-            bench.files.ask("save lens")
+            session.files.ask("save lens")
         imgui.set_item_tooltip(f"In the format of the suffix: {' '.join(WRITERS)}")
         if _item("Save settings…"):
-            bench.files.ask("save settings")
+            session.files.ask("save settings")
         if _item("Export…", "Ctrl+E"):
-            bench.export.open(history.present)
+            session.export.open(history.present)
         if _item("Screenshot of render…", "Ctrl+S"):
-            bench.files.ask("screenshot")
+            session.files.ask("screenshot")
         if _item("Screenshot of window…"):
-            bench.files.ask("window")
+            session.files.ask("window")
         imgui.separator()
         if _item("Quit", "Ctrl+Q"):
             hello_imgui.get_runner_params().app_shall_exit = True
@@ -67,14 +67,14 @@ def menus(bench: "Bench") -> None:
 
     if imgui.begin_menu("Edit"):
         if _item("Undo", "Ctrl+Z", history.can_undo):
-            undo(bench)
+            undo(session)
         if _item("Redo", "Ctrl+Shift+Z", history.can_redo):
-            redo(bench)
+            redo(session)
         imgui.separator()
         if _item("Reset all"):
-            bench.edited = replace(Settings(), lens=history.present.lens, scene=history.present.scene)
-            bench.edited = _reachable(bench.edited)
-            bench.history.edit(bench.edited, False, 0.0)
+            session.edited = replace(Settings(), lens=history.present.lens, scene=history.present.scene)
+            session.edited = _reachable(session.edited)
+            session.history.edit(session.edited, False, 0.0)
         imgui.end_menu()
 
     if imgui.begin_menu("View"):
@@ -84,22 +84,22 @@ def menus(bench: "Bench") -> None:
                 panel.is_visible = not panel.is_visible
         imgui.separator()
         if _item("Reset camera", "Home"):
-            bench.edited = at_home(bench.edited)
+            session.edited = at_home(session.edited)
         imgui.separator()
-        if _item("Dark theme", "", True, bench.dark):
-            bench.choose_theme(True)
-        if _item("Light theme", "", True, not bench.dark):
-            bench.choose_theme(False)
+        if _item("Dark theme", "", True, session.dark):
+            session.choose_theme(True)
+        if _item("Light theme", "", True, not session.dark):
+            session.choose_theme(False)
         imgui.separator()
         if _item("Reset layout"):
             for panel in runner.docking_params.dockable_windows:
                 panel.is_visible = True
-            bench.lay_out()
+            session.lay_out()
         imgui.end_menu()
 
     if imgui.begin_menu("Help"):
         if _item("Keys and mouse", "F1"):
-            bench.about = True
+            session.about = True
         imgui.end_menu()
 
 
@@ -120,19 +120,19 @@ def _reachable(settings: Settings) -> Settings:
         return Settings()
 
 
-def undo(bench: "Bench") -> None:
+def undo(session: "Session") -> None:
     """Take the latest gesture back, unless one is under way."""
     if not any(imgui.is_mouse_down(button) for button in range(3)) or imgui.is_popup_open(
             "", imgui.PopupFlags_.any_popup_id):
-        bench.edited = bench.history.undo()
+        session.edited = session.history.undo()
 
 
-def redo(bench: "Bench") -> None:
+def redo(session: "Session") -> None:
     """Bring back what was taken back."""
-    bench.edited = bench.history.redo()
+    session.edited = session.history.redo()
 
 
-def shortcuts(bench: "Bench") -> None:
+def shortcuts(session: "Session") -> None:
     """The keys, as long as nobody types."""
     io = imgui.get_io()
     if imgui.is_key_pressed(KEY.escape) and imgui.internal.get_top_most_popup_modal() is None:
@@ -145,10 +145,10 @@ def shortcuts(bench: "Bench") -> None:
         return imgui.is_key_chord_pressed(chord) if not repeat else imgui.is_key_chord_pressed(chord)
 
     if not held and pressed(CTRL | KEY.z):
-        undo(bench)
+        undo(session)
     if not held and (pressed(CTRL | SHIFT | KEY.z) or pressed(CTRL | KEY.y)):
-        redo(bench)
-    view, wanted = bench.view, bench.view.requests
+        redo(session)
+    view, wanted = session.view, session.view.requests
     for chord, request in ((KEY.space, "pause"), (KEY.r, "restart"), (CTRL | KEY.s, "screenshot"),
                            (CTRL | KEY.e, "export"), (CTRL | KEY.o, "open lens"), (KEY.a, "pin")):
         if pressed(chord):
@@ -158,31 +158,31 @@ def shortcuts(bench: "Bench") -> None:
     if pressed(KEY._1):
         view.zoom = 1.0
     if pressed(KEY.home):
-        bench.edited = at_home(bench.edited)
+        session.edited = at_home(session.edited)
     if pressed(KEY.h):
         view.histogram = not view.histogram
     for chord, overlay in ((KEY.p, "peaking"), (KEY.c, "coc"), (KEY.z, "clipping")):
         if pressed(chord):
-            bench.edited = replace(bench.edited, overlay="none" if bench.edited.overlay == overlay else overlay)
+            session.edited = replace(session.edited, overlay="none" if session.edited.overlay == overlay else overlay)
     for chord, way in ((KEY.s, "side"), (KEY.w, "wipe"), (KEY.d, "difference")):
         if pressed(chord) and view.pinned is None:
             view.say(NOTHING_PINNED)
         elif pressed(chord):
-            bench.edited = replace(bench.edited, compare="off" if bench.edited.compare == way else way)
+            session.edited = replace(session.edited, compare="off" if session.edited.compare == way else way)
     if pressed(KEY.v):
         views = list(VIEWS)
-        bench.edited = replace(bench.edited, view=views[(views.index(bench.edited.view) + 1) % len(views)])
+        session.edited = replace(session.edited, view=views[(views.index(session.edited.view) + 1) % len(views)])
     if pressed(KEY.f1):
-        bench.about = True
+        session.about = True
     if pressed(CTRL | KEY.q):
         hello_imgui.get_runner_params().app_shall_exit = True
 
 
-def about(bench: "Bench") -> None:
+def about(session: "Session") -> None:
     """The dialog of keys and mouse."""
-    if bench.about:
+    if session.about:
         imgui.open_popup("Keys and mouse")
-        bench.about = False
+        session.about = False
     column = max(imgui.calc_text_size(key).x for key, _ in KEYS) + theme.em(2.0)
     words = max(imgui.calc_text_size(what).x for _, what in KEYS)
     centre_next((column + words) / theme.em(1.0) + 1.5)

@@ -23,9 +23,9 @@ from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.display.frame import View
-from lensbench.app.display.presenter import Easel, save_window
+from lensbench.app.display.presenter import Presenter, save_window
 from lensbench.app.panels.controls.controls import Chooser
-from lensbench.app.panels.light_field.controller import LightFieldDesk
+from lensbench.app.panels.light_field.controller import LightFieldController
 from lensbench.app.state.build import design
 from lensbench.app.state.constraints import showable
 from lensbench.app.state.settings import Settings
@@ -36,12 +36,12 @@ from lensbench.app.window.docking import Panels, layout
 from lensbench.app.window.file_actions import Files
 from lensbench.app.window.menus import NOTHING_PINNED, shortcuts
 from lensbench.app.workers.chart_worker import ChartWorker
-from lensbench.app.workers.render_worker import Worker
+from lensbench.app.workers.render_worker import RenderWorker
 
 COMPILING_FPS = 8.0             # of the window while it waits for its first picture
 
 
-class Bench:
+class Session:
     """All that lives as long as the window."""
 
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
@@ -58,10 +58,10 @@ class Bench:
         self.about = False                              # Help is asked for
         self.shots_taken = 0                            # pictures of the window that have been saved
         self.shot_problem = ""                          # why the latest of them was not
-        self.worker = Worker(settings, self.woken, threads)
-        self.easel = Easel(self.worker)
-        self.light_field = LightFieldDesk(self)
-        self.charts = ChartWorker(self.woken)
+        self.worker = RenderWorker(settings, self.wake, threads)
+        self.presenter = Presenter(self.worker)
+        self.light_field = LightFieldController(self)
+        self.charts = ChartWorker(self.wake)
         self._prepared = threading.Event()              # the panels' kernels are compiled
         self._shot: Path | None = None                  # a picture of the window is wanted
         self._finish: Callable[[], None] | None = None
@@ -75,8 +75,8 @@ class Bench:
     def opened(self) -> None:
         """The GL context is there."""
         sys.setswitchinterval(0.001)            # the worker gets its turn soon, also beside a busy window
-        self.easel.open()
-        if self.easel.software:
+        self.presenter.open()
+        if self.presenter.software:
             address = ctypes.cast(glfw.get_proc_address("glFinish"), ctypes.c_void_p).value
             self._finish = ctypes.CFUNCTYPE(None)(address) if address else None
         theme.style_implot()
@@ -108,7 +108,7 @@ class Bench:
             prepare(self.history.present)
         finally:
             self._prepared.set()
-            self.woken()
+            self.wake()
 
     @property
     def prepared(self) -> bool:
@@ -171,7 +171,7 @@ class Bench:
         self.edited = self.history.present
         self._leave_room_to_compile()
         self._lay_out_once()
-        self.easel.take(self.view)
+        self.presenter.take(self.view)
         self.light_field.begin()
         self._take_failure()
         shortcuts(self)
@@ -181,7 +181,7 @@ class Bench:
     def _leave_room_to_compile(self) -> None:
         """Few frames before the first picture: the compiler wants the processor."""
         idling = hello_imgui.get_runner_params().fps_idling
-        if self.easel.news is None:
+        if self.presenter.update is None:
             if self._pace is None:
                 self._pace = idling.fps_max
             idling.fps_max = COMPILING_FPS
@@ -216,8 +216,8 @@ class Bench:
             self.worker.resume() if self.worker.paused else self.worker.pause()
         if "restart" in wanted:
             self.worker.again()
-        if "pin" in wanted and self.easel.pin(self.history.present) and self.easel.pinned is not None:
-            self.view.pinned = self.easel.pinned.settings
+        if "pin" in wanted and self.presenter.pin(self.history.present) and self.presenter.pinned is not None:
+            self.view.pinned = self.presenter.pinned.settings
             self.view.messages = [message for message in self.view.messages if message != NOTHING_PINNED]
         if "screenshot" in wanted:
             self.files.ask("screenshot")
@@ -235,7 +235,7 @@ class Bench:
         self.view.say(str(failure.error) or type(failure.error).__name__)
         if not isinstance(failure.error, ValueError | OSError):
             traceback.print_exception(failure.error)
-        good = self.easel.news.settings if self.easel.news is not None else Settings()
+        good = self.presenter.update.settings if self.presenter.update is not None else Settings()
         if good.picture == failure.settings.picture:
             good = Settings()
         self.history.correct(replace(self.history.present, **_difference(good, failure.settings)))
@@ -243,7 +243,7 @@ class Bench:
         if self.edited.picture != failure.settings.picture:
             self.apply()
 
-    def woken(self) -> None:
+    def wake(self) -> None:
         """From the worker's thread: there is something to show."""
         hello_imgui.request_refresh()
         with suppress(glfw.GLFWError):
@@ -266,7 +266,7 @@ class Bench:
         """
         if self._finish is not None:
             self._finish()
-        self.worker.shown(self.easel.news)
+        self.worker.shown(self.presenter.update)
         if self._shot is None:
             return
         path, self._shot = self._shot, None
@@ -282,10 +282,11 @@ class Bench:
 
     def settled(self, samples: int) -> bool:
         """Whether the present settings are on the screen with so many samples."""
-        news = self.easel.news
-        if news is None or news.generation != self.worker.generation or news.depth is None or news.is_provisional:
+        update = self.presenter.update
+        if (update is None or update.generation != self.worker.generation or update.depth is None
+                or update.is_provisional):
             return False
-        return self._prepared.is_set() and news.samples >= min(samples, news.settings.samples)
+        return self._prepared.is_set() and update.samples >= min(samples, update.settings.samples)
 
 
 def _difference(good: Settings, bad: Settings) -> dict[str, Any]:

@@ -11,10 +11,10 @@ from lensbench.app.state.build import design
 from lensbench.app.state.scales import format_distance
 from lensbench.app.state.settings import MODELS, Settings
 from lensbench.app.widgets import theme
-from lensbench.app.workers.render_worker import News
+from lensbench.app.workers.render_worker import RenderUpdate
 
 
-def status_bar(settings: Settings, news: News | None, view: View) -> None:
+def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> None:
     """Draw the status into the bar that hello_imgui has begun."""
     colour, dot = theme.colours(), theme.em(0.9)
     theme.small()
@@ -26,13 +26,13 @@ def status_bar(settings: Settings, news: News | None, view: View) -> None:
 
     # From the right: the lens, and what the mouse points at
     left, right = window.x + theme.em(0.78), window.x + width - theme.em(0.9)
-    told = headline(news.choice, news.speeds) if news is not None and news.choice is not None else []
-    parts = [told[0] if told else MODELS[settings.model], *_progress(news)]
+    told = headline(update.choice, update.speeds) if update is not None and update.choice is not None else []
+    parts = [told[0] if told else MODELS[settings.model], *_progress(update)]
     separator = 2.0 * dot + imgui.calc_text_size("·").x
     needed = sum(imgui.calc_text_size(text).x for text in parts) + separator * len(parts)
     texts = [_lens(settings)]
-    if view.hover is not None and news is not None and news.depth is not None:
-        texts.append(_pointed(view.hover, news))
+    if view.hover is not None and update is not None and update.depth is not None:
+        texts.append(_pointed(view.hover, update))
     for text in filter(None, texts):
         extent = imgui.calc_text_size(text).x
         if right - extent < left + needed:
@@ -55,19 +55,20 @@ def status_bar(settings: Settings, news: News | None, view: View) -> None:
     if told:
         imgui.set_cursor_screen_pos(ImVec2(left, y))
         imgui.invisible_button("Automatic model", ImVec2(x - left, imgui.get_text_line_height()))
-        assert news is not None
-        imgui.set_item_tooltip(tale(news.choice, news.speeds))
+        assert update is not None
+        imgui.set_item_tooltip(tale(update.choice, update.speeds))
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(ImVec2(1.0, imgui.get_text_line_height()))
     imgui.pop_font()
 
 
-def _progress(news: News | None) -> list[str]:
+def _progress(update: RenderUpdate | None) -> list[str]:
     """How far the picture is, and how fast."""
     frames = f"{hello_imgui.frame_rate():.0f} fps"
-    if news is None:
+    if update is None:
         return [frames]
-    return [f"{news.samples} sample{'s' if news.samples > 1 else ''}", f"{news.rate / 1e6:.0f} Msamples/s", frames]
+    samples = f"{update.samples} sample{'s' if update.samples > 1 else ''}"
+    return [samples, f"{update.rate / 1e6:.0f} Msamples/s", frames]
 
 
 def _lens(settings: Settings) -> str:
@@ -80,12 +81,12 @@ def _lens(settings: Settings) -> str:
     return f"{lens_title(settings.lens)}: {surfaces} surfaces"
 
 
-def _pointed(hover: tuple[float, float], news: News) -> str:
+def _pointed(hover: tuple[float, float], update: RenderUpdate) -> str:
     """The pixel under the mouse and how far away it lies."""
-    assert news.depth is not None
+    assert update.depth is not None
     x, y = int(hover[0]), int(hover[1])
-    rows, columns = news.depth.shape
+    rows, columns = update.depth.shape
     if not (0 <= y < rows and 0 <= x < columns):
         return ""
-    depth = float(news.depth[y, x])
+    depth = float(update.depth[y, x])
     return f"({x}, {y})  {'no light' if math.isnan(depth) else format_distance(depth)}"

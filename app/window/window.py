@@ -11,7 +11,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.window.docking import layout
 from lensbench.app.window.menus import menus
-from lensbench.app.window.session import Bench
+from lensbench.app.window.session import Session
 
 TITLE = "lensbench"
 SIZE = (1280, 720)
@@ -19,13 +19,13 @@ SCREENSHOT_SAMPLES = 64
 SCREENSHOT_SECONDS = 120.0          # after which a screenshot shows what there is
 
 
-def parameters(bench: Bench, size: tuple[int, int] = SIZE) -> hello_imgui.RunnerParams:
+def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.RunnerParams:
     """Everything that hello_imgui needs to run the bench."""
     runner = hello_imgui.RunnerParams()
     runner.app_window_params.window_title = TITLE
     runner.app_window_params.window_geometry.size = size
-    runner.app_window_params.restore_previous_geometry = bench.remember
-    runner.ini_disable = not bench.remember
+    runner.app_window_params.restore_previous_geometry = session.remember
+    runner.ini_disable = not session.remember
     runner.ini_folder_type = hello_imgui.IniFolderType.app_user_config_folder
     runner.ini_filename = f"{TITLE}/window.ini"
     runner.ini_filename_use_app_window_title = False
@@ -43,23 +43,23 @@ def parameters(bench: Bench, size: tuple[int, int] = SIZE) -> hello_imgui.Runner
     window.config_windows_move_from_title_bar_only = True
 
     def end() -> None:
-        bench.panels.dialogs()
-        bench.end()
+        session.panels.dialogs()
+        session.end()
 
-    call, guarded = runner.callbacks, bench.panels.guarded
+    call, guarded = runner.callbacks, session.panels.guarded
     call.load_additional_fonts = theme.load_font
     call.setup_imgui_style = theme.style_imgui
-    call.post_init = bench.opened
-    call.before_exit = bench.closed
-    call.show_menus = guarded("Menus", lambda: menus(bench))
-    call.show_status = guarded("Status", bench.panels.status)
-    call.show_gui = guarded("Frame", bench.begin)
+    call.post_init = session.opened
+    call.before_exit = session.closed
+    call.show_menus = guarded("Menus", lambda: menus(session))
+    call.show_status = guarded("Status", session.panels.status)
+    call.show_gui = guarded("Frame", session.begin)
     call.post_render_dockable_windows = guarded("Dialogs", end)
-    call.before_swap = guarded("Screenshot", bench.drawn)
+    call.before_swap = guarded("Screenshot", session.drawn)
 
-    bench.laid_out_for = (*size, theme.FONT_SIZE)
-    runner.docking_params.docking_splits = layout(*bench.laid_out_for)
-    runner.docking_params.dockable_windows = bench.panels.windows()
+    session.laid_out_for = (*size, theme.FONT_SIZE)
+    runner.docking_params.docking_splits = layout(*session.laid_out_for)
+    runner.docking_params.dockable_windows = session.panels.windows()
     return runner
 
 
@@ -75,30 +75,30 @@ def run(settings: Settings, screenshot: Path | str | None = None) -> int:
 
     OSError where the picture cannot be written.
     """
-    bench = Bench(settings, remember=screenshot is None)
+    session = Session(settings, remember=screenshot is None)
     try:
-        runner = parameters(bench)
+        runner = parameters(session)
         if screenshot is not None:
             without_display()
-            _photograph(bench, runner, Path(screenshot))
+            _photograph(session, runner, Path(screenshot))
         immapp.run(runner, immapp.AddOnsParams(with_implot=True))
     finally:
-        bench.worker.stop()
-    if bench.shot_problem:
-        raise OSError(bench.shot_problem)
+        session.worker.stop()
+    if session.shot_problem:
+        raise OSError(session.shot_problem)
     return 0
 
 
-def _photograph(bench: Bench, runner: hello_imgui.RunnerParams, path: Path) -> None:
+def _photograph(session: Session, runner: hello_imgui.RunnerParams, path: Path) -> None:
     """Have the window photographed when there are samples enough, or time is up, and closed then."""
     runner.fps_idling.enable_idling = False
     runner.fps_idling.fps_max = 30.0
     end = monotonic() + SCREENSHOT_SECONDS
 
     def watch() -> None:
-        if bench.shots_taken or bench.shot_problem:
+        if session.shots_taken or session.shot_problem:
             runner.app_shall_exit = True
-        elif bench.settled(SCREENSHOT_SAMPLES) or monotonic() > end:
-            bench.photograph(path)
+        elif session.settled(SCREENSHOT_SAMPLES) or monotonic() > end:
+            session.photograph(path)
 
     runner.callbacks.after_swap = watch

@@ -21,9 +21,9 @@ def charted(settings: Settings) -> Settings:
 class ChartWorker:
     """Measures one chart at a time; the window asks in each frame, and finds the newest in `chart`."""
 
-    def __init__(self, woken: Callable[[], None] = lambda: None):
+    def __init__(self, wake: Callable[[], None] = lambda: None):
         """`woken` is called from the other thread at every piece of news."""
-        self._woken = woken
+        self._wake = wake
         self.chart: Chart | None = None
         self.of: Settings | None = None             # what the chart, or the problem, is of
         self.problem = ""                           # why there is no chart of these settings
@@ -58,9 +58,9 @@ class ChartWorker:
         self.share, self._measuring, self._refused = 0.0, key, None
         threading.Thread(target=self._measure, args=(key,), name="lensbench chart", daemon=True).start()
 
-    def _told(self, share: float) -> bool:
+    def _progress(self, share: float) -> bool:
         self.share = share
-        self._woken()
+        self._wake()
         current = self._asked is not None and self._asked[0] == self._measuring
         return current and self._refused != self._measuring and not self._stopped
 
@@ -74,7 +74,7 @@ class ChartWorker:
         try:
             camera_ = camera(replace(key, model="trace"))
             assert isinstance(camera_, lb.LensCamera)
-            found = chart(Subject(key.lens, camera_.lens.name, camera_), self._told, SECONDS, in_the_renderer=False)
+            found = chart(Subject(key.lens, camera_.lens.name, camera_), self._progress, SECONDS, in_the_renderer=False)
             self.chart, self.problem, self.of = found, "", key
         except StoppedError:
             pass
@@ -82,4 +82,4 @@ class ChartWorker:
             self.chart, self.problem, self.of = None, str(error), key
         finally:
             self.share = None
-            self._woken()
+            self._wake()

@@ -35,7 +35,7 @@ COMPARED = 256                  # samples a pixel of the camera's own picture
 HOLD_SECONDS = 0.1              # that a frame is held at most for the picture of its look
 
 
-class Sight(NamedTuple):
+class FieldPicture(NamedTuple):
     """What a look at a recording has shown."""
 
     recording: Recorded
@@ -51,7 +51,7 @@ Wanted = tuple[Recorded, Look, lb.Depth | None]
 class Compared(NamedTuple):
     """The camera's own picture, and how near the light field's comes to it."""
 
-    sight: Sight
+    field_picture: FieldPicture
     image: NDArray[np.float32]
     settings: Settings
     psnr: float                             # dB
@@ -66,15 +66,15 @@ class Task:
     cancelled: bool = False
 
 
-class FieldWorker:
+class LightFieldWorker:
     """Has one recording at a time; see the module."""
 
-    def __init__(self, woken: Callable[[], None] = lambda: None):
+    def __init__(self, wake: Callable[[], None] = lambda: None):
         """`woken` is called from other threads at every piece of news."""
-        self._woken = woken
+        self._wake = wake
         self._change = threading.Condition()
         self.recording: Recorded | None = None
-        self.sight: Sight | None = None             # the newest
+        self.field_picture: FieldPicture | None = None             # the newest
         self.depth: tuple[Recording, lb.Depth] | None = None
         self.compared: Compared | None = None
         self.said: list[tuple[str, bool]] = []      # what is to be told, and whether it tells of something done
@@ -108,9 +108,9 @@ class FieldWorker:
         """Save the recording."""
         self._begin(f"Saving {path.name}", lambda task: self._save(path))
 
-    def compare(self, sight: Sight) -> None:
+    def compare(self, field_picture: FieldPicture) -> None:
         """Render with the camera what a look has shown."""
-        self._begin("Rendering with the camera", lambda task: self._compare(task, sight))
+        self._begin("Rendering with the camera", lambda task: self._compare(task, field_picture))
 
     def want(self, look: Look) -> None:
         """Show the recording so, from now on."""
@@ -126,7 +126,7 @@ class FieldWorker:
                 self._viewer.start()
             self._change.notify_all()
 
-    def await_sight(self) -> None:
+    def await_field_picture(self) -> None:
         """Hold the frame for the picture of the newest look, where it is about to come.
 
         Not beyond HOLD_SECONDS after it was asked for, and not at all where pictures take twice as long.
@@ -149,9 +149,10 @@ class FieldWorker:
     def psnr(self, look: Look) -> float | None:
         """The dB by which the camera's own picture agrees with this look's, where it has been rendered."""
         compared = self.compared
-        if compared is None or compared.sight.recording is not self.recording or compared.sight.look != look:
+        if compared is None:
             return None
-        return compared.psnr
+        of = compared.field_picture
+        return compared.psnr if of.recording is self.recording and of.look == look else None
 
     def cancel(self) -> None:
         """Give up what is under way."""
@@ -183,34 +184,34 @@ class FieldWorker:
                     self.said.append((str(error) or "there is not enough memory for this light field", False))
             finally:
                 self.task = None
-                self._woken()
+                self._wake()
 
         threading.Thread(target=run, name=f"lensbench {name}", daemon=True).start()
 
-    def _told(self, task: Task, share: float) -> bool:
+    def _progress(self, task: Task, share: float) -> bool:
         task.share = share
-        self._woken()
+        self._wake()
         return not (task.cancelled or self._stopped)
 
     def _record(self, task: Task, settings: Settings, views: tuple[int, int], moments: int) -> None:
         settings = settings.checked()
         camera, scene = prepare(settings)
         field = lb.capture_light_field(camera, scene, views, settings.samples, settings.seed,
-                                       progress=lambda share: self._told(task, share), moments=moments)
+                                       progress=lambda share: self._progress(task, share), moments=moments)
         self.recording = Recording(field, settings)
 
     def _expose(self, task: Task, settings: Settings, pixels: int, f_number: float | None) -> None:
         settings = settings.checked()
         camera, scene = prepare(settings)
         raw = lb.PlenopticCamera(camera, pixels, f_number).expose(scene, settings.samples, settings.seed,
-                                                                  progress=lambda share: self._told(task, share))
+                                                                  progress=lambda share: self._progress(task, share))
         self.recording = Recording(raw.decoded(), settings, raw)
 
     def _record_array(self, task: Task, settings: Settings, views: tuple[int, int], spacing: float) -> None:
         settings = settings.checked()
         camera, scene = prepare(settings)
         array = lb.capture_lumigraph(camera, scene, views, spacing, samples=settings.samples, seed=settings.seed,
-                                     progress=lambda share: self._told(task, share))
+                                     progress=lambda share: self._progress(task, share))
         self.recording = ArrayRecording(array, settings)
 
     def _open(self, task: Task, path: Path) -> None:
@@ -230,25 +231,25 @@ class FieldWorker:
         if recording is not None:
             self.said.append((f"The light field was saved as {path.name}", True))
 
-    def _compare(self, task: Task, sight: Sight) -> None:
+    def _compare(self, task: Task, field_picture: FieldPicture) -> None:
         from lensbench.app.files.export import render
         from lensbench.app.state.comparison import decibels
 
-        look, recording = sight.look, sight.recording
+        look, recording = field_picture.look, field_picture.recording
         settings = replace(picture_settings(recording, look), samples=COMPARED)
         if isinstance(recording, Recording) and (look.view != (0.0, 0.0) or recording.of_moment(look) != (0, 1)):
             camera, scene = prepare(replace(settings, f_number=recording.settings.f_number))
             image: NDArray[np.float32] | None = lb.picture_through(
                 camera, scene, look.view, radius(look, recording.field), COMPARED, settings.seed,
-                recording.of_moment(look), lambda share: self._told(task, share))
+                recording.of_moment(look), lambda share: self._progress(task, share))
         else:
-            image = render(settings, lambda share: self._told(task, share), lambda: task.cancelled or self._stopped)
+            image = render(settings, lambda share: self._progress(task, share), lambda: task.cancelled or self._stopped)
         if image is not None:
-            self.compared = Compared(sight, image, settings, decibels(sight.image, image))
+            self.compared = Compared(field_picture, image, settings, decibels(field_picture.image, image))
 
     def _find_depth(self, task: Task) -> None:
         if isinstance(recording := self.recording, Recording):
-            self.depth = recording, lb.find_depth(recording.field, progress=lambda share: self._told(task, share))
+            self.depth = recording, lb.find_depth(recording.field, progress=lambda share: self._progress(task, share))
 
     # What is looked at
 
@@ -273,11 +274,11 @@ class FieldWorker:
             except (ValueError, MemoryError) as error:
                 self.said.append((str(error), False))
             else:
-                self.sight = Sight(recording, look, image, perf_counter() - begin, covered)
+                self.field_picture = FieldPicture(recording, look, image, perf_counter() - begin, covered)
             with self._change:
                 self._done, self._seconds = wanted, perf_counter() - begin
                 self._change.notify_all()
-            self._woken()
+            self._wake()
 
 
 def _opened(path: Path) -> Recorded:

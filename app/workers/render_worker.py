@@ -28,7 +28,7 @@ PAUSED_SAMPLES = 4          # that new settings get while the render is paused
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
 
 
-class News(NamedTuple):
+class RenderUpdate(NamedTuple):
     """A picture as far as it has come."""
 
     generation: int                             # counts the restarts
@@ -82,20 +82,20 @@ def prepare(settings: Settings) -> tuple[Any, Any]:
     return camera(settings), find_scene(settings.scene)
 
 
-class Worker:
+class RenderWorker:
     """Renders the latest settings until their samples are reached; see the module."""
 
-    def __init__(self, settings: Settings, woken: Callable[[], None] = lambda: None, threads: int | None = None):
+    def __init__(self, settings: Settings, wake: Callable[[], None] = lambda: None, threads: int | None = None):
         """Begin with these settings; `woken` is called from the worker's thread at every piece of news."""
-        self._woken = woken
+        self._wake = wake
         self._threads = threads or thread_count()
         self._change = threading.Condition()
         self._settings = settings
         self._generation = 1
         self._target = settings.samples
         self._paused = self._held = self._stopped = self._depth_wanted = False
-        self._news: News | None = None
-        self._shown: News | None = None
+        self._update: RenderUpdate | None = None
+        self._shown: RenderUpdate | None = None
         self._failure: Failure | None = None
         self._set_up_for = 0                    # the generation whose picture is set up
         self._started = perf_counter()
@@ -128,9 +128,9 @@ class Worker:
             self._started = perf_counter()
             self._change.notify_all()
 
-    def newest(self) -> News | None:
+    def newest(self) -> RenderUpdate | None:
         """The newest picture, perhaps of an older generation; None before the first."""
-        return self._news
+        return self._update
 
     @property
     def generation(self) -> int:
@@ -161,25 +161,25 @@ class Worker:
                 self._change.wait_for(lambda: enough() or self.waiting == 0.0 or self._stopped,
                                       max(0.0, self._started + HOLD_SECONDS - perf_counter()))
 
-    def shown(self, news: News | None) -> None:
+    def shown(self, update: RenderUpdate | None) -> None:
         """The window has this news on its screen: the next pass need not hold back any more."""
-        self._note(_shown=news)
+        self._note(_shown=update)
 
     @property
     def waiting(self) -> float:
         """Seconds since the restart without a picture of the present generation; 0 where there is one."""
-        news = self._news
-        current = news is not None and news.generation == self._generation
+        update = self._update
+        current = update is not None and update.generation == self._generation
         return 0.0 if current or self.error is not None else perf_counter() - self._started
 
     @property
     def busy(self) -> bool:
         """Whether more samples are to come."""
-        news = self._news
+        update = self._update
         if self._paused or self._held or self.error is not None:
             return False
-        return (news is None or news.generation != self._generation or news.samples < self._target
-                or news.is_provisional)
+        return (update is None or update.generation != self._generation or update.samples < self._target
+                or update.is_provisional)
 
     @property
     def paused(self) -> bool:
@@ -251,7 +251,7 @@ class Worker:
                 except Exception as error:              # whatever it was, the window has to say so and live on
                     self._failure = Failure(generation, settings, error)
                     job = None
-                    self._woken()
+                    self._wake()
 
     def _due(self, job: _Job | None) -> bool:
         """Whether there is anything to do."""
@@ -303,9 +303,9 @@ class Worker:
         if (camera.model, camera.degree) != (job.camera.model, job.camera.degree):
             job.camera = camera
             self._set_up(job)
-        elif self._news is not None and self._news.generation == job.generation:
-            self._news = self._news._replace(**self._said(job))
-            self._woken()
+        elif self._update is not None and self._update.generation == job.generation:
+            self._update = self._update._replace(**self._said(job))
+            self._wake()
 
     def _said(self, job: _Job) -> dict[str, Any]:
         """What news say of the automatic model."""
@@ -330,9 +330,9 @@ class Worker:
         timing = passes.submit(lambda: (choice.ns_per_ray, choice.trace_ns_per_ray))
         if self._finished(timing, wanted):
             self._speeds[self._timed(job)] = timing.result()
-            if self._news is not None and self._news.generation == job.generation:
-                self._news = self._news._replace(**self._said(job))
-                self._woken()
+            if self._update is not None and self._update.generation == job.generation:
+                self._update = self._update._replace(**self._said(job))
+                self._wake()
 
     def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
         """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""
@@ -355,9 +355,9 @@ class Worker:
             if not self._finished(depth, wanted):
                 return
             job.depth = depth.result()
-            if self._news is not None and self._news.generation == job.generation:
-                self._news = self._news._replace(depth=job.depth)
-                self._woken()
+            if self._update is not None and self._update.generation == job.generation:
+                self._update = self._update._replace(depth=job.depth)
+                self._wake()
             return
 
         count = max(1, min(job.pass_samples, self._present_target - job.rendering.samples))
@@ -372,17 +372,17 @@ class Worker:
         job.rate = rate if job.rate == 0.0 else 0.7 * job.rate + 0.3 * rate
         job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
         if wanted() or job.rendering.samples == count:
-            news = News(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate, job.depth,
-                        **self._said(job))
+            update = RenderUpdate(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate,
+                                  job.depth, **self._said(job))
             with self._change:
                 if self.waiting and job.generation == self._generation:
                     self._first_seconds = perf_counter() - self._started
-                self._news = news
+                self._update = update
                 self._change.notify_all()
-            self._woken()
+            self._wake()
             if job.rendering.samples == count:          # the processor may have to draw the window: not beside it
                 with self._change:
-                    self._change.wait_for(lambda: self._shown is news or not wanted(), HOLD_SECONDS)
+                    self._change.wait_for(lambda: self._shown is update or not wanted(), HOLD_SECONDS)
 
     def _finished(self, work: Future, wanted: Callable[[], bool]) -> bool:
         """Wait for some work, but no longer than it is wanted: its threads, of low priority, may be slow to give up."""

@@ -18,12 +18,12 @@ PATIENCE = 240.0            # seconds for a picture: the first one compiles the 
 class Hand:
     """What a person does with the bench, and what stands on the screen."""
 
-    def __init__(self, ctx, bench: window.Bench):
-        self.ctx, self.bench = ctx, bench
+    def __init__(self, ctx, session: window.Session):
+        self.ctx, self.session = ctx, session
 
     @property
     def settings(self) -> Settings:
-        return self.bench.history.present
+        return self.session.history.present
 
     def wait(self, what, why: str) -> None:
         end = monotonic() + PATIENCE
@@ -34,7 +34,7 @@ class Hand:
     def picture(self) -> None:
         """Wait until the present settings are on the screen, with all their samples and their depth."""
         self.ctx.yield_(3)
-        self.wait(lambda: self.bench.settled(10**9), "the picture")
+        self.wait(lambda: self.session.settled(10**9), "the picture")
         self.ctx.yield_(2)
 
     def box(self, item: str):
@@ -62,32 +62,32 @@ class Hand:
         self.ctx.yield_(2)
 
     def photograph(self, path: Path) -> None:
-        taken = self.bench.shots_taken
-        self.bench.photograph(path)
-        self.wait(lambda: self.bench.shots_taken > taken, "the screenshot")
+        taken = self.session.shots_taken
+        self.session.photograph(path)
+        self.wait(lambda: self.session.shots_taken > taken, "the screenshot")
 
 
 @pytest.fixture
 def drive():
     """Open the bench with some settings, let a test use it, and close it: drive(test, settings, size) -> the bench."""
 
-    def run(test, settings: Settings = SMALL, size: tuple[int, int] = (1280, 720), dark: bool = True) -> window.Bench:
-        bench = window.Bench(settings, remember=False, threads=2)
-        bench.dark = dark
+    def run(test, settings: Settings = SMALL, size: tuple[int, int] = (1280, 720), dark: bool = True) -> window.Session:
+        session = window.Session(settings, remember=False, threads=2)
+        session.dark = dark
         window.without_display()
-        runner = window.parameters(bench, size)
+        runner = window.parameters(session, size)
         runner.fps_idling.enable_idling = False
         runner.fps_idling.fps_max = 0.0
 
         def patient(ctx) -> None:
             ctx.engine_io.config_watchdog_warning = ctx.engine_io.config_watchdog_kill_test = 4.0 * PATIENCE
-            test(Hand(ctx, bench))
+            test(Hand(ctx, session))
 
         try:
             testing.run(test_function=patient, runner_params=runner,
                         add_ons_params=immapp.AddOnsParams(with_implot=True))
         finally:
-            bench.worker.stop()
-        return bench
+            session.worker.stop()
+        return session
 
     return run

@@ -30,7 +30,7 @@ ONE_OF_TWO = "Section y–z, up the picture"
 
 
 @dataclass
-class Bench:
+class SectionState:
     """What the section keeps between frames, no part of any settings: its view, and what hand holds what."""
 
     view: View | None = None
@@ -41,7 +41,7 @@ class Bench:
     mouse: float = 0.0
 
 
-_bench = Bench()
+_state = SectionState()
 
 
 def section_panel(settings: Settings, film_radius: float | None = None) -> Settings:
@@ -108,7 +108,7 @@ def _draw(draw: imgui.ImDrawList, shown: Sketch, canvas: Canvas, film_radius: fl
           film_lit: bool, movable: bool) -> None:
     drawing.draw_axis(draw, canvas)
     drawing.draw_glass(draw, shown, canvas)
-    drawing.draw_rays(draw, shown, canvas, _bench.dead_rays)
+    drawing.draw_rays(draw, shown, canvas, _state.dead_rays)
     drawing.draw_outlines(draw, shown, canvas)
     if film_radius is not None and shown.lens is not None and not shown.ideal:
         bounds = _region_bounds(shown.lens, shown.film_z - shown.rear_z, film_radius)
@@ -136,31 +136,31 @@ def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2) -> 
     line = imgui.get_text_line_height()
     key = (settings.lens, settings.focal_length, settings.model == "perspective", settings.film_width,
            settings.film_height, size.x, size.y)
-    if _bench.film_z != shown.film_z and _bench.view is not None and not imgui.is_mouse_down(0):
-        if not 0.0 < _bench.view.to_screen(ImVec2(0.0, 0.0), shown.film_z, 0.0).x < size.x:
-            _bench.fitted_to = ()
-        _bench.film_z = shown.film_z
-    if _bench.view is None or _bench.fitted_to != key:
+    if _state.film_z != shown.film_z and _state.view is not None and not imgui.is_mouse_down(0):
+        if not 0.0 < _state.view.to_screen(ImVec2(0.0, 0.0), shown.film_z, 0.0).x < size.x:
+            _state.fitted_to = ()
+        _state.film_z = shown.film_z
+    if _state.view is None or _state.fitted_to != key:
         front = min([0.0, *(float(ray.path[1][0]) for fan in shown.fans for ray in fan.rays)])
         half = max(shown.film_height / settings.crop, 1.1 * shown.glass_radius)
-        _bench.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line)
-        _bench.fitted_to = key
-    return Canvas(corner.x, corner.y, size.x, size.y, _bench.view)
+        _state.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line)
+        _state.fitted_to = key
+    return Canvas(corner.x, corner.y, size.x, size.y, _state.view)
 
 
 def _looked_around(canvas: Canvas) -> Canvas:
     """Wheel, drag and double click on the canvas item."""
     io, mouse = imgui.get_io(), imgui.get_mouse_pos()
-    assert _bench.view is not None
+    assert _state.view is not None
     if imgui.is_item_hovered():
         imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
         if io.mouse_wheel:
-            _bench.view = _bench.view.zoomed(io.mouse_wheel, mouse.x - canvas.x, mouse.y - canvas.y)
+            _state.view = _state.view.zoomed(io.mouse_wheel, mouse.x - canvas.x, mouse.y - canvas.y)
         if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
-            _bench.fitted_to = ()
+            _state.fitted_to = ()
     if imgui.is_item_active() and (io.mouse_delta.x or io.mouse_delta.y):
-        _bench.view = _bench.view.moved(io.mouse_delta.x, io.mouse_delta.y)
-    return replace(canvas, view=_bench.view)
+        _state.view = _state.view.moved(io.mouse_delta.x, io.mouse_delta.y)
+    return replace(canvas, view=_state.view)
 
 
 def _handles(shown: Sketch, canvas: Canvas) -> tuple[ImVec2 | None, tuple[ImVec2, ImVec2] | None]:
@@ -174,11 +174,11 @@ def _handles(shown: Sketch, canvas: Canvas) -> tuple[ImVec2 | None, tuple[ImVec2
 def _pull(value: float, along: float, scale: float) -> float:
     """The dragged value (mm) after this frame's way of the mouse along an axis (pixels)."""
     if imgui.is_item_activated():
-        _bench.held, _bench.mouse = value, along
-    step = (along - _bench.mouse) / scale * (FINE if imgui.get_io().key_shift else 1.0)
-    _bench.held += step
-    _bench.mouse = along
-    return _bench.held
+        _state.held, _state.mouse = value, along
+    step = (along - _state.mouse) / scale * (FINE if imgui.get_io().key_shift else 1.0)
+    _state.held += step
+    _state.mouse = along
+    return _state.held
 
 
 def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float) -> Settings:
@@ -189,9 +189,9 @@ def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float
         _tell("Aperture stop: drag to change the f-number", format_f_number(readings(settings).f_number or 0.0))
     if not imgui.is_item_active():
         return settings
-    before = _bench.mouse
+    before = _state.mouse
     radius = _pull(shown.stop_radius, -side * imgui.get_mouse_pos().y, canvas.view.scale)
-    if imgui.is_item_activated() or _bench.mouse == before:
+    if imgui.is_item_activated() or _state.mouse == before:
         return settings
     if shown.lens is None or shown.open_radius is None:     # the perspective camera's, as wide as f/0.5
         open_radius, widest = shown.film_z, 0.5
@@ -210,14 +210,14 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas) -> Settings
                                            f"film {shown.film_z - shown.rear_z:.2f} mm behind the lens")
     if not imgui.is_item_active():
         return settings
-    before = _bench.mouse
+    before = _state.mouse
     # Focus groups move in place of the film: it is drawn to where it would focus the lens as a whole, paraxially
     whole = replace(shown.lens.at(close=0.0), positions=None)
     try:
         nearest = max(lb.nearest_focus(shown.lens), lb.nearest_focus(whole))
         now = whole.length + lb.film_distance(whole, max(settings.focus_distance, nearest))
         film_z = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale)
-        if imgui.is_item_activated() or _bench.mouse == before:
+        if imgui.is_item_activated() or _state.mouse == before:
             return settings
         film_distance = min(film_z - whole.length, lb.film_distance(whole, nearest))
         focus = max(lb.focused_distance(whole, film_distance), nearest)
@@ -236,7 +236,7 @@ def _tell(what: str, value: str) -> None:
 def _dead_ray_toggle(corner: ImVec2, size: ImVec2) -> bool:
     """A small switch in the upper left corner, where the fewest rays run; whether the mouse is over it."""
     colour = theme.colours()
-    icon = icons_fontawesome_6.ICON_FA_EYE if _bench.dead_rays else icons_fontawesome_6.ICON_FA_EYE_SLASH
+    icon = icons_fontawesome_6.ICON_FA_EYE if _state.dead_rays else icons_fontawesome_6.ICON_FA_EYE_SLASH
     text = f"{icon}  Dead rays"
     extent, pad = imgui.calc_text_size(text), theme.em(0.4)
     if size.x < extent.x + 4.0 * pad:
@@ -244,11 +244,11 @@ def _dead_ray_toggle(corner: ImVec2, size: ImVec2) -> bool:
     at = ImVec2(corner.x + 2.0 * pad, corner.y + pad)
     imgui.set_cursor_screen_pos(ImVec2(at.x - pad, at.y - 0.5 * pad))
     if imgui.invisible_button("Dead rays", ImVec2(extent.x + 2.0 * pad, extent.y + pad)):
-        _bench.dead_rays = not _bench.dead_rays
+        _state.dead_rays = not _state.dead_rays
     hovered = imgui.is_item_hovered()
     imgui.set_item_tooltip("Show the rays that do not arrive, each to the place where it dies")
     tint = colour.text if hovered else colour.dim
-    imgui.get_window_draw_list().add_text(at, theme.packed(tint, 1.0 if _bench.dead_rays else 0.7), text)
+    imgui.get_window_draw_list().add_text(at, theme.packed(tint, 1.0 if _state.dead_rays else 0.7), text)
     return hovered
 
 
@@ -261,7 +261,7 @@ def _explain(shown: Sketch, canvas: Canvas) -> None:
         if abs(at.x - mouse.x) < 4.0 * pixel and abs(at.y - mouse.y) < 7.0 * pixel:
             _tell(f"{mark.sign}  {mark.meaning}", f"z = {mark.z:.2f} mm from the first vertex")
             return
-    found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, _bench.dead_rays)
+    found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, _state.dead_rays)
     if found is not None:
         fan, i = found
         ray = fan.rays[i]

@@ -13,7 +13,7 @@ from lensbench.app.state.light_field_query import ELSEWHERE, SURFACES, ArrayReco
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import ring
 from lensbench.app.widgets.toggles import toggles
-from lensbench.app.workers.light_field_worker import Sight
+from lensbench.app.workers.light_field_worker import FieldPicture
 
 SHOWN_TIPS = {"camera": "The picture is the camera's",
               "novel": "The picture is what a pinhole at the place below sees, by what the array recorded"}
@@ -23,19 +23,20 @@ ROOM = 1.5                      # of the array's half side: as far as the viewpo
 AHEAD = 500.0                   # mm, forwards and back
 
 
-def array_body(look: Look, recording: ArrayRecording, sight: Sight | None) -> Look:
+def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPicture | None) -> Look:
     """Draw the pad and the rings; the look as a hand has left it."""
     before = look
     look = replace(look, show=toggles("Show", ELSEWHERE, look.show, SHOWN_TIPS, 0.0))
     look = _pad(look, recording)
     x, y, forwards = look.place
-    covered = sight.covered if sight is not None and sight.look == look.asked else None
+    covered = field_picture.covered if field_picture is not None and field_picture.look == look.asked else None
     figures((
         ("Right", f"{x:+.1f} mm".replace("-", "−"), "From the middle of the array to the right"),
         ("Up", f"{y:+.1f} mm".replace("-", "−"), "From the middle of the array upwards"),
         ("Seen", "–" if covered is None else f"{100.0 * covered:.1f} %",
          "Part of the pixels that some pinholes recorded; the others are black"),
-        ("Time", "–" if sight is None else f"{1000.0 * sight.seconds:.0f} ms", "To put the picture together")))
+        ("Time", "–" if field_picture is None else f"{1000.0 * field_picture.seconds:.0f} ms",
+         "To compute the picture")))
     forwards = ring("Forwards", forwards, _forwards(), "From the plane of the pinholes towards the scene, in mm")
     look = replace(look, place=(x, y, forwards),
                    surface=toggles("Things", SURFACES, look.surface, SURFACE_TIPS, 4.4))

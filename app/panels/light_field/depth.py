@@ -15,7 +15,7 @@ from lensbench.app.state.light_field_query import DEEP, Look, Recording
 from lensbench.app.state.scales import format_distance
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.toggles import toggles
-from lensbench.app.workers.light_field_worker import FieldWorker
+from lensbench.app.workers.light_field_worker import LightFieldWorker
 
 fa = icons_fontawesome_6
 DEEP_TIPS = {
@@ -27,7 +27,7 @@ DEEP_TIPS = {
 STEPS = 64                      # of the colours of the scale
 
 
-def depth_body(look: Look, recording: Recording, worker: FieldWorker, form: Form) -> Look:
+def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form: Form) -> Look:
     """Draw the button, or what was found; the look as a hand has left it."""
     found = worker.found
     if found is None:

@@ -35,7 +35,7 @@ from lensbench.app.state.tone import develop
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import ring
 from lensbench.app.widgets.toggles import toggles
-from lensbench.app.workers.light_field_worker import FieldWorker
+from lensbench.app.workers.light_field_worker import LightFieldWorker
 
 fa = icons_fontawesome_6
 SHOWN_TIPS = {
@@ -47,7 +47,7 @@ SHOWN_TIPS = {
 }
 
 
-def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldWorker, strip: Strip) -> Look:
+def light_field_panel(settings: Settings, look: Look, form: Form, worker: LightFieldWorker, strip: Strip) -> Look:
     """Draw the panel; the look as a hand has left it. strip: makes a texture of a small linear picture."""
     recording = worker.recording
     if recording is None or form.open:
@@ -57,7 +57,7 @@ def light_field_panel(settings: Settings, look: Look, form: Form, worker: FieldW
     if worker.task is not None:
         progress(worker.task, form)
     if isinstance(recording, ArrayRecording):
-        return array_body(look, recording, worker.sight)
+        return array_body(look, recording, worker.field_picture)
     before = look
     look = replace(look, show=toggles("Show", SHOWN, look.show, SHOWN_TIPS, 0.0))
     if look.show == "view":
@@ -102,7 +102,7 @@ def _head(recording: Recorded, form: Form) -> None:
 # Looking at it
 
 
-def _focus(look: Look, recording: Recording, worker: FieldWorker, form: Form) -> Look:
+def _focus(look: Look, recording: Recording, worker: LightFieldWorker, form: Form) -> Look:
     """Focus, aperture and viewpoint; what came of them, and how near it is to the camera's own picture."""
     field = recording.field
     nearest = max(field.nearest, 10.0)
@@ -124,17 +124,18 @@ def _focus(look: Look, recording: Recording, worker: FieldWorker, form: Form) ->
     return look
 
 
-def _figures(look: Look, recording: Recording, worker: FieldWorker) -> None:
+def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None:
     """At the right of the pad: the viewpoint, how many views, how far they are apart."""
     field = recording.field
     apart, (near, far) = field.apart(look.distance), field.clear_range
-    sight = worker.sight
+    field_picture = worker.field_picture
     taken = float(field.shares(look.f_number, look.view).sum())
     figures((
         ("From", place(look.view), "The middle of the aperture in the pupil, in radii of it: right and up"),
         ("Views", f"{taken:.3g} of {field.places[..., 0].size}", "How many views the aperture takes"),
         ("Apart", f"{apart:.2f} px", "How far neighbouring views are shifted against each other"),
-        ("Time", f"{1000.0 * sight.seconds:.0f} ms" if sight is not None else "–", "To put the picture together")))
+        ("Time", "–" if field_picture is None else f"{1000.0 * field_picture.seconds:.0f} ms",
+         "To compute the picture")))
     if not near <= look.distance <= far:
         theme.small()
         words(f"Beyond {scales.format_distance(near)} to {scales.format_distance(far)} the views part: "
@@ -142,9 +143,10 @@ def _figures(look: Look, recording: Recording, worker: FieldWorker) -> None:
         imgui.pop_font()
 
 
-def _comparison(look: Look, recording: Recording, worker: FieldWorker, form: Form) -> None:
-    sight = worker.sight
-    ready = worker.task is None and sight is not None and sight.look == look.asked and look.show == "focus"
+def _comparison(look: Look, recording: Recording, worker: LightFieldWorker, form: Form) -> None:
+    field_picture = worker.field_picture
+    ready = (worker.task is None and field_picture is not None and field_picture.look == look.asked
+             and look.show == "focus")
     imgui.begin_disabled(not ready)
     if imgui.button("Compare with the camera"):
         form.requests.add("compare")

@@ -17,8 +17,8 @@ import numpy as np
 
 from lensbench.app.state.light_field_query import Look
 from lensbench.app.state.settings import Settings
-from lensbench.app.window.window import Bench, parameters, without_display
-from lensbench.app.workers.light_field_worker import FieldWorker
+from lensbench.app.window.window import Session, parameters, without_display
+from lensbench.app.workers.light_field_worker import LightFieldWorker
 
 SIZE = (1280, 720)
 SMALL = Settings(pixels_x=640, pixels_y=360, film_width=32.0, film_height=18.0, samples=100_000)
@@ -27,7 +27,7 @@ FRAMES = 240                    # timed while the render goes on
 START_LIMIT = 300.0             # s
 
 
-class _Driven(Bench):
+class _Driven(Session):
     """A bench whose focus slider is moved by a script, as the panel would hand it on."""
 
     focus: float | None = None
@@ -44,8 +44,8 @@ class _Driven(Bench):
     @property
     def current(self) -> bool:
         """Whether the picture on the screen is one of the present settings."""
-        news = self.easel.news
-        return news is not None and news.generation == self.worker.generation
+        update = self.presenter.update
+        return update is not None and update.generation == self.worker.generation
 
 
 def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = False) -> None:
@@ -53,14 +53,14 @@ def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = Fals
     from imgui_bundle import immapp
 
     without_display()
-    bench = _Driven(settings, remember=False, threads=2)
-    runner = parameters(bench, SIZE)
+    session = _Driven(settings, remember=False, threads=2)
+    runner = parameters(session, SIZE)
     if not idle:
         runner.fps_idling.enable_idling = False
         runner.fps_idling.fps_max = 0.0
 
     def after() -> None:
-        if watch(bench):
+        if watch(session):
             runner.app_shall_exit = True
 
     runner.callbacks.after_swap = after
@@ -72,14 +72,14 @@ def latencies() -> list[tuple[float, float]]:
     found: list[tuple[float, float]] = []
     rest = [0]
 
-    def watch(bench: _Driven) -> bool:
-        if bench.moved and bench.current:
-            found.append((time.perf_counter() - bench.moved, time.process_time() - bench.worked))
-            bench.moved, rest[0] = 0.0, 12
-        elif not bench.moved and bench.focus is None and bench.current:
+    def watch(session: _Driven) -> bool:
+        if session.moved and session.current:
+            found.append((time.perf_counter() - session.moved, time.process_time() - session.worked))
+            session.moved, rest[0] = 0.0, 12
+        elif not session.moved and session.focus is None and session.current:
             rest[0] -= 1
             if rest[0] <= 0:
-                bench.focus = 800.0 + 37.0 * len(found)
+                session.focus = 800.0 + 37.0 * len(found)
         return len(found) > MOVES
 
     _run(SMALL, watch)
@@ -90,8 +90,8 @@ def paces() -> list[float]:
     """Seconds from frame to frame while two threads render."""
     marks: list[float] = []
 
-    def watch(bench: _Driven) -> bool:
-        if bench.settled(8):
+    def watch(session: _Driven) -> bool:
+        if session.settled(8):
             marks.append(time.perf_counter())
         return len(marks) > FRAMES
 
@@ -111,21 +111,22 @@ def moved() -> list[float]:
                     lambda look, now: replace(look, place=(12.0 * math.sin(now), 8.0 * math.cos(now), 0.0)))
 
 
-def _dragged(record: Callable[[FieldWorker, Settings], None], turned: Callable[[Look, float], Look]) -> list[float]:
+def _dragged(record: Callable[[LightFieldWorker, Settings], None],
+             turned: Callable[[Look, float], Look]) -> list[float]:
     """Seconds from picture to picture of what is recorded, while a hand never rests."""
     marks: list[float] = []
     seen: list[object] = [None]
 
-    def watch(bench: _Driven) -> bool:
-        desk = bench.light_field
-        if desk.worker.recording is None:
-            if bench.settled(1) and desk.worker.task is None:
-                record(desk.worker, replace(Settings(), pixels_x=640, pixels_y=427, model="trace", samples=1))
-        elif desk.sight is not None:
-            if desk.sight is not seen[0]:
-                seen[0] = desk.sight
+    def watch(session: _Driven) -> bool:
+        controller = session.light_field
+        if controller.worker.recording is None:
+            if session.settled(1) and controller.worker.task is None:
+                record(controller.worker, replace(Settings(), pixels_x=640, pixels_y=427, model="trace", samples=1))
+        elif controller.field_picture is not None:
+            if controller.field_picture is not seen[0]:
+                seen[0] = controller.field_picture
                 marks.append(time.perf_counter())
-            desk.look = turned(desk.look, time.perf_counter())
+            controller.look = turned(controller.look, time.perf_counter())
         return len(marks) > FRAMES
 
     _run(SMALL, watch)
@@ -163,10 +164,10 @@ def window() -> Iterator[tuple[str, float, str]]:
 if __name__ == "__main__":
     began = float(sys.argv[1])
 
-    def first(bench: _Driven) -> bool:
+    def first(session: _Driven) -> bool:
         """Say when the first picture stands on the screen, and end."""
-        if bench.current:
+        if session.current:
             print(time.time() - began)
-        return bench.current
+        return session.current
 
     _run(SMALL, first, idle=True)

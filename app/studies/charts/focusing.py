@@ -31,13 +31,13 @@ METHODS: dict[str, tuple[Callable[[lb.Lens, float], float | str], str, bool]] = 
     "golden section over 200 rays": (least_blur, "blue", False)}
 
 
-def focus_panel(key: str, lens: lb.Lens, told: Callable[[float], bool] = lambda _: True) -> Panel:
+def focus_panel(key: str, lens: lb.Lens, progress: Callable[[float], bool] = lambda _: True) -> Panel:
     """Every method as a point of time (µs) and blur (µm) for one lens as it is stopped."""
     distances = [at for at in DISTANCES if at >= 1.02 * lb.nearest_focus(lens)]
     least = {at: rms_radius(lens, least_blur(lens, at), at) for at in distances}
-    go_on(told, 0.3)
+    go_on(progress, 0.3)
     times = in_turn({name: partial(_all, method, lens, distances) for name, (method, _, _) in METHODS.items()}, SECONDS)
-    go_on(told, 0.8)
+    go_on(progress, 0.8)
     curves = []
     for name, (method, tint, dotted) in METHODS.items():
         blurs = [_beyond(method(lens, at), lens, at, least[at]) for at in distances]
@@ -45,7 +45,7 @@ def focus_panel(key: str, lens: lb.Lens, told: Callable[[float], bool] = lambda 
         figures = {"time, µs": cost, "blur, µm": blur}
         points = ((cost, max(blur, NOTHING)),) if math.isfinite(blur) else ()
         curves.append(Curve(name, tint, points, figures, dotted))
-    go_on(told, 1.0)
+    go_on(progress, 1.0)
     f_number, name = lb.first_order(lens).f_number, lens.name or key
     said = any(f"f/{f_number:.{digits}g}" in name for digits in (2, 3))
     return Panel(key, name if said else f"{name}, f/{f_number:.3g}", "Time (µs)",

@@ -44,14 +44,17 @@ WAYS = (Way("pinhole", "pinhole", "grey"), Way("thin lens", "thin", "sky"), Way(
         Way("full trace, lights found by the camera", "trace", "purple", light_tracing=False))
 
 
-def image_panel(key: str, camera: lb.LensCamera, scene: Scene, told: Callable[[float], bool] = lambda _: True,
+def image_panel(key: str, camera: lb.LensCamera, scene: Scene, progress: Callable[[float], bool] = lambda _: True,
                 longest: float = LONGEST, converged: int = CONVERGED) -> Panel:
-    """The curve of error against seconds of every model before a scene. told: hears what part is done, may say no."""
+    """The curve of error against seconds of every model before a scene.
+
+    progress: receives the part that is done; False cancels.
+    """
     camera = replace(camera, model="trace", film=replace(camera.film, pixels_x=PIXELS[0], pixels_y=PIXELS[1]))
     pair = []
     for seed in (12345, 54321):
         pair.append(lb.render(camera, scene, converged, seed))
-        go_on(told, 0.2 * len(pair))
+        go_on(progress, 0.2 * len(pair))
     truth = _clipped(np.mean(pair, 0))
     known = 50.0 * math.sqrt(np.mean((_clipped(pair[0]) - _clipped(pair[1])) ** 2))
     runs: dict[Way, list[list[tuple[float, float]]]] = {way: [] for way in WAYS}
@@ -60,7 +63,7 @@ def image_panel(key: str, camera: lb.LensCamera, scene: Scene, told: Callable[[f
     for round in range(ROUNDS):
         for i, way in enumerate(WAYS):
             runs[way].append(_followed(way, camera, scene, truth, round, longest))
-            go_on(told, 0.4 + 0.6 * (round + (i + 1) / len(WAYS)) / ROUNDS)
+            go_on(progress, 0.4 + 0.6 * (round + (i + 1) / len(WAYS)) / ROUNDS)
     curves = tuple(_curve(way, runs[way]) for way in WAYS)
     levels = tuple((goal, f"{goal:g} %") for goal in GOALS)
     return Panel(key, scene.name, "Time (s)", "Error, rms (% of white)", curves, levels, conditions=

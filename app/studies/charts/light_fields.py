@@ -33,10 +33,10 @@ class Curve(NamedTuple):
 
 
 def measure(camera: lb.Camera, scene: lb.Scene, views: tuple[int, ...] = VIEWS, seed: int = 0,
-            told: Callable[[float], object] = lambda share: None) -> list[Curve]:
+            progress: Callable[[float], object] = lambda share: None) -> list[Curve]:
     """Record light fields at the camera's focus, and compare what they give at others with the camera's pictures.
 
-    All have as many rays a pixel. told: called with the share that is done. FocusError and others as of
+    All have as many rays a pixel. progress: called with the share that is done. FocusError and others as of
     `lb.capture_light_field`.
     """
     focus: float = camera.focus_distance                # type: ignore[attr-defined]
@@ -44,7 +44,7 @@ def measure(camera: lb.Camera, scene: lb.Scene, views: tuple[int, ...] = VIEWS, 
     for number in views:
         samples = max(round(RAYS / number**2), 1)
         fields.append(lb.capture_light_field(camera, scene, (number, number), samples, seed))
-        told(0.5 * len(fields) / len(views))
+        progress(0.5 * len(fields) / len(views))
     distances = [focus / part for part in NEARER if focus / part >= fields[0].nearest]
     inner = tuple(slice(size // BORDER, size - size // BORDER) for size in (camera.film.pixels_y, camera.film.pixels_x))
     found = np.empty((len(views), len(distances)))
@@ -52,7 +52,7 @@ def measure(camera: lb.Camera, scene: lb.Scene, views: tuple[int, ...] = VIEWS, 
         there = replace(camera, focus_distance=distance)        # type: ignore[call-arg]
         direct = lb.render(there, scene, TRUTH, seed + 1)[inner]
         found[:, j] = [decibels(field.refocus(distance)[inner], direct) for field in fields]
-        told(0.5 + 0.5 * (j + 1) / len(distances))
+        progress(0.5 + 0.5 * (j + 1) / len(distances))
     return [Curve(number, *field.clear_range, tuple(distances), tuple(row))
             for number, field, row in zip(views, fields, found.tolist(), strict=True)]
 

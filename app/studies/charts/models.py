@@ -34,21 +34,21 @@ LOST = 0.005                    # of the rays: what a model may lose at the very
 SECONDS = 0.06                  # for the timings of each model
 
 
-def charts(found: list[Subject], told: Callable[[float], bool] = lambda _: True,
+def charts(found: list[Subject], progress: Callable[[float], bool] = lambda _: True,
            peers: Sequence[str] = ()) -> list[Chart]:
-    """The chart of each lens. told: hears what part is done; where it says no, StoppedError is raised.
+    """The chart of each lens. progress: hears what part is done; where it says no, StoppedError is raised.
 
     peers: other programs to stand beside the models, of those that are installed.
     """
     made = []
     for i, subject in enumerate(found):
         def part(share: float, i: int = i) -> bool:
-            return told((i + share) / len(found))
+            return progress((i + share) / len(found))
         made.append(chart(subject, part, peers=peers))
     return made
 
 
-def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seconds: float = SECONDS,
+def chart(subject: Subject, progress: Callable[[float], bool] = lambda _: True, seconds: float = SECONDS,
           in_the_renderer: bool = True, peers: Sequence[str] = ()) -> Chart:
     """The chart of one lens as its camera stands. seconds: for the timings of each model. LensError for a dark film.
 
@@ -62,12 +62,12 @@ def chart(subject: Subject, told: Callable[[float], bool] = lambda _: True, seco
     for i, model in enumerate(models):
         if not model.why:
             errors[model.name] = truth.error(model)
-        go_on(told, 0.3 * (i + 1) / len(models))
+        go_on(progress, 0.3 * (i + 1) / len(models))
     alive = [model for model in models if not model.why]
     stream = _streamed(camera, alive, seconds)
-    go_on(told, 0.6)
+    go_on(progress, 0.6)
     fused = _fused(camera, alive, seconds) if in_the_renderer else {}
-    go_on(told, 1.0)
+    go_on(progress, 1.0)
     marks = [_mark(model, truth, errors.get(model.name), stream, fused) for model in models]
     scalar = stream["scalar"]
     marks.append(Mark("scalar reference", "scalar", scalar.least, 0.0, scalar.spread, 0.0,

@@ -25,36 +25,37 @@ IMAGE_FOCUS = 1200.0            # mm: the middle of the built-in scenes
 PER_LENS = ("pupil", "focus")
 
 
-def panels(arguments: argparse.Namespace, told: Callable[[float], bool]) -> list[Panel]:
-    """The panels of what is asked for. told: hears what part is done; where it says no, StoppedError is raised.
+def panels(arguments: argparse.Namespace, progress: Callable[[float], bool]) -> list[Panel]:
+    """The panels of what is asked for. progress: hears what part is done; where it says no, StoppedError is raised.
 
     Errors of lenses and scenes are those of the readers: ValueError, OSError.
     """
     if arguments.of in PER_LENS:
         names = arguments.lens or (LENSES if arguments.of == "pupil" else FOCUS_LENSES)
         found, _ = subjects(argparse.Namespace(**{**vars(arguments), "lens": names}))
-        made = [_of_lens(arguments.of, each, _part(told, i, len(found))) for i, each in enumerate(found)]
+        made = [_of_lens(arguments.of, each, _part(progress, i, len(found))) for i, each in enumerate(found)]
         if arguments.of == "pupil":                     # the light of all lenses above, their samples below
             return [panel for row in zip(*made, strict=True) for panel in row]
         return [panel for row in made for panel in row]
     if arguments.of == "sampler":
-        return sampling_panels(_known(arguments.scene or [], list(sampling_scenes())), told)
+        return sampling_panels(_known(arguments.scene or [], list(sampling_scenes())), progress)
     names = _known(arguments.scene or list(IMAGE_SCENES), list(lb.SCENES))
     focus = IMAGE_FOCUS if arguments.focus is None else arguments.focus
     changed = {"lens": arguments.lens or [LENSES[0]], "focus": focus}
     found, _ = subjects(argparse.Namespace(**{**vars(arguments), **changed}))
     pairs = [(each, name) for each in found for name in names]
-    return [_of_scene(each, name, _part(told, i, len(pairs)), len(found) > 1) for i, (each, name) in enumerate(pairs)]
+    return [_of_scene(each, name, _part(progress, i, len(pairs)), len(found) > 1)
+            for i, (each, name) in enumerate(pairs)]
 
 
-def _of_lens(of: str, subject: Subject, told: Callable[[float], bool]) -> list[Panel]:
+def _of_lens(of: str, subject: Subject, progress: Callable[[float], bool]) -> list[Panel]:
     if of == "pupil":
-        return pupil_panels(subject.key, subject.camera, told)
-    return [focus_panel(subject.key, subject.camera.lens, told)]
+        return pupil_panels(subject.key, subject.camera, progress)
+    return [focus_panel(subject.key, subject.camera.lens, progress)]
 
 
-def _of_scene(subject: Subject, name: str, told: Callable[[float], bool], several: bool) -> Panel:
-    panel = image_panel(f"{subject.key}, {name}", subject.camera, lb.builtin_scene(name), told)
+def _of_scene(subject: Subject, name: str, progress: Callable[[float], bool], several: bool) -> Panel:
+    panel = image_panel(f"{subject.key}, {name}", subject.camera, lb.builtin_scene(name), progress)
     return replace(panel, title=f"{name}, {subject.title}") if several else panel
 
 
@@ -66,5 +67,5 @@ def _known(names: list[str], all_names: list[str]) -> list[str]:
     return names
 
 
-def _part(told: Callable[[float], bool], i: int, n: int) -> Callable[[float], bool]:
-    return lambda share: told((i + share) / n)
+def _part(progress: Callable[[float], bool], i: int, n: int) -> Callable[[float], bool]:
+    return lambda share: progress((i + share) / n)

@@ -22,9 +22,9 @@ KNOWN = 0.3                             # percent: how well the true light is kn
 TIME = "Time for all film points (ms)"
 
 
-def pupil_panels(key: str, camera: lb.LensCamera, told: Callable[[float], bool] = lambda _: True) -> list[Panel]:
+def pupil_panels(key: str, camera: lb.LensCamera, progress: Callable[[float], bool] = lambda _: True) -> list[Panel]:
     """Two panels of one lens as its camera stands, over time: light that is off, and samples that are blocked, in
-    percent. told: hears what part is done, and may say no.
+    percent. progress: hears what part is done, and may say no.
     """
     lens, away, half = camera.lens, camera.film_distance, 0.5 * camera.film.diagonal
     reach = min(half, PupilTable.of(lens, away, half).dark_beyond)
@@ -39,7 +39,7 @@ def pupil_panels(key: str, camera: lb.LensCamera, told: Callable[[float], bool] 
         found = [result(place, method(place)) for place in places]
         points[name].append((1e3 * seconds, Result(*(math.sqrt(sum(x * x for x in values) / len(values))
                                                      for values in zip(*found, strict=True)))))
-        go_on(told, (i + 1) / len(ways))
+        go_on(progress, (i + 1) / len(ways))
     tints = dict(zip(points, ("grey", "purple", "vermilion"), strict=True))
     panels = []
     for measure, words, floor in (("light", "Light off, rms (%)", 0.01), ("waste", "Samples blocked, rms (%)", 0.1)):

@@ -70,9 +70,10 @@ def gains(found: dict[str, dict[int, float]]) -> dict[str, dict[int, float]]:
             for name, errors in found.items()}
 
 
-def sampling_panels(names: list[str], told: Callable[[float], bool] = lambda _: True) -> list[Panel]:
-    """The panel of each of these scenes (all of `scenes` where none is named). told: hears what part is done, and may
-    say no.
+def sampling_panels(names: list[str], progress: Callable[[float], bool] = lambda _: True) -> list[Panel]:
+    """The panel of each of these scenes (all of `scenes` where none is named).
+
+    progress: receives the part that is done; False cancels.
     """
     costs = {name: time.each(BLOCKS * B).least for name, time in in_turn(
         {name: streamed(placing, {}) for name, placing in samplers(FILM).items()}, 0.05).items()}
@@ -82,7 +83,7 @@ def sampling_panels(names: list[str], told: Callable[[float], bool] = lambda _: 
         found, steps = {}, samplers(FILM, scene.moves)
         for j, (name, errors) in enumerate(squares(camera, scene, COUNTS, steps)):
             found[name] = errors
-            go_on(told, (i + (j + 1) / len(steps)) / len(wanted))
+            go_on(progress, (i + (j + 1) / len(steps)) / len(wanted))
         curves = tuple(
             Curve(name, tint, tuple(gain.items()), {f"gain at {count}, ×": value for count, value in gain.items()}
                   | {"cost, ns": costs[name]})

@@ -44,9 +44,9 @@ class StoppedError(Exception):
     """The work was not wanted any more."""
 
 
-def go_on(told: Callable[[float], bool], share: float) -> None:
+def go_on(progress: Callable[[float], bool], share: float) -> None:
     """Tell what part is done; StoppedError where the answer is no."""
-    if not told(share):
+    if not progress(share):
         raise StoppedError
 
 

@@ -80,13 +80,13 @@ def test_a_picture_is_pinned_and_compared_by_keys_and_mouse(drive):
     def use(hand):
         hand.picture()
         hand.press(key.w)
-        assert hand.settings.compare == "off" and "as A first" in hand.bench.view.messages[0]
+        assert hand.settings.compare == "off" and "as A first" in hand.session.view.messages[0]
         hand.ctx.item_click("**/Compare")
         hand.ctx.item_click("//$FOCUSED/Pin as A")
         hand.ctx.yield_(3)
         # what was missing is there: nothing asks for it any more
-        assert hand.bench.easel.pinned.settings == SMALL and hand.bench.view.messages == []
-        generation = hand.bench.worker.generation
+        assert hand.session.presenter.pinned.settings == SMALL and hand.session.view.messages == []
+        generation = hand.session.worker.generation
         hand.press(key.w)
         assert hand.settings.compare == "wipe"
         before = hand.settings
@@ -96,15 +96,15 @@ def test_a_picture_is_pinned_and_compared_by_keys_and_mouse(drive):
         assert hand.settings == before
         hand.press(key.d)
         assert hand.settings.compare == "difference"
-        assert hand.bench.easel.picture(hand.settings, hand.bench.view).difference.largest == 0.0
-        assert hand.bench.worker.generation == generation       # none of this renders anything
+        assert hand.session.presenter.picture(hand.settings, hand.session.view).difference.largest == 0.0
+        assert hand.session.worker.generation == generation       # none of this renders anything
         hand.press(key.s)
         hand.drag(hand.at("**/Exposure", 0.5, 0.5), hand.at("**/Exposure", 0.7, 0.5))
         hand.drag(hand.at("**/Aperture", 0.5, 0.5), hand.at("**/Aperture", 0.7, 0.5))
         hand.picture()
         hand.press(key.d)
         hand.ctx.yield_(2)
-        assert hand.bench.easel.picture(hand.settings, hand.bench.view).difference.rms > 0.0
+        assert hand.session.presenter.picture(hand.settings, hand.session.view).difference.rms > 0.0
         hand.ctx.item_click("**/Compare")
         hand.ctx.item_click("//$FOCUSED/Take A's settings")
         hand.picture()

@@ -33,15 +33,16 @@ def record(hand):
     hand.ctx.item_click("//Light field/**/Samples 1")
     hand.ctx.item_click("//Light field/**/Pixels 320")
     hand.ctx.item_click("//Light field/**/Record")
-    desk = hand.bench.light_field
-    hand.wait(lambda: desk.worker.recording is not None, "the light field")
+    controller = hand.session.light_field
+    hand.wait(lambda: controller.worker.recording is not None, "the light field")
     shown(hand)
 
 
 def shown(hand):
     """Wait until the picture is that of the look."""
-    desk = hand.bench.light_field
-    hand.wait(lambda: desk.sight is not None and desk.sight.look == desk.look.asked, "the picture of the light field")
+    controller = hand.session.light_field
+    hand.wait(lambda: controller.field_picture is not None
+              and controller.field_picture.look == controller.look.asked, "the picture of the light field")
     hand.ctx.yield_(2)
 
 
@@ -93,35 +94,35 @@ def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it
     seen = {}
 
     def use(hand):
-        desk = hand.bench.light_field
+        controller = hand.session.light_field
         open_panel(hand)
         record(hand)
-        seen["recorded"] = desk.worker.recording.settings
+        seen["recorded"] = controller.worker.recording.settings
         hand.drag(hand.at("**/Refocus", 0.5, 0.5), hand.at("**/Refocus", 0.7, 0.5))
         hand.drag(hand.at("**/Pupil pad", 0.5, 0.5), hand.at("**/Pupil pad", 0.7, 0.4))
         shown(hand)
-        seen["look"], seen["image"] = desk.look, desk.sight.image
-        assert hand.bench.easel.light is desk.sight.image
+        seen["look"], seen["image"] = controller.look, controller.field_picture.image
+        assert hand.session.presenter.light is controller.field_picture.image
         # Nothing of this is a setting; a setting shows the camera again
         assert hand.settings == START
         hand.drag(hand.at("**/Aperture", 0.5, 0.5), hand.at("**/Aperture", 0.7, 0.5))
         hand.picture()
-        assert desk.sight is None and hand.settings.f_number != START.f_number
+        assert controller.field_picture is None and hand.settings.f_number != START.f_number
         hand.press(imgui.Key.mod_ctrl | imgui.Key.z)
-        assert hand.settings == START and desk.worker.recording is not None
+        assert hand.settings == START and controller.worker.recording is not None
         hand.ctx.item_click("//Light field/**/Show view")
         hand.ctx.mouse_move_to_pos(hand.at("**/Pupil grid", 0.5, 0.3))
         hand.ctx.mouse_click(0)
         shown(hand)
-        assert desk.look.cell == (2, 3)
-        assert np.array_equal(desk.sight.image, desk.worker.recording.field.view(2, 3))
-        desk.worker.save(tmp_path / "field.npz")
-        hand.wait(lambda: (tmp_path / "field.npz").is_file() and desk.worker.task is None, "the file")
-        hand.bench.files.drop([str(tmp_path / "field.npz")])
-        hand.wait(lambda: desk.look.show == "focus", "the file that was opened")
+        assert controller.look.cell == (2, 3)
+        assert np.array_equal(controller.field_picture.image, controller.worker.recording.field.view(2, 3))
+        controller.worker.save(tmp_path / "field.npz")
+        hand.wait(lambda: (tmp_path / "field.npz").is_file() and controller.worker.task is None, "the file")
+        hand.session.files.drop([str(tmp_path / "field.npz")])
+        hand.wait(lambda: controller.look.show == "focus", "the file that was opened")
 
-    bench = drive(use, START)
-    assert all("saved as" in message for message in bench.view.messages)
+    session = drive(use, START)
+    assert all("saved as" in message for message in session.view.messages)
     settings = replace(with_longer_side(START, 320), samples=1)
     assert seen["recorded"] == settings
     direct = lb.capture_light_field(camera(settings), lb.builtin_scene(settings.scene), (5, 5), 1, settings.seed)
@@ -134,109 +135,110 @@ def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it
 
 def test_the_camera_renders_the_same_picture_and_the_difference_is_shown(drive):
     def use(hand):
-        desk = hand.bench.light_field
+        controller = hand.session.light_field
         open_panel(hand)
         record(hand)
         hand.ctx.item_click("//Light field/**/Compare with the camera")
-        hand.wait(lambda: desk.worker.compared is not None, "the camera's picture")
+        hand.wait(lambda: controller.worker.compared is not None, "the camera's picture")
         hand.ctx.yield_(3)
         assert hand.settings.compare == "difference"
-        found = desk.worker.psnr(desk.look.asked)
-        direct = lb.render(camera(desk.sight.recording.settings), lb.builtin_scene(START.scene), 256, START.seed)
+        found = controller.worker.psnr(controller.look.asked)
+        recorded = controller.field_picture.recording.settings
+        direct = lb.render(camera(recorded), lb.builtin_scene(START.scene), 256, START.seed)
         # The same samples, added up in another order
-        assert found == pytest.approx(decibels(desk.sight.image, direct), abs=0.01)
+        assert found == pytest.approx(decibels(controller.field_picture.image, direct), abs=0.01)
         assert found > 23.0                     # the noise of 25 samples a pixel
         # From another place in the pupil too
         hand.drag(hand.at("**/Pupil pad", 0.5, 0.5), hand.at("**/Pupil pad", 0.65, 0.4))
         shown(hand)
-        before = desk.worker.compared
+        before = controller.worker.compared
         hand.ctx.item_click("//Light field/**/Compare with the camera")
-        hand.wait(lambda: desk.worker.compared is not before, "the camera's picture from there")
-        assert desk.worker.psnr(desk.look.asked) > 20.0
-        assert decibels(desk.sight.image, direct) < desk.worker.psnr(desk.look.asked) - 1.0
+        hand.wait(lambda: controller.worker.compared is not before, "the camera's picture from there")
+        assert controller.worker.psnr(controller.look.asked) > 20.0
+        assert decibels(controller.field_picture.image, direct) < controller.worker.psnr(controller.look.asked) - 1.0
 
     assert drive(use, START).view.messages == []
 
 
 def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(drive, tmp_path):
     def use(hand):
-        desk = hand.bench.light_field
+        controller = hand.session.light_field
         open_panel(hand)
         record(hand)
         hand.ctx.item_click("//Light field/**/Show depth")
         hand.ctx.item_click("//Light field/**/Find the depth")
-        hand.wait(lambda: desk.worker.found is not None, "the depth")
-        found = desk.worker.found
+        hand.wait(lambda: controller.worker.found is not None, "the depth")
+        found = controller.worker.found
         shown(hand)
-        hand.wait(lambda: desk.sight.image is found.picture, "the picture in focus everywhere")
+        hand.wait(lambda: controller.field_picture.image is found.picture, "the picture in focus everywhere")
         hand.ctx.item_click("//Light field/**/Of it depth")
         shown(hand)
-        assert np.array_equal(hand.bench.easel.light, depth_codes(found))
+        assert np.array_equal(hand.session.presenter.light, depth_codes(found))
         hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.45, 0.75))
         hand.ctx.mouse_click(0)
         hand.ctx.yield_(3)
-        x, y = desk.look.pixel
+        x, y = controller.look.pixel
         assert (x, y) == pytest.approx((0.45 * 320, 0.75 * 213), abs=25) and hand.settings == START
         hand.ctx.item_click("//Light field/**/Focus there")
         hand.ctx.yield_(2)
-        assert desk.look.show == "focus" and desk.look.distance == found.distance[y, x]
+        assert controller.look.show == "focus" and controller.look.distance == found.distance[y, x]
         # Now a click focuses
         hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.6, 0.35))
         hand.ctx.mouse_click(0)
         hand.ctx.yield_(3)
-        x, y = desk.look.pixel
-        assert desk.look.distance == found.distance[y, x] > START.focus_distance
+        x, y = controller.look.pixel
+        assert controller.look.distance == found.distance[y, x] > START.focus_distance
         shown(hand)
-        desk.save_picture(tmp_path / "there.exr")
+        controller.save_picture(tmp_path / "there.exr")
         saved = read_settings(tmp_path / "there.exr")
-        assert (saved.focus_distance, saved.pixels_x) == (desk.look.distance, 320)
+        assert (saved.focus_distance, saved.pixels_x) == (controller.look.distance, 320)
         # What was recorded of the pixel and its line
         hand.ctx.item_click("//Light field/**/Show rays")
         hand.ctx.mouse_move_to_pos(hand.at("**/Epipolar image", 0.25, 0.5))
         hand.ctx.mouse_click(0)
         hand.ctx.item_click("//Light field/**/Band 1")
         hand.ctx.yield_(2)
-        assert desk.look.pixel == (pytest.approx(80, abs=2), y) and desk.look.band == 1
+        assert controller.look.pixel == (pytest.approx(80, abs=2), y) and controller.look.band == 1
         assert hand.settings == START
 
-    bench = drive(use, START)
-    assert bench.view.messages == ["The picture was saved as there.exr"]
+    session = drive(use, START)
+    assert session.view.messages == ["The picture was saved as there.exr"]
 
 
 def test_a_plenoptic_camera_is_recorded_by_buttons_and_its_sensor_shown(drive):
     def use(hand):
-        desk = hand.bench.light_field
+        controller = hand.session.light_field
         hand.picture()
         open_panel(hand)
         hand.ctx.item_click("//Light field/**/By microlenses")
         hand.ctx.item_click("//Light field/**/Behind 5")
         hand.ctx.item_click("//Light field/**/Samples 1")
         hand.ctx.item_click("//Light field/**/Lenses 120")
-        matched = desk.form.plenoptic(hand.settings).matched_f_number
+        matched = controller.form.plenoptic(hand.settings).matched_f_number
         hand.drag(hand.at("**/Microlenses", 0.5, 0.5), hand.at("**/Microlenses", 0.7, 0.5))
-        assert desk.form.f_number > matched and desk.form.plenoptic(hand.settings).spilled > 0.0
+        assert controller.form.f_number > matched and controller.form.plenoptic(hand.settings).spilled > 0.0
         hand.ctx.item_double_click("**/Microlenses")
         hand.ctx.yield_(2)
-        assert desk.form.f_number is None
+        assert controller.form.f_number is None
         hand.ctx.item_click("//Light field/**/Record")
-        hand.wait(lambda: desk.worker.recording is not None, "the light field")
+        hand.wait(lambda: controller.worker.recording is not None, "the light field")
         shown(hand)
         hand.ctx.item_click("//Light field/**/Show view")
         hand.ctx.item_click("//Light field/**/Of True")
         shown(hand)
-        raw = desk.worker.recording.raw
-        assert raw.camera.pixels == 5 and hand.bench.easel.light is raw.picture
+        raw = controller.worker.recording.raw
+        assert raw.camera.pixels == 5 and hand.session.presenter.light is raw.picture
         hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.6, 0.6))
         hand.ctx.mouse_click(0)
         hand.ctx.yield_(2)
-        assert desk.look.pixel == (pytest.approx(72, abs=12), pytest.approx(48, abs=12))    # a microlens
+        assert controller.look.pixel == (pytest.approx(72, abs=12), pytest.approx(48, abs=12))    # a microlens
 
     assert drive(use, START).view.messages == []
 
 
 def test_an_array_is_recorded_by_buttons_and_seen_from_elsewhere(drive, tmp_path):
     def use(hand):
-        desk = hand.bench.light_field
+        controller = hand.session.light_field
         hand.picture()
         open_panel(hand)
         hand.ctx.item_click("//Light field/**/By array")
@@ -244,53 +246,54 @@ def test_an_array_is_recorded_by_buttons_and_seen_from_elsewhere(drive, tmp_path
         hand.ctx.item_click("//Light field/**/Samples 1")
         hand.ctx.item_click("//Light field/**/Pixels 320")
         hand.ctx.item_click("//Light field/**/Record")
-        hand.wait(lambda: desk.worker.recording is not None, "the array")
+        hand.wait(lambda: controller.worker.recording is not None, "the array")
         shown(hand)
-        assert desk.sight.covered == 1.0
+        assert controller.field_picture.covered == 1.0
         hand.drag(hand.at("**/Array pad", 0.5, 0.5), hand.at("**/Array pad", 0.6, 0.45))
         shown(hand)
-        x, y, forwards = desk.look.place
+        x, y, forwards = controller.look.place
         assert x == pytest.approx(3.0, abs=0.5) and y == pytest.approx(1.5, abs=0.5)     # pinholes to 10 mm, room to 15
-        array = desk.worker.recording.array
+        array = controller.worker.recording.array
         moved = np.eye(4)
         moved[:2, 3] = x, y
         there = replace(array.camera, world_from_camera=array.camera.placement() @ moved)
-        assert np.array_equal(desk.sight.image, array.seen_by(there).picture) and desk.sight.covered > 0.98
+        assert np.array_equal(controller.field_picture.image, array.seen_by(there).picture)
+        assert controller.field_picture.covered > 0.98
         hand.drag(hand.at("**/Array pad", 0.6, 0.45), hand.at("**/Array pad", 0.98, 0.45))
         shown(hand)
-        assert desk.sight.covered < 0.5             # beside the array
+        assert controller.field_picture.covered < 0.5             # beside the array
         hand.drag(hand.at("**/Forwards", 0.5, 0.5), hand.at("**/Forwards", 0.6, 0.5))
         hand.ctx.item_click("//Light field/**/Things plane")
         shown(hand)
-        assert desk.look.place[2] > 0.0 and desk.look.surface == "plane" and hand.settings == START
-        desk.worker.save(tmp_path / "array.npz")
-        hand.wait(lambda: desk.worker.task is None, "the file")
-        before = desk.worker.recording
-        desk.worker.open(tmp_path / "array.npz")
-        hand.wait(lambda: desk.worker.recording is not before, "the file that was opened")
+        assert controller.look.place[2] > 0.0 and controller.look.surface == "plane" and hand.settings == START
+        controller.worker.save(tmp_path / "array.npz")
+        hand.wait(lambda: controller.worker.task is None, "the file")
+        before = controller.worker.recording
+        controller.worker.open(tmp_path / "array.npz")
+        hand.wait(lambda: controller.worker.recording is not before, "the file that was opened")
         shown(hand)
-        assert np.array_equal(desk.worker.recording.array.pictures, array.pictures)
+        assert np.array_equal(controller.worker.recording.array.pictures, array.pictures)
 
     assert drive(use, START).view.messages == ["The light field was saved as array.npz"]
 
 
 def test_what_cannot_be_recorded_is_said_and_a_recording_can_be_given_up(drive):
     def use(hand):
-        desk = hand.bench.light_field
+        controller = hand.session.light_field
         hand.picture()
         open_panel(hand)
-        desk.form.views, desk.form.samples, desk.form.longer = 17, 64, 960
+        controller.form.views, controller.form.samples, controller.form.longer = 17, 64, 960
         hand.ctx.item_click("//Light field/**/Record")
-        hand.wait(lambda: desk.worker.task is not None and desk.worker.task.share > 0.0, "the first view")
+        hand.wait(lambda: controller.worker.task is not None and controller.worker.task.share > 0.0, "the first view")
         hand.ctx.item_click("//Light field/**/Cancel task")
-        hand.wait(lambda: desk.worker.task is None, "the end")
+        hand.wait(lambda: controller.worker.task is None, "the end")
         hand.ctx.yield_(2)
-        assert desk.worker.recording is None and hand.bench.view.messages == []
+        assert controller.worker.recording is None and hand.session.view.messages == []
         hand.ctx.item_click("//Controls/##Model")
         hand.ctx.item_click("//##Combo_00/Pinhole")
         hand.picture()
         hand.ctx.item_click("//Light field/**/Record")
-        hand.wait(lambda: bool(hand.bench.view.messages), "the message")
-        assert "through a lens" in hand.bench.view.messages[0]
+        hand.wait(lambda: bool(hand.session.view.messages), "the message")
+        assert "through a lens" in hand.session.view.messages[0]
 
     drive(use, START)

@@ -58,27 +58,28 @@ def test_moments_are_recorded_by_buttons_and_looked_at(drive):
     start = replace(SMALL, model="thin", scene="fairground", shutter=1.0 / 15.0)
 
     def use(hand):
-        desk = hand.bench.light_field
+        controller = hand.session.light_field
         hand.picture()
         hand.ctx.window_focus("Light field")
         hand.ctx.yield_(3)
         for button in ("Views 5", "Samples 4", "Moments 2", "Pixels 320"):
             hand.ctx.item_click(f"//Light field/**/{button}")
-        announced = desk.form.bytes(hand.settings)
+        announced = controller.form.bytes(hand.settings)
         hand.ctx.item_click("//Light field/**/Record")
-        hand.wait(lambda: desk.worker.recording is not None, "the light field")
-        assert desk.worker.recording.size == announced
+        hand.wait(lambda: controller.worker.recording is not None, "the light field")
+        assert controller.worker.recording.size == announced
         hand.ctx.yield_(3)
         hand.ctx.item_click("//Light field/**/Moment 1")
-        hand.wait(lambda: desk.sight.look == desk.look.asked, "the picture of the moment")
-        assert desk.look.moment == 1
-        field = desk.worker.recording.field
-        assert np.array_equal(desk.sight.image, field.instants[1].refocus(desk.look.distance))
+        hand.wait(lambda: controller.field_picture.look == controller.look.asked, "the picture of the moment")
+        assert controller.look.moment == 1
+        field = controller.worker.recording.field
+        assert np.array_equal(controller.field_picture.image, field.instants[1].refocus(controller.look.distance))
         hand.ctx.item_click("//Light field/**/Show rays")
         hand.ctx.yield_(3)
         hand.ctx.mouse_move_to_pos(hand.at("**/Over time", 0.5, 0.5))
         hand.ctx.item_click("//Light field/**/Moment -1")
-        hand.wait(lambda: desk.sight.look == desk.look.asked, "the picture of the whole")
-        assert isinstance(field, lb.LightField) and np.array_equal(desk.sight.image, field.refocus(desk.look.distance))
+        hand.wait(lambda: controller.field_picture.look == controller.look.asked, "the picture of the whole")
+        assert isinstance(field, lb.LightField)
+        assert np.array_equal(controller.field_picture.image, field.refocus(controller.look.distance))
 
     assert drive(use, start).view.messages == []

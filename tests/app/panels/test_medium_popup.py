@@ -47,12 +47,12 @@ def test_options_arrive_and_what_cannot_be_is_said(viewed, capsys):  # noqa: F81
 def test_fog_is_made_by_hand(drive):
     def use(hand):
         hand.picture()
-        clear = hand.bench.easel.news.image
+        clear = hand.session.presenter.update.image
         hand.ctx.item_click("**/Air")
         hand.ctx.item_click("//$FOCUSED/Before fog")
         hand.picture()
         assert hand.settings == replace(SMALL, medium="fog")
-        foggy = hand.bench.easel.news.image
+        foggy = hand.session.presenter.update.image
         assert foggy.std() < clear.std()                # the far fades
         hand.drag(hand.at("**/Visibility", 0.5, 0.5), hand.at("**/Visibility", 0.2, 0.5))
         hand.picture()

@@ -149,6 +149,6 @@ def test_the_panels_are_opened_and_the_focus_is_dragged_in_the_plan(drive, tmp_p
         assert json.loads(path.read_text())["width"] == SMALL.pixels_x
         hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.3, 0.4))
         hand.ctx.yield_(2)
-        assert hand.bench.view.pointed == hand.bench.view.hover
+        assert hand.session.view.pointed == hand.session.view.hover
 
     assert drive(use).view.messages == []

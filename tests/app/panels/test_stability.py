@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from lensbench.app.panels import stability
-from lensbench.app.studies.stability import worker as surveying
 from lensbench.app.studies.stability.families import FAMILIES
 from lensbench.app.studies.stability.sweep import Stress, curve, paced
-from lensbench.app.studies.stability.worker import Surveyor
+from lensbench.app.workers import stability_worker as surveying
+from lensbench.app.workers.stability_worker import StabilityWorker
 from tests.app.stand import drive as drive_panel
 
 FIRST, SPHERES = ("Intersection", "Distance of the ray's origin"), "Radius of a sphere"
@@ -38,7 +38,7 @@ def test_families_and_stresses_are_chosen_and_measured_and_a_method_says_what_be
         hand.picture()
         hand.ctx.window_focus("//Stability")
         hand.ctx.yield_(3)
-        found = hand.bench.panels._surveyor.found
+        found = hand.session.panels._stability_worker.found
         hand.wait(lambda: ("Intersection", SPHERES) in found, "the first stress")
         hand.ctx.yield_(2)
         hand.ctx.item_click("//Stability/##Stress")
@@ -55,8 +55,8 @@ def test_families_and_stresses_are_chosen_and_measured_and_a_method_says_what_be
         hand.wait(lambda: wanted in found, "another family")
         assert stability._frame.title == wanted[1] and stability._frame.method == ""
 
-    bench = drive(use)
-    assert bench.view.messages == []
+    session = drive(use)
+    assert session.view.messages == []
     assert (tmp_path / "window.png").stat().st_size > 50_000
 
 
@@ -79,25 +79,25 @@ def test_measuring_is_cancelled_by_its_button_and_begun_again_by_hand(monkeypatc
     monkeypatch.setattr(surveying, "FAMILIES", families)
     monkeypatch.setattr(stability, "FAMILIES", families)
     monkeypatch.setattr(stability, "_frame", stability.Frame("Waiting", "Patience"))
-    surveyor = Surveyor(lambda: None)
+    worker = StabilityWorker(lambda: None)
 
     def use(ctx):
         wait(ctx, started.is_set)
         ctx.item_click("**/###Cancel measuring")
         go.set()
-        wait(ctx, lambda: surveyor.key is None)
-        assert surveyor.declined == ("Waiting", "Patience") and not surveyor.found
+        wait(ctx, lambda: worker.key is None)
+        assert worker.declined == ("Waiting", "Patience") and not worker.found
         ctx.yield_(5)
-        assert surveyor.key is None                             # it is left alone until it is asked for
+        assert worker.key is None                             # it is left alone until it is asked for
         ctx.item_click("**/Measure")
-        wait(ctx, lambda: surveyor.found)
+        wait(ctx, lambda: worker.found)
         ctx.item_click("**/###hand, float32")
         ctx.yield_(2)
         assert stability._frame.method == "hand, float32"
         ctx.item_click("**/###hand, float32")
         assert stability._frame.method == ""
 
-    drive_panel(lambda: stability.stability_panel(surveyor), use, size=(720, 200))
+    drive_panel(lambda: stability.stability_panel(worker), use, size=(720, 200))
 
 
 def test_what_goes_wrong_while_measuring_is_said_in_the_panel(monkeypatch):
@@ -106,26 +106,26 @@ def test_what_goes_wrong_while_measuring_is_said_in_the_panel(monkeypatch):
 
     families = {"Waiting": {"Patience": broken}}
     monkeypatch.setattr(surveying, "FAMILIES", families)
-    surveyor = Surveyor(lambda: None)
-    surveyor.want(("Waiting", "Patience"))
-    surveyor._thread.join(10.0)
-    assert surveyor.problems == {("Waiting", "Patience"): "ZeroDivisionError: a lens without glass"}
-    surveyor.want(("Waiting", "Patience"))
-    assert surveyor.key is None                                 # nor is it tried in every frame
+    worker = StabilityWorker(lambda: None)
+    worker.want(("Waiting", "Patience"))
+    worker._thread.join(10.0)
+    assert worker.problems == {("Waiting", "Patience"): "ZeroDivisionError: a lens without glass"}
+    worker.want(("Waiting", "Patience"))
+    assert worker.key is None                                 # nor is it tried in every frame
 
 
 def test_another_choice_gives_up_what_is_under_way_and_is_measured_next(monkeypatch):
     started, go = threading.Event(), threading.Event()
     monkeypatch.setattr(surveying, "FAMILIES", {"Waiting": {"Patience": slow(started, go), "Haste": slow(started, go)}})
-    surveyor = Surveyor(lambda: None)
-    surveyor.want(("Waiting", "Patience"))
+    worker = StabilityWorker(lambda: None)
+    worker.want(("Waiting", "Patience"))
     assert started.wait(10.0)
-    surveyor.want(("Waiting", "Haste"))
+    worker.want(("Waiting", "Haste"))
     go.set()
-    surveyor._thread.join(10.0)
-    surveyor.want(("Waiting", "Haste"))
-    surveyor._thread.join(10.0)
-    assert list(surveyor.found) == [("Waiting", "Haste")]
+    worker._thread.join(10.0)
+    worker.want(("Waiting", "Haste"))
+    worker._thread.join(10.0)
+    assert list(worker.found) == [("Waiting", "Haste")]
 
 
 @pytest.mark.parametrize("rising", [True, False])

@@ -63,7 +63,7 @@ def test_a_view_is_chosen_from_the_tools_and_drawn(drive, view):
         hand.ctx.item_click(f"//$FOCUSED/{view}")
         hand.picture()
         assert hand.settings == replace(SMALL, view=view)
-        assert hand.bench.easel.news.settings.view == view
+        assert hand.session.presenter.update.settings.view == view
         hand.press(imgui.Key.v)
         assert hand.settings.view == list(VIEWS)[(list(VIEWS).index(view) + 1) % len(VIEWS)]
 

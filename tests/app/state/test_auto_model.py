@@ -14,7 +14,7 @@ from lensbench.app.files.export import export_render, read_settings
 from lensbench.app.state.auto_model import headline, record, tale
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import Settings
-from lensbench.app.workers.render_worker import Worker
+from lensbench.app.workers.render_worker import RenderWorker
 from tests.app.conftest import SMALL
 from tests.app.workers.test_render_worker import wait
 
@@ -29,15 +29,15 @@ def choice(settings, previous=None):
 
 @pytest.fixture
 def worker():
-    made = Worker(PART, threads=2)
+    made = RenderWorker(PART, threads=2)
     yield made
     made.stop()
 
 
 def done(worker, settings):
-    news = worker.newest()
-    return (news is not None and news.settings == settings and news.samples == settings.samples
-            and not news.is_provisional and news.depth is not None)
+    update = worker.newest()
+    return (update is not None and update.settings == settings and update.samples == settings.samples
+            and not update.is_provisional and update.depth is not None)
 
 
 def test_the_bench_opens_with_the_automatic_model():
@@ -51,12 +51,12 @@ def test_the_picture_at_rest_is_that_of_the_choice_though_its_first_pass_was_not
     for settings in (WIDE, PART, replace(PART, focus_distance=900.0)):
         worker.restart(settings)
         wait(lambda settings=settings: done(worker, settings))
-        news = worker.newest()
+        update = worker.newest()
         chosen = choice(settings)
-        assert (news.choice.model, news.choice.degree) == (chosen.model, chosen.degree)
+        assert (update.choice.model, update.choice.degree) == (chosen.model, chosen.degree)
         expected = lb.render(chosen.applied(camera(settings)), lb.builtin_scene(settings.scene), settings.samples)
         # sums of eight samples, in passes of one, two, … : float32 addition in another order
-        np.testing.assert_allclose(news.image, expected, rtol=1e-5, atol=1e-6)
+        np.testing.assert_allclose(update.image, expected, rtol=1e-5, atol=1e-6)
         wait(lambda: worker.newest().speeds is not None)
         assert 0.0 < worker.newest().speeds[0] < worker.newest().speeds[1]
 
@@ -70,14 +70,14 @@ def test_a_camera_that_turns_is_not_judged_again(worker):
 
 
 def test_a_hand_that_drags_sees_pictures_and_ends_with_the_right_one():
-    seen, woken = [], threading.Event()
-    dragged = Worker(replace(WIDE, samples=4), woken=woken.set, threads=2)
+    seen, wake = [], threading.Event()
+    dragged = RenderWorker(replace(WIDE, samples=4), wake=wake.set, threads=2)
     try:
         wait(lambda: dragged.newest() is not None)
         for i in range(60):
             dragged.restart(replace(WIDE, samples=4, f_number=2.1 + i / 50.0))
-            woken.wait(0.01)
-            woken.clear()
+            wake.wait(0.01)
+            wake.clear()
             seen.append(dragged.newest().choice)
         last = replace(WIDE, samples=4, f_number=2.1 + 59 / 50.0)
         wait(lambda: done(dragged, last))
@@ -143,13 +143,13 @@ def test_the_model_is_chosen_by_hand_and_followed_along_the_aperture(drive, tmp_
         hand.ctx.item_click("//##Combo_00/Automatic")
         hand.picture()
         assert hand.settings.model == "auto"
-        assert hand.bench.easel.news.choice.model == "thin"
+        assert hand.session.presenter.update.choice.model == "thin"
         # Click the aperture ring at its wide end
         hand.ctx.mouse_move_to_pos(hand.at("**/Aperture", 0.02, 0.6))
         hand.ctx.mouse_click(0)
         hand.picture()
         assert hand.settings.f_number is None or hand.settings.f_number < 2.2
-        assert hand.bench.easel.news.choice.model == "polynomial"
+        assert hand.session.presenter.update.choice.model == "polynomial"
         bar = hand.box("**/Automatic model")
         assert bar.max.x - bar.min.x > 0.4 * 1280.0 and bar.max.x < 1280.0
         hand.ctx.mouse_move("**/Automatic model")

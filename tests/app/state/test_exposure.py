@@ -101,7 +101,7 @@ def test_options_arrive(viewed):  # noqa: F811
 def test_sensor_and_stop_are_set_by_hand_and_only_the_stop_renders_anew(drive):
     def use(hand):
         hand.picture()
-        generation = hand.bench.worker.generation
+        generation = hand.session.worker.generation
         hand.ctx.item_click("**/Sensor")
         hand.ctx.item_click("//$FOCUSED/Light triangle")
         hand.drag(hand.at("**/ISO", 0.2, 0.5), hand.at("**/ISO", 0.5, 0.5))
@@ -111,16 +111,17 @@ def test_sensor_and_stop_are_set_by_hand_and_only_the_stop_renders_anew(drive):
         hand.ctx.yield_(3)
         settings = hand.settings
         assert settings.iso > 200.0 and settings.noise and settings.bits == 8 and settings.exposing == "triangle"
-        np.testing.assert_array_equal(hand.bench.easel.light, exposed(settings, hand.bench.easel.news.image))
-        assert hand.bench.worker.generation == generation
+        presenter = hand.session.presenter
+        np.testing.assert_array_equal(presenter.light, exposed(settings, presenter.update.image))
+        assert hand.session.worker.generation == generation
         hand.ctx.item_click("//$FOCUSED/Light automatic")
         hand.ctx.yield_(2)
-        assert hand.bench.easel.exposing(hand.settings).iso != settings.iso
+        assert hand.session.presenter.exposing(hand.settings).iso != settings.iso
         hand.press(imgui.Key.escape)
         hand.ctx.item_click("**/Stop")
         hand.ctx.item_click("//$FOCUSED/Blades 6")
         hand.picture()
-        assert hand.settings.blades == 6 and hand.bench.worker.generation > generation
+        assert hand.settings.blades == 6 and hand.session.worker.generation > generation
         hand.ctx.item_click("//$FOCUSED/Blades 0")
         hand.picture()
         assert hand.settings.blades is None         # as the lens was designed

@@ -42,8 +42,8 @@ def test_the_film_point_stays_at_its_part_of_the_field(drive):
         hand.drag(hand.at("**/Field of view", 0.9, 0.5), hand.at("**/Field of view", 0.4, 0.5))
         assert hand.settings.crop < 0.5
         hand.press(CTRL | imgui.Key.z)
-        assert hand.bench.panels._field == 0.7
+        assert hand.session.panels._field == 0.7
         hand.drag(hand.at("**/Film radius", 0.69, 0.5), hand.at("**/Film radius", 0.4, 0.5))
-        assert 0.3 < hand.bench.panels._field < 0.5
+        assert 0.3 < hand.session.panels._field < 0.5
 
     assert drive(use).view.messages == []

@@ -69,7 +69,7 @@ def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, mon
     def use(hand):
         hand.picture()
         assert not {panel.ONE_OF_TWO, UPWARDS} & set(words)
-        hand.bench.dropped(None, [str(path)])
+        hand.session.dropped(None, [str(path)])
         hand.picture()
         assert hand.settings.lens == str(path)
         words.clear()
@@ -81,13 +81,13 @@ def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, mon
         hand.ctx.window_focus("//Exit pupil")
 
         # The rings turn it, and the picture follows; the film can be drawn away from the lens
-        squeezed = hand.bench.worker.newest().image.copy()
+        squeezed = hand.session.worker.newest().image.copy()
         hand.drag(hand.at("**/Focus distance", 0.9, 0.5), hand.at("**/Focus distance", 0.5, 0.5), steps=3)
         assert 300.0 < hand.settings.focus_distance < 20000.0
         hand.drag(hand.at("**/Aperture", 0.3, 0.5), hand.at("**/Aperture", 0.7, 0.5), steps=3)
         assert hand.settings.f_number > 4.0
         hand.picture()
-        assert np.abs(hand.bench.worker.newest().image - squeezed).max() > 0.05
+        assert np.abs(hand.session.worker.newest().image - squeezed).max() > 0.05
         before = hand.settings.focus_distance
         place = hand.at("**/Film plane", 0.5, 0.5)
         hand.drag(place, imgui.ImVec2(place.x + 3.0, place.y))
@@ -97,7 +97,7 @@ def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, mon
         # What knows lenses of rotation alone is refused in words
         hand.ctx.item_click("//Controls/##Model")
         hand.ctx.item_click("//##Combo_00/Thin lens")
-        hand.wait(lambda: hand.bench.view.messages, "a word about the model")
-        assert "cylinder or toroid" in hand.bench.view.messages[0]
+        hand.wait(lambda: hand.session.view.messages, "a word about the model")
+        assert "cylinder or toroid" in hand.session.view.messages[0]
 
     drive(use, replace(SMALL, samples=2, focus_distance=math.inf))

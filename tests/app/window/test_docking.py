@@ -14,9 +14,9 @@ from tests.app.conftest import SMALL
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
 def test_the_columns_are_as_wide_as_their_text_needs(factor):
-    bench = window.Bench(SMALL, remember=False, threads=2)
+    session = window.Session(SMALL, remember=False, threads=2)
     window.without_display()
-    runner = window.parameters(bench, (1900, 1000))
+    runner = window.parameters(session, (1900, 1000))
     runner.dpi_aware_params.dpi_window_size_factor = factor
     runner.fps_idling.enable_idling = False
     seen = {}
@@ -30,7 +30,7 @@ def test_the_columns_are_as_wide_as_their_text_needs(factor):
     try:
         testing.run(test_function=test, runner_params=runner, add_ons_params=immapp.AddOnsParams(with_implot=True))
     finally:
-        bench.worker.stop()
+        session.worker.stop()
     assert seen["factor"] == factor
     assert 17.0 < seen["Controls"] < 23.0 and 18.0 < seen["Exit pupil"] < 31.0
 
@@ -58,11 +58,11 @@ def test_every_camera_finds_room_for_its_controls_in_a_small_window(drive):
     def test(hand):
         hand.picture()
         for model in MODELS:
-            hand.bench.history.edit(with_model(SMALL, model), False, 0.0)
+            hand.session.history.edit(with_model(SMALL, model), False, 0.0)
             hand.ctx.yield_(3)
             controls = imgui.internal.find_window_by_name("Controls")
             seen[model] = controls.scrollbar_y, hand.ctx.item_exists("**/Aperture")
-        hand.bench.history.edit(with_model(SMALL, "polynomial"), False, 0.0)
+        hand.session.history.edit(with_model(SMALL, "polynomial"), False, 0.0)
         hand.ctx.yield_(3)
         hand.ctx.item_click("//Controls/##Degree")
         hand.ctx.item_click("//##Combo_00/5")

@@ -28,19 +28,19 @@ def test_a_dropped_lens_is_opened_and_a_broken_one_is_said_and_changes_nothing(d
 
     def use(hand):
         hand.picture()
-        hand.bench.dropped(None, [str(good)])
+        hand.session.dropped(None, [str(good)])
         hand.picture()
-        assert hand.settings.lens == str(good) and not hand.bench.view.messages
-        assert hand.bench.files.recent == [good]
+        assert hand.settings.lens == str(good) and not hand.session.view.messages
+        assert hand.session.files.recent == [good]
         for path in (bad, empty, tmp_path / "missing.toml", other, newer):
             before = hand.settings
-            hand.bench.dropped(None, [str(path)])
+            hand.session.dropped(None, [str(path)])
             hand.ctx.yield_(2)
             assert hand.settings == before
-            assert len(hand.bench.view.messages) == 1 and path.name in hand.bench.view.messages[0]
+            assert len(hand.session.view.messages) == 1 and path.name in hand.session.view.messages[0]
             hand.ctx.item_click("**/Dismiss")
             hand.ctx.yield_(2)
-            assert hand.bench.view.messages == []
+            assert hand.session.view.messages == []
         hand.press(CTRL | imgui.Key.z)
         assert hand.settings == SMALL
 
@@ -54,11 +54,11 @@ def test_what_a_reader_had_to_assume_is_said(drive, tmp_path):
 
     def use(hand):
         hand.picture()
-        hand.bench.dropped(None, [str(older)])
+        hand.session.dropped(None, [str(older)])
         hand.picture()
         assert hand.settings.lens == str(older)
         findings = lenses.load(older).findings
-        assert findings and hand.bench.view.messages == [f"older.dat: {finding}" for finding in findings]
+        assert findings and hand.session.view.messages == [f"older.dat: {finding}" for finding in findings]
 
     drive(use)
 
@@ -71,10 +71,10 @@ def test_a_picture_larger_than_a_window_can_show_is_opened_smaller_and_said(driv
 
     def use(hand):
         hand.picture()
-        hand.bench.dropped(None, [str(path)])
+        hand.session.dropped(None, [str(path)])
         hand.picture()
         assert (hand.settings.pixels_x, hand.settings.pixels_y) == (8192, 1)
-        assert "1000000 × 10 pixels" in hand.bench.view.messages[0]
+        assert "1000000 × 10 pixels" in hand.session.view.messages[0]
 
     drive(use)
 
@@ -106,7 +106,7 @@ def test_the_picture_is_saved_and_opened_again_with_its_settings(drive, tmp_path
         hand.press(CTRL | imgui.Key.s)
         hand.ctx.item_input_value("//$FOCUSED/##Name", str(path))
         hand.wait(path.exists, "the saved picture")
-        hand.bench.dropped(None, [str(path)])
+        hand.session.dropped(None, [str(path)])
         hand.ctx.yield_(2)
         assert hand.settings == changed
 
@@ -126,9 +126,9 @@ def test_a_lens_is_saved_in_the_format_of_its_suffix_and_opened_again(drive, tmp
         hand.wait(path.exists, "the file")
         hand.ctx.yield_(2)
         assert lenses.load(path).surfaces == design(scaled).surfaces
-        saved, lost = hand.bench.view.messages
+        saved, lost = hand.session.view.messages
         assert "saved as mine.zmx" in saved and "left out" in lost
-        hand.bench.dropped(None, [str(path)])
+        hand.session.dropped(None, [str(path)])
         hand.ctx.yield_(2)
         assert hand.settings.lens == str(path) and hand.settings.focal_length is None
 
@@ -144,15 +144,15 @@ def test_settings_are_saved_and_opened_by_the_menu(drive, tmp_path):
         hand.ctx.yield_(2)
         hand.ctx.item_input_value("//$FOCUSED/##Name", str(path))
         hand.wait(path.exists, "the file")
-        hand.bench.edited = replace(SMALL, f_number=8.0)
-        hand.bench.history.edit(hand.bench.edited, False, 0.0)
-        hand.bench.dropped(None, [str(path)])
+        hand.session.edited = replace(SMALL, f_number=8.0)
+        hand.session.history.edit(hand.session.edited, False, 0.0)
+        hand.session.dropped(None, [str(path)])
         hand.ctx.yield_(2)
         assert hand.settings == SMALL
         path.write_text("version = 1\ncrop = 7.0\n")
-        hand.bench.dropped(None, [str(path)])
+        hand.session.dropped(None, [str(path)])
         hand.ctx.yield_(2)
-        assert hand.settings == SMALL and ":2: crop:" in hand.bench.view.messages[0]
+        assert hand.settings == SMALL and ":2: crop:" in hand.session.view.messages[0]
 
     drive(use)
 
@@ -162,14 +162,14 @@ def test_an_export_can_be_cancelled_and_finished(drive, tmp_path):
 
     def use(hand):
         hand.picture()
-        hand.bench.export.path = path
+        hand.session.export.path = path
         hand.ctx.item_click("**/Export")
         hand.ctx.yield_(2)
         hand.ctx.item_input_value("//Export/##Samples a pixel", 1_000_000)
         hand.ctx.item_click("//Export/Export")
         hand.ctx.yield_(3)
         hand.ctx.item_click("//Export/Cancel")
-        hand.wait(lambda: not hand.bench.export.busy, "the end of the export")
+        hand.wait(lambda: not hand.session.export.busy, "the end of the export")
         hand.ctx.yield_(2)
         assert list(tmp_path.iterdir()) == []
         hand.ctx.item_click("**/Export")
@@ -177,8 +177,8 @@ def test_an_export_can_be_cancelled_and_finished(drive, tmp_path):
         hand.ctx.item_input_value("//Export/##Samples a pixel", 2)
         hand.ctx.item_click("//Export/Export")
         hand.wait(path.exists, "the exported picture")
-        hand.wait(lambda: hand.bench.view.messages, "word of it")
-        assert hand.bench.view.messages == [f"Exported {path}"]
+        hand.wait(lambda: hand.session.view.messages, "word of it")
+        assert hand.session.view.messages == [f"Exported {path}"]
 
     drive(use)
 
@@ -188,13 +188,13 @@ def test_an_export_that_cannot_be_written_says_why(drive, tmp_path):
 
     def use(hand):
         hand.picture()
-        hand.bench.export.path = path
+        hand.session.export.path = path
         hand.ctx.item_click("**/Export")
         hand.ctx.yield_(2)
         hand.ctx.item_click("//Export/Export")
-        hand.wait(lambda: hand.bench.view.messages, "word of it")
-        assert "there is no folder" in hand.bench.view.messages[0]
+        hand.wait(lambda: hand.session.view.messages, "word of it")
+        assert "there is no folder" in hand.session.view.messages[0]
         hand.ctx.yield_(5)
-        assert len(hand.bench.view.messages) == 1 and hand.settings == SMALL
+        assert len(hand.session.view.messages) == 1 and hand.settings == SMALL
 
     drive(use)

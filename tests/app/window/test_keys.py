@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from lensbench.app.display.presenter import _first_mark
 from lensbench.app.panels.image.overlays import Mark
-from lensbench.app.workers.render_worker import News
+from lensbench.app.workers.render_worker import RenderUpdate
 from tests.app.conftest import SMALL
 
 
@@ -78,10 +78,11 @@ def test_the_first_mark_stands_amid_what_is_in_focus_and_not_on_a_stray_pixel():
     depth[40, 60] = 1200.0                          # in the very middle, alone
     depth[20:40, 30:50] = 1205.0
     depth[0:12, 0:30] = 1200.0                      # as large, but in the corner
-    news = News(1, np.zeros((80, 120, 3), np.float32), 1, 0.0, replace(SMALL, focus_distance=1200.0), 0.0, depth)
-    mark = _first_mark(news)
+    settings = replace(SMALL, focus_distance=1200.0)
+    update = RenderUpdate(1, np.zeros((80, 120, 3), np.float32), 1, 0.0, settings, 0.0, depth)
+    mark = _first_mark(update)
     assert mark is not None and mark.distance == 1200.0
     assert 30 / 120 < mark.x < 50 / 120 and 20 / 80 < mark.y < 40 / 80
     nowhere = replace(SMALL, focus_distance=math.inf)
-    assert _first_mark(news._replace(settings=nowhere)) is None
-    assert _first_mark(news._replace(depth=np.full_like(depth, 5000.0))) is None
+    assert _first_mark(update._replace(settings=nowhere)) is None
+    assert _first_mark(update._replace(depth=np.full_like(depth, 5000.0))) is None

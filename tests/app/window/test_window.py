@@ -89,9 +89,9 @@ def test_a_click_focuses_on_what_is_under_it(drive):
         hand.ctx.mouse_click(0)
         hand.wait(lambda: hand.settings.focus_distance != 2000.0, "the focus")
         hand.picture()
-        depth = hand.bench.worker.newest().depth
+        depth = hand.session.worker.newest().depth
         assert np.nanmin(np.abs(depth - hand.settings.focus_distance)) < 1.0      # the lens breathes a little
-        assert hand.bench.view.mark.distance == hand.settings.focus_distance
+        assert hand.session.view.mark.distance == hand.settings.focus_distance
         hand.press(CTRL | imgui.Key.z)
         assert hand.settings.focus_distance == 2000.0
 
@@ -132,20 +132,20 @@ def test_the_tools_of_the_picture(drive):
         hand.ctx.item_click("**/Clipping")
         hand.ctx.item_click("**/Histogram")
         hand.ctx.yield_(3)
-        assert hand.settings.overlay == "none" and hand.bench.view.histogram
+        assert hand.settings.overlay == "none" and hand.session.view.histogram
         hand.ctx.item_click("**/100 %")
         hand.ctx.yield_(2)
-        assert hand.bench.view.scale == 1.0
+        assert hand.session.view.scale == 1.0
         hand.ctx.item_click("**/Fit")
         hand.ctx.item_click("**/Pause")
         hand.ctx.yield_(2)
-        assert hand.bench.worker.paused
+        assert hand.session.worker.paused
         hand.press(imgui.Key.space)
-        assert not hand.bench.worker.paused
-        generation = hand.bench.worker.generation
+        assert not hand.session.worker.paused
+        generation = hand.session.worker.generation
         hand.ctx.item_click("**/Restart")
         hand.ctx.yield_(2)
-        assert hand.bench.worker.generation == generation + 1
+        assert hand.session.worker.generation == generation + 1
         hand.ctx.item_click("**/Picture size")
         hand.ctx.item_click("//$FOCUSED/agx")
         hand.ctx.item_click("//$FOCUSED/64")
@@ -171,7 +171,7 @@ def test_menus_undo_redo_theme_and_panels(drive):
         assert hand.settings == replace(Settings(), pixels_x=hand.settings.pixels_x, pixels_y=hand.settings.pixels_y)
         hand.ctx.menu_click("//##MainMenuBar/View/Light theme")
         hand.ctx.yield_(2)
-        assert not hand.bench.dark
+        assert not hand.session.dark
         hand.ctx.menu_click("//##MainMenuBar/View/Section")
         hand.ctx.yield_(2)
         section = hello_imgui.get_runner_params().docking_params.dockable_window_of_name("Section")
@@ -195,7 +195,7 @@ def test_an_error_in_a_panel_is_shown_and_the_window_lives_on(drive, monkeypatch
         hand.picture()
         monkeypatch.setattr(docking, "section_panel", broken)
         hand.ctx.yield_(5)
-        assert hand.bench.view.messages == ["Section: RuntimeError: a panel in pieces"]
+        assert hand.session.view.messages == ["Section: RuntimeError: a panel in pieces"]
         monkeypatch.undo()
         hand.picture()
         hand.drag(hand.at("**/Exposure", 0.5, 0.5), hand.at("**/Exposure", 0.7, 0.5))
@@ -208,11 +208,11 @@ def test_an_error_in_a_panel_is_shown_and_the_window_lives_on(drive, monkeypatch
 def test_settings_that_cannot_be_rendered_are_said_and_taken_back(drive, tmp_path):
     def use(hand):
         hand.picture()
-        bench = hand.bench
-        bench.history.edit(replace(SMALL, scene=str(tmp_path / "gone.toml")), False, 0.0)
-        hand.wait(lambda: bench.view.messages, "the message")
+        session = hand.session
+        session.history.edit(replace(SMALL, scene=str(tmp_path / "gone.toml")), False, 0.0)
+        hand.wait(lambda: session.view.messages, "the message")
         hand.ctx.yield_(2)
-        assert hand.settings == SMALL and "gone" in bench.view.messages[0]
+        assert hand.settings == SMALL and "gone" in session.view.messages[0]
         hand.picture()
 
     drive(use)

@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers import render_worker as module
-from lensbench.app.workers.render_worker import PAUSED_SAMPLES, Worker
+from lensbench.app.workers.render_worker import PAUSED_SAMPLES, RenderWorker
 
 SMALL = replace(Settings(), pixels_x=96, pixels_y=64, samples=8)
 PATIENCE = 240.0            # seconds: the first picture compiles the kernels
@@ -29,7 +29,7 @@ def start():
     workers = []
 
     def begin(settings=SMALL, **options):
-        workers.append(Worker(settings, threads=2, **options))
+        workers.append(RenderWorker(settings, threads=2, **options))
         return workers[-1]
 
     yield begin
@@ -38,8 +38,8 @@ def start():
 
 
 def done(worker, samples=SMALL.samples):
-    news = worker.newest()
-    return news is not None and news.generation == worker.generation and news.samples == samples
+    update = worker.newest()
+    return update is not None and update.generation == worker.generation and update.samples == samples
 
 
 def test_the_picture_is_that_of_the_settings_bit_for_bit(start):
@@ -47,33 +47,33 @@ def test_the_picture_is_that_of_the_settings_bit_for_bit(start):
     picture = lb.render(view, scene, samples=8)         # first: the very first picture leaves small lights to chance
     worker = start()
     wait(lambda: done(worker) and worker.newest().depth is not None)
-    news = worker.newest()
+    update = worker.newest()
     # sums of eight samples, in passes of one, two, … : float32 addition in another order
-    np.testing.assert_allclose(news.image, picture, rtol=1e-5, atol=1e-6)
-    np.testing.assert_array_equal(news.depth, lb.depth_map(view, scene))
-    assert news.settings == SMALL and not worker.busy and worker.error is None
+    np.testing.assert_allclose(update.image, picture, rtol=1e-5, atol=1e-6)
+    np.testing.assert_array_equal(update.depth, lb.depth_map(view, scene))
+    assert update.settings == SMALL and not worker.busy and worker.error is None
 
 
 def test_what_changes_only_the_development_does_not_begin_anew(start):
     worker = start()
     wait(lambda: done(worker))
-    news = worker.newest()
+    update = worker.newest()
     worker.restart(replace(SMALL, exposure=2.0, tone="agx", overlay="coc"))
-    assert worker.generation == news.generation
+    assert worker.generation == update.generation
     worker.restart(replace(SMALL, samples=12))
     wait(lambda: done(worker, 12))
-    assert worker.newest().generation == news.generation
+    assert worker.newest().generation == update.generation
 
 
 def test_of_many_settings_the_last_one_is_rendered_and_no_older_picture_follows_a_newer(start):
     seen = []
-    woken = threading.Event()
-    worker = start(woken=woken.set)
+    wake = threading.Event()
+    worker = start(wake=wake.set)
     wait(lambda: done(worker))
     for i in range(1, 40):
         worker.restart(replace(SMALL, focus_distance=1200.0 + i))
-        woken.wait(0.004)
-        woken.clear()
+        wake.wait(0.004)
+        wake.clear()
         seen.append(worker.newest().generation)
     wait(lambda: done(worker))
     assert worker.newest().settings.focus_distance == 1239.0
@@ -139,7 +139,7 @@ def test_an_unforeseen_error_is_news_too(start, monkeypatch):
 
 
 def test_it_ends_in_the_middle_of_its_work():
-    worker = Worker(replace(SMALL, samples=10**6), threads=2)
+    worker = RenderWorker(replace(SMALL, samples=10**6), threads=2)
     wait(lambda: worker.newest() is not None)
     worker.stop()
     assert not any(thread.name.startswith("lensbench r") for thread in threading.enumerate())

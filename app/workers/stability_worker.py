@@ -9,16 +9,16 @@ from lensbench.app.studies.stability.sweep import Stress, told
 Key = tuple[str, str]           # family, stress: as FAMILIES names them
 
 
-class Surveyor:
+class StabilityWorker:
     """What has been measured, and the stress that is being measured."""
 
-    def __init__(self, woken: Callable[[], None]):
+    def __init__(self, wake: Callable[[], None]):
         self.found: dict[Key, Stress] = {}
         self.problems: dict[Key, str] = {}
         self.declined: Key | None = None            # cancelled: it waits to be asked for by hand
         self.key: Key | None = None                 # under way
         self.share = 0.0
-        self._woken = woken
+        self._wake = wake
         self._cancelled = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -44,17 +44,17 @@ class Surveyor:
         self.declined = None
         self.want(key)
 
-    def _told(self, share: float) -> None:
+    def _progress(self, share: float) -> None:
         if self._cancelled.is_set():
             raise _GivenUpError
         if share - self.share > 0.02:
             self.share = share
-            self._woken()
+            self._wake()
 
     def _measure(self, key: Key) -> None:
         family, title = key
         try:
-            with told(self._told):
+            with told(self._progress):
                 stress = FAMILIES[family][title]()
             if not self._cancelled.is_set():
                 self.found[key] = stress
@@ -64,7 +64,7 @@ class Surveyor:
             self.problems[key] = f"{type(error).__name__}: {error}"
         finally:
             self.key = None
-            self._woken()
+            self._wake()
 
 
 class _GivenUpError(Exception):
