@@ -17,7 +17,7 @@ import lensbench as lb
 from lensbench.app.state.build import camera, design, perspective_focal_length
 from lensbench.app.state.focusing import FocusPosition, focusing
 from lensbench.app.state.settings import LOOK, MOTION, PLACE, REAL, Settings
-from lensbench.cameras.real_lens import missing_colour
+from lensbench.cameras.real_lens import missing_dispersion
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def colours(settings: Settings) -> Colours:
     lens = design(settings)
     if not any(surface.glass.disperses for surface in lens.surfaces):
         return Colours(False, False, "At the d line alone: of the glasses of this lens no dispersion is known")
-    missing = missing_colour(lens)
+    missing = missing_dispersion(lens)
     if missing:
         return Colours(False, False, f"At the d line alone: {missing}, and a picture sees 0.42 to 0.65 µm")
     if settings.dispersion == "off":

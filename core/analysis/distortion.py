@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.cameras.fisheye import PROJECTIONS, height
+from lensbench.cameras.fisheye import PROJECTIONS, image_height
 from lensbench.imaging.film import Film
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
@@ -108,7 +108,7 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
                     ideal = -(points[:, 0] + away * ways[:, 0]) * extension / fo.efl
                     ideal = np.where(away > 0.0, ideal, math.inf)
             return Distortion(name, scale, radii, angles, np.where(np.isnan(angles), math.nan, ideal))
-        return Distortion(name, scale, radii, angles, scale * height(name, angles))
+        return Distortion(name, scale, radii, angles, scale * image_height(name, angles))
 
     if projection != "best":
         return against(projection)

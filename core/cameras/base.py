@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lensbench.cameras.differentials import Differentials, ray_slopes
-from lensbench.cameras.film_landing import WayBack
+from lensbench.cameras.film_landing import FilmLanding
 from lensbench.cameras.flat_port import port_step
 from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.cameras.importance import FilmImportance, Importance, of_gaussian
+from lensbench.cameras.importance import FilmImportance, Importance, gaussian_importance
 from lensbench.cameras.project import film_from_point
 from lensbench.cameras.rays import CameraError, Rays, checked_times
-from lensbench.cameras.rolling_shutter import film_middle, on_their_lines
+from lensbench.cameras.rolling_shutter import film_middle, project_onto_open_rows
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, Window, film_window, transform_points
 from lensbench.imaging.film import Film
@@ -189,7 +189,7 @@ class Camera:
         return shutter_step(self.exposure_time, self.shutter_ramp, self.readout, self.readout_direction,
                           self.film.pixels_x, self.film.pixels_y)
 
-    def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
+    def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """What becomes of light that comes to it, for light that is followed from its source; None: it cannot be."""
         return None
 
@@ -281,7 +281,7 @@ class Camera:
                 film, visible = self.film_from_point(there, pupil_uv, wavelength)
             return self.raster_from_film(film), visible
 
-        return on_their_lines(self, project, len(points))
+        return project_onto_open_rows(self, project, len(points))
 
     def importance(self, origins, directions, time=0.0, wavelength: float = D_LINE) -> Importance:
         """Importance and densities of rays (n, 3) of the world, mm, that run from the camera into the scene.
@@ -312,7 +312,7 @@ class Camera:
             of = found(line)
             return self.raster_from_film(of.film), of.passes
 
-        raster, visible = on_their_lines(self, project, len(ways))
+        raster, visible = project_onto_open_rows(self, project, len(ways))
         raster = np.where(np.isfinite(raster), raster, 0.0)
         of = found(raster)
         we, position_pdf, direction_pdf = (np.where(visible, value, 0.0) for value in of[1:4])
@@ -324,7 +324,7 @@ class Camera:
     def film_importance(self, origins: np.ndarray, directions: np.ndarray,
                         wavelength: float = D_LINE) -> FilmImportance:
         """As importance, for rays of the camera's frame, directions of length 1."""
-        return of_gaussian(self.gaussian, self.gain, self._film_area, origins, directions)
+        return gaussian_importance(self.gaussian, self.gain, self._film_area, origins, directions)
 
     @property
     def _film_area(self) -> float:

@@ -175,12 +175,12 @@ def spread_step(camera: DifferentiableCamera, real) -> Step:
     spread, foot = (np.sqrt((value**2).sum(-1).mean(0)) for value in (turned, moved))
     foot = np.copysign(foot, (moved * turned).sum((0, 2)))
     seen = (rays[6] > 0.0) & np.isfinite(spread) & np.isfinite(foot)
-    table = spread_out(np.where(seen, spread, math.nan).reshape(CELLS, CELLS))
+    table = fill_gaps(np.where(seen, spread, math.nan).reshape(CELLS, CELLS))
     return Step(pixel_spread, np.concatenate([
         [CELLS / film.pixels_x, CELLS / film.pixels_y, foot[seen].mean() if seen.any() else 0.0], table.ravel()]))
 
 
-def spread_out(table: np.ndarray) -> np.ndarray:
+def fill_gaps(table: np.ndarray) -> np.ndarray:
     """A table whose NaNs are filled from their neighbours, ring by ring; with zeros where all are NaN."""
     while np.isnan(table).any() and not np.isnan(table).all():
         wide = np.pad(table, 1, constant_values=math.nan)

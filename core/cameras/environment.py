@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.ideal_lens import across_rays
-from lensbench.cameras.importance import FilmImportance, of_point
+from lensbench.cameras.ideal_lens import unit_direction_change
+from lensbench.cameras.importance import FilmImportance, point_importance
 from lensbench.cameras.rays import CameraError
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
@@ -75,7 +75,7 @@ class EnvironmentCamera(Camera):
                        "equal-area": lambda: np.full(len(x), 0.25 / math.pi),
                        "cube-map": lambda: np.abs(directions).max(1) ** -3 / 48.0}[self.layout]()
         film, seen = self.film_from_point(directions, None)
-        return of_point(film, density, seen, origins, directions)
+        return point_importance(film, density, seen, origins, directions)
 
 
 @stage
@@ -215,7 +215,8 @@ def _cube_map_slopes(u: np.ndarray, v: np.ndarray, d: np.ndarray) -> np.ndarray:
     level, zero = rise == 0.0, np.zeros(len(u))
     to_right = np.stack([np.where(level, cosine, 1.0), zero, np.where(level, sine, 0.0)], 1)
     down = np.stack([zero, np.where(level, -1.0, 0.0), -rise], 1)
-    return np.stack([4.0 * across_rays(to_right, d, np.abs(d).max(1)), 3.0 * across_rays(down, d, np.abs(d).max(1))])
+    size = np.abs(d).max(1)
+    return np.stack([4.0 * unit_direction_change(to_right, d, size), 3.0 * unit_direction_change(down, d, size)])
 
 
 _STAGES = {"equirectangular": equirectangular, "equal-area": equal_area, "cube-map": cube_map}

@@ -16,7 +16,7 @@ from lensbench.imaging.film import Film
 from lensbench.kernels.block import CLEARANCE, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 
 
-class WayBack(NamedTuple):
+class FilmLanding(NamedTuple):
     """What a camera does with light that comes to it."""
 
     steps: list[Step]       # from the ray towards the film (X … N) and its WEIGHT to raster X, Y and WEIGHT
@@ -66,13 +66,13 @@ def land_ideal(lanes, p, key):
         x[i], y[i], z[i], l[i], m[i] = (right - fx) * across, (bottom + fy) * down, real(0), a, b
 
 
-def landing(film: Film, gain: float) -> Step:
+def landing_step(film: Film, gain: float) -> Step:
     """The step from the last surface to the raster; gain: the picture's value of an irradiance of 1 radiance · sr."""
     raster = film.step.parameters
     return Step(land, np.array([*raster, gain / (raster[0] * raster[2])]))
 
 
-def ideal_way_back(lens: Gaussian, film: Step, gain: float) -> WayBack | None:
+def ideal_film_landing(lens: Gaussian, film: Step, gain: float) -> FilmLanding | None:
     """Of a lens without aberrations whose rays have the weight cos⁴ · gain; film: the step from raster to film.
 
     None where its rays are parallel, or start on the film.
@@ -85,18 +85,18 @@ def ideal_way_back(lens: Gaussian, film: Step, gain: float) -> WayBack | None:
     if whole == 0.0:
         numbers = [gain / slope**2 / pixel, z, 0.0, 1.0 / slope, 0.0, 0.0, aim, 0.0]
         arriving = [Step(land_ideal, np.array([*film.parameters, *numbers]))]
-        return WayBack(arriving, arriving, z, 0.0)
+        return FilmLanding(arriving, arriving, z, 0.0)
     numbers = [gain / (iris.area * whole**2) / pixel, z, slope_p / whole, -origin_p / whole, -slope / whole,
                origin / whole, aim, aim_p]
     arriving = [Step(land_ideal, np.array([*film.parameters, *numbers]))]
-    swapped = Step(swap, np.zeros(1))
+    swapped = Step(swap_raster_and_pupil, np.zeros(1))
     covered = [] if iris.is_round else [swapped, *iris.blocking(1.0), swapped]
     reach = abs(origin_p) + abs(origin) * math.hypot(film.parameters[1], film.parameters[3])
-    return WayBack([*arriving, *covered], arriving, z, reach)
+    return FilmLanding([*arriving, *covered], arriving, z, reach)
 
 
 @stage
-def swap(lanes, p, key):
+def swap_raster_and_pupil(lanes, p, key):
     """X, Y and L, M change places: of the raster and of the pupil, after `land_ideal`."""
     row = rows(lanes)
     x, y, l, m = row[X], row[Y], row[L], row[M]

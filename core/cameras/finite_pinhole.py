@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.film_landing import WayBack, ideal_way_back
+from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.rays import CameraError
 from lensbench.imaging.film import Film
@@ -58,9 +58,9 @@ class PinholeCamera(Camera):
         """Diameter (mm) of Airy's disk on the film, to its first dark ring; wavelength in µm."""
         return AIRY * wavelength * 1e-3 * self.distance / (2.0 * self.radius)
 
-    def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
+    def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """In closed form, for every wavelength alike."""
-        return ideal_way_back(self.gaussian, self.film_step, self.gain)
+        return ideal_film_landing(self.gaussian, self.film_step, self.gain)
 
     @property
     def gain(self) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.importance import FilmImportance, of_point
+from lensbench.cameras.importance import FilmImportance, point_importance
 from lensbench.cameras.rays import CameraError
 from lensbench.imaging.film import AXES, Film
 from lensbench.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
@@ -56,7 +56,7 @@ class FisheyeCamera(Camera):
     @property
     def focal_length(self) -> float:
         """Mm: the scale of the picture in its centre."""
-        return self.image_radius / float(height(self.projection, self.fov / 2.0))
+        return self.image_radius / float(image_height(self.projection, self.fov / 2.0))
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
         """One step: the projection's."""
@@ -68,7 +68,7 @@ class FisheyeCamera(Camera):
         theta = np.arctan2(across, -points[:, 2])
         seen = points.any(1) & (theta <= self.fov / 2.0 * (1.0 + 1e-12))
         with np.errstate(divide="ignore", invalid="ignore"):
-            r = self.focal_length * height(self.projection, theta)
+            r = self.focal_length * image_height(self.projection, theta)
             film = -points[:, :2] * np.where(across > 0.0, r / across, 0.0)[:, None]
         return np.where(seen[:, None], film, math.nan), seen
 
@@ -103,10 +103,10 @@ class FisheyeCamera(Camera):
                     "orthographic": lambda: np.cos(theta)}[self.projection]()
         density = self.focal_length**2 * area / (self.film.width * self.film.height)
         film, seen = self.film_from_point(directions, None)
-        return of_point(film, density, seen, origins, directions)
+        return point_importance(film, density, seen, origins, directions)
 
 
-def height(projection: str, theta):
+def image_height(projection: str, theta):
     """The height on the film of the angle θ (radians, a number or an array), in focal lengths."""
     if projection == "equidistant":
         return np.asarray(theta) * 1.0

@@ -63,7 +63,8 @@ class Gaussian(NamedTuple):
         slopes = np.zeros((2, len(directions), 6))
         for axis in range(2):
             slopes[axis, :, axis] = self.origin_film
-            slopes[axis, :, 3:] = across_rays(np.eye(3)[axis] * self.slope_film, directions, -directions[:, 2])
+            change = np.eye(3)[axis] * self.slope_film
+            slopes[axis, :, 3:] = unit_direction_change(change, directions, -directions[:, 2])
         return slopes
 
     def film_points(self, points: np.ndarray, pupil_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -81,7 +82,7 @@ class Gaussian(NamedTuple):
         return film, (before > 0.0) & np.isfinite(film).all(1)
 
 
-def across_rays(change: np.ndarray, directions: np.ndarray, size: np.ndarray) -> np.ndarray:
+def unit_direction_change(change: np.ndarray, directions: np.ndarray, size: np.ndarray) -> np.ndarray:
     """What a change (…, 3) of vectors adds to their unit directions (n, 3); size (n,): 1 / their lengths."""
     along = (change * directions).sum(-1)[..., None]
     return (change - along * directions) * size[:, None]

@@ -44,7 +44,7 @@ class FilmImportance(NamedTuple):
     is_point: bool = False      # whether W is of no area, for all rays cross one point
 
 
-def of_gaussian(lens: Gaussian, gain: float, film_area: float, origins: np.ndarray,
+def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: np.ndarray,
                 directions: np.ndarray) -> FilmImportance:
     """Of rays of the camera's frame, (n, 3) mm and (n, 3) unit. gain: as of the lens's steps; film_area: mm²."""
     is_point = lens.is_hole and lens.slope_film != 0.0
@@ -77,7 +77,7 @@ def of_gaussian(lens: Gaussian, gain: float, film_area: float, origins: np.ndarr
                               is_point)
 
 
-def of_point(film: np.ndarray, density: np.ndarray, seen: np.ndarray, origins: np.ndarray,
+def point_importance(film: np.ndarray, density: np.ndarray, seen: np.ndarray, origins: np.ndarray,
              directions: np.ndarray) -> FilmImportance:
     """Of a camera that sees from its origin with weight 1; density: of the directions of its samples, 1 / sr."""
     along = (origins * directions).sum(1)[:, None]

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.film_landing import WayBack, ideal_way_back
+from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
 from lensbench.cameras.ideal_lens import Gaussian, thin
 from lensbench.cameras.rays import CameraError
 from lensbench.imaging.coordinate_spaces import Window, film_window, window_step
@@ -76,9 +76,9 @@ class PerspectiveCamera(Camera):
         half = min(self.film.width, self.film.height) / 2.0 / self.film_distance
         return (right - left) * (top - bottom) * half * half
 
-    def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
+    def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """In closed form, for every wavelength alike."""
-        return ideal_way_back(self.gaussian, self.film_step, self.gain)
+        return ideal_film_landing(self.gaussian, self.film_step, self.gain)
 
     @property
     def gain(self) -> float:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.differentials import spread_out
+from lensbench.cameras.differentials import fill_gaps
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.kernels.block import (
     A0,
@@ -43,11 +43,11 @@ CELLS = 16              # of the film, each way, for which the pupil is known
 PLACES = 16             # of the pupil, by which it is known
 FEWEST = 8              # of those that must be open, or a part of the film is told by its neighbours
 STEADY = 0.2            # radii of the pupil: by how much its middle may change, at the most, from cell to cell
-WHOLE = 4               # first samples, of which each stands for all of the pupil
+FULL_PUPIL_SAMPLES = 4               # first samples, of which each stands for all of the pupil
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
-def pupil_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
+def footprint_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
     """The steps between the sampler and the camera, and after the camera, that tell every sample its part of the pupil.
 
     None where every film point has a single ray, where the camera moves, or where the pupil is not the same one for
@@ -89,7 +89,7 @@ def pupil_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
         focus = -spread[known].sum() / (mean((off * turned).sum(0))[known].sum() / 2.0)
     if not spread[known].min() > 0.0:
         return [], []
-    radius, *middle = (spread_out(np.where(known, values, math.nan).reshape(CELLS, CELLS))
+    radius, *middle = (fill_gaps(np.where(known, values, math.nan).reshape(CELLS, CELLS))
                        for values in (2.0 * np.sqrt(spread), *middles))
     if max(np.abs(np.diff(table, axis=axis)).max() for table in middle for axis in (0, 1)) > STEADY * radius.min():
         return [], []
@@ -129,7 +129,7 @@ def pupil_part(lanes, p, key):
     disk, fan, ox, oy, oz = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[OX], row[OY], row[OZ]
     rx, ry, rz, ux, uy, uz, bx, by, bz = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]
     cx, cy, cz = p[9], p[10], p[11]
-    late = real(WHOLE) / (real(key[SAMPLE]) + real(1))
+    late = real(FULL_PUPIL_SAMPLES) / (real(key[SAMPLE]) + real(1))
     part = math.sqrt(late * math.sqrt(late)) if late < real(1) else real(1)
     share = part / (real(1) + math.sqrt(real(1) - part * part))
     nearer = -part / p[12]

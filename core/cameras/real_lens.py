@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.film_landing import WayBack, ideal_way_back, landing
+from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing, landing_step
 from lensbench.cameras.ideal_lens import Gaussian, thick, thin
 from lensbench.cameras.importance import FilmImportance
 from lensbench.cameras.project import film_from_point
@@ -17,7 +17,7 @@ from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
-from lensbench.lens_models.ray_table import tabulated
+from lensbench.lens_models.ray_table import ray_table_step
 from lensbench.optics.block_trace import round_stop_steps, trace_steps
 from lensbench.optics.focus import METHODS, FocusError, film_distance, focused
 from lensbench.optics.glass import D_LINE, GlassError
@@ -26,7 +26,7 @@ from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.region import axis_irradiance
-from lensbench.pupils.spectral_grid import PupilColours
+from lensbench.pupils.spectral_grid import SpectralPupilGrid
 
 MODELS = ("auto", "trace", "polynomial", "table", "thick", "thin", "pinhole")
 
@@ -91,8 +91,8 @@ class LensCamera(Camera):
                              "where no film can stand")
         if not self.follows_rays:
             _ = self.gaussian                       # an ideal lens that cannot stand is refused on the way
-        if self.dispersion and not self.disperses and missing_colour(self.lens):
-            raise CameraError(f"no picture in colours: {missing_colour(self.lens)}")
+        if self.dispersion and not self.disperses and missing_dispersion(self.lens):
+            raise CameraError(f"no picture in colours: {missing_dispersion(self.lens)}")
 
     @property
     def follows_rays(self) -> bool:
@@ -102,7 +102,7 @@ class LensCamera(Camera):
     @cached_property
     def disperses(self) -> bool:
         """Whether pictures are traced at many wavelengths."""
-        return (self.dispersion is not False and self.follows_rays and not missing_colour(self.lens)
+        return (self.dispersion is not False and self.follows_rays and not missing_dispersion(self.lens)
                 and any(surface.glass.disperses for surface in self.lens.surfaces))
 
     @cached_property
@@ -127,8 +127,8 @@ class LensCamera(Camera):
                              widened=self.is_traced)
 
     @cached_property
-    def _grids(self) -> PupilColours:
-        return PupilColours(self.lens, self.film_distance, self.film.width / 2.0, self.film.height / 2.0)
+    def _grids(self) -> SpectralPupilGrid:
+        return SpectralPupilGrid(self.lens, self.film_distance, self.film.width / 2.0, self.film.height / 2.0)
 
     @cached_property
     def axis_irradiance(self) -> float:
@@ -221,21 +221,22 @@ class LensCamera(Camera):
                 return [table.step(normaliser), *trace_steps(self.lens, self.film_distance, wavelength)]
             if self.model == "table":
                 return [table.step(normaliser),
-                        tabulated(self.lens, self.film_distance, table, wavelength, self.focus_distance)]
+                        ray_table_step(self.lens, self.film_distance, table, wavelength, self.focus_distance)]
             fit = Polynomial.fit(self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance)
             return [table.step(normaliser), fit.step]
         return self.gaussian.steps(self.gain)
 
-    def way_back(self, wavelength: float = D_LINE) -> WayBack | None:
+    def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """Traced, for a polynomial or a table as well; or in closed form for the ideal models."""
         if not self.follows_rays:
-            return ideal_way_back(self.gaussian, self.film_step, self.gain)
+            return ideal_film_landing(self.gaussian, self.film_step, self.gain)
         lens = self.lens
-        arriving = landing(self.film, lens.front_index**2 * self.film_distance**2 / self._ray_normaliser(wavelength))
+        gain = lens.front_index**2 * self.film_distance**2 / self._ray_normaliser(wavelength)
+        arriving = landing_step(self.film, gain)
         whole = round_stop_steps(lens, self.film_distance, wavelength, "film")
         first = lens.surfaces[0]
         reach = first.semi_diameter + min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
-        return WayBack([*trace_steps(lens, self.film_distance, wavelength, "film"), arriving], [*whole, arriving],
+        return FilmLanding([*trace_steps(lens, self.film_distance, wavelength, "film"), arriving], [*whole, arriving],
                        -lens.length - self.film_distance, reach)
 
     @property
@@ -281,7 +282,7 @@ class LensCamera(Camera):
         film, rear = points - back[2][:, None] * slope, points - (back[2] + self.film_distance)[:, None] * slope
         passes = back[6] > 0.0
         area = np.zeros(len(passes))
-        area[passes] = table.area_at(film[passes], rear[passes])
+        area[passes] = table.sampled_area(film[passes], rear[passes])
         with np.errstate(divide="ignore"):
             way = self.film_distance**2 / (area * cosine**3)
         one = np.ones(len(passes)) / self._film_area
@@ -289,7 +290,7 @@ class LensCamera(Camera):
         return FilmImportance(film, we, one, way, passes & (area > 0.0))
 
 
-def missing_colour(lens: Lens) -> str:
+def missing_dispersion(lens: Lens) -> str:
     """Which glass is not known for all the wavelengths that a picture sees, and where it is; "" where they all are."""
     try:
         for wavelength in (wavelength for row in WAVELENGTHS.values() for wavelength in row):

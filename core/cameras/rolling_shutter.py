@@ -18,7 +18,7 @@ def film_middle(film: Film, n: int) -> np.ndarray:
     return np.tile([film.pixels_x / 2.0, film.pixels_y / 2.0], (n, 1))
 
 
-def on_their_lines(camera: DifferentiableCamera, project: Project, n: int) -> tuple[np.ndarray, np.ndarray]:
+def project_onto_open_rows(camera: DifferentiableCamera, project: Project, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Raster points (n, 2) of n things, each on the line that is open when it falls there; which are on the film."""
     raster, visible = project(film_middle(camera.film, n))
     if camera.moves and camera.readout > 0.0:

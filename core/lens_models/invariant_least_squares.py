@@ -15,7 +15,7 @@ _FAST = {"contract", "reassoc", "nsz"}
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def place(i, j, k, n):
+def monomial_index(i, j, k, n):
     """Where aⁱ bʲ cᵏ stands among the monomials up to the total degree n: in the order that the kernel sums them."""
     p, q, r = n - i, n - i - j, n - i - j - k
     return p * (p + 1) * (p + 2) // 6 + q * (q + 1) // 2 + r
@@ -29,7 +29,8 @@ def _sums(abc, weights, fields, n, low):
     """
     rays, top = weights.size, 2 * n + 2
     moments = np.zeros((top, top, top))
-    high_right, low_right = np.zeros((3, place(0, 0, 0, n) + 1)), np.zeros((3, place(0, 0, 0, low) + 1))
+    high_right = np.zeros((3, monomial_index(0, 0, 0, n) + 1))
+    low_right = np.zeros((3, monomial_index(0, 0, 0, low) + 1))
     of_a, of_ab, row = weights.copy(), np.empty(rays), np.empty(rays)
     for i in range(top):
         for r in range(rays):
@@ -43,7 +44,7 @@ def _sums(abc, weights, fields, n, low):
                 for of in range(2):
                     degree, right = (n, high_right) if of == 0 else (low, low_right)
                     if i + j + k <= degree:
-                        t = place(i, j, k, degree)
+                        t = monomial_index(i, j, k, degree)
                         x, y, z = 0.0, 0.0, 0.0
                         for r in range(rays):
                             x += row[r] * fields[3 * of, r]
@@ -69,7 +70,7 @@ def _solved(moments, right, n):
     for i in range(n + 1):
         for j in range(n + 1 - i):
             for m in range(n + 1 - i - j):
-                t = place(i, j, m, n)
+                t = monomial_index(i, j, m, n)
                 of_a[t], of_b[t], of_c[t] = i, j, m
     across, plain = np.zeros((2 * k, 2 * k + 1)), np.zeros((k, k + 1))      # with the right side as the last column
     for s in range(k):
@@ -113,7 +114,8 @@ def _cholesky(m):
         row[n] = total / row[i]
 
 
-def solved(abc: np.ndarray, weights: np.ndarray, fields: np.ndarray, n: int, low: int) -> tuple[np.ndarray, np.ndarray]:
+def fit_vector_fields(abc: np.ndarray, weights: np.ndarray, fields: np.ndarray, n: int,
+                      low: int) -> tuple[np.ndarray, np.ndarray]:
     """The polynomials of two vector fields: (3, terms) of degree n, and (3, terms) of degree low ≤ n.
 
     abc: (3, rays) the invariants, the first of them u² and the second v·v for a u that lies along the film's x.
@@ -124,7 +126,7 @@ def solved(abc: np.ndarray, weights: np.ndarray, fields: np.ndarray, n: int, low
 
 
 @njit(cache=True, error_model="numpy", nogil=True, fastmath=_FAST)
-def summed(abc, polynomials, n):
+def evaluate_polynomials(abc, polynomials, n):
     """(3, rays) the sums of three polynomials (3, terms) of degree n."""
     rays = abc.shape[1]
     of_a, of_ab, row, out = np.ones(rays), np.empty(rays), np.empty(rays), np.zeros((3, rays))
@@ -137,7 +139,7 @@ def summed(abc, polynomials, n):
                 row[r] = of_ab[r]
                 of_ab[r] *= abc[1, r]
             for k in range(n + 1 - i - j):
-                t = place(i, j, k, n)
+                t = monomial_index(i, j, k, n)
                 for r in range(rays):
                     out[0, r] += polynomials[0, t] * row[r]
                     out[1, r] += polynomials[1, t] * row[r]

@@ -43,7 +43,7 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.program import Program
-from lensbench.lens_models.invariant_least_squares import solved, summed
+from lensbench.lens_models.invariant_least_squares import evaluate_polynomials, fit_vector_fields
 from lensbench.optics.block_trace import round_stop_steps
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import FirstOrder, first_order, scene_side_origin
@@ -97,14 +97,14 @@ class Polynomial:
         nearness = 1.0 / (distance + eye)
         abc, weights, fields, v, reach, served = _invariants(film, aim, lines, shares, table.radius, drift, eye,
                                                              nearness)
-        if served < 2 * terms(n):
+        if served < 2 * monomial_count(n):
             raise LensError("too little light passes this lens for a polynomial to be fitted: open the stop")
-        towards, points = solved(abc, weights, fields, n, low)
+        towards, points = fit_vector_fields(abc, weights, fields, n, low)
 
         # The error on the rays that were held out
         held = np.ascontiguousarray(abc[:, len(shares):])
-        rms, worst = _errors(film, lines, v, table.radius, summed(held, towards, n), summed(held, points, low),
-                             nearness, len(shares))
+        rms, worst = _errors(film, lines, v, table.radius, evaluate_polynomials(held, towards, n),
+                             evaluate_polynomials(held, points, low), nearness, len(shares))
         behind = _behind(lens, fo, nearness, centre)
         numbers = [-film_distance / reach, (1.0 - drift) / reach, 1.0 / table.radius, eye, nearness]
         return cls(degree, np.concatenate([numbers, towards.ravel(), points.ravel()]), rms * behind, worst * behind)
@@ -112,7 +112,7 @@ class Polynomial:
     @property
     def step(self) -> Step:
         """The step from an aimed ray at the film to the ray in front of the lens."""
-        return Step(_kernel(self.degree // 2), self.numbers)
+        return Step(polynomial_stage(self.degree // 2), self.numbers)
 
 
 @cache
@@ -132,7 +132,7 @@ def _places(n: int) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([np.stack([r, reach, turn]), judges], 1), np.maximum(shares, LEAST) ** EVENLY
 
 
-def terms(n: int) -> int:
+def monomial_count(n: int) -> int:
     """How many monomials three variables have up to the total degree n."""
     return (n + 1) * (n + 2) * (n + 3) // 6
 
@@ -271,10 +271,10 @@ def _of_two(q, k, b, c, n, real):
 
 
 @cache
-def _kernel(n: int):
+def polynomial_stage(n: int):
     """The stage for polynomials of the degree n in a, b, c."""
     low = _low(n)
-    high_terms, low_terms = terms(n), terms(low)
+    high_terms, low_terms = monomial_count(n), monomial_count(low)
 
     @stage
     def polynomial(lanes, p, key):
@@ -333,7 +333,7 @@ def _sum(n: int):
     they stay in registers.
     """
     @stage
-    def summed(lanes, q):
+    def sum_polynomial(lanes, q):
         real = lanes.dtype.type
         row = rows(lanes)
         a, b, c, total = row[A0], row[A1], row[A2], row[A3]
@@ -349,7 +349,7 @@ def _sum(n: int):
                 t = t * a[i] + _of_two(q, 35, b[i], c[i], 5, real)
             total[i] = t
 
-    return summed
+    return sum_polynomial
 
 
 # Under names of the module: a function in the closure of a kernel would keep numba from finding that in its cache

@@ -22,7 +22,7 @@ RADII, ALONG, ACROSS = 64, 24, 12           # of the table
 NODES = RADII * ALONG * ACROSS
 
 
-def tabulated(lens: Lens, film_distance: float, table: PupilTable, wavelength: float = D_LINE,
+def ray_table_step(lens: Lens, film_distance: float, table: PupilTable, wavelength: float = D_LINE,
               distance: float = math.inf) -> Step:
     """The step from an aimed ray at the film to the ray in front of the lens, for the regions of a pupil table.
 

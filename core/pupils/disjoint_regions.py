@@ -14,16 +14,16 @@ from numba import njit
 from lensbench.optics.clearance import ClearanceTracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.pupils.rim_solver import ROUGH, solve
+from lensbench.pupils.rim_solver import ROUGH, solve_rims
 
 LOOKS = 96              # points of the meridian in the search for pieces
 EVENLY = np.arange(LOOKS) + 0.5
 NEIGHBOURS = 4          # film radii to either side whose regions say where pieces can be
 
 
-def enclosed(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray,
+def enclose_disjoint_regions(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray,
              tolerance: float, by: ClearanceTracer, wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
-    """The centres (n,) and rims (n, m, 2) of `solve` for rising radii, with an outline about regions in pieces.
+    """The centres (n,) and rims (n, m, 2) of `solve_rims` for rising radii, with an outline about regions in pieces.
 
     The radii beside such a one get the outline about its pieces and their own region, so that no light is
     lost between them.
@@ -66,7 +66,8 @@ def _pieces(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.nda
         for begin in {np.argmax(begins), LOOKS - 1 - np.argmax(begins[::-1])}:
             end = begin + np.append(light[k, begin:], False).argmin()
             span = along[begin] - step[k], along[end - 1] + step[k]
-            centre, rim = solve(lens, film_distance, radii[k:k + 1], rims.shape[1], tolerance, wavelength, span, by)
+            centre, rim = solve_rims(lens, film_distance, radii[k:k + 1], rims.shape[1], tolerance, wavelength, span,
+                                     by)
             points.append(rim[0] + [centre[0], 0.0])
         pieces[int(k)] = np.concatenate(points)
     return pieces

@@ -1,4 +1,4 @@
-"""Nodes: the exit-pupil regions of film points all over a quadrant, solved and cut for `pupil_grid` to interpolate.
+"""Nodes: the exit-pupil regions of film points all over a quadrant, solved and cut for `PupilGrid` to interpolate.
 
 A film point is told by u and v, its x and y in halves of the film. Nodes lie on rings about the film's centre and on
 columns, which fan out from there at even shares v / (u + v). The last ring lies where the light ends, or at the
@@ -55,10 +55,10 @@ def solve_nodes(lens: Lens, film_distance: float, half_film: np.ndarray, wavelen
     centres, rims = solve_outlines(lens, film_distance, (film * half_film).reshape(-1, 2), POINTS, tolerance,
                                    wavelength)
     # Take up the course of the centres
-    lit, of_film = np.asarray(rims.any((1, 2))), powers(film.reshape(-1, 2))
+    lit, of_film = np.asarray(rims.any((1, 2))), course_terms(film.reshape(-1, 2))
     course = np.array([np.linalg.lstsq(power[lit], centres[lit, axis], rcond=None)[0]
                        for axis, power in enumerate(of_film)])
-    centres = (centres - follow(course, of_film)).reshape(film.shape)
+    centres = (centres - course_at(course, of_film)).reshape(film.shape)
     rims = rims.reshape(*film.shape[:2], POINTS, 2)
     # Cut the regions, those that are dark or say too little enlarged by their neighbours'
     at, outline = centres[::2, ::2].copy(), rims[::2, ::2].copy()
@@ -70,17 +70,17 @@ def solve_nodes(lens: Lens, film_distance: float, half_film: np.ndarray, wavelen
     return Nodes(_smooth(_smooth(edge)), crowding, course, at, corners * (SPREAD * wide)[..., None])
 
 
-def follow(course: np.ndarray, of_film: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def course_at(course: np.ndarray, of_film: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """(n, 2) mm: the course (2, 10) at film points whose `powers` these are."""
     return np.stack([power @ terms for power, terms in zip(of_film, course, strict=True)], 1)
 
 
-def powers(film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def course_terms(film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n, 10) each, for film points (n, 2): u and v times the powers of u² and v² up to the third."""
     u, v = film.T
     s, t = u * u, v * v
-    powers = np.stack([u**0, s, t, s * s, s * t, t * t, s**3, s * s * t, s * t * t, t**3], 1)
-    return powers * u[:, None], powers * v[:, None]
+    course_terms = np.stack([u**0, s, t, s * s, s * t, t * t, s**3, s * s * t, s * t * t, t**3], 1)
+    return course_terms * u[:, None], course_terms * v[:, None]
 
 
 def _lend(centres: np.ndarray, rims: np.ndarray, which: np.ndarray, at: np.ndarray, outline: np.ndarray) -> None:

@@ -1,7 +1,7 @@
 """What a camera samples behind a lens without rotational symmetry: regions between the nodes of a grid.
 
 A lens with a cylinder or toroid has two planes of symmetry: one quadrant of the film stands for all four. The
-regions between the nodes of `pupil_nodes` are interpolated; being a hair larger than need be, they lose no light. The
+regions between the nodes of `film_grid` are interpolated; being a hair larger than need be, they lose no light. The
 tracer kills what does not pass, and the weight holds the area of the very triangle sampled. Lens frame, mm.
 """
 
@@ -43,7 +43,7 @@ from lensbench.kernels.block import (
 )
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.pupils.film_grid import COLUMNS, EDGES, RINGS, SECTORS, Nodes, follow, powers, solve_nodes
+from lensbench.pupils.film_grid import COLUMNS, EDGES, RINGS, SECTORS, Nodes, course_at, course_terms, solve_nodes
 
 ROUNDING = 1e-5                 # by which a place in the film's corner may seem to lie beyond it in float32
 
@@ -66,7 +66,7 @@ class PupilGrid:
         return cls(film_distance, half_width, half_height, nodes)
 
     @classmethod
-    def mixed(cls, grids: Sequence["PupilGrid"], shares: Sequence[float]) -> "PupilGrid":
+    def interpolated(cls, grids: Sequence["PupilGrid"], shares: Sequence[float]) -> "PupilGrid":
         """The grid between `grids` of one film and crowding, by their shares (sum 1)."""
         first = grids[0]
         edge, course, centres, outline = (
@@ -75,7 +75,7 @@ class PupilGrid:
         return cls(first.film_distance, first.half_width, first.half_height,
                    Nodes(edge, first.nodes.crowding, course, centres, outline))
 
-    def area_at(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
+    def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
         """Over what area (n,) in mm² the samples of film points (n, 2) are spread, as densely as at rear points (n, 2).
 
         That of the triangle there times their number; 0 where no sample goes.
@@ -96,7 +96,7 @@ class PupilGrid:
                 share = np.abs(1 - x - f[:, 0]) * np.abs(1 - y - f[:, 1])
                 corners += share[:, None, None] * nodes.outline[i[:, 0] + x, i[:, 1] + y]
                 centre += share[:, None] * nodes.centres[i[:, 0] + x, i[:, 1] + y]
-        centre += follow(nodes.course, powers(np.stack([u, v], 1)))
+        centre += course_at(nodes.course, course_terms(np.stack([u, v], 1)))
         at = rear_xy * np.where(film_xy < 0.0, -1.0, 1.0) - centre
         # The last corner that it lies beyond, counter-clockwise
         turn = np.unwrap(np.arctan2(corners[..., 1], corners[..., 0]))
@@ -114,7 +114,7 @@ class PupilGrid:
         head = [self.film_distance, 1.0 / self.half_width, 1.0 / self.half_height, nodes.crowding, apart,
                 1.0 / normaliser, *nodes.course.ravel(), *nodes.edge]
         tables = [nodes.outline[..., 0], nodes.outline[..., 1], nodes.centres[..., 0], nodes.centres[..., 1]]
-        return Step(aim_between, np.concatenate([head, *(table.ravel() for table in tables)]))
+        return Step(aim_in_quadrant, np.concatenate([head, *(table.ravel() for table in tables)]))
 
 
 _HEAD, _CORNERS, _NODES = 26, SECTORS + 1, RINGS * COLUMNS
@@ -122,7 +122,7 @@ _Y, _CENTRE_X, _CENTRE_Y = _NODES * _CORNERS, 2 * _NODES * _CORNERS, _NODES * (2
 
 
 @stage
-def aim_between(lanes, p, key):
+def aim_in_quadrant(lanes, p, key):
     """From a film point X, Y (mm, Z = 0) aim into the region that it sees: L, M, N and WEIGHT.
 
     p: film distance, 1 / half the film's width and height, crowding, rings per 1 − √, 1 / normaliser, the course, the

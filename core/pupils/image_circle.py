@@ -16,7 +16,7 @@ def edge_of_light(aim: Aim, ways: np.ndarray, furthest: float) -> tuple[np.ndarr
     """
     n = len(ways)
     looks = furthest * np.arange(1, LOOKS + 1) / LOOKS
-    lit = aim.lit((looks[:, None, None] * ways).reshape(-1, 2))[1].reshape(LOOKS, n) < 1.0
+    lit = aim.find_light((looks[:, None, None] * ways).reshape(-1, 2))[1].reshape(LOOKS, n) < 1.0
     last = np.where(lit.any(0), LOOKS - 1 - np.argmax(lit[::-1], 0), LOOKS - 1)
     edge = looks[last]
     which = np.flatnonzero(last < LOOKS - 1)
@@ -27,7 +27,7 @@ def edge_of_light(aim: Aim, ways: np.ndarray, furthest: float) -> tuple[np.ndarr
     def level(place: np.ndarray) -> np.ndarray:
         film = place[:, None] * ways[which]
         centre, window = aim.stop_centres(film, aim.paraxial_centres(film))
-        return np.minimum(aim.scanned(film, centre, window, 0.0)[1], NO_LIGHT) - 1.0
+        return np.minimum(aim.scan(film, centre, window, 0.0)[1], NO_LIGHT) - 1.0
 
     low, high = edge[which], looks[last[which] + 1]
     at_low, at_high, side = np.minimum(level(low), -1e-9), np.maximum(level(high), 1e-9), np.zeros(which.size)

@@ -1,6 +1,6 @@
 """Solving the whole outline of the exit-pupil region, for film points anywhere and lenses of any symmetry.
 
-As `pupil_rim`, but a region has no axis of symmetry here: its centre is looked for
+As `rim_solver`, but a region has no axis of symmetry here: its centre is looked for
 in both directions of the plane, and its rim all the way around. Lens frame, mm, float64.
 """
 
@@ -11,7 +11,7 @@ import numpy as np
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.ray_aiming import Aim
-from lensbench.pupils.rim_solver import REACH, ROUGH, rims
+from lensbench.pupils.rim_solver import REACH, ROUGH, rim_distances
 
 ROUGH_POINTS = 16       # of a first rim, which tells where on the rim the others are to be
 LOOKS = 128             # directions in which its length is measured
@@ -34,11 +34,11 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
     def solved(centre: np.ndarray, level: np.ndarray, cosine: np.ndarray, sine: np.ndarray, guess: np.ndarray,
                accuracy: float) -> np.ndarray:
         rim = np.zeros(cosine.shape)
-        rims(film_x, film_y, *np.ascontiguousarray(centre.T), level, np.ascontiguousarray(cosine),
+        rim_distances(film_x, film_y, *np.ascontiguousarray(centre.T), level, np.ascontiguousarray(cosine),
              np.ascontiguousarray(sine), guess, film_distance, reach, accuracy, rim, aim.tracer, 0.0)
         return rim
 
-    centre, level = aim.lit(film)
+    centre, level = aim.find_light(film)
     lit = level < 1.0
 
     # A rough rim, and from its centroid the directions of the final one
@@ -48,7 +48,7 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
     rough = solved(centre, level, cosine, sine, np.tile(begin[:, None], ROUGH_POINTS), ROUGH * size)
     outline = np.stack([rough * cosine, rough * sine], 2)
     moved = centre + _centroids(outline)
-    there = aim.levels(film, moved)
+    there = aim.root_margins(film, moved)
     better = lit & (there < 1.0)                        # or stay where light is known
     outline += np.where(better[:, None], centre - moved, 0.0)[:, None, :]
     centre, level = np.where(better[:, None], moved, centre), np.where(better, there, level)

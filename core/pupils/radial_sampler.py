@@ -37,8 +37,16 @@ from lensbench.kernels.block import (
 from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.pupils.disjoint_regions import enclosed
-from lensbench.pupils.rim_solver import ROUGH, aimed, looked, rear_rim, shadows, size_of_regions, solve
+from lensbench.pupils.disjoint_regions import enclose_disjoint_regions
+from lensbench.pupils.rim_solver import (
+    ROUGH,
+    find_interior_points,
+    paraxial_centre_ratio,
+    project_rear_rim,
+    rear_rim,
+    region_scale,
+    solve_rims,
+)
 
 RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
 POINTS = 41                     # solved on the upper half of each rim
@@ -77,17 +85,18 @@ class PupilTable:
 
         widened: by SPREAD, for a camera that traces what it samples; or else of the regions' own area.
         """
-        tolerance = TOLERANCE * size_of_regions(lens, film_distance, wavelength)
+        tolerance = TOLERANCE * region_scale(lens, film_distance, wavelength)
         by = clearance_tracer(lens, film_distance, wavelength)
         film_radius = max(film_radius, 1e-30)           # a film that is a point has a ring of its own all the same
-        rim, middle = rear_rim(lens, film_distance), aimed(lens, film_distance, wavelength)
+        rim, middle = rear_rim(lens, film_distance), paraxial_centre_ratio(lens, film_distance, wavelength)
         dark = _dark_beyond(film_radius, film_distance, rim, middle, by)
         end = 4.0 * film_radius
         if 0.0 < dark < math.inf:                       # spread the rings to where the light ends
             film_radius = end = dark
         radii = _ring_radii(film_radius, end)
-        centres, rims = solve(lens, film_distance, radii, POINTS, tolerance, wavelength, shadows(radii, *rim), by)
-        centres, rims = enclosed(lens, film_distance, radii, centres, rims, tolerance, by, wavelength)
+        centres, rims = solve_rims(lens, film_distance, radii, POINTS, tolerance, wavelength,
+                                   project_rear_rim(radii, *rim), by)
+        centres, rims = enclose_disjoint_regions(lens, film_distance, radii, centres, rims, tolerance, by, wavelength)
         course, offsets = _course(radii, end, dark, centres, rims)
         return cls(film_distance, film_radius, end, dark,
                    _equal_areas(_widened(offsets, rims)) if widened else _filled(rims), course, offsets)
@@ -117,7 +126,7 @@ class PupilTable:
         """Rings per unit of 1 − √(1 − r / end)."""
         return (RINGS - 1) / (1.0 - math.sqrt(1.0 - self.radius / self.end))
 
-    def area_at(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
+    def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
         """Over what area (n,) in mm² the samples of film points (n, 2) are spread, as densely as at rear points (n, 2).
 
         That of the triangle there times their number; 0 for film points beyond dark_beyond.
@@ -149,7 +158,7 @@ class PupilTable:
         """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
         size, cells = self._grid
         head = [self.film_distance, self.scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser, *self.course]
-        return Step(aim, np.concatenate([
+        return Step(aim_radial, np.concatenate([
             [*head, 2.0 * size / (GRID - 1), -size],
             (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.offsets]))
 
@@ -161,7 +170,7 @@ def _dark_beyond(film_radius: float, film_distance: float, rim: tuple[np.ndarray
     rim: the last surface's; middle: where the paraxial exit pupil is seen, as a multiple of the film radius.
     """
     corner, zero, level = np.full(B, film_radius), np.zeros(B), np.empty(B)
-    low, high = shadows(corner[:1], *rim)
+    low, high = project_rear_rim(corner[:1], *rim)
     heights = low + (high - low) * (np.arange(B) + 0.5) / B         # one block of rays mostly says that there is light
     clearances(corner, zero, heights, zero, film_distance, level, by, ROUGH)
     if (level <= 1.0).any():
@@ -169,8 +178,8 @@ def _dark_beyond(film_radius: float, film_distance: float, rim: tuple[np.ndarray
     inner, outer = 0.0, film_radius
     for _ in range(ROUNDS):
         between = np.linspace(inner, outer, LOOKS)
-        low, high = shadows(between, *rim)
-        _, level = looked(between, film_distance, low, high, middle * between, by)
+        low, high = project_rear_rim(between, *rim)
+        _, level = find_interior_points(between, film_distance, low, high, middle * between, by)
         last = int(np.max(np.flatnonzero(level < 1.0), initial=-1))
         if last < 0:
             return 0.0
@@ -278,7 +287,7 @@ _NODES = SECTORS + 1
 
 
 @stage
-def aim(lanes, p, key):
+def aim_radial(lanes, p, key):
     """From a film point X, Y (mm, Z = 0) aim into the region that it sees: L, M, N and WEIGHT.
 
     p: film distance, rings per unit of 1 − √(1 − r / end), 1 / end, the radius

@@ -17,7 +17,7 @@ from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, cleara
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
-from lensbench.pupils.rim_solver import span
+from lensbench.pupils.rim_solver import rear_interval
 
 ROUNDS = 30             # of Newton's method, with the steps that it takes back
 STEP = 1e-5             # × the rear semi-diameter, for the slopes of the map
@@ -45,16 +45,16 @@ class Aim:
         object.__setattr__(self, "tracer", clearance_tracer(self.lens, self.film_distance, self.wavelength))
         object.__setattr__(self, "_to_stop", to_stop)
 
-    def levels(self, film: np.ndarray, rear: np.ndarray) -> np.ndarray:
+    def root_margins(self, film: np.ndarray, rear: np.ndarray) -> np.ndarray:
         """Root margins (n,), inf where a ray does not come through."""
         out = np.empty(len(film))
         clearances(*_columns(film), *_columns(rear), self.film_distance, out, self.tracer, 0.0)
         return out
 
-    def lit(self, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def find_light(self, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """For each film point a rear point of small root margin, and that margin (n,): ≥ 1 where no light was found."""
         rear = self.paraxial_centres(film)
-        level = self.levels(film, rear)
+        level = self.root_margins(film, rear)
 
         def improve(which: np.ndarray, found: np.ndarray, there: np.ndarray) -> np.ndarray:
             better = there < level[which]
@@ -65,14 +65,14 @@ class Aim:
         dark = np.flatnonzero(~(level < 1.0))
         if dark.size:
             centre, window = self.stop_centres(film[dark], rear[dark])
-            left = improve(dark, centre, self.levels(film[dark], centre))
+            left = improve(dark, centre, self.root_margins(film[dark], centre))
             still = np.isin(dark, left)
-            left = improve(left, *self.scanned(film[left], centre[still], window[still], 1.0))
+            left = improve(left, *self.scan(film[left], centre[still], window[still], 1.0))
             if left.size:
-                low, high = np.stack([span(self.lens, self.film_distance, film[left, axis], upright)
+                low, high = np.stack([rear_interval(self.lens, self.film_distance, film[left, axis], upright)
                                       for axis, upright in ((0, False), (1, True))], 2)
                 half = 0.5 * (high - low)[:, :, None] * np.eye(2)
-                improve(left, *self.scanned(film[left], 0.5 * (low + high), half, 1.0))
+                improve(left, *self.scan(film[left], 0.5 * (low + high), half, 1.0))
         return rear, level
 
     def stop_centres(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -82,7 +82,7 @@ class Aim:
         where the ray of the film's centre runs. Where there is no such ray, a place as near as was found.
         """
         at, off, image = self._newton(film, start)
-        far = np.flatnonzero(~((off < CENTRED) & (self.levels(film, at) < 1.0)))
+        far = np.flatnonzero(~((off < CENTRED) & (self.root_margins(film, at) < 1.0)))
         way = np.zeros((far.size, 2))
         for leg in range(1, LEGS + 1):
             way, off_way, image_way = self._newton(film[far] * (leg / LEGS), way)
@@ -91,7 +91,7 @@ class Aim:
             at[far[better]], image[far[better]] = way[better], image_way[better]
         return at, image
 
-    def scanned(self, film: np.ndarray, centre: np.ndarray, window: np.ndarray,
+    def scan(self, film: np.ndarray, centre: np.ndarray, window: np.ndarray,
                 enough: float) -> tuple[np.ndarray, np.ndarray]:
         """Rear points of least root margin within centre ± window · (±1, ±1), and that margin.
 
@@ -105,7 +105,8 @@ class Aim:
             if not left.size:
                 break
             places = at[left, None, :] + cells @ window[left].transpose(0, 2, 1)
-            found = self.levels(np.repeat(film[left], len(cells), 0), places.reshape(-1, 2)).reshape(left.size, -1)
+            found = self.root_margins(np.repeat(film[left], len(cells), 0), places.reshape(-1, 2))
+            found = found.reshape(left.size, -1)
             least = np.argmin(found, 1)
             there = found[np.arange(left.size), least]
             better = there < level[left]

@@ -14,7 +14,7 @@ from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.scalar_trace import Fate, trace
 from lensbench.pupils.outline_solver import solve_outlines
 from lensbench.pupils.radial_sampler import PupilTable
-from lensbench.pupils.rim_solver import solve
+from lensbench.pupils.rim_solver import solve_rims
 
 _OUTLINE = 1024          # points of the region of a lens with a cylinder or toroid
 _RINGS = 512             # in which the blades end the region of the axis
@@ -119,7 +119,7 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
     if not (np.isfinite(radii).all() and (radii >= 0.0).all() and math.isfinite(film_distance) and film_distance > 0.0):
         raise LensError("the exit pupil needs film radii of at least 0 mm and a film behind the lens")
     tolerance = 1e-10 * lens.surfaces[-1].semi_diameter
-    return ExitPupil(lens, film_distance, radii, *solve(lens, film_distance, radii, points, tolerance, wavelength))
+    return ExitPupil(lens, film_distance, radii, *solve_rims(lens, film_distance, radii, points, tolerance, wavelength))
 
 
 def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:

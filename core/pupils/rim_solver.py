@@ -63,8 +63,8 @@ def _centres(radii, distance, low, high, guess, centre, level, tracer):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def rims(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distance, reach, tolerance, rim, tracer,
-         accuracy):
+def rim_distances(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distance, reach, tolerance, rim,
+                  tracer, accuracy):
     """Distance from each centre to the rim of its region in each direction: rim (film points, directions).
 
     A bracketed secant (Illinois) on root margin − 1, which is nearly linear up
@@ -122,7 +122,7 @@ def rims(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distanc
         count = left
 
 
-def looked(radii: np.ndarray, distance: float, low: np.ndarray, high: np.ndarray, aimed: np.ndarray,
+def find_interior_points(radii: np.ndarray, distance: float, low: np.ndarray, high: np.ndarray, aimed: np.ndarray,
            tracer: ClearanceTracer) -> tuple[np.ndarray, np.ndarray]:
     """For each film radius a point (centre, 0) well inside its region, and its root margin, ≥ 1: none found.
 
@@ -141,7 +141,7 @@ def looked(radii: np.ndarray, distance: float, low: np.ndarray, high: np.ndarray
 
 def _found_elsewhere(radius: float, distance: float, low: float, high: float,
                      tracer: ClearanceTracer) -> tuple[float, float]:
-    """As `looked` for one film radius, about every least margin of a finer scan.
+    """As `find_interior_points` for one film radius, about every least margin of a finer scan.
 
     Where the stop's image folds over, a coarse scan may follow the wrong one.
     """
@@ -201,12 +201,13 @@ def _directions(moved, rough, turn_x, turn_y, least, cosine, sine, guess):
         cosine[k, 0], sine[k, 0], cosine[k, m - 1], sine[k, m - 1] = 1.0, 0.0, -1.0, 0.0
 
 
-def span(lens: Lens, film_distance: float, heights: np.ndarray, upright: bool = False) -> tuple[np.ndarray, np.ndarray]:
+def rear_interval(lens: Lens, film_distance: float, heights: np.ndarray,
+                  upright: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """From where to where in x a film point of each height x can see the last surface through its vertex's plane.
 
     (n,) and (n,) mm; upright: all in y. Widened by REACH, but no further than the solver looks.
     """
-    return shadows(np.ascontiguousarray(heights), *rear_rim(lens, film_distance, upright))
+    return project_rear_rim(np.ascontiguousarray(heights), *rear_rim(lens, film_distance, upright))
 
 
 def rear_rim(lens: Lens, film_distance: float, upright: bool = False) -> tuple[np.ndarray, np.ndarray, float]:
@@ -223,8 +224,8 @@ def rear_rim(lens: Lens, film_distance: float, upright: bool = False) -> tuple[n
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def shadows(heights, rim, share, furthest):
-    """As `span`, of what `rear_rim` gives."""
+def project_rear_rim(heights, rim, share, furthest):
+    """As `rear_interval`, of what `rear_rim` gives."""
     low, high = np.empty(heights.size), np.empty(heights.size)
     for k in range(heights.size):
         least, most = math.inf, -math.inf
@@ -236,7 +237,7 @@ def shadows(heights, rim, share, furthest):
     return low, high
 
 
-def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: float, wavelength: float = D_LINE,
+def solve_rims(lens: Lens, film_distance: float, film_radii, points: int, tolerance: float, wavelength: float = D_LINE,
           within: tuple[Any, Any] | None = None, by: ClearanceTracer | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n,) on the meridian, and (n, points, 2) of the upper half of each rim seen from them, in mm.
 
@@ -253,16 +254,17 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     radii = np.ascontiguousarray(film_radii, float)
     n, zero = radii.size, np.zeros(radii.size)
     reach = REACH * lens.surfaces[-1].semi_diameter
-    size = size_of_regions(lens, film_distance, wavelength)
-    low, high = span(lens, film_distance, radii) if within is None else (np.full(n, x) for x in within)
-    centre, level = looked(radii, film_distance, low, high, radii * aimed(lens, film_distance, wavelength), by)
+    size = region_scale(lens, film_distance, wavelength)
+    low, high = rear_interval(lens, film_distance, radii) if within is None else (np.full(n, x) for x in within)
+    guess = radii * paraxial_centre_ratio(lens, film_distance, wavelength)
+    centre, level = find_interior_points(radii, film_distance, low, high, guess, by)
     lit = level < 1.0
 
     # A rough rim from a first centre gives the centroid, if that is in the region; on the axis it is known
     turn_x, turn_y = _half_turn()
     rough, start = np.zeros((n, ROUGH_POINTS)), np.repeat(0.6 * reach * (1.0 - level), ROUGH_POINTS)
     cosine, sine = np.tile(turn_x, (n, 1)), np.tile(turn_y, (n, 1))
-    rims(radii, zero, centre, zero, level, cosine, sine, start.reshape(n, ROUGH_POINTS), film_distance, reach,
+    rim_distances(radii, zero, centre, zero, level, cosine, sine, start.reshape(n, ROUGH_POINTS), film_distance, reach,
          ROUGH * size, rough, by, ROUGH)
     middle, there = np.where(radii > 0.0, _centroids(centre, rough, turn_x, turn_y), 0.0), np.empty(n)
     clearances(radii, zero, middle, zero, film_distance, there, by, 0.0)
@@ -272,7 +274,7 @@ def solve(lens: Lens, film_distance: float, film_radii, points: int, tolerance: 
     # Directions from there that are evenly spaced along the rim, so that the tips of a cat's eye are met
     cosine, sine, guess, rim = (np.zeros((n, points)) for _ in range(4))
     _directions(middle - centre, rough, turn_x, turn_y, 1e-3 * tolerance, cosine, sine, guess)
-    rims(radii, zero, middle, zero, level, cosine, sine, guess, film_distance, reach, tolerance, rim, by,
+    rim_distances(radii, zero, middle, zero, level, cosine, sine, guess, film_distance, reach, tolerance, rim, by,
          DIGITS * tolerance / size)
     middle[~lit] = 0.0
     return middle, np.stack([rim * cosine, rim * sine], 2)
@@ -287,7 +289,7 @@ def _half_turn() -> tuple[np.ndarray, np.ndarray]:
     return np.cos(angle), sine
 
 
-def size_of_regions(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
+def region_scale(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
     """What regions are at most about as large as, mm: the last surface, the stop, or the cone of light on its way.
 
     That of a lens without an f-number, afocal (inf) or telecentric towards the scene (0), counts as endless.
@@ -297,7 +299,7 @@ def size_of_regions(lens: Lens, film_distance: float, wavelength: float = D_LINE
     return REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter, film_distance * cone)
 
 
-def aimed(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
+def paraxial_centre_ratio(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
     """Where on the plane of the last vertex a film point sees the paraxial exit pupil: this times its own x."""
     ahead = lens.length + film_distance - first_order(lens, wavelength).exit_pupil.z
     return 1.0 - film_distance / ahead if ahead else 1.0

@@ -15,7 +15,7 @@ SOLVED = (0.44, D_LINE, 0.64)           # µm; the first picture of the d line h
 FIRST, LAST = 0.42, 0.651               # the wavelengths that a picture sees
 
 
-class PupilColours:
+class SpectralPupilGrid:
     """The grids of one lens with its film at film_distance, half_width and half_height (mm)."""
 
     def __init__(self, lens: Lens, film_distance: float, half_width: float, half_height: float):
@@ -45,4 +45,4 @@ class PupilColours:
             return PupilGrid.of(*self._film, wavelength)
         w, nodes = wavelength**-2, [solved**-2 for solved in SOLVED]
         shares = [prod((w - other) / (node - other) for other in nodes if other != node) for node in nodes]
-        return PupilGrid.mixed(self._solved, shares)
+        return PupilGrid.interpolated(self._solved, shares)

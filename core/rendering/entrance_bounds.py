@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from lensbench.cameras.film_landing import WayBack
+from lensbench.cameras.film_landing import FilmLanding
 from lensbench.kernels.block import CLEARANCE, KEYS, PITCH, WEIGHT, B, L, M, N, X, Y, Z, lane_buffer
 from lensbench.kernels.program import Program, run_steps
 
@@ -130,7 +130,7 @@ def _look(points, radii, front, frames, boxes, passing, best, lanes, code, gated
         boxes[j, 0], boxes[j, 1], boxes[j, 2], boxes[j, 3] = u0, v0, hu, hv
 
 
-def entrance_bounds(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32) -> EntranceBounds:
+def entrance_bounds(way: FilmLanding, points: np.ndarray, radii: np.ndarray, real=np.float32) -> EntranceBounds:
     """The rectangles for light from spheres of these radii (n,) about points (n, 3) of the camera frame, mm."""
     n = len(points)
     towards = points - [0.0, 0.0, way.front]
@@ -156,7 +156,7 @@ def entrance_bounds(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np
                           towards, passing, start + np.einsum("ni,nij->nj", best, frames))
 
 
-def shared_entrance_bounds(way: WayBack, points: np.ndarray, radii: np.ndarray, real=np.float32) -> EntranceBounds:
+def shared_entrance_bounds(way: FilmLanding, points: np.ndarray, radii: np.ndarray, real=np.float32) -> EntranceBounds:
     """As `fronts`, but points that lie nearly in the same direction share a rectangle that is wide enough for all."""
     if way.radius == 0.0 or len(points) < 2:
         return entrance_bounds(way, points, radii, real)
@@ -183,7 +183,7 @@ def shared_entrance_bounds(way: WayBack, points: np.ndarray, radii: np.ndarray, 
     return found
 
 
-def is_boundable(way: WayBack, points: np.ndarray, radii) -> np.ndarray:
+def is_boundable(way: FilmLanding, points: np.ndarray, radii) -> np.ndarray:
     """Whether rectangles for light from spheres about points (…, 3) can be found: they are before it, and not near."""
     ahead = points - [0.0, 0.0, way.front]
     away = np.sqrt((ahead**2).sum(-1))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.film_landing import WayBack
+from lensbench.cameras.film_landing import FilmLanding
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.kernels.block import WEIGHT, B, X, Y
 from lensbench.kernels.program import Program
@@ -147,7 +147,7 @@ def select_lights(camera: Camera, scene: Scene, real) -> LightSelection:
     return LightSelection(lights_selected, tuple(light for light, told in zip(small, known, strict=True) if told))
 
 
-def _entrance_bounds(way: WayBack, things: list[SpecularObject], centres: np.ndarray, radii: np.ndarray, real):
+def _entrance_bounds(way: FilmLanding, things: list[SpecularObject], centres: np.ndarray, radii: np.ndarray, real):
     """Which lights the lens may see, and by which of the things or −1, both (n,); and the rectangles before the lens.
 
     Things of which it cannot be told are left out; lights of which it cannot be told for one are seen straight alone.
@@ -196,7 +196,7 @@ def _hiding(balls: np.ndarray, radii: np.ndarray, half: list[np.ndarray], away: 
             np.where(balls[:, None], np.cross(towards, side) * size[:, None], half[1]))
 
 
-def _pictures(camera: Camera, way: WayBack, seen: _Candidates) -> _Pictures:
+def _pictures(camera: Camera, way: FilmLanding, seen: _Candidates) -> _Pictures:
     """How large they are, how much of that is due to the light's own size, and how many rays they take."""
     front, back = seen.front, Program(way.bounding)
     middle, image = _images(back, seen, front.best)

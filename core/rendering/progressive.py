@@ -10,7 +10,7 @@ import numpy as np
 from lensbench.analysis.model_choice import resolved
 from lensbench.cameras.base import Camera
 from lensbench.cameras.differentials import spread_step
-from lensbench.cameras.pupil_footprint import pupil_steps
+from lensbench.cameras.pupil_footprint import footprint_steps
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
 from lensbench.kernels.block import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, Step, X, Y, Z, lane_buffer
@@ -63,7 +63,7 @@ class Rendering:
             if scene.is_patterned or scene.is_rough:
                 self._before.append(spread_step(camera, real))
             if scene.is_rough:
-                size, part = pupil_steps(camera, real)
+                size, part = footprint_steps(camera, real)
                 self._before += size
         splats = LightImage(camera, scene, self.seed, real) if light_tracing and not view else None
         self._light_image = splats if splats is not None and not splats.is_empty else None

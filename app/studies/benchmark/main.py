@@ -33,7 +33,7 @@ from lensbench.kernels.sampling import sampling_steps
 from lensbench.optics.block_trace import pack_lens, trace, trace_step
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.pupils.radial_sampler import POINTS, PupilTable
-from lensbench.pupils.rim_solver import solve
+from lensbench.pupils.rim_solver import solve_rims
 from lensbench.scenery.builtin.benchmark import benchmark_scene
 
 MANY = 24                       # passes, of which every fourth, eighth or twelfth has small lights from their own side
@@ -140,7 +140,7 @@ def pupil() -> Iterator[tuple[str, float, str]]:
         table = PupilTable.of(lens, distance, 21.6)
         radii = np.linspace(0.0, table.radius, 64)
         tolerance = 2e-4 * lens.surfaces[-1].semi_diameter
-        seconds = least({"solve": partial(solve, lens, distance, radii, POINTS, tolerance)})["solve"]
+        seconds = least({"solve": partial(solve_rims, lens, distance, radii, POINTS, tolerance)})["solve"]
         yield f"pupil of 64 radii, {name}", seconds * 1e3, "ms"
         radii = np.linspace(0.0, table.radius, 24)
         exact = lb.exit_pupil(lens, distance, radii, points=1025)

@@ -11,7 +11,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.kernels.block import Step
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
-from lensbench.lens_models.ray_table import tabulated
+from lensbench.lens_models.ray_table import ray_table_step
 from lensbench.pupils.radial_sampler import PupilTable
 
 IDEAL = {"pinhole": "pinhole", "thin": "thin lens", "thick": "thick lens"}
@@ -46,7 +46,7 @@ def ladder(camera: lb.LensCamera) -> list[Model]:
         table = _regions(camera)
         aim = (table.step(camera.axis_irradiance),)
         found += [_polynomial(camera, table, aim, degree) for degree in DEGREES]
-        found.append(Model("table", "table", "table", 0, aim, (tabulated(
+        found.append(Model("table", "table", "table", 0, aim, (ray_table_step(
             camera.lens, camera.film_distance, table, distance=camera.focus_distance),)))
     except ValueError as error:
         found += [Model(f"degree {degree}", "polynomial", "polynomial", degree, why=str(error)) for degree in DEGREES]

@@ -19,7 +19,7 @@ from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_step
 from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.radial_sampler import PupilTable
-from lensbench.pupils.rim_solver import solve
+from lensbench.pupils.rim_solver import solve_rims
 
 SAMPLES = 1 << 12       # of each method at each value
 CELLS = 240             # each way, in one look at the true region
@@ -201,7 +201,7 @@ def turned(place: Place) -> Aim:
 def one_piece(place: Place) -> Aim:
     """The rim about one centre of the very film point, and nothing beyond it."""
     radius = math.hypot(*place.film)
-    centre, rim = solve(place.lens, place.film_distance, np.array([radius]), 129, 1e-6)
+    centre, rim = solve_rims(place.lens, place.film_distance, np.array([radius]), 129, 1e-6)
     corners = np.concatenate([rim[0], rim[0, -2::-1] * [1.0, -1.0]])
     cross = corners[:-1, 0] * corners[1:, 1] - corners[:-1, 1] * corners[1:, 0]
     upto = np.append(0.0, np.cumsum(np.maximum(cross, 0.0)))

@@ -13,7 +13,7 @@ from lensbench.kernels.program import Program
 from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.outline_solver import solve_outlines
 from lensbench.pupils.ray_aiming import Aim
-from lensbench.pupils.spectral_grid import PupilColours
+from lensbench.pupils.spectral_grid import SpectralPupilGrid
 
 FILM = lb.Film(24.0, 18.0, 480, 360)
 POINTS = [(0.0, 0.0), (5.0, 0.0), (0.0, 6.0), (-7.3, 5.1), (9.0, -3.0)]        # mm
@@ -76,8 +76,8 @@ def test_a_film_point_that_some_ray_reaches_is_lit_however_small_the_stop(seed):
     film, rear = rays_through_the_stop(lens, film_distance, 3000, random)
     assert len(film) > 300
     aim = Aim(lens, film_distance)
-    assert (aim.levels(film, rear) <= 1.0 + 1e-9).all()             # the stop itself was met to rounding
-    assert (aim.lit(film)[1] < 1.0).all()
+    assert (aim.root_margins(film, rear) <= 1.0 + 1e-9).all()             # the stop itself was met to rounding
+    assert (aim.find_light(film)[1] < 1.0).all()
     few = film[:60]
     assert solve_outlines(lens, film_distance, few, 24, 1e-3 * lens.stop.semi_diameter)[1].any((1, 2)).all()
 
@@ -140,7 +140,7 @@ def test_no_light_is_lost_and_few_samples_are_where_it_ends_on_the_film(stop):
     grid = PupilGrid.of(lens, 43.34, 18.0, 12.0)
     film, rear = rays_through_the_stop(lens, 43.34, n, random)
     inside = (abs(film) <= [18.0, 12.0]).all(1)
-    assert (grid.area_at(film[inside], rear[inside]) == 0.0).mean() < 5e-4
+    assert (grid.sampled_area(film[inside], rear[inside]) == 0.0).mean() < 5e-4
     # Of the weight of the samples nine tenths pass, in the last tenth of the way to the end of light as well
     film = (random.random((n, 2)) - 0.5) * [36.0, 24.0]
     given = {X: film[:, 0], Y: film[:, 1], U0: random.random(n), U1: random.random(n)}
@@ -155,15 +155,15 @@ def test_no_light_is_lost_and_few_samples_are_where_it_ends_on_the_film(stop):
 @pytest.mark.parametrize("stop", [10.2, 0.3])
 def test_no_light_of_any_colour_is_lost(stop):
     lens, random = camera_lens(stop), np.random.default_rng(6)
-    grids = PupilColours(lens, 43.34, 18.0, 12.0)
+    grids = SpectralPupilGrid(lens, 43.34, 18.0, 12.0)
     for wavelength in (0.4209, 0.45, 0.5452, 0.6505):
         film, rear = rays_through_the_stop(lens, 43.34, 20000, random, wavelength)
         inside = (abs(film) <= [18.0, 12.0]).all(1)
         grid = grids.at(wavelength)
-        area = grid.area_at(film[inside], rear[inside])
+        area = grid.sampled_area(film[inside], rear[inside])
         assert (area == 0.0).mean() < 5e-4
         # And the regions are no larger than those solved at this very wavelength
-        own = PupilGrid.of(lens, 43.34, 18.0, 12.0, wavelength).area_at(film[inside], rear[inside])
+        own = PupilGrid.of(lens, 43.34, 18.0, 12.0, wavelength).sampled_area(film[inside], rear[inside])
         assert area.sum() == pytest.approx(own.sum(), rel=0.01)
     assert PupilGrid.of(lens, 43.34, 18.0, 12.0, 0.7).nodes.edge == pytest.approx(grids.at(0.7).nodes.edge)
 
@@ -188,7 +188,7 @@ def test_the_density_of_samples_is_told(camera):
     given = {X: film[:, 0], Y: film[:, 1], U0: random.random(n), U1: random.random(n)}
     l, m, along, weight = Program([grid.step(1.0)], np.float64).run(given, [L, M, N, WEIGHT], n)
     rear = film - np.stack([l, m], 1) / along[:, None] * camera.film_distance
-    np.testing.assert_allclose(grid.area_at(film, rear), weight / along**4, rtol=1e-9)
+    np.testing.assert_allclose(grid.sampled_area(film, rear), weight / along**4, rtol=1e-9)
 
 
 def test_what_assumes_symmetry_says_so(camera):

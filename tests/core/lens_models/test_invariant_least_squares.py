@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lensbench.lens_models.invariant_least_squares import place, solved, summed
-from lensbench.lens_models.polynomial import terms
+from lensbench.lens_models.invariant_least_squares import evaluate_polynomials, fit_vector_fields, monomial_index
+from lensbench.lens_models.polynomial import monomial_count
 
 RAYS = 400
 
@@ -19,10 +19,10 @@ def rays():
 
 def monomials(abc, n):
     """(RAYS, terms) in the order of `place`."""
-    columns = {place(i, j, k, n): abc[0]**i * abc[1]**j * abc[2]**k
+    columns = {monomial_index(i, j, k, n): abc[0]**i * abc[1]**j * abc[2]**k
                for i in range(n + 1) for j in range(n + 1 - i) for k in range(n + 1 - i - j)}
-    assert sorted(columns) == list(range(terms(n)))                 # each has a place of its own
-    return np.stack([columns[t] for t in range(terms(n))], 1)
+    assert sorted(columns) == list(range(monomial_count(n)))                 # each has a place of its own
+    return np.stack([columns[t] for t in range(monomial_count(n))], 1)
 
 
 def fields(u, v, wanted):
@@ -34,7 +34,7 @@ def test_the_fit_is_the_least_squares_of_the_whole_field(n, low):
     """Orthogonal factors of the rays' own equations, both parts across the axis at once: none is squared there."""
     abc, u, v, random = rays()
     weights, wanted = random.random(RAYS), random.standard_normal((2, 3, RAYS))
-    found = solved(abc, weights, np.array([*fields(u, v, wanted[0]), *fields(u, v, wanted[1])]), n, low)
+    found = fit_vector_fields(abc, weights, np.array([*fields(u, v, wanted[0]), *fields(u, v, wanted[1])]), n, low)
     root = np.sqrt(weights)
     for degree, field, polynomials in zip((n, low), wanted, found, strict=True):
         basis = monomials(abc, degree)
@@ -47,13 +47,13 @@ def test_the_fit_is_the_least_squares_of_the_whole_field(n, low):
         mine = np.stack([f * u + g * v[0], g * v[1], h])
         # Squared, the equations keep half the digits: 1e-14 of a condition of 1e9 at degree 5, less below
         np.testing.assert_allclose(mine, values, atol=1e-5)
-        np.testing.assert_allclose(summed(abc, polynomials, degree), [f, g, h], rtol=0.0,
+        np.testing.assert_allclose(evaluate_polynomials(abc, polynomials, degree), [f, g, h], rtol=0.0,
                                    atol=1e-12 * np.abs(polynomials).max())
 
 
 def test_a_field_that_is_a_polynomial_is_found():
     abc, u, v, random = rays()
-    f, g, h = random.standard_normal((3, terms(3))) @ monomials(abc, 3).T
+    f, g, h = random.standard_normal((3, monomial_count(3))) @ monomials(abc, 3).T
     field = np.stack([f * u + g * v[0], g * v[1], h])
-    here, _ = solved(abc, np.ones(RAYS), np.array([*fields(u, v, field), *fields(u, v, field)]), 3, 3)
-    np.testing.assert_allclose(summed(abc, here, 3), [f, g, h], atol=1e-7)          # half of the digits
+    here, _ = fit_vector_fields(abc, np.ones(RAYS), np.array([*fields(u, v, field), *fields(u, v, field)]), 3, 3)
+    np.testing.assert_allclose(evaluate_polynomials(abc, here, 3), [f, g, h], atol=1e-7)          # half of the digits

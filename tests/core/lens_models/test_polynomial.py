@@ -10,7 +10,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import U0, U1, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.lens_models.polynomial import DEGREES, Polynomial, _kernel
+from lensbench.lens_models.polynomial import DEGREES, Polynomial, polynomial_stage
 from lensbench.pupils.radial_sampler import PupilTable
 
 PIXEL = 0.004                   # mm: of 24 million on full frame
@@ -159,4 +159,4 @@ def test_what_cannot_be_fitted_is_refused():
 @pytest.mark.parametrize("degree", DEGREES)
 def test_a_second_start_finds_the_kernels_in_the_cache(degree):
     # Numba knows a cached function by what its closure holds: numbers stay the same, functions never do
-    assert {type(cell.cell_contents) for cell in _kernel(degree // 2).py_func.__closure__} == {int}
+    assert {type(cell.cell_contents) for cell in polynomial_stage(degree // 2).py_func.__closure__} == {int}

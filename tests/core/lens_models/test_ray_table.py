@@ -9,7 +9,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.lens_models.ray_table import ACROSS, ALONG, RADII, _box, tabulated
+from lensbench.lens_models.ray_table import ACROSS, ALONG, RADII, _box, ray_table_step
 from lensbench.pupils.radial_sampler import PupilTable
 
 LINE = [X, Y, Z, L, M, N]
@@ -20,7 +20,7 @@ def setup(name="pbrt-dgauss-50mm", distance=1200.0):
     lens = lenses.load(name)
     away = lb.film_distance(lens, distance)
     table = PupilTable.of(lens, away, FILM.diagonal / 2.0, widened=False)
-    return lens, away, table, Program([tabulated(lens, away, table, distance=distance)], np.float64)
+    return lens, away, table, Program([ray_table_step(lens, away, table, distance=distance)], np.float64)
 
 
 def aimed(film, rear, away):
@@ -95,6 +95,6 @@ def test_a_picture_by_the_table_is_the_traced_one():
 def test_what_no_table_holds_for_is_refused():
     rod = lb.Lens((lb.Surface(0.02, 4.0, 5.0, lb.Glass(1.5), curvature_x=0.0), lb.Surface(0.0, 0.0, 5.0)), 0)
     with pytest.raises(lb.LensError, match="cylinder or toroid"):
-        tabulated(rod, 30.0, setup()[2])
+        ray_table_step(rod, 30.0, setup()[2])
     with pytest.raises(lb.CameraError, match="the table model knows rotationally symmetric lenses"):
         lb.LensCamera(rod, FILM, 1200.0, model="table")

@@ -13,7 +13,7 @@ from lensbench.kernels.program import Program
 from lensbench.optics.clearance import clearance_tracer, clearances
 from lensbench.optics.prescription import Surface
 from lensbench.pupils.radial_sampler import RINGS, PupilTable
-from lensbench.pupils.rim_solver import ROUGH, solve
+from lensbench.pupils.rim_solver import ROUGH, solve_rims
 from tests.core.oracles import DATA, REFERENCE
 from tests.core.oracles import lens as reference_lens
 
@@ -183,7 +183,7 @@ def test_a_first_look_in_single_precision_leads_to_the_same_rims(name):
     by = clearance_tracer(lens, distance)
     assert by.error < ROUGH
     (centre, rim), (single_centre, single_rim) = (
-        solve(lens, distance, radii, 257, 1e-8, by=by._replace(error=error)) for error in (math.inf, by.error))
+        solve_rims(lens, distance, radii, 257, 1e-8, by=by._replace(error=error)) for error in (math.inf, by.error))
     # Where the light ends, a thousandth of a millimetre decides; else chords alone differ, as the points lie elsewhere
     lit = rim[:, 0, 0] > 0.01 * rim[0, 0, 0]
     for ends in (0, -1):
@@ -287,7 +287,7 @@ def test_a_camera_and_a_close_look_find_the_same_region_at_every_radius(name):
     lens = lenses.load(name)
     distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 48)
     close = lb.exit_pupil(lens, distance, radii)
-    _, rims = solve(lens, distance, radii, 41, 2e-4 * lens.surfaces[-1].semi_diameter)
+    _, rims = solve_rims(lens, distance, radii, 41, 2e-4 * lens.surfaces[-1].semi_diameter)
     x, y = rims[..., 0], rims[..., 1]
     area = (x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]).sum(1)
     assert np.abs(area - close.area).max() < 0.01 * close.area.max()

@@ -8,7 +8,7 @@ from numba import njit
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.cameras.pupil_footprint import WHOLE, pupil_steps
+from lensbench.cameras.pupil_footprint import FULL_PUPIL_SAMPLES, footprint_steps
 from lensbench.imaging.animated_transform import AnimatedTransform
 from lensbench.kernels.block import (
     DEPTH,
@@ -110,12 +110,12 @@ def test_gleams_in_a_ball_of_glass_are_found_sooner_and_are_the_same():
 
 def test_the_disks_that_samples_stand_for_are_together_as_large_as_the_pupil_and_keep_the_focus():
     view = camera("perspective", world_from_camera=TURNED)
-    before, after = pupil_steps(view, np.float64)
+    before, after = footprint_steps(view, np.float64)
     program = Program([*before, *view.steps(), *after], np.float64)
     lanes, key = lane_buffer(np.float64), np.zeros(KEYS, np.uint32)
     table = lanes.reshape(-1, PITCH)[:, :B]
     k = np.arange(B)
-    for number, part in ((0, 1.0), (WHOLE - 1, 1.0), (15, 0.25**0.75), (255, (4 / 256) ** 0.75)):
+    for number, part in ((0, 1.0), (FULL_PUPIL_SAMPLES - 1, 1.0), (15, 0.25**0.75), (255, (4 / 256) ** 0.75)):
         key[SAMPLE] = number
         table[X], table[Y], table[U0], table[U1] = 20.0, 41.0, (k + 0.5) / B, k * 0.6180339887 % 1.0
         for address, step in zip(program.ends, [*before, *view.steps(), *after], strict=False):
@@ -136,7 +136,7 @@ def test_where_a_film_point_has_one_ray_or_the_camera_moves_a_sample_stands_for_
     later[0, 3] = 30.0
     for view in (camera("pinhole"), camera("thin", world_from_camera=AnimatedTransform(np.eye(4), later)),
                  lb.EnvironmentCamera(FILM), lb.PerspectiveCamera(FILM)):
-        assert pupil_steps(view, np.float32) == ([], [])
+        assert footprint_steps(view, np.float32) == ([], [])
 
 
 def test_what_is_in_focus_or_smooth_is_not_blurred():
