@@ -50,7 +50,7 @@ from lensbench.kernels.block import (
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.optics.block_trace import MORE, SURFACE, trace_step
 from lensbench.optics.prescription import Lens
-from lensbench.scenery.scene import REACH, Scene
+from lensbench.scenery.scene import SKY_DISTANCE, Scene
 
 AOVS = ("direction", "origin", "time", "depth", "weight", "fate")
 AVERAGED = ("direction", "origin", "time", "depth")     # over the samples that arrive
@@ -130,7 +130,7 @@ def nearness(lanes, p, key):
     for i in range(B):
         t = depth[i]
         along = -(behind[i] + t * slope[i])
-        near = real(1000) / along if t < real(REACH) else real(0)
+        near = real(1000) / along if t < real(SKY_DISTANCE) else real(0)
         red[i], green[i], blue[i] = near, near, near
         weight[i] = real(1) if weight[i] > real(0) else real(0)
 

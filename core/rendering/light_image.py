@@ -54,9 +54,9 @@ from lensbench.optics.glass import D_LINE
 from lensbench.rendering.light_rays import LIGHT, MARK, bent_there, carry_on, emit, emit_by_ball, turn_back
 from lensbench.rendering.light_selection import BALL, STRAIGHT, SelectedLight, budget, select_lights
 from lensbench.scenery.scene import Scene
-from lensbench.scenery.shading.illumination import begin, settle
-from lensbench.scenery.shading.specular_bounce import bounce
-from lensbench.scenery.small_lights import POINTS, SmallLight, Taken, divided, evened
+from lensbench.scenery.shading.illumination import begin_path, gather_emission
+from lensbench.scenery.shading.specular_bounce import specular_bounce
+from lensbench.scenery.small_lights import POINTS, ExcludedLight, SmallLight, split_light, with_unit_radiance
 
 TASK = 8                # blocks that a thread takes at a time
 OFTEN, RARELY = 4, 4    # first passes of a picture that have splats, and of how many later ones one has at the most
@@ -75,10 +75,10 @@ class LightImage:
         self._camera, self._scene, self._seed, self._real = camera, scene, seed, real
         self._programs: dict[tuple[float, int, bool, int], Program] = {}
         self._chosen, bent = select_lights(camera, scene, real)
-        left, alone = divided(scene.objects, tuple(self.lights))
-        later, alone_later = divided(scene.objects, bent)
+        left, alone = split_light(scene.objects, tuple(self.lights))
+        later, alone_later = split_light(scene.objects, bent)
         by = frozenset(chosen.by for chosen in self._chosen if chosen.how != STRAIGHT)
-        self.taken = Taken(left, by, later)
+        self.taken = ExcludedLight(left, by, later)
         self._things = alone, alone_later, alone_later      # of light seen STRAIGHT, FLAT, by BALL
         film = camera.film
         self._across, self._down = film.pixels_x, film.pixels_y
@@ -145,12 +145,12 @@ class LightImage:
         """From the plane before the lens to a light, or to what hides it; see `_program`."""
         things, medium = self._things[how], self._camera.medium
         steps = [Step(sobol_net, []), Step(emit_by_ball if how == BALL else emit, numbers), *self._camera.carried]
-        met = self._scene.marking_steps(evened(things) if shared else things)
+        met = self._scene.marking_steps(with_unit_radiance(things) if shared else things)
         if how == STRAIGHT:
             return [*steps, *met, *([] if medium is None else medium.dimming)]
         fog = [] if medium is None else medium.steps
-        return [*steps, Step(begin, []), *met, *fog, Step(settle, []), Step(bent_there, numbers), Step(bounce, []),
-                *met, *fog, Step(carry_on, [])]
+        return [*steps, Step(begin_path, []), *met, *fog, Step(gather_emission, []), Step(bent_there, numbers),
+                Step(specular_bounce, []), *met, *fog, Step(carry_on, [])]
 
     def _program(self, wavelength: float, colour: int, shared: bool, how: int) -> Program:
         """The light's way at a wavelength (µm), for one colour RED, GREEN, BLUE, or 0: all of them.

@@ -26,7 +26,7 @@ from lensbench.rendering.specular_connection import (
 )
 from lensbench.scenery.objects import Disk, Sphere
 from lensbench.scenery.scene import Scene
-from lensbench.scenery.small_lights import SmallLight, brightnesses, light_points, small_lights
+from lensbench.scenery.small_lights import SmallLight, light_samples, mean_radiances, small_lights
 
 MET = 0.4               # part of the camera's rays in its own picture that meet a light: above it they do better
 DENSITY = 16.0          # rays per pixel of the picture of a light that is a point, in one pass, if there is time
@@ -272,7 +272,7 @@ def _selected_lights(camera: Camera, scene: Scene, small: list[SmallLight], thin
     numbers = light_parameters(marks, front.middles, front.axes, front.towards, seen.centres, seen.rights, seen.ups,
                                seen.disks, areas / (blocks * B), [-2.0 - number for number in by],
                                np.column_stack([seen.balls, first]))
-    points, bright = light_points(scene.objects), brightnesses(scene.objects)
+    points, bright = light_samples(scene.objects), mean_radiances(scene.objects)
     parts = np.minimum(np.array([bright[small[k]] for k in seen.which]) * pictures.met, 1.0)
     covered = parts**2 * pictures.own / np.maximum(pictures.met, 1e-30)
     how = np.where(seen.balls[:, 3] > 0.0, BALL, np.where(seen.by >= 0, FLAT, STRAIGHT))

@@ -20,7 +20,7 @@ from lensbench.scenery.intersect.planar import plate_frame, plate_parameters, pl
 from lensbench.scenery.intersect.sky import sky, sky_parameters, sun_disk
 from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
 from lensbench.scenery.objects import Floor, Plate, Sky, Sphere, Sun, Triple, across, check, unit
-from lensbench.scenery.shading.clearcoat import SHARP, coat, coat_parameters
+from lensbench.scenery.shading.clearcoat import SHARP, clearcoat, clearcoat_parameters
 from lensbench.scenery.shading.illumination import (
     BENDS,
     RISE0,
@@ -29,31 +29,36 @@ from lensbench.scenery.shading.illumination import (
     RISE4,
     SMALL,
     ambient,
-    begin,
+    begin_path,
     daylight,
-    finish,
+    finish_path,
+    gather_emission,
     open_light,
-    settle,
 )
-from lensbench.scenery.shading.moving_clearcoat import moving_coat, moving_gleams, moving_mirrored, moving_sheen
+from lensbench.scenery.shading.moving_clearcoat import (
+    moving_clearcoat,
+    moving_highlights,
+    moving_reflected,
+    moving_rough_clearcoat,
+)
 from lensbench.scenery.shading.moving_lights import (
     after,
     moving_ambient,
-    moving_casters,
-    moving_holders,
     moving_lamp,
+    moving_occluders,
+    moving_sky_occluders,
     moving_sun,
 )
 from lensbench.scenery.shading.participating_medium import Medium
-from lensbench.scenery.shading.rough_clearcoat import sheen, sheen_parameters
-from lensbench.scenery.shading.soft_shadows import caster_parameters, lamp, lamp_parameters, point_parameters, sun
-from lensbench.scenery.shading.specular_bounce import bounce, carry_part
-from lensbench.scenery.small_lights import Taken
+from lensbench.scenery.shading.rough_clearcoat import rough_clearcoat, rough_clearcoat_parameters
+from lensbench.scenery.shading.soft_shadows import lamp, lamp_parameters, occluder_parameters, point_parameters, sun
+from lensbench.scenery.shading.specular_bounce import bounce_pupil_part, specular_bounce
+from lensbench.scenery.small_lights import ExcludedLight
 
-REACH = 1e8             # mm: farther than this counts as the sky
+SKY_DISTANCE = 1e8             # mm: farther than this counts as the sky
 BOUNCES = 3             # how often a path goes on at metal or glass
-GLEAMS = 64             # lights that a rough coat mirrors: those that are brightest from the origin
-GLEAM_RADIUS = math.radians(1.5)        # the sun in mirrors and coats is no smaller, its light the same
+MOST_HIGHLIGHTS = 64             # lights that a rough coat mirrors: those that are brightest from the origin
+HIGHLIGHT_RADIUS = math.radians(1.5)        # the sun in mirrors and coats is no smaller, its light the same
 
 
 @dataclass(frozen=True)
@@ -88,7 +93,7 @@ class Scene:
         """Whether any coat mirrors lights roughly: its gleams are averaged over what a sample stands for."""
         return any(gloss < SHARP for gloss in self._glosses)
 
-    def steps(self, shadows: bool = True, opening: float = 0.0, taken: Taken | None = None,
+    def steps(self, shadows: bool = True, opening: float = 0.0, excluded: ExcludedLight | None = None,
               medium: Medium | None = None) -> list[Step]:
         """The stages from a world ray (X Y Z, L M N), with V0 V1 for the lights, to RED, GREEN, BLUE, its radiance.
 
@@ -98,7 +103,7 @@ class Scene:
         medium: what all is seen through; clear air has no step.
         """
         fog = None if medium is None or medium.is_clear else replace(medium, index=1.0)
-        return list(_steps(self, shadows, opening if self.moves else 0.0, taken, fog))
+        return list(_steps(self, shadows, opening if self.moves else 0.0, excluded, fog))
 
     def marking_steps(self, objects: tuple[Sphere | Plate, ...]) -> list[Step]:
         """The stages that tell which of these objects, which do not move, a ray meets, with its radiance or albedo.
@@ -184,7 +189,7 @@ class Scene:
         colour = np.asarray(self.sun.colour) / math.sin(radius) ** 2
         return np.array([*unit(self.sun.direction), (2.0 * math.sin(radius / 2)) ** 2, *colour])
 
-    def _geometry(self, opening: float, gleam: bool = False, things: tuple[Sphere | Plate, ...] | None = None,
+    def _geometry(self, opening: float, highlight: bool = False, things: tuple[Sphere | Plate, ...] | None = None,
                   glows: Sequence[float] | None = None, bent: tuple[Sphere | Plate, ...] | None = None) -> list[Step]:
         """What a ray meets; with `gleam` the sun's disk is as large as it is seen in mirrors.
 
@@ -199,7 +204,7 @@ class Scene:
         steps = [Step(sky, self._sky)]
         if self.sun is not None:
             radius = self.sun.angular_radius
-            steps.append(Step(sun_disk, self._sun_disk(max(radius, GLEAM_RADIUS) if gleam else radius)))
+            steps.append(Step(sun_disk, self._sun_disk(max(radius, HIGHLIGHT_RADIUS) if highlight else radius)))
         if self.floor is not None:
             steps.append(Step(floor, floor_parameters(self.floor)))
         if balls or flat or self.moves:
@@ -218,20 +223,21 @@ class Scene:
         if last or any(g >= SHARP for g in self._glosses) or any(o.material.kind == "glass" for o in self.objects):
             disk = None
             if self.sun is not None and not self.enclosed:
-                disk = self._sun_disk(max(self.sun.angular_radius, GLEAM_RADIUS))
+                disk = self._sun_disk(max(self.sun.angular_radius, HIGHLIGHT_RADIUS))
             ground = None if self.floor is None else floor_parameters(self.floor)
             panels = [o for o in self.plates if o.material.shines and o.material.pattern is None]
             bulbs = [o for o in self.spheres if o.material.kind == "lamp"]
-            numbers = coat_parameters(self._mirrored, ground, self._floor_light(), disk, _still(panels), _still(bulbs),
-                                      last)
-            moved = moving_mirrored(_in_motion([*bulbs, *panels]), opening)
-            steps.append(Step(moving_coat, after(numbers, moved)) if moved.size else Step(coat, numbers))
+            numbers = clearcoat_parameters(self._mirrored, ground, self._floor_light(), disk, _still(panels),
+                                            _still(bulbs), last)
+            moved = moving_reflected(_in_motion([*bulbs, *panels]), opening)
+            steps.append(Step(moving_clearcoat, after(numbers, moved)) if moved.size else Step(clearcoat, numbers))
         if self.is_rough:
             lights = [o for o in self.objects if o.material.shines and o.material.pattern is None]
-            lights = sorted(lights, key=_brightness, reverse=True)[:GLEAMS]
-            numbers = sheen_parameters(self._mirrored, _still(lights))
-            moved = moving_gleams(_in_motion(lights), opening)
-            steps.append(Step(moving_sheen, after(numbers, moved)) if moved.size else Step(sheen, numbers))
+            lights = sorted(lights, key=_brightness, reverse=True)[:MOST_HIGHLIGHTS]
+            numbers = rough_clearcoat_parameters(self._mirrored, _still(lights))
+            moved = moving_highlights(_in_motion(lights), opening)
+            steps.append(Step(moving_rough_clearcoat, after(numbers, moved)) if moved.size
+                         else Step(rough_clearcoat, numbers))
         return steps
 
     def _light(self, shadows: bool, opening: float) -> list[Step]:
@@ -241,26 +247,26 @@ class Scene:
 
         balls = [s for s in self.spheres if shadows and not s.material.shines]
         holding = np.array([[*s.centre, s.radius**2 * share(s)] for s in _still(balls)]).ravel()
-        casters, carried = np.zeros(1), np.zeros(0)
+        occluders, carried = np.zeros(1), np.zeros(0)
         if shadows:
-            casters = caster_parameters(_still(self.spheres), _still(self.plates))
-            carried = moving_casters(_in_motion(self.objects), opening)
+            occluders = occluder_parameters(_still(self.spheres), _still(self.plates))
+            carried = moving_occluders(_in_motion(self.objects), opening)
         around = np.concatenate([self._surround, self.ambient, holding])
         if not shadows:
             around = np.concatenate([around, *(point_parameters(o) for o in _still(self._lamps))])
             steps = [Step(open_light, around)]
         elif _in_motion(balls):
-            steps = [Step(moving_ambient, after(around, moving_holders(_in_motion(balls), opening, share)))]
+            steps = [Step(moving_ambient, after(around, moving_sky_occluders(_in_motion(balls), opening, share)))]
         else:
             steps = [Step(ambient, around)]
         if self.sun is not None:
             right, up = across(self.sun.direction)
             size = math.tan(self.sun.angular_radius)
-            shining = np.concatenate([self._sun[:3], right * size, up * size, self._sun[3:], casters])
+            shining = np.concatenate([self._sun[:3], right * size, up * size, self._sun[3:], occluders])
             steps.append(Step(moving_sun, after(shining, carried)) if carried.size else Step(sun, shining))
         for o in self._lamps if shadows else _in_motion(self._lamps):
             here = displaced(o, opening)
-            shining = np.concatenate([lamp_parameters(here), casters])
+            shining = np.concatenate([lamp_parameters(here), occluders])
             if o.moves or carried.size:
                 steps.append(Step(moving_lamp, np.concatenate([motion_parameters([here], opening),
                                                                after(shining, carried)])))
@@ -303,34 +309,34 @@ def depth_picture(lanes, p, key):
     depth, red, green, blue = row[DEPTH], row[RED], row[GREEN], row[BLUE]
     for i in range(B):
         red[i] = depth[i]
-        green[i] = real(1) if depth[i] < real(REACH) else real(0)
+        green[i] = real(1) if depth[i] < real(SKY_DISTANCE) else real(0)
         blue[i] = real(0)
 
 
 @lru_cache(maxsize=16)
-def _steps(scene: Scene, shadows: bool, opening: float, taken: Taken | None,
+def _steps(scene: Scene, shadows: bool, opening: float, excluded: ExcludedLight | None,
            medium: Medium | None) -> tuple[Step, ...]:
     """The stages of a scene, kept: a slider asks for the same ones again and again."""
-    taken = taken or Taken(scene.objects, frozenset(), scene.objects)
+    excluded = excluded or ExcludedLight(scene.objects, frozenset(), scene.objects)
     mirrors = any(o.material.kind in ("metal", "glass") for o in scene.objects)
-    casters = any(not o.material.shines for o in scene.objects)
-    if not (mirrors or scene._glosses or scene._lamps or (shadows and casters) or medium):
-        return (*scene._geometry(opening, things=taken.first),
+    occluders = any(not o.material.shines for o in scene.objects)
+    if not (mirrors or scene._glosses or scene._lamps or (shadows and occluders) or medium):
+        return (*scene._geometry(opening, things=excluded.first),
                 Step(daylight, np.concatenate([scene._surround, scene.ambient, scene._sun])))
     light, fog = scene._light(shadows, opening), [] if medium is None else medium.steps
-    glows = [BENDS if j in taken.bends else float(o.material.shines) for j, o in enumerate(taken.first)]
-    steps = [Step(begin, np.zeros(1)), *scene._geometry(opening, things=taken.first, glows=glows), *fog,
-             *scene._coats(False, opening), Step(settle, np.zeros(1)), *light]
+    glows = [BENDS if j in excluded.bends else float(o.material.shines) for j, o in enumerate(excluded.first)]
+    steps = [Step(begin_path, np.zeros(1)), *scene._geometry(opening, things=excluded.first, glows=glows), *fog,
+             *scene._coats(False, opening), Step(gather_emission, np.zeros(1)), *light]
     if mirrors:
         glows = [SMALL if o != other and o.material.pattern is None else float(o.material.shines)
-                 for o, other in zip(scene.objects, taken.later, strict=True)]
-        part = [Step(carry_part, np.zeros(1))] if scene.is_rough else []
-        met = scene._geometry(opening, gleam=True, glows=glows, bent=taken.later)
+                 for o, other in zip(scene.objects, excluded.later, strict=True)]
+        part = [Step(bounce_pupil_part, np.zeros(1))] if scene.is_rough else []
+        met = scene._geometry(opening, highlight=True, glows=glows, bent=excluded.later)
         for k in range(BOUNCES):
-            onward = [*part, Step(bounce, np.zeros(1)), *met, *fog, *scene._coats(k == BOUNCES - 1, opening),
-                      Step(settle, np.zeros(1)), *light]
+            onward = [*part, Step(specular_bounce, np.zeros(1)), *met, *fog, *scene._coats(k == BOUNCES - 1, opening),
+                      Step(gather_emission, np.zeros(1)), *light]
             steps += [step._replace(gated=True) for step in onward]
-    return (*steps, Step(finish, np.zeros(1)))
+    return (*steps, Step(finish_path, np.zeros(1)))
 
 
 @lru_cache(maxsize=16)

@@ -37,7 +37,7 @@ class SmallLight(NamedTuple):
     patch: Patch | None         # None: the whole of the object
 
 
-class Taken(NamedTuple):
+class ExcludedLight(NamedTuple):
     """What the camera's rays do not see of a scene's light, for it is traced from its own side."""
 
     first: tuple[Thing, ...]    # the objects as a ray meets them first
@@ -108,7 +108,8 @@ def _patches(image: Image) -> tuple[Patch, ...]:
 
 
 @lru_cache(maxsize=16)
-def divided(objects: tuple[Thing, ...], taken: tuple[SmallLight, ...]) -> tuple[tuple[Thing, ...], tuple[Thing, ...]]:
+def split_light(objects: tuple[Thing, ...],
+                taken: tuple[SmallLight, ...]) -> tuple[tuple[Thing, ...], tuple[Thing, ...]]:
     """The objects without the light of those that are taken, and with that light alone."""
     parts: dict[int, list[Patch | None]] = {}
     for light in taken:
@@ -136,18 +137,18 @@ def divided(objects: tuple[Thing, ...], taken: tuple[SmallLight, ...]) -> tuple[
 
 
 @lru_cache(maxsize=16)
-def light_points(objects: tuple[Thing, ...]) -> dict[SmallLight, np.ndarray]:
+def light_samples(objects: tuple[Thing, ...]) -> dict[SmallLight, np.ndarray]:
     """Points of each small light, see `points_of`, in single precision."""
-    return {light: points_of(objects[light.number], light).astype(np.float32) for light in _all(objects)}
+    return {light: samples_of(objects[light.number], light).astype(np.float32) for light in _all(objects)}
 
 
 @lru_cache(maxsize=16)
-def brightnesses(objects: tuple[Thing, ...]) -> dict[SmallLight, float]:
+def mean_radiances(objects: tuple[Thing, ...]) -> dict[SmallLight, float]:
     """The mean radiance of each small light, of its brightest channel."""
-    return {light: float(points[:, 2:].mean(0).max()) for light, points in light_points(objects).items()}
+    return {light: float(points[:, 2:].mean(0).max()) for light, points in light_samples(objects).items()}
 
 
-def points_of(thing: Thing, light: SmallLight) -> np.ndarray:
+def samples_of(thing: Thing, light: SmallLight) -> np.ndarray:
     """(POINTS, 5): places of a light from −1 to 1 along its half-axes, or in the unit disk, and the radiance of each.
 
     The places are as dense as the light is bright, and the radiance as much less than the light's own: the mean over
@@ -194,7 +195,7 @@ def points_of(thing: Thing, light: SmallLight) -> np.ndarray:
 
 
 @lru_cache(maxsize=16)
-def evened(objects: tuple[Thing, ...]) -> tuple[Thing, ...]:
+def with_unit_radiance(objects: tuple[Thing, ...]) -> tuple[Thing, ...]:
     """The same, but every light all over of radiance 1."""
     return tuple(replace(o, material=replace(o.material, colour=(1.0, 1.0, 1.0), pattern=None))
                  if o.material.shines else o for o in objects)

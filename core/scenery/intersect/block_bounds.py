@@ -111,7 +111,7 @@ def _side(real, out, begin, end, per, low, high, flat, steep):
 
 
 @stage
-def outside(seen, cx, cy, cz, half_f, half_u, half_r):
+def beam_misses(seen, cx, cy, cz, half_f, half_u, half_r):
     """Whether no ray of a `beam`, its row, can meet a box: its centre, its half-widths along forward, up and right."""
     ax, ay, az = cx - seen[1], cy - seen[2], cz - seen[3]
     f = ax * seen[4] + ay * seen[5] + az * seen[6]
@@ -127,7 +127,7 @@ def outside(seen, cx, cy, cz, half_f, half_u, half_r):
 
 
 @stage
-def reach(lanes):
+def shadow_bounds(lanes):
     """The box round the lit points A0 A1 A2 and the points of the light that they see: lows (3), highs (3), in mm.
 
     A point of the light lies from there along A3 A4 A5 at the distance A6, no farther than 1 km.
@@ -155,14 +155,14 @@ def reach(lanes):
 
 
 @stage
-def apart(box, cx, cy, cz, half_x, half_y, half_z):
+def boxes_disjoint(box, cx, cy, cz, half_x, half_y, half_z):
     """Whether a box has nothing in common with another: its centre and half-widths."""
     return ((cx + half_x < box[0]) | (cx - half_x > box[3]) | (cy + half_y < box[1]) | (cy - half_y > box[4])
             | (cz + half_z < box[2]) | (cz - half_z > box[5]))
 
 
 @stage
-def one_side(box, cx, cy, cz, ux, uy, uz):
+def plane_misses(box, cx, cy, cz, ux, uy, uz):
     """Whether a box lies wholly on one side of a plane: a point of the plane and its unit normal."""
     mx, my, mz = (box[0] + box[3]) / 2 - cx, (box[1] + box[4]) / 2 - cy, (box[2] + box[5]) / 2 - cz
     half = (abs(ux) * (box[3] - box[0]) + abs(uy) * (box[4] - box[1]) + abs(uz) * (box[5] - box[2])) / 2

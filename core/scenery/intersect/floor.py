@@ -28,7 +28,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.scenery.shading.pattern_filter import contrast, stretch
+from lensbench.scenery.shading.pattern_filter import filtered_contrast, footprint_stretch
 
 
 def floor_axes(floor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -84,9 +84,9 @@ def floor(lanes, p, key):
         odd = k * real(0.5) - np.floor(k * real(0.5))
         # as sharp as the footprint is narrow
         wide = abs(foot[i] + t * spread[i]) * per
-        wide_a = wide * stretch(real, (ax * dx[i] + ay * dy[i] + az * dz[i]) * tile, steep)
-        wide_b = wide * stretch(real, (bx * dx[i] + by * dy[i] + bz * dz[i]) * tile, steep)
-        sharp = contrast(real, abs(a - np.floor(a + real(0.5))), wide_a) * contrast(
+        wide_a = wide * footprint_stretch(real, (ax * dx[i] + ay * dy[i] + az * dz[i]) * tile, steep)
+        wide_b = wide * footprint_stretch(real, (bx * dx[i] + by * dy[i] + bz * dz[i]) * tile, steep)
+        sharp = filtered_contrast(real, abs(a - np.floor(a + real(0.5))), wide_a) * filtered_contrast(
             real, abs(b - np.floor(b + real(0.5))), wide_b)
         side = (real(4) * odd - real(1)) * sharp
         depth[i] = t if hit else depth[i]

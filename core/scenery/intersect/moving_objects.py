@@ -38,7 +38,7 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.rotation import sine_versine
-from lensbench.scenery.intersect.block_bounds import beam, outside
+from lensbench.scenery.intersect.block_bounds import beam, beam_misses
 from lensbench.scenery.intersect.planar import plate_frame, plate_parameters, plates
 from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
 from lensbench.scenery.objects import Plate, Sphere, triple
@@ -89,7 +89,7 @@ def _neighbours(things: list[Sphere | Plate]) -> list[list[Sphere | Plate]]:
     return [group for part in (order[:half], order[half:]) for group in _neighbours([things[j] for j in part])]
 
 
-def packed_groups(things: Sequence[Sphere | Plate], opening: float,
+def moving_groups(things: Sequence[Sphere | Plate], opening: float,
                   data: Callable[[list[Sphere], list[Plate]], tuple[np.ndarray, int]]) -> np.ndarray:
     """All of these things that move, in groups: HEAD, then what `data` makes of a group's spheres and plates.
 
@@ -114,7 +114,7 @@ def moving_parameters(things: Sequence[Sphere | Plate], opening: float) -> np.nd
     def both(balls: list[Sphere], flat: list[Plate]) -> tuple[np.ndarray, int]:
         round_ones = sphere_parameters(balls) if balls else np.zeros(0)
         return np.concatenate([round_ones, plate_parameters(flat) if flat else np.zeros(0)]), round_ones.size
-    return packed_groups(things, opening, both)
+    return moving_groups(things, opening, both)
 
 
 @njit(inline="always")
@@ -124,7 +124,7 @@ def motion_of(p, s):
 
 
 @njit(inline="always")
-def turned(sine, versine, ax, ay, az, x, y, z):
+def rotated(sine, versine, ax, ay, az, x, y, z):
     """A vector turned about a unit axis (Rodrigues)."""
     along = ax * x + ay * y + az * z
     return (x + sine * (ay * z - az * y) + versine * (ax * along - x),
@@ -133,7 +133,7 @@ def turned(sine, versine, ax, ay, az, x, y, z):
 
 
 @njit(inline="always")
-def whereabouts(real, p, s, early, late):
+def swept_bounds(real, p, s, early, late):
     """Where what moves by p[s …] is from `early` to `late`: the middle of its sphere half way, and how far it reaches.
 
     Then half of the way that its velocity brings it (3).
@@ -142,34 +142,34 @@ def whereabouts(real, p, s, early, late):
     middle, half = (early + late) * real(0.5), (late - early) * real(0.5)
     sine, versine = sine_versine(real, rate * middle + first)
     cx, cy, cz = p[s + 11] - px, p[s + 12] - py, p[s + 13] - pz
-    qx, qy, qz = turned(sine, versine, ax, ay, az, cx, cy, cz)
+    qx, qy, qz = rotated(sine, versine, ax, ay, az, cx, cy, cz)
     swing = half * rate * real(2 * math.pi) * math.sqrt(cx * cx + cy * cy + cz * cz)
     return (qx + px + vx * middle, qy + py + vy * middle, qz + pz + vz * middle, p[s + 14] + swing,
             half * vx, half * vy, half * vz)
 
 
 @njit(inline="always")
-def at_rest(real, motion, t, x, y, z, dx, dy, dz):
+def to_rest_frame(real, motion, t, x, y, z, dx, dy, dz):
     """A point and a direction of the world at the time t in the frame where the group rests."""
     px, py, pz, vx, vy, vz, ax, ay, az, rate, first = motion
     s, v = sine_versine(real, rate * t + first)
-    qx, qy, qz = turned(-s, v, ax, ay, az, x - (px + vx * t), y - (py + vy * t), z - (pz + vz * t))
-    ex, ey, ez = turned(-s, v, ax, ay, az, dx, dy, dz)
+    qx, qy, qz = rotated(-s, v, ax, ay, az, x - (px + vx * t), y - (py + vy * t), z - (pz + vz * t))
+    ex, ey, ez = rotated(-s, v, ax, ay, az, dx, dy, dz)
     return qx + px, qy + py, qz + pz, ex, ey, ez
 
 
 @njit(inline="always")
-def in_world(real, motion, t, x, y, z, dx, dy, dz):
+def to_world_frame(real, motion, t, x, y, z, dx, dy, dz):
     """A point and a direction of the frame where the group rests in the world at the time t."""
     px, py, pz, vx, vy, vz, ax, ay, az, rate, first = motion
     s, v = sine_versine(real, rate * t + first)
-    qx, qy, qz = turned(s, v, ax, ay, az, x - px, y - py, z - pz)
-    ex, ey, ez = turned(s, v, ax, ay, az, dx, dy, dz)
+    qx, qy, qz = rotated(s, v, ax, ay, az, x - px, y - py, z - pz)
+    ex, ey, ez = rotated(s, v, ax, ay, az, dx, dy, dz)
     return qx + (px + vx * t), qy + (py + vy * t), qz + (pz + vz * t), ex, ey, ez
 
 
 @stage
-def span(lanes):
+def time_bounds(lanes):
     """The earliest and the latest TIME of the block, and as much more as these are known: s."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -191,7 +191,7 @@ def moving(lanes, p, key):
     x, y, z, dx, dy, dz, time = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TIME]
     depth = row[DEPTH]
     hx, hy, hz, ex, ey, ez, near, seen = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6], row[H7]
-    early, late = span(lanes)
+    early, late = time_bounds(lanes)
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
         seen[i] = row[BEAM][i]
@@ -199,9 +199,9 @@ def moving(lanes, p, key):
     while s < p.size:
         size, balls, which, here = int(p[s]), int(p[s + 1]), p[s + 2], s + 3
         first, end = s + HEAD, s + size
-        cx, cy, cz, wide, wx, wy, wz = whereabouts(real, p, here, early, late)
+        cx, cy, cz, wide, wx, wy, wz = swept_bounds(real, p, here, early, late)
         s += size
-        if outside(seen, cx, cy, cz, wide + abs(wx * seen[4] + wy * seen[5] + wz * seen[6]),
+        if beam_misses(seen, cx, cy, cz, wide + abs(wx * seen[4] + wy * seen[5] + wz * seen[6]),
                    wide + abs(wx * seen[7] + wy * seen[8] + wz * seen[9]), wide + abs(wx * seen[10] + wz * seen[12])):
             continue
         if which != current:
@@ -209,7 +209,7 @@ def moving(lanes, p, key):
                 _normals(lanes, p, last)
             motion = motion_of(p, here)
             for i in range(B):
-                x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
+                x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                                 ex[i], ey[i], ez[i])
                 near[i] = depth[i]
             beam(lanes, p, key)
@@ -237,6 +237,6 @@ def _normals(lanes, p, s):
     if many == 0:
         return
     for i in range(B):
-        _, _, _, ux, uy, uz = in_world(real, motion, time[i], real(0), real(0), real(0), nx[i], ny[i], nz[i])
+        _, _, _, ux, uy, uz = to_world_frame(real, motion, time[i], real(0), real(0), real(0), nx[i], ny[i], nz[i])
         hit = depth[i] < near[i]
         nx[i], ny[i], nz[i] = ux if hit else nx[i], uy if hit else ny[i], uz if hit else nz[i]

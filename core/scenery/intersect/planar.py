@@ -44,9 +44,9 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.scenery.intersect.block_bounds import outside
+from lensbench.scenery.intersect.block_bounds import beam_misses
 from lensbench.scenery.intersect.spheres import gloss_of
-from lensbench.scenery.shading.pattern_filter import contrast, lined, stretch
+from lensbench.scenery.shading.pattern_filter import filtered_contrast, footprint_stretch, line_coverage
 
 PLATE = 29              # numbers before the texels of a plate's image
 PLAIN, CHECKER, GRID, STAR, RULER, IMAGE = range(6)
@@ -79,9 +79,9 @@ def plate_parameters(plates, glows=None, bent=None) -> np.ndarray:
             numbers = (pattern.columns, pattern.rows, pattern.line, 0.0)
             if pattern.image is not None:
                 numbers = (pattern.image.width, pattern.image.height, 0.0, 0.0)
-                texels = reductions(pattern.image.values)
+                texels = ripmap(pattern.image.values)
                 if other.material.pattern != pattern:
-                    more = _texels(reductions(other.material.pattern.image.values))
+                    more = _texels(ripmap(other.material.pattern.image.values))
                     texels, further = np.concatenate([texels, more]), more.size // 3
         half = math.sqrt(a @ a), math.sqrt(b @ b)
         head = [PLATE + texels.size, *centre, *normal, *(a / (a @ a)), *(b / (b @ b)), disk, *material.colour,
@@ -104,7 +104,7 @@ def _binned(values: np.ndarray, bins: int) -> np.ndarray:
     return np.diff(sums, axis=0) * (bins / len(values))
 
 
-def reductions(image: np.ndarray) -> np.ndarray:
+def ripmap(image: np.ndarray) -> np.ndarray:
     """An image (height, width, 3) with all that it is reduced to: halved again and again in width and height, apart.
 
     Levels across and down; texels across of each level, texels down of each; where each begins, in texels: first the
@@ -144,8 +144,8 @@ def _footprint(lanes, q):
     for i in range(B):
         steep = real(1) / (dx[i] * ux + dy[i] * uy + dz[i] * uz)
         wide = abs(foot[i] + met[i] * spread[i])
-        wide_u[i] = wide / half_a * stretch(real, (dx[i] * ax + dy[i] * ay + dz[i] * az) * half_a, steep)
-        wide_v[i] = wide / half_b * stretch(real, (dx[i] * bx + dy[i] * by + dz[i] * bz) * half_b, steep)
+        wide_u[i] = wide / half_a * footprint_stretch(real, (dx[i] * ax + dy[i] * ay + dz[i] * az) * half_a, steep)
+        wide_v[i] = wide / half_b * footprint_stretch(real, (dx[i] * bx + dy[i] * by + dz[i] * bz) * half_b, steep)
 
 
 @stage
@@ -159,8 +159,8 @@ def _checker(lanes, q):
     for i in range(B):
         ka, kb = (u[i] + real(1)) * half_columns, (v[i] + real(1)) * half_lines
         k = np.floor(ka) + np.floor(kb)
-        sharp = contrast(real, abs(ka - np.floor(ka + real(0.5))), wide_u[i] * half_columns) * contrast(
-            real, abs(kb - np.floor(kb + real(0.5))), wide_v[i] * half_lines)
+        sharp = filtered_contrast(real, abs(ka - np.floor(ka + real(0.5))), wide_u[i] * half_columns)
+        sharp *= filtered_contrast(real, abs(kb - np.floor(kb + real(0.5))), wide_v[i] * half_lines)
         second[i] = real(0.5) + (real(2) * (k * real(0.5) - np.floor(k * real(0.5))) - real(0.5)) * sharp
 
 
@@ -175,8 +175,8 @@ def _grid(lanes, q):
     wide_a, wide_b = half_a - real(0.5) * line, half_b - real(0.5) * line
     per_a, per_b = real(0.5) * columns / wide_a, real(0.5) * lines / wide_b
     for i in range(B):
-        a = lined(real, (u[i] * half_a + wide_a) * per_a, line * per_a, wide_u[i] * half_a * per_a)
-        b2 = lined(real, (v[i] * half_b + wide_b) * per_b, line * per_b, wide_v[i] * half_b * per_b)
+        a = line_coverage(real, (u[i] * half_a + wide_a) * per_a, line * per_a, wide_u[i] * half_a * per_a)
+        b2 = line_coverage(real, (v[i] * half_b + wide_b) * per_b, line * per_b, wide_v[i] * half_b * per_b)
         second[i] = a + b2 - a * b2
 
 
@@ -202,7 +202,7 @@ def _star(lanes, q):
         k = np.floor(sector)
         du, dv = v[i] * wide_u[i], u[i] * wide_v[i]
         wide = math.sqrt(du * du + dv * dv) / (a * a + b2 * b2 + real(1e-20)) * columns * real(1 / math.pi)
-        sharp = contrast(real, abs(sector - np.floor(sector + real(0.5))), wide)
+        sharp = filtered_contrast(real, abs(sector - np.floor(sector + real(0.5))), wide)
         second[i] = real(0.5) + (real(2) * (k * real(0.5) - np.floor(k * real(0.5))) - real(0.5)) * sharp
 
 
@@ -218,7 +218,7 @@ def _ruler(lanes, q):
         along, high = (u[i] + real(1)) * half_a, (v[i] + real(1)) * half_b
         per = (real(1) if high < real(0.5) * columns else real(0.2) if high < real(0.75) * columns
                else real(0.1))
-        ticks = lined(real, along * per, line * per, wide_u[i] * half_a * per)
+        ticks = line_coverage(real, along * per, line * per, wide_u[i] * half_a * per)
         second[i] = ticks if high < columns else real(0)
 
 
@@ -295,7 +295,7 @@ def plates(lanes, p, key):
         q = p[s:s + int(p[s])]
         s += q.size
         kind, long_a, long_b = q[19], q[26] * q[26], q[27] * q[27]
-        if outside(seen, q[1], q[2], q[3], _half(seen, 4, q, long_a, long_b), _half(seen, 7, q, long_a, long_b),
+        if beam_misses(seen, q[1], q[2], q[3], _half(seen, 4, q, long_a, long_b), _half(seen, 7, q, long_a, long_b),
                    _half(seen, 10, q, long_a, long_b)) or _meet(lanes, q) == 0:
             continue
         _take(lanes, q)

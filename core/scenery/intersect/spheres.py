@@ -33,7 +33,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.scenery.intersect.block_bounds import outside
+from lensbench.scenery.intersect.block_bounds import beam_misses
 
 SPHERE = 10             # numbers per sphere: centre (3), radius², radius, colour (3), glow, gloss
 GROUP = 6               # numbers before a group: a sphere round it (centre, radius², radius), how many spheres
@@ -91,7 +91,7 @@ def spheres(lanes, p, key):
     while s < p.size:
         heading = left == 0
         cx, cy, cz, r2, radius = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4]
-        if outside(seen, cx, cy, cz, radius, radius, radius):
+        if beam_misses(seen, cx, cy, cz, radius, radius, radius):
             s += SPHERE if not heading else GROUP + SPHERE * int(p[s + 5])
             left -= 0 if heading else 1
             continue

@@ -50,15 +50,15 @@ from lensbench.kernels.block import (
 )
 from lensbench.scenery.intersect.planar import plate_frame
 from lensbench.scenery.shading.illumination import F0
-from lensbench.scenery.shading.pattern_filter import contrast, stretch
+from lensbench.scenery.shading.pattern_filter import filtered_contrast, footprint_stretch
 
 SHARP = 0.999           # gloss from which a coat shows lights sharply
 PANEL, BULB = 16, 7       # numbers per plate and per sphere that shine
 LIGHTS = 46             # numbers before them
 
 
-def coat_parameters(sky, floor, floor_light, sun, panels, bulbs, last) -> np.ndarray:
-    """What `coat` reads.
+def clearcoat_parameters(sky, floor, floor_light, sun, panels, bulbs, last) -> np.ndarray:
+    """What `clearcoat` reads.
 
     sky: sky_parameters; floor: floor_parameters or None, with floor_light, the irradiance / π on it (3); sun:
     direction, chord², radiance (7) or None; panels, bulbs: plates and spheres that shine; last: a path ends here, and
@@ -68,11 +68,11 @@ def coat_parameters(sky, floor, floor_light, sun, panels, bulbs, last) -> np.nda
     packed.append(np.zeros(20) if floor is None else floor)
     packed.append(np.asarray(floor_light, np.float64))
     packed.append(np.zeros(7) if sun is None else sun)
-    return np.concatenate([*packed, mirrored_parameters(panels, bulbs)])
+    return np.concatenate([*packed, reflected_parameters(panels, bulbs)])
 
 
-def mirrored_parameters(panels, bulbs) -> np.ndarray:
-    """What `coat_lights` reads: PANEL numbers for each plate that shines, BULB for each sphere."""
+def reflected_parameters(panels, bulbs) -> np.ndarray:
+    """What `sharp_lights` reads: PANEL numbers for each plate that shines, BULB for each sphere."""
     packed = [np.zeros(0)]
     for plate in panels:
         centre, a, b, normal, disk = plate_frame(plate)
@@ -83,16 +83,19 @@ def mirrored_parameters(panels, bulbs) -> np.ndarray:
 
 
 @stage
-def coat(lanes, p, key):
-    """Add what sharp coats and glass mirror; an albedo under a coat gets what the coat lets in.  p: coat_parameters."""
-    if coat_open(lanes, p) == 0:
+def clearcoat(lanes, p, key):
+    """Add what sharp coats and glass mirror; an albedo under a coat gets what the coat lets in.
+
+    p: clearcoat_parameters.
+    """
+    if sharp_open(lanes, p) == 0:
         return
-    coat_lights(lanes, p[LIGHTS:], int(p[3]))
-    coat_close(lanes, p)
+    sharp_lights(lanes, p[LIGHTS:], int(p[3]))
+    sharp_close(lanes, p)
 
 
 @stage
-def coat_open(lanes, p):
+def sharp_open(lanes, p):
     """The ray that a coat mirrors, A0 … A5, what it meets of sky, floor and sun, A6 A7 A8, and how far off, A9.
 
     Returns how many lanes of the block mirror anything; 0: nothing is done.
@@ -141,10 +144,10 @@ def coat_open(lanes, p):
             at_a, at_b = a0 + ax * px + ay * py + az * pz, b0 + bx * px + by * py + bz * pz
             odd = np.floor(at_a) + np.floor(at_b)
             wide = abs(foot[i] + (t + depth[i]) * spread[i]) * per
-            wide_a = wide * stretch(real, (ax * wx[i] + ay * wy[i] + az * wz[i]) * tile, steep)
-            wide_b = wide * stretch(real, (bx * wx[i] + by * wy[i] + bz * wz[i]) * tile, steep)
-            side = (real(4) * (odd * real(0.5) - np.floor(odd * real(0.5))) - real(1)) * contrast(
-                real, abs(at_a - np.floor(at_a + real(0.5))), wide_a) * contrast(
+            wide_a = wide * footprint_stretch(real, (ax * wx[i] + ay * wy[i] + az * wz[i]) * tile, steep)
+            wide_b = wide * footprint_stretch(real, (bx * wx[i] + by * wy[i] + bz * wz[i]) * tile, steep)
+            side = (real(4) * (odd * real(0.5) - np.floor(odd * real(0.5))) - real(1)) * filtered_contrast(
+                real, abs(at_a - np.floor(at_a + real(0.5))), wide_a) * filtered_contrast(
                 real, abs(at_b - np.floor(at_b + real(0.5))), wide_b)
             near[i] = t if hit else near[i]
             r[i] = er * (fr + side * qr) if hit else r[i]
@@ -163,8 +166,8 @@ def coat_open(lanes, p):
 
 
 @stage
-def coat_lights(lanes, p, panels):
-    """Offer lights to the mirrored ray where they are nearer.  p: mirrored_parameters."""
+def sharp_lights(lanes, p, panels):
+    """Offer lights to the mirrored ray where they are nearer.  p: reflected_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
@@ -200,7 +203,7 @@ def coat_lights(lanes, p, panels):
 
 
 @stage
-def coat_close(lanes, p):
+def sharp_close(lanes, p):
     """As much of what is mirrored as Fresnel's reflectance (Schlick 1994)."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -1,8 +1,8 @@
 """Light on surfaces: the sky's and the ambient light, and the bookkeeping of a path.
 
 Without shadows, mirrors and lamps all of it is one stage, `daylight`. Otherwise
-a round of stages is: what is met (the objects), `coat`, `settle`, then each
-light adds to the sum S, then perhaps `bounce` and the next round; `finish` ends.
+a round of stages is: what is met (the objects), `clearcoat`, `gather_emission`, then each
+light adds to the sum S, then perhaps `specular_bounce` and the next round; `finish_path` ends.
 """
 
 import math
@@ -80,7 +80,7 @@ def daylight(lanes, p, key):
 
 
 @stage
-def begin(lanes, p, key):
+def begin_path(lanes, p, key):
     """A path starts: it carries all of its light (T = 1) and has gathered none (S = 0)."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -92,7 +92,7 @@ def begin(lanes, p, key):
 
 
 @stage
-def settle(lanes, p, key):
+def gather_emission(lanes, p, key):
     """Take what is met into the path's account.
 
     Emission goes to S, but that of a SMALL light where the path is SPECULAR. Albedo becomes T · albedo, what a unit of
@@ -134,7 +134,7 @@ def settle(lanes, p, key):
 
 
 @stage
-def finish(lanes, p, key):
+def finish_path(lanes, p, key):
     """RED, GREEN, BLUE: what the path has gathered."""
     row = rows(lanes)
     red, green, blue, sr, sg, sb = row[RED], row[GREEN], row[BLUE], row[SR], row[SG], row[SB]
@@ -143,7 +143,7 @@ def finish(lanes, p, key):
 
 
 @stage
-def lit(lanes):
+def count_lit(lanes):
     """How many lanes of the block have an albedo that light can fall on."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -162,11 +162,11 @@ def ambient(lanes, p, key):
     irradiance of a uniform sky (exact where it stands wholly above the surface's horizon); several multiply.
     p: sky_parameters (12), ambient radiance (3), then 4 for each sphere: centre, radius² (glass: a part of it).
     """
-    if lit(lanes) == 0:
+    if count_lit(lanes) == 0:
         return
-    sky_open(lanes)
-    sky_held(lanes, p[15:])
-    sky_light(lanes, p)
+    sky_begin(lanes)
+    sky_occlusion(lanes, p[15:])
+    add_sky(lanes, p)
 
 
 @stage
@@ -176,10 +176,10 @@ def open_light(lanes, p, key):
     A plate gives L cos θ cos θ′ A / (π d²), a sphere by its solid angle, L cos θ · 2 (1 − cos θm). p: the 15 numbers of
     `ambient`, then POINT for each lamp: its middle, unit normal times area / π, radius² (a plate: 0), radiance.
     """
-    if lit(lanes) == 0:
+    if count_lit(lanes) == 0:
         return
-    sky_open(lanes)
-    sky_light(lanes, p)
+    sky_begin(lanes)
+    add_sky(lanes, p)
     real = lanes.dtype.type
     row = rows(lanes)
     nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
@@ -211,7 +211,7 @@ def open_light(lanes, p, key):
 
 
 @stage
-def sky_open(lanes):
+def sky_begin(lanes):
     """A0, A1, A2: the points that are lit; A3, the part of the sky's light that reaches them: all of it."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -223,7 +223,7 @@ def sky_open(lanes):
 
 
 @stage
-def sky_held(lanes, p):
+def sky_occlusion(lanes, p):
     """A3, less what spheres hold off; p: 4 for each, as `ambient` has them."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -231,11 +231,11 @@ def sky_held(lanes, p):
     for s in range(0, p.size, 4):
         cx, cy, cz, r2 = p[s], p[s + 1], p[s + 2], p[s + 3]
         for i in range(B):
-            free[i] *= clear_of(real, cx - hx[i], cy - hy[i], cz - hz[i], r2, nx[i], ny[i], nz[i])
+            free[i] *= unoccluded(real, cx - hx[i], cy - hy[i], cz - hz[i], r2, nx[i], ny[i], nz[i])
 
 
 @njit(inline="always")
-def clear_of(real, ax, ay, az, r2, nx, ny, nz):
+def unoccluded(real, ax, ay, az, r2, nx, ny, nz):
     """What a sphere, its centre at a from the point and its radius² r2, leaves of the sky's light there."""
     d2 = ax * ax + ay * ay + az * az
     above = ax * nx + ay * ny + az * nz
@@ -245,7 +245,7 @@ def clear_of(real, ax, ay, az, r2, nx, ny, nz):
 
 
 @stage
-def sky_light(lanes, p):
+def add_sky(lanes, p):
     """Add the light of the sky and the ambient light, as far as A3 lets it; p: the 15 numbers of `ambient`."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -34,29 +34,29 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.scenery.intersect.moving_objects import HEAD, at_rest, motion_of, packed_groups
+from lensbench.scenery.intersect.moving_objects import HEAD, motion_of, moving_groups, to_rest_frame
 from lensbench.scenery.objects import Plate, Sphere
-from lensbench.scenery.shading.clearcoat import LIGHTS, coat_close, coat_lights, coat_open, mirrored_parameters
-from lensbench.scenery.shading.rough_clearcoat import SKY, gleam_parameters, sheen_close, sheen_lights, sheen_open
+from lensbench.scenery.shading.clearcoat import LIGHTS, reflected_parameters, sharp_close, sharp_lights, sharp_open
+from lensbench.scenery.shading.rough_clearcoat import SKY, highlight_parameters, rough_close, rough_lights, rough_open
 
 
-def moving_mirrored(lights: Sequence[Sphere | Plate], opening: float) -> np.ndarray:
-    """What `moving_coat` reads of lights that move. opening: seconds at TIME 0."""
-    return packed_groups(lights, opening, lambda bulbs, panels: (mirrored_parameters(panels, bulbs), len(panels)))
+def moving_reflected(lights: Sequence[Sphere | Plate], opening: float) -> np.ndarray:
+    """What `moving_clearcoat` reads of lights that move. opening: seconds at TIME 0."""
+    return moving_groups(lights, opening, lambda bulbs, panels: (reflected_parameters(panels, bulbs), len(panels)))
 
 
-def moving_gleams(lights: Sequence[Sphere | Plate], opening: float) -> np.ndarray:
-    """What `moving_sheen` reads of lights that move. opening: seconds at TIME 0."""
-    return packed_groups(lights, opening, lambda bulbs, panels: (gleam_parameters([*bulbs, *panels]), 0))
+def moving_highlights(lights: Sequence[Sphere | Plate], opening: float) -> np.ndarray:
+    """What `moving_rough_clearcoat` reads of lights that move. opening: seconds at TIME 0."""
+    return moving_groups(lights, opening, lambda bulbs, panels: (highlight_parameters([*bulbs, *panels]), 0))
 
 
 @stage
-def moving_coat(lanes, p, key):
-    """`coat`, where lights move.  p: how many numbers `coat` reads, these, then moving_mirrored."""
+def moving_clearcoat(lanes, p, key):
+    """`clearcoat`, where lights move.  p: how many numbers `coat` reads, these, then moving_reflected."""
     still = 1 + int(p[0])
-    if coat_open(lanes, p[1:still]) == 0:
+    if sharp_open(lanes, p[1:still]) == 0:
         return
-    coat_lights(lanes, p[1 + LIGHTS:still], int(p[4]))
+    sharp_lights(lanes, p[1 + LIGHTS:still], int(p[4]))
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, time = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[TIME]
@@ -67,20 +67,20 @@ def moving_coat(lanes, p, key):
     while s < p.size:
         end, motion = s + int(p[s]), motion_of(p, s + 3)
         for i in range(B):
-            x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
+            x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                             ex[i], ey[i], ez[i])
-        coat_lights(lanes, p[s + HEAD:end], int(p[s + 1]))
+        sharp_lights(lanes, p[s + HEAD:end], int(p[s + 1]))
         s = end
-    coat_close(lanes, p[1:still])
+    sharp_close(lanes, p[1:still])
 
 
 @stage
-def moving_sheen(lanes, p, key):
-    """`sheen`, where lights move.  p: how many numbers `sheen` reads, these, then moving_gleams."""
+def moving_rough_clearcoat(lanes, p, key):
+    """`rough_clearcoat`, where lights move.  p: how many numbers `sheen` reads, these, then moving_highlights."""
     still = 1 + int(p[0])
-    if sheen_open(lanes, p[1:still]) == 0:
+    if rough_open(lanes, p[1:still]) == 0:
         return
-    sheen_lights(lanes, p[1 + SKY:still])
+    rough_lights(lanes, p[1 + SKY:still])
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, nx, ny, nz, time = (row[A0], row[A1], row[A2], row[L], row[M], row[N], row[NX], row[NY],
@@ -94,11 +94,12 @@ def moving_sheen(lanes, p, key):
     while s < p.size:
         end, motion = s + int(p[s]), motion_of(p, s + 3)
         for i in range(B):
-            x[i], y[i], z[i], dx[i], dy[i], dz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i],
+            x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                             ex[i], ey[i], ez[i])
-            _, _, _, nx[i], ny[i], nz[i] = at_rest(real, motion, time[i], hx[i], hy[i], hz[i], ux[i], uy[i], uz[i])
-        sheen_lights(lanes, p[s + HEAD:end])
+            _, _, _, nx[i], ny[i], nz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
+                                                         ux[i], uy[i], uz[i])
+        rough_lights(lanes, p[s + HEAD:end])
         s = end
     for i in range(B):
         dx[i], dy[i], dz[i], nx[i], ny[i], nz[i] = ex[i], ey[i], ez[i], ux[i], uy[i], uz[i]
-    sheen_close(lanes)
+    rough_close(lanes)

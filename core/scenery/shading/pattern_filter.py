@@ -13,7 +13,7 @@ THIN = 1e-4             # of a pattern's period: lines are sharp where a footpri
 
 
 @njit(inline="always")
-def stretch(real, along, steep):
+def footprint_stretch(real, along, steep):
     """How much wider than across the ray a footprint is along an axis of the surface.
 
     along: cosine between ray and axis; steep: 1 / cosine between ray and normal.
@@ -23,7 +23,7 @@ def stretch(real, along, steep):
 
 
 @njit(inline="always")
-def contrast(real, off, width):
+def filtered_contrast(real, off, width):
     """How much is left of a square wave of ±1 between whole numbers, with what sign it has at the point.
 
     off: to the nearest edge, width: of the box, in the length of a half-wave. Exact below a width of 2, the whole
@@ -37,7 +37,7 @@ def contrast(real, off, width):
 
 
 @njit(inline="always")
-def lined(real, place, line, width):
+def line_coverage(real, place, line, width):
     """What part of a box is covered by lines about all whole numbers, `line` wide; all in the lines' period."""
     off, half, reach = place - _nearest(real, place), real(0.5) * line, real(0.5) * width
     high, low = off + reach, off - reach

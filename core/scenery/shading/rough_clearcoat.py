@@ -54,20 +54,20 @@ from lensbench.scenery.shading.clearcoat import SHARP
 from lensbench.scenery.shading.illumination import F0
 
 SKY = 12                # numbers of sky_parameters
-GLEAM = 7               # numbers per light: centre, area of its disk / π, radiance (3)
+HIGHLIGHT = 7               # numbers per light: centre, area of its disk / π, radiance (3)
 FLATTEST, FARTHEST = 0.1, 0.9       # cosine of the ray through the middle over the sample's, at the least; and how much
                                     # longer or shorter it may be, over the length
 WIDEST = 1.0            # slope², how far a sample's part reaches at the most: half a right angle
 DARK = 1e9              # of lobe widths²: from there on nothing is seen of a light, and single numbers soon overflow
 
 
-def sheen_parameters(sky, lights) -> np.ndarray:
-    """What `sheen` reads: sky_parameters, then every light as a disk that faces the surface."""
-    return np.concatenate([sky, gleam_parameters(lights)])
+def rough_clearcoat_parameters(sky, lights) -> np.ndarray:
+    """What `rough_clearcoat` reads: sky_parameters, then every light as a disk that faces the surface."""
+    return np.concatenate([sky, highlight_parameters(lights)])
 
 
-def gleam_parameters(lights) -> np.ndarray:
-    """What `sheen_lights` reads."""
+def highlight_parameters(lights) -> np.ndarray:
+    """What `rough_lights` reads."""
     packed = [np.zeros(0)]
     for light in lights:
         if not hasattr(light, "right"):
@@ -80,21 +80,21 @@ def gleam_parameters(lights) -> np.ndarray:
 
 
 @stage
-def sheen(lanes, p, key):
+def rough_clearcoat(lanes, p, key):
     """Add what coats of a gloss below 1 mirror of the lights, and of the sky as if they were smooth.
 
     The slopes of the facets are spread as 1 / (π α² (1 + tan² / α²)²) (Trowbridge, Reitz), α = 1 − gloss. A light of
     solid angle Ω is mirrored by slopes of the area Ω / (4 cos θ cos³ δ), with δ the tilt of the facet half way; that
-    area widens α, so that a large light never gets brighter than itself. p: sheen_parameters.
+    area widens α, so that a large light never gets brighter than itself. p: rough_clearcoat_parameters.
     """
-    if sheen_open(lanes, p) == 0:
+    if rough_open(lanes, p) == 0:
         return
-    sheen_lights(lanes, p[SKY:])
-    sheen_close(lanes)
+    rough_lights(lanes, p[SKY:])
+    rough_close(lanes)
 
 
 @njit(inline="always")
-def swept(real, place2, reach2, width2):
+def lobe_mean(real, place2, reach2, width2):
     """1 / (1 + x² / w²)² on average over all places from x − h to x + h: a / b · √(c / d), as a, b, c, d.
 
     place2, reach2, width2: x², h² and w², in whatever unit. A sine of spherical caps,
@@ -110,10 +110,10 @@ def swept(real, place2, reach2, width2):
 
 
 @stage
-def sheen_open(lanes, p):
+def rough_open(lanes, p):
     """The points that mirror, A0 A1 A2, and what they mirror of the sky, A3 A4 A5. Returns how many there are.
 
-    They are those of the rays through the middles of the parts of the pupil that samples stand for: until sheen_close
+    They are those of the rays through the middles of the parts of the pupil that samples stand for: until rough_close
     L, M, N are the directions of these, A6 A7 A8 those of the samples.
     """
     real = lanes.dtype.type
@@ -160,8 +160,8 @@ def sheen_open(lanes, p):
 
 
 @stage
-def sheen_lights(lanes, p):
-    """Add lights to A3 A4 A5, each on average over the part of pupil and pixel.  p: GLEAM numbers for each."""
+def rough_lights(lanes, p):
+    """Add lights to A3 A4 A5, each on average over the part of pupil and pixel.  p: HIGHLIGHT numbers for each."""
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, gloss, nx, ny, nz, depth = (row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ], row[DEPTH])
@@ -173,7 +173,7 @@ def sheen_lights(lanes, p):
         a, c, e = dy[i] * nz[i] - dz[i] * ny[i], dz[i] * nx[i] - dx[i] * nz[i], dx[i] * ny[i] - dy[i] * nx[i]
         size = real(1) / math.sqrt(a * a + c * c + e * e + real(1e-20))
         ax[i], ay[i], az[i] = a * size, c * size, e * size
-    for s in range(0, p.size, GLEAM):
+    for s in range(0, p.size, HIGHLIGHT):
         cx, cy, cz, size, er, eg, eb = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6]
         for i in range(B):
             alpha = real(1) - gloss[i]
@@ -204,7 +204,7 @@ def sheen_lights(lanes, p):
             edge = real(1) - real(0.5) * long
             edge2 = edge * edge
             f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
-            top, bottom, more, most = swept(real, across2 * narrow * deep, real(0.75) * reach2 * deep, low)
+            top, bottom, more, most = lobe_mean(real, across2 * narrow * deep, real(0.75) * reach2 * deep, low)
             share = f * area * narrow * real(0.5) * k2 * per * top * deep * deep * math.sqrt(more / (most * deep)) / (
                 bottom * low * low * (view if view > slant else slant))
             share = share if (slant > real(0)) & (view > real(0)) & (low < real(DARK)) else real(0)
@@ -214,7 +214,7 @@ def sheen_lights(lanes, p):
 
 
 @stage
-def sheen_close(lanes):
+def rough_close(lanes):
     """What is mirrored goes to the path; an albedo under a coat gets what the coat lets in."""
     real = lanes.dtype.type
     row = rows(lanes)

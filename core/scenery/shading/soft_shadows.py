@@ -41,9 +41,9 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.concentric_map import concentric_disk
-from lensbench.scenery.intersect.block_bounds import apart, one_side, reach
+from lensbench.scenery.intersect.block_bounds import boxes_disjoint, plane_misses, shadow_bounds
 from lensbench.scenery.intersect.planar import plate_frame
-from lensbench.scenery.shading.illumination import lit
+from lensbench.scenery.shading.illumination import count_lit
 
 BALL = 5                # numbers per sphere: centre, radius², what it lets through
 SHADE = 17              # per plate: its frame, what it lets through, its half-widths along x, y, z
@@ -52,8 +52,8 @@ RECTANGLE_LAMP, DISK_LAMP, SPHERE_LAMP = range(3)
 SUN, LAMP = 12, 18      # numbers before the casters of the sun, of a lamp
 
 
-def caster_parameters(spheres, plates) -> np.ndarray:
-    """What `cast` reads: the number of spheres, the spheres, then the plates; lights are left out."""
+def occluder_parameters(spheres, plates) -> np.ndarray:
+    """What `shadow` reads: the number of spheres, the spheres, then the plates; lights are left out."""
     balls = [s for s in spheres if not s.material.shines]
     packed = [float(len(balls))]
     for s in balls:
@@ -83,19 +83,19 @@ def point_parameters(light) -> np.ndarray:
 
 
 @stage
-def cast(lanes, p):
+def shadow(lanes, p):
     """A7, light that arrives at A0 A1 A2 from the unit direction A3 A4 A5 at distance A6, less what stands between."""
     real = lanes.dtype.type
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
     if p.size == 1:
         return
-    box = reach(lanes)
+    box = shadow_bounds(lanes)
     end = 1 + BALL * int(p[0])
     for s in range(1, end, BALL):
         cx, cy, cz, r2, clear = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4]
         radius = math.sqrt(r2)
-        if apart(box, cx, cy, cz, radius, radius, radius):
+        if boxes_disjoint(box, cx, cy, cz, radius, radius, radius):
             continue
         for i in range(B):
             ax, ay, az = cx - hx[i], cy - hy[i], cz - hz[i]
@@ -111,7 +111,7 @@ def cast(lanes, p):
         ax, ay, az, bx, by, bz, disk, clear = (p[s + 6], p[s + 7], p[s + 8], p[s + 9], p[s + 10], p[s + 11],
                                                p[s + 12], p[s + 13])
         wide_x, wide_y, wide_z = p[s + 14], p[s + 15], p[s + 16]
-        if apart(box, cx, cy, cz, wide_x, wide_y, wide_z) or one_side(box, cx, cy, cz, ux, uy, uz):
+        if boxes_disjoint(box, cx, cy, cz, wide_x, wide_y, wide_z) or plane_misses(box, cx, cy, cz, ux, uy, uz):
             continue
         for i in range(B):
             ox, oy, oz = hx[i] - cx, hy[i] - cy, hz[i] - cz
@@ -142,12 +142,12 @@ def sun(lanes, p, key):
     """Add the light of the sun.
 
     p: unit direction (3), two unit axes across it times the tangent of its angular radius (6), irradiance / π (3),
-    then caster_parameters.
+    then occluder_parameters.
     """
-    if lit(lanes) == 0:
+    if count_lit(lanes) == 0:
         return
-    towards_sun(lanes, p)
-    cast(lanes, p[SUN:])
+    sample_sun(lanes, p)
+    shadow(lanes, p[SUN:])
     add_light(lanes, p[9], p[10], p[11])
 
 
@@ -163,8 +163,8 @@ def add_light(lanes, r, g, b):
 
 
 @stage
-def towards_sun(lanes, p):
-    """A0 … A7 as `cast` reads them, towards a point of the sun; p: as `sun` has it."""
+def sample_sun(lanes, p):
+    """A0 … A7 as `shadow` reads them, towards a point of the sun; p: as `sun` has it."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
@@ -187,18 +187,18 @@ def lamp(lanes, p, key):
     """Add the light of one lamp: a rectangle or disk that shines to both sides, or a sphere.
 
     A point of a plate is drawn by area: L cos θ cos θ′ A / (π d²). A sphere is drawn by the solid angle
-    2π (1 − cos θm), sin θm = r / d, that it fills: L cos θ · 2 (1 − cos θm). p: lamp_parameters, caster_parameters.
+    2π (1 − cos θm), sin θm = r / d, that it fills: L cos θ · 2 (1 − cos θm). p: lamp_parameters, occluder_parameters.
     """
-    if lit(lanes) == 0:
+    if count_lit(lanes) == 0:
         return
-    towards_lamp(lanes, p)
-    cast(lanes, p[LAMP:])
+    sample_lamp(lanes, p)
+    shadow(lanes, p[LAMP:])
     add_light(lanes, p[15], p[16], p[17])
 
 
 @stage
-def towards_lamp(lanes, p):
-    """A0 … A7 as `cast` reads them, towards a point of the lamp; p: lamp_parameters."""
+def sample_lamp(lanes, p):
+    """A0 … A7 as `shadow` reads them, towards a point of the lamp; p: lamp_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]

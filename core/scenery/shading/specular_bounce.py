@@ -41,7 +41,7 @@ LIFT = 4e-6             # a path goes on so far off the surface, in parts of the
 
 
 @stage
-def bounce(lanes, p, key):
+def specular_bounce(lanes, p, key):
     """Send the paths that met metal or glass on, end the others; key[ALIVE] = 0 where none goes on.
 
     Metal mirrors. A glass ball is passed in one step, in closed form: refraction in, the chord 2 R cos θ′,
@@ -100,8 +100,8 @@ def bounce(lanes, p, key):
 
 
 @stage
-def carry_part(lanes, p, key):
-    """PUPIL_RADIUS, PUPIL_SPREAD, OX, OY, OZ behind metal and glass: before `bounce`, which does so to the pixel's."""
+def bounce_pupil_part(lanes, p, key):
+    """PUPIL_RADIUS, PUPIL_SPREAD, OX, OY, OZ after metal and glass; runs before `specular_bounce`."""
     real = lanes.dtype.type
     row = rows(lanes)
     depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]

@@ -13,7 +13,7 @@ from lensbench.rendering import light_image
 from lensbench.rendering.entrance_bounds import entrance_bounds
 from lensbench.scenery.objects import Disk, Image, Material, Pattern, Rectangle, Sky, Sphere
 from lensbench.scenery.scene import Scene
-from lensbench.scenery.small_lights import divided, points_of, small_lights
+from lensbench.scenery.small_lights import samples_of, small_lights, split_light
 
 BLACK = (0.0, 0.0, 0.0)
 DARK = Sky(BLACK, BLACK, BLACK)
@@ -282,7 +282,7 @@ def test_the_windows_of_a_house_are_lights_of_their_own_and_the_wall_is_left_to_
         (1.0, 1.0, 1.0), "light", pattern=Pattern("image", image=Image.of(values))))
     lights = small_lights((wall,))
     assert len(lights) == 16
-    left, alone = divided((wall,), tuple(lights[3:]))
+    left, alone = split_light((wall,), tuple(lights[3:]))
     parts = [plate.material.pattern.image.values for plate in (*left, *alone)]
     np.testing.assert_array_equal(sum(parts), wall.material.pattern.image.values)
     assert parts[1].max() == 30.0 and (parts[0] > 1.0).any(2).sum() == 6       # three windows of two texels are left
@@ -302,7 +302,7 @@ def test_the_points_of_a_light_are_its_own_light():
     for thing, second, mean in ((Sphere((0.0, 0.0, -9e4), 9.0, bright((6.0, 1.5, 1.0))), 1 / 4, 1.0),
                                 (square, 1 / 3, 1.0), (tent, 1 / 6, 1 / 4)):
         (light,) = small_lights((thing,))
-        points = points_of(thing, light)
+        points = samples_of(thing, light)
         for colour, radiance in zip(points[:, 2:].T, (6.0, 1.5, 1.0), strict=True):
             assert colour.mean() == pytest.approx(radiance * mean, rel=1e-6)
             for axis in (0, 1):                         # 64 points: the mean to 1/64, the second moment likewise

@@ -6,7 +6,7 @@ import pytest
 import lensbench as lb
 from lensbench.kernels.block import BEAM, BLUE, GREEN, RED, TIME, V0, V1, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.block_bounds import beam, outside
+from lensbench.scenery.intersect.block_bounds import beam, beam_misses
 from lensbench.scenery.scene import Scene
 from tests.core.scenery.test_moving_objects import crowd
 from tests.core.scenery.test_scene import unit
@@ -93,7 +93,7 @@ def passed_by(lanes, p, key):
     beam(lanes, p, key)
     for j in range(p.size // 3):
         half = real(5)
-        red[j] = real(outside(seen, p[3 * j], p[3 * j + 1], p[3 * j + 2], half, half, half))
+        red[j] = real(beam_misses(seen, p[3 * j], p[3 * j + 1], p[3 * j + 2], half, half, half))
 
 
 def test_a_narrow_block_passes_by_what_is_a_little_off_its_edges():

@@ -10,7 +10,7 @@ import lensbench as lb
 from lensbench.kernels.block import DEPTH, GLASS, GLOSS, METAL, NX, NY, NZ, TB, TG, TR, L, M, N, X, Y, Z
 from lensbench.kernels.block import Step as Stage
 from lensbench.kernels.program import Program
-from lensbench.scenery.shading.specular_bounce import bounce
+from lensbench.scenery.shading.specular_bounce import specular_bounce
 from tests.core.scenery.test_scene import random_rays, shoot, square_lights, unit
 
 BLACK = lb.Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)
@@ -271,7 +271,7 @@ def bounced(o, d, t, normal, gloss):
     n = len(d)
     rows = {X: o[:, 0], Y: o[:, 1], Z: o[:, 2], L: d[:, 0], M: d[:, 1], N: d[:, 2], DEPTH: t, GLOSS: np.full(n, gloss),
             NX: normal[:, 0], NY: normal[:, 1], NZ: normal[:, 2], TR: np.ones(n), TG: np.ones(n), TB: np.ones(n)}
-    out = Program([Stage(bounce, [0.0])], np.float64).run(rows, [X, Y, Z, L, M, N], n).T
+    out = Program([Stage(specular_bounce, [0.0])], np.float64).run(rows, [X, Y, Z, L, M, N], n).T
     return out[:, :3], out[:, 3:]
 
 
@@ -333,7 +333,7 @@ def test_a_scene_pays_only_for_what_it_has():
     ball = lb.Sphere((0.0, 0.0, -9.0), 1.0)
     plain = lb.Scene("plain", sun=lb.Sun((0.0, 1.0, 0.0)), floor=lb.Floor(), spheres=(ball,))
     assert kernels(plain, shadows=False) == ["sky", "sun_disk", "floor", "beam", "spheres", "daylight"]
-    assert not {"bounce", "coat", "sheen", "lamp", "plates"} & set(kernels(plain))
+    assert not {"specular_bounce", "clearcoat", "rough_clearcoat", "lamp", "plates"} & set(kernels(plain))
     assert kernels(lb.builtin_scene("white-wall")) == ["sky", "daylight"]
 
 

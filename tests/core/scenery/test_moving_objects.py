@@ -273,14 +273,14 @@ def test_only_what_moves_is_paid_for():
     still = Scene("one", sun=sun, floor=lb.Floor(), spheres=(ball,))
     assert not still.moves
     assert kernels(still.steps()) == kernels(still.steps(opening=5.0)) == [
-        "begin", "sky", "sun_disk", "floor", "beam", "spheres", "settle", "ambient", "sun", "finish"]
+        "begin_path", "sky", "sun_disk", "floor", "beam", "spheres", "gather_emission", "ambient", "sun", "finish_path"]
     flying = replace(still, spheres=(ball, replace(ball, velocity=(1.0, 0.0, 0.0))))
     assert flying.moves and flying != still
-    assert kernels(flying.steps()) == ["begin", "sky", "sun_disk", "floor", "beam", "spheres", "moving", "settle",
-                                       "moving_ambient", "moving_sun", "finish"]
+    assert kernels(flying.steps()) == ["begin_path", "sky", "sun_disk", "floor", "beam", "spheres", "moving",
+                                       "gather_emission", "moving_ambient", "moving_sun", "finish_path"]
     assert kernels(flying.steps(shadows=False)) == ["sky", "sun_disk", "floor", "beam", "spheres", "moving", "daylight"]
     glowing = replace(still, spheres=(ball, lb.Sphere((9.0, 0.0, -900.0), 5.0, LIGHT, velocity=(1.0, 0.0, 0.0))))
-    assert kernels(glowing.steps())[-3:] == ["ambient", "sun", "finish"]       # a light casts no shadow
+    assert kernels(glowing.steps())[-3:] == ["ambient", "sun", "finish_path"]       # a light casts no shadow
     camera = lb.PerspectiveCamera(FILM)
     assert "moments" not in kernels(lb.Rendering(camera, still)._before)
     assert "moments" in kernels(lb.Rendering(camera, flying)._before)

@@ -82,7 +82,7 @@ def test_far_away_only_the_airlight_is_left_and_clear_air_costs_no_stage():
 def scene_rounds(scene):
     """How often a path goes on, and first sets out."""
     names = [step.kernel.py_func.__name__ for step in scene.steps()]
-    return names.count("settle")
+    return names.count("gather_emission")
 
 
 def test_a_mirror_is_as_far_as_what_it_shows():

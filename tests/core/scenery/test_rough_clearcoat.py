@@ -40,7 +40,7 @@ from lensbench.kernels.block import (
 from lensbench.kernels.program import Program
 from lensbench.scenery.objects import Floor, Material, Rectangle, Sky, Sphere
 from lensbench.scenery.scene import Scene
-from lensbench.scenery.shading.rough_clearcoat import swept
+from lensbench.scenery.shading.rough_clearcoat import lobe_mean
 
 FILM = lb.Film(36.0, 24.0, 90, 60)
 BLACK = (0.0, 0.0, 0.0)
@@ -157,7 +157,7 @@ def test_the_average_of_a_lobe_keeps_its_light_and_has_its_limits():
     def lobes(places, reach, width):
         out = np.empty_like(places)
         for i in range(places.size):
-            a, b, c, d = swept(real, places[i] ** 2, reach * reach, width * width)
+            a, b, c, d = lobe_mean(real, places[i] ** 2, reach * reach, width * width)
             out[i] = a / b * math.sqrt(c / d)
         return out
 
@@ -174,7 +174,7 @@ def test_the_average_of_a_lobe_keeps_its_light_and_has_its_limits():
 
 
 def test_a_gleam_is_finite_and_never_negative_however_grazing_the_ray_and_wide_the_part():
-    step = next(step for step in lb.builtin_scene("night-lights").steps() if step.kernel.__name__ == "sheen")
+    step = next(step for step in lb.builtin_scene("night-lights").steps() if step.kernel.__name__ == "rough_clearcoat")
     random, parameters = np.random.default_rng(2), np.asarray(step.parameters, np.float32)
     lanes, key = lane_buffer(), np.zeros(KEYS, np.uint32)
     table = lanes.reshape(-1, PITCH)[:, :B]
