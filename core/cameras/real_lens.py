@@ -17,7 +17,6 @@ from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
-from lensbench.lens_models.ray_table import ray_table_step
 from lensbench.optics.block_trace import round_stop_steps, trace_steps
 from lensbench.optics.focus import METHODS, FocusError, film_distance, focused
 from lensbench.optics.glass import D_LINE, GlassError
@@ -28,7 +27,7 @@ from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.region import axis_irradiance
 from lensbench.pupils.spectral_grid import SpectralPupilGrid
 
-MODELS = ("auto", "trace", "polynomial", "table", "thick", "thin", "pinhole")
+MODELS = ("auto", "trace", "polynomial", "thick", "thin", "pinhole")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +39,7 @@ class LensCamera(Camera):
     so near. The camera's own lens has its groups in their places. f_number, which counts
     at infinity: None is wide open; LensError where it cannot open so far.
     model: "trace" follows every ray through every surface; "polynomial" evaluates a polynomial of this degree
-    (3, 5, 7, 9 or 11) that is fitted to the trace; "table" interpolates in a table of traced rays, which serves for
-    comparison (both trace where the stop has blades); "thick" images every
+    (3, 5, 7, 9 or 11) that is fitted to the trace, and traces where the stop has blades; "thick" images every
     film point by the lens's principal planes and pupils, which may lie anywhere but on the film (CameraError);
     "thin" puts a thin lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole, which
     passes as much light as that lens. CameraError for these two where the entrance pupil lies at infinity or
@@ -97,7 +95,7 @@ class LensCamera(Camera):
     @property
     def follows_rays(self) -> bool:
         """Whether its rays are those of the real lens, traced or fitted, through the exit-pupil regions."""
-        return self.model in ("auto", "trace", "polynomial", "table")
+        return self.model in ("auto", "trace", "polynomial")
 
     @cached_property
     def disperses(self) -> bool:
@@ -142,9 +140,9 @@ class LensCamera(Camera):
     def is_traced(self) -> bool:
         """Whether rays are followed through every surface.
 
-        No polynomial or table tells where they meet the blades of a stop.
+        A polynomial does not give the points where rays meet the blades of a stop.
         """
-        return self.follows_rays and (self.model not in ("polynomial", "table") or not self.lens.iris.is_round)
+        return self.follows_rays and (self.model != "polynomial" or not self.lens.iris.is_round)
 
     @property
     def _pupil_z(self) -> float:
@@ -219,15 +217,12 @@ class LensCamera(Camera):
             table, normaliser = self._sampled(wavelength)
             if self.is_traced or isinstance(table, PupilGrid):
                 return [table.step(normaliser), *trace_steps(self.lens, self.film_distance, wavelength)]
-            if self.model == "table":
-                return [table.step(normaliser),
-                        ray_table_step(self.lens, self.film_distance, table, wavelength, self.focus_distance)]
             fit = Polynomial.fit(self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance)
             return [table.step(normaliser), fit.step]
         return self.gaussian.steps(self.gain)
 
     def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """Traced, for a polynomial or a table as well; or in closed form for the ideal models."""
+        """Traced, for a polynomial as well; in closed form for the ideal models."""
         if not self.follows_rays:
             return ideal_film_landing(self.gaussian, self.film_step, self.gain)
         lens = self.lens

@@ -46,11 +46,11 @@ def ladder(camera: lb.LensCamera) -> list[Model]:
         table = _regions(camera)
         aim = (table.step(camera.axis_irradiance),)
         found += [_polynomial(camera, table, aim, degree) for degree in DEGREES]
-        found.append(Model("table", "table", "table", 0, aim, (ray_table_step(
-            camera.lens, camera.film_distance, table, distance=camera.focus_distance),)))
+        through = ray_table_step(camera.lens, camera.film_distance, table, distance=camera.focus_distance)
+        found.append(Model("table", "table", aim=aim, lens=(through,)))
     except ValueError as error:
         found += [Model(f"degree {degree}", "polynomial", "polynomial", degree, why=str(error)) for degree in DEGREES]
-        found.append(Model("table", "table", "table", why=str(error)))
+        found.append(Model("table", "table", why=str(error)))
     aimed, *lens = replace(camera, model="trace").camera_steps()
     found += [Model(f"trace, {name}", "trace", "trace" if real is np.float32 else "", 0, (aimed,), tuple(lens), real)
               for name, real in (("float32", np.float32), ("float64", np.float64))]

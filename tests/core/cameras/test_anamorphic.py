@@ -192,7 +192,7 @@ def test_the_density_of_samples_is_told(camera):
 
 
 def test_what_assumes_symmetry_says_so(camera):
-    for model in ("polynomial", "table", "thick", "thin", "pinhole"):
+    for model in ("polynomial", "thick", "thin", "pinhole"):
         with pytest.raises(lb.CameraError, match="choose the full trace"):
             replace(camera, model=model)
     with pytest.raises(lb.CameraError, match="leave its stop round"):

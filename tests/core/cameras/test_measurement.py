@@ -57,7 +57,7 @@ def kind(name, weights):
 
 
 @pytest.mark.parametrize("weights", ["relative", "physical"])
-@pytest.mark.parametrize("name", ["perspective", "hole", "bare", "trace", "polynomial", "table", "thick", "thin"])
+@pytest.mark.parametrize("name", ["perspective", "hole", "bare", "trace", "polynomial", "thick", "thin"])
 def test_a_uniform_scene_integrates_to_the_quadrature_value(name, weights):
     """Within 0.1 %, over the whole film: both forms of weights, by 400,000 samples of a net."""
     camera, light = kind(name, weights)

@@ -92,7 +92,7 @@ def test_rays_of_the_camera_are_those_of_the_reference_tracer_in_water(blades):
     np.testing.assert_allclose(landed, film[lit], atol=1e-9)
 
 
-@pytest.mark.parametrize("model", ["trace", "polynomial", "table", "thick", "thin", "pinhole"])
+@pytest.mark.parametrize("model", ["trace", "polynomial", "thick", "thin", "pinhole"])
 def test_the_way_back_leads_through_water_too_and_the_ideal_models_follow_the_trace(model):
     """A point's image by every model: the ideal ones within the aberrations of the field's middle."""
     camera = lb.LensCamera(wet(), FILM, 2000.0, 8.0, model=model, medium=lb.Medium(WATER))

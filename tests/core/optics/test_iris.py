@@ -82,7 +82,7 @@ def test_an_ideal_lens_fills_its_iris_evenly(shape, real):
 
 
 @pytest.mark.parametrize("f_number", [None, 5.6, 22.0])
-@pytest.mark.parametrize("model", ["trace", "polynomial", "table", "thick", "thin", "pinhole"])
+@pytest.mark.parametrize("model", ["trace", "polynomial", "thick", "thin", "pinhole"])
 def test_the_axis_has_weight_one_behind_any_iris_and_light_as_its_area(model, f_number):
     n, middle = 1 << 14, np.tile([480.0, 320.0], (1 << 14, 1))
     lens = lenses.load("pbrt-dgauss-50mm")

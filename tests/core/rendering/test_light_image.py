@@ -18,7 +18,7 @@ from lensbench.scenery.small_lights import samples_of, small_lights, split_light
 BLACK = (0.0, 0.0, 0.0)
 DARK = Sky(BLACK, BLACK, BLACK)
 FILM = lb.Film(36.0, 24.0, 90, 60)
-MODELS = ("trace", "polynomial", "table", "thick", "thin", "pinhole", "perspective", "bladed trace", "bladed thin")
+MODELS = ("trace", "polynomial", "thick", "thin", "pinhole", "perspective", "bladed trace", "bladed thin")
 
 
 def bright(colour=(40.0, 30.0, 20.0)):
