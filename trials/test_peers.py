@@ -14,8 +14,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.studies.benchmark.main import least, machine
 from lensbench.app.studies.charts.peers import BEFORE, PEERS, batoid_has
+from lensbench.app.studies.timing import least_times, machine
 from lensbench.kernels import block
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import round_stop_steps
@@ -79,7 +79,7 @@ def test_peers_agree_and_how_fast_they_are(tmp_path, capsys):
             works[peer] = partial(open_in(lens, tmp_path), origins[:count], directions[:count])
             apart[peer] = float(np.abs(works[peer]() - ours.points[:count]).max())
             assert apart[peer] < TOLERANCE[peer], (name, peer)
-        best = least(works, 1.0)
+        best = least_times(works, 1.0)
         speed = {work: f"{counts[work] / best[work] / 1e6:.2g}" for work in best}
         aspheres = sum(not s.is_spherical for s in lens.surfaces)
         cells = [speed["reference"], speed["float64"], speed["float32"]]

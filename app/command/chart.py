@@ -36,8 +36,8 @@ def chart(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.output import plain as plain_json
     from lensbench.app.command.output import print_json, progress
     from lensbench.app.files.export import replacing
-    from lensbench.app.studies.benchmark.main import machine
     from lensbench.app.studies.plotting import checked_suffix
+    from lensbench.app.studies.timing import machine
 
     path = None if arguments.output is None else Path(arguments.output)
     if path is not None and path.suffix.lower() != ".json":

@@ -35,9 +35,9 @@ def _chart(arguments: argparse.Namespace) -> int:
     from lensbench.app.files.export import replacing
     from lensbench.app.state.build import camera
     from lensbench.app.state.scene_file import find_scene
-    from lensbench.app.studies.benchmark.main import machine
     from lensbench.app.studies.charts.light_fields import VIEWS, draw, measure
     from lensbench.app.studies.plotting import checked_suffix
+    from lensbench.app.studies.timing import machine
 
     settings = settings_from(arguments)
     path = None if arguments.output is None else Path(arguments.output)

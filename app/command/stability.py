@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lensbench.app.studies.stability.sweep import Stress
+    from lensbench.app.studies.stability.sweep import Sweep
 
 
 def add_stability_options(parser: argparse.ArgumentParser) -> None:
@@ -35,14 +35,14 @@ def stability(arguments: argparse.Namespace) -> int:
     from lensbench.app.studies.stability.domains import domains, save_domains
     from lensbench.app.studies.stability.families import FAMILIES
     from lensbench.app.studies.stability.plots import DOMAINS, INDEX, file_name, save_index, save_plot
-    from lensbench.app.studies.stability.sweep import told
+    from lensbench.app.studies.stability.sweep import progress_to
 
     folder = None if arguments.output is None else _made(Path(arguments.output))
     suffix = ".png" if arguments.png else ".svg"
-    wanted = [(family, measure) for family, stresses in FAMILIES.items()
-              if not arguments.families or family in arguments.families for measure in stresses.values()]
-    found: list[tuple[str, Stress]] = []
-    with progress() as show, told(lambda part: show((len(found) + part) / len(wanted))):
+    wanted = [(family, measure) for family, sweeps in FAMILIES.items()
+              if not arguments.families or family in arguments.families for measure in sweeps.values()]
+    found: list[tuple[str, Sweep]] = []
+    with progress() as show, progress_to(lambda part: show((len(found) + part) / len(wanted))):
         for family, measure in wanted:
             show(len(found) / len(wanted))
             found.append((family, measure()))
@@ -54,7 +54,7 @@ def stability(arguments: argparse.Namespace) -> int:
             save_domains(domains(), folder / maps)
         save_index(found, folder, suffix, maps)
     if arguments.json:
-        print_json([_data(family, stress) for family, stress in found])
+        print_json([_data(family, sweep) for family, sweep in found])
         return 0
     print("\n".join(_table(found)))
     if folder is not None:
@@ -73,12 +73,12 @@ def _made(folder: Path) -> Path:
     return folder
 
 
-def _table(found: "list[tuple[str, Stress]]") -> list[str]:
+def _table(found: "list[tuple[str, Sweep]]") -> list[str]:
     """Method, safe up to, fails at, what it returns there; a star before what the program relies on."""
-    from lensbench.app.studies.stability.sweep import said
+    from lensbench.app.studies.stability.sweep import quantity_text
 
-    rows = [[(curve, (("* " if curve.own else "  ") + curve.name, *stress.words(curve))) for curve in stress.curves]
-            for _, stress in found]
+    rows = [[(curve, (("* " if curve.own else "  ") + curve.name, *sweep.words(curve))) for curve in sweep.curves]
+            for _, sweep in found]
     head = ("  Method", "Safe up to", "Fails at", "What it returns there")
     widths = [max(len(words[column]) for words in (head, *(words for group in rows for _, words in group)))
               for column in range(3)]
@@ -87,9 +87,9 @@ def _table(found: "list[tuple[str, Stress]]") -> list[str]:
         return "  ".join([*(text.ljust(width) for text, width in zip(words, widths, strict=False)), words[3]]).rstrip()
 
     lines = [line(head)]
-    for (family, stress), group in zip(found, rows, strict=True):
-        lines += ["", f"{family}: {stress.title}, against {stress.axis[:1].lower()}{stress.axis[1:]}; "
-                  f"limit {said(stress.limit, stress.measure_unit)}, {stress.why}"]
+    for (family, sweep), group in zip(found, rows, strict=True):
+        lines += ["", f"{family}: {sweep.title}, against {sweep.axis[:1].lower()}{sweep.axis[1:]}; "
+                  f"limit {quantity_text(sweep.limit, sweep.measure_unit)}, {sweep.why}"]
         for curve, words in group:
             lines.append(line(words))
             if curve.own and curve.switch and words[2] != "never":
@@ -97,16 +97,16 @@ def _table(found: "list[tuple[str, Stress]]") -> list[str]:
     return [*lines, "", "* the program relies on it; the others stand there to compare"]
 
 
-def _data(family: str, stress: "Stress") -> dict[str, Any]:
-    """A stress for JSON; null where a method returned no number."""
+def _data(family: str, sweep: "Sweep") -> dict[str, Any]:
+    """A sweep for JSON; null where a method returned no number."""
     curves = []
-    for curve in stress.curves:
-        verdict = stress.verdict(curve)
+    for curve in sweep.curves:
+        verdict = sweep.verdict(curve)
         curves.append({"method": curve.name, "own": curve.own, "safe_up_to": verdict.safe_up_to,
                        "fails_at": verdict.fails_at, "returns": verdict.returns, "worst_in_safe_domain": verdict.worst,
                        "switch": curve.switch, "errors": [float(error) for error in curve.errors],
                        "returned": list(curve.returned)})
-    return {"family": family, "stress": stress.title, "axis": stress.axis, "unit": stress.unit,
-            "values": [float(value) for value in stress.values], "measure": stress.measure,
-            "measure_unit": stress.measure_unit, "limit": stress.limit, "why": stress.why, "note": stress.note,
-            "expected": list(stress.expected), "methods": curves}
+    return {"family": family, "stress": sweep.title, "axis": sweep.axis, "unit": sweep.unit,
+            "values": [float(value) for value in sweep.values], "measure": sweep.measure,
+            "measure_unit": sweep.measure_unit, "limit": sweep.limit, "why": sweep.why, "note": sweep.note,
+            "expected": list(sweep.expected), "methods": curves}

@@ -1,6 +1,6 @@
-"""The panel *Stability*: a stress of the atlas, its methods' curves of error, and what becomes of each.
+"""The panel *Stability*: a sweep of the atlas, its methods' curves of error, and what becomes of each.
 
-Errors upwards, both axes logarithmic unless the stress is linear; the stress grows to the right whichever way its
+Errors upwards, both axes logarithmic unless the sweep is linear; the hard values lie to the right whichever way its
 quantity runs. Single precision is dashed, what the program relies on is thick; a cross marks where a method fails.
 """
 
@@ -11,8 +11,8 @@ import numpy as np
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui, implot
 
 from lensbench.app.studies.stability.families import FAMILIES
-from lensbench.app.studies.stability.plots import base, drawn, order
-from lensbench.app.studies.stability.sweep import Curve, Stress, said
+from lensbench.app.studies.stability.plots import method_name, method_names, plotted_errors
+from lensbench.app.studies.stability.sweep import Curve, Sweep, quantity_text
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, pieces, text
 from lensbench.app.widgets.toggles import angle
@@ -51,22 +51,22 @@ def stability_panel(worker: StabilityWorker) -> None:
     imgui.set_cursor_screen_pos(ImVec2(left, corner.y + (0.0 if beside else plot_size.y + gap)))
     key = _choice(column)
     worker.want(key)
-    stress = worker.found.get(key)
+    sweep = worker.found.get(key)
     imgui.set_cursor_screen_pos(ImVec2(left, imgui.get_cursor_screen_pos().y))
     if imgui.begin_child("Atlas list", ImVec2(column, 0.0)):
-        if stress is None:
+        if sweep is None:
             _waiting(worker, key)
         else:
-            _methods(stress)
+            _methods(sweep)
     imgui.end_child()
-    if stress is not None:
+    if sweep is not None:
         imgui.set_cursor_screen_pos(corner)
-        _plot(stress, plot_size)
+        _plot(sweep, plot_size)
     imgui.pop_font()
 
 
 def _choice(room: float) -> Key:
-    """The lists of families and of stresses, in so much room."""
+    """The lists of families and of sweeps, in so much room."""
     gap, before = imgui.get_style().item_spacing.x, _frame.title
     family = 0.32 * room
     _frame.family = _list("Family", _frame.family, list(FAMILIES), family, "A family of methods")
@@ -118,24 +118,24 @@ def _waiting(worker: StabilityWorker, key: Key) -> None:
         imgui.set_item_tooltip("Cancel")
 
 
-def tints(stress: Stress) -> dict[str, theme.Colour]:
+def tints(sweep: Sweep) -> dict[str, theme.Colour]:
     """The colour of each method, by its name without the precision."""
-    return dict(zip(order(stress), theme.tints(), strict=False))
+    return dict(zip(method_names(sweep), theme.tints(), strict=False))
 
 
-def _methods(stress: Stress) -> None:
+def _methods(sweep: Sweep) -> None:
     """A line for each method: its mark, its name, where it fails; chosen by a click."""
-    colour, tinted, draw = theme.colours(), tints(stress), imgui.get_window_draw_list()
+    colour, tinted, draw = theme.colours(), tints(sweep), imgui.get_window_draw_list()
     pixel, line = theme.scale(), imgui.get_text_line_height_with_spacing()
-    for curve in stress.curves:
+    for curve in sweep.curves:
         at, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
         if imgui.selectable(f"###{curve.name}", curve.name == _frame.method, 0, ImVec2(0.0, line - 5.0 * pixel))[0]:
             _frame.method = "" if curve.name == _frame.method else curve.name
         if imgui.is_item_hovered():
-            _tell(stress, curve)
+            _tell(sweep, curve)
         middle = at.y + 0.5 * imgui.get_text_line_height()
-        _stroke(draw, np.array([[at.x, middle], [at.x + 22.0 * pixel, middle]]), curve, tinted[base(curve)])
-        safe, fails, _ = stress.words(curve)
+        _stroke(draw, np.array([[at.x, middle], [at.x + 22.0 * pixel, middle]]), curve, tinted[method_name(curve)])
+        safe, fails, _ = sweep.words(curve)
         word = "holds" if fails == "never" else f"fails at {fails}"
         wide = imgui.calc_text_size(word).x
         text(draw, ImVec2(at.x + room, at.y), colour.dim if fails == "never" else colour.text, word, right=True)
@@ -143,18 +143,19 @@ def _methods(stress: Stress) -> None:
              theme.shortened(curve.name, room - wide - 36.0 * pixel))
     imgui.spacing()
     imgui.push_text_wrap_pos(0.0)
-    imgui.text_disabled(stress.note)
+    imgui.text_disabled(sweep.note)
     imgui.pop_text_wrap_pos()
 
 
-def _tell(stress: Stress, curve: Curve) -> None:
+def _tell(sweep: Sweep, curve: Curve) -> None:
     """What becomes of a method, under the mouse."""
-    verdict = stress.verdict(curve)
-    safe, fails, returns = stress.words(curve)
+    verdict = sweep.verdict(curve)
+    safe, fails, returns = sweep.words(curve)
     if not imgui.begin_tooltip():
         return
     imgui.text_unformatted(curve.name + (": the program relies on it" if curve.own else ": to compare"))
-    imgui.text_disabled(f"safe up to {safe}; up to there off by {said(verdict.worst, stress.measure_unit)} at the most")
+    worst = quantity_text(verdict.worst, sweep.measure_unit)
+    imgui.text_disabled(f"safe up to {safe}; up to there off by {worst} at the most")
     if fails != "never":
         imgui.text_unformatted(f"fails at {fails}: {returns}")
         if curve.own and curve.switch:
@@ -175,44 +176,44 @@ def _stroke(draw: imgui.ImDrawList, points: np.ndarray, curve: Curve, tint: them
 # The plot
 
 
-def _across(stress: Stress, values) -> np.ndarray:
-    """Where values of the stress stand on the plot's axis, the hard ones at the right."""
-    place = np.asarray(values, float) if stress.linear else np.log10(values)
-    return place if stress.rising else -place
+def _across(sweep: Sweep, values) -> np.ndarray:
+    """Where values of the sweep lie on the plot's axis, the hard ones at the right."""
+    place = np.asarray(values, float) if sweep.linear else np.log10(values)
+    return place if sweep.rising else -place
 
 
-def _plot(stress: Stress, size: ImVec2) -> None:
+def _plot(sweep: Sweep, size: ImVec2) -> None:
     x, y = implot.ImAxis_.x1, implot.ImAxis_.y1
-    shown = [np.log10(drawn(stress, curve)) for curve in stress.curves]
-    ends = np.concatenate([*shown, [math.log10(stress.limit)]])
+    shown = [np.log10(plotted_errors(sweep, curve)) for curve in sweep.curves]
+    ends = np.concatenate([*shown, [math.log10(sweep.limit)]])
     low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
-    places = _across(stress, stress.values)
+    places = _across(sweep, sweep.values)
     margin = 0.03 * (places[-1] - places[0])
-    if not implot.begin_plot(f"Atlas plot###{_frame.family} {stress.title}", size, PLOT_FLAGS):
+    if not implot.begin_plot(f"Atlas plot###{_frame.family} {sweep.title}", size, PLOT_FLAGS):
         return
-    implot.setup_axis(x, f"{stress.axis} ({stress.unit})" if stress.unit else stress.axis, AXIS_FLAGS)
-    implot.setup_axis(y, f"{stress.measure} off by ({stress.measure_unit})" if stress.measure_unit
-                      else f"{stress.measure} off by", AXIS_FLAGS)
+    implot.setup_axis(x, f"{sweep.axis} ({sweep.unit})" if sweep.unit else sweep.axis, AXIS_FLAGS)
+    implot.setup_axis(y, f"{sweep.measure} off by ({sweep.measure_unit})" if sweep.measure_unit
+                      else f"{sweep.measure} off by", AXIS_FLAGS)
     once = implot.Cond_.once if _frame.fitted_to == (size.x, size.y) else implot.Cond_.always
     _frame.fitted_to = (size.x, size.y)
     implot.setup_axis_limits(x, float(places[0] - margin), float(places[-1] + margin), once)
     implot.setup_axis_limits(y, low - 0.4, high + 0.4, once)
-    _ticks(x, float(places[0]), float(places[-1]), size.x - theme.em(5.0), theme.em(3.4), stress)
+    _ticks(x, float(places[0]), float(places[-1]), size.x - theme.em(5.0), theme.em(3.4), sweep)
     _ticks(y, low, high, size.y - theme.em(3.0), theme.em(1.5))
     plot, draw = PlotMap.current(log=False), implot.get_plot_draw_list()
     implot.push_plot_clip_rect()
-    _draw(stress, shown, places, plot, draw)
+    _draw(sweep, shown, places, plot, draw)
     implot.pop_plot_clip_rect()
     if implot.is_plot_hovered():
         if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
             _frame.fitted_to = ()
-        _tell_at(stress, places, plot)
+        _tell_at(sweep, places, plot)
     implot.end_plot()
 
 
-def _ticks(axis: int, first: float, last: float, pixels: float, room: float, stress: Stress | None = None) -> None:
-    """Whole powers of ten, as many as have room; of a linear stress whole steps of 1, 2 or 5."""
-    linear, falling = stress is not None and stress.linear, stress is not None and not stress.rising
+def _ticks(axis: int, first: float, last: float, pixels: float, room: float, sweep: Sweep | None = None) -> None:
+    """Whole powers of ten, as many as have room; of a linear sweep whole steps of 1, 2 or 5."""
+    linear, falling = sweep is not None and sweep.linear, sweep is not None and not sweep.rising
     least = (last - first) * room / max(pixels, 1.0)
     step = max(1.0, math.ceil(least))
     if linear:
@@ -221,50 +222,50 @@ def _ticks(axis: int, first: float, last: float, pixels: float, room: float, str
     begin = math.floor(first / step) - 2
     marks = [step * k for k in range(begin, math.ceil(last / step) + 3)]
     values = [-mark if falling else mark for mark in marks]
-    labels = [f"{value:g}" if linear else said(10.0**value, "") for value in values]
+    labels = [f"{value:g}" if linear else quantity_text(10.0**value, "") for value in values]
     implot.setup_axis_ticks(axis, marks, labels, False)
 
 
-def _draw(stress: Stress, shown: list[np.ndarray], places: np.ndarray, plot: PlotMap, draw: imgui.ImDrawList) -> None:
-    colour, tinted, pixel = theme.colours(), tints(stress), theme.scale()
-    level = plot.at(0.0, math.log10(stress.limit)).y
+def _draw(sweep: Sweep, shown: list[np.ndarray], places: np.ndarray, plot: PlotMap, draw: imgui.ImDrawList) -> None:
+    colour, tinted, pixel = theme.colours(), tints(sweep), theme.scale()
+    level = plot.at(0.0, math.log10(sweep.limit)).y
     dashed_line(draw, ImVec2(plot.left, level), ImVec2(plot.right, level), theme.packed(colour.dim), 1.5, 3.0)
-    limit = f"limit {said(stress.limit, stress.measure_unit)}"
+    limit = f"limit {quantity_text(sweep.limit, sweep.measure_unit)}"
     text(draw, ImVec2(plot.left + 4.0 * pixel, level - imgui.get_text_line_height() - 1.0), colour.dim, limit,
          plate=True)
-    for curve, errors in zip(stress.curves, shown, strict=True):
-        _stroke(draw, plot.pixels(places, errors), curve, tinted[base(curve)], curve.name == _frame.method)
-    for curve, errors in zip(stress.curves, shown, strict=True):
-        at = stress.failure(curve)
+    for curve, errors in zip(sweep.curves, shown, strict=True):
+        _stroke(draw, plot.pixels(places, errors), curve, tinted[method_name(curve)], curve.name == _frame.method)
+    for curve, errors in zip(sweep.curves, shown, strict=True):
+        at = sweep.failure(curve)
         if at is None:
             continue
-        point = plot.at(float(places[at]), float(errors[at]) if np.isfinite(errors[at]) else math.log10(stress.limit))
-        arm, tint = 4.5 * pixel, theme.packed(tinted[base(curve)])
+        point = plot.at(float(places[at]), float(errors[at]) if np.isfinite(errors[at]) else math.log10(sweep.limit))
+        arm, tint = 4.5 * pixel, theme.packed(tinted[method_name(curve)])
         for up in (-1.0, 1.0):
             draw.add_line(ImVec2(point.x - arm, point.y - up * arm), ImVec2(point.x + arm, point.y + up * arm), tint,
                           2.0 * pixel)
         if curve.name == _frame.method:
-            _write(stress, curve, point, plot, draw)
+            _write(sweep, curve, point, plot, draw)
 
 
-def _write(stress: Stress, curve: Curve, point: ImVec2, plot: PlotMap, draw: imgui.ImDrawList) -> None:
+def _write(sweep: Sweep, curve: Curve, point: ImVec2, plot: PlotMap, draw: imgui.ImDrawList) -> None:
     """At the point of failure of the chosen method: what is returned there."""
     colour, pixel = theme.colours(), theme.scale()
     dashed_line(draw, ImVec2(point.x, plot.top), ImVec2(point.x, plot.bottom), theme.packed(colour.faint))
-    _, fails, returns = stress.words(curve)
+    _, fails, returns = sweep.words(curve)
     words = theme.shortened(f"{fails}: {returns}", plot.right - plot.left - 8.0 * pixel)
     wide = imgui.calc_text_size(words).x
     x = min(max(point.x + 8.0 * pixel, plot.left + 4.0 * pixel), plot.right - wide - 4.0 * pixel)
     text(draw, ImVec2(x, plot.top + 3.0 * pixel), colour.strong, words, plate=True)
 
 
-def _tell_at(stress: Stress, places: np.ndarray, plot: PlotMap) -> None:
+def _tell_at(sweep: Sweep, places: np.ndarray, plot: PlotMap) -> None:
     """The errors of all methods at the value nearest to the mouse."""
     at = int(np.argmin(np.abs(places - plot.x_at(imgui.get_mouse_pos().x))))
     if not imgui.begin_tooltip():
         return
-    imgui.text_unformatted(f"{stress.axis} {said(float(stress.values[at]), stress.unit)}")
-    for curve, right in ((curve, stress.right(curve)[at]) for curve in stress.curves):
-        word = curve.returned[at] or said(float(curve.errors[at]), stress.measure_unit)
+    imgui.text_unformatted(f"{sweep.axis} {quantity_text(float(sweep.values[at]), sweep.unit)}")
+    for curve, right in ((curve, sweep.right(curve)[at]) for curve in sweep.curves):
+        word = curve.returned[at] or quantity_text(float(curve.errors[at]), sweep.measure_unit)
         (imgui.text_disabled if right else imgui.text_unformatted)(f"{curve.name}: {word}")
     imgui.end_tooltip()

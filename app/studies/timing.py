@@ -1,37 +1,117 @@
-"""Timing of work that is compared: pieces of work in turn, the least time of each."""
+"""How long pieces of work take beside each other, and what stages cost on rays that stay in the first cache.
 
-import math
+Works are taken in turn, so that what else the machine does meets all of them alike. The least time of many is the
+cost, for other work can only add; the median beside it says by how much.
+"""
+
+import os
+import platform
 import time
 from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
 
+import numpy as np
 from numba import njit
 
 import lensbench as lb
 from lensbench.kernels import block
-from lensbench.kernels.program import call_stage
+from lensbench.kernels.block import B, Step
+from lensbench.kernels.program import Program, run_steps
 
 LENS = "pbrt-dgauss-50mm"
-
 FILM = lb.Film(32.0, 18.0, 640, 360)
+BLOCKS = 40                     # of rays in one piece of streamed work
+FIRST = block.X * block.PITCH   # of the numbers that a camera writes: from X to WEIGHT
 
 
-def least(works: dict[str, Callable[[], object]], seconds: float = 0.6) -> dict[str, float]:
-    """The least time (s) of each piece of work, all taken in turn for about `seconds` each."""
-    best = dict.fromkeys(works, math.inf)
+class Time(NamedTuple):
+    """Time of one piece of work, in seconds: the least of its runs and their median."""
+
+    least: float
+    median: float
+
+    def each(self, count: int) -> "Time":
+        """Time of one of `count` items, ns."""
+        return Time(1e9 * self.least / count, 1e9 * self.median / count)
+
+    def without(self, overhead: float) -> "Time":
+        """Time less an overhead in the same unit; at least 0.01."""
+        return Time(*(max(time - overhead, 0.01) for time in self))
+
+    @property
+    def spread(self) -> float:
+        """By what percentage the median run took longer than the least."""
+        return 100.0 * (self.median / self.least - 1.0)
+
+
+class StoppedError(Exception):
+    """The caller cancelled the work."""
+
+
+def report_progress(progress: Callable[[float], bool], share: float) -> None:
+    """Report the finished share (0 to 1); StoppedError where `progress` returns False."""
+    if not progress(share):
+        raise StoppedError
+
+
+def time_in_turn(works: dict[str, Callable[[], object]], seconds: float, rounds: int = 5) -> dict[str, Time]:
+    """Time of each piece of work, all run in turn for about `seconds` each and at least `rounds` times.
+
+    Each runs once before, so that kernels compile outside the measurement.
+    """
+    runs: dict[str, list[float]] = {name: [] for name in works}
     for work in works.values():
         work()
-    end = time.perf_counter() + seconds * len(works)
-    while time.perf_counter() < end:
+    end, done = time.perf_counter() + seconds * len(works), 0
+    while done < rounds or time.perf_counter() < end:
         for name, work in works.items():
             start = time.perf_counter()
             work()
-            best[name] = min(best[name], time.perf_counter() - start)
-    return best
+            runs[name].append(time.perf_counter() - start)
+        done += 1
+    return {name: Time(min(times), float(np.median(times))) for name, times in runs.items()}
 
 
-@njit(nogil=True)
-def blocks(bench, given, p, key, code, times):
-    """The same block of rays again and again; the rays are put back each time."""
+def least_times(works: dict[str, Callable[[], object]], seconds: float = 0.6) -> dict[str, float]:
+    """Least time (s) of each piece of work, all run in turn for about `seconds` each."""
+    return {name: found.least for name, found in time_in_turn(works, seconds, rounds=1).items()}
+
+
+@njit(nogil=True, cache=True)
+def _repeated(lanes, given, code, gated, data, ends, key, times):
+    """Run the steps of a Program over one block again and again; its rays are put back each time."""
     for _ in range(times):
-        bench[block.X * block.PITCH:block.WEIGHT * block.PITCH + block.B] = given
-        call_stage(code, bench, p, key)
+        for i in range(given.size):
+            lanes[FIRST + i] = given[i]
+        run_steps(lanes, code, gated, data, ends, key)
+
+
+def streamed(steps: list[Step], given: dict[int, np.ndarray], real=np.float32) -> Callable[[], None]:
+    """A piece of work: BLOCKS times the steps over one block of lanes that stays in the first cache.
+
+    given: {row: (B,) values}. Those of them that a camera writes, from X on, are put back each time.
+    """
+    program, lanes = Program(steps, real), block.lane_buffer(real)
+    table = lanes.reshape(block.ROWS, block.PITCH)
+    for row, values in given.items():
+        table[row, :B] = values
+    kept = lanes[FIRST:max((row for row in given if row <= block.WEIGHT), default=0) * block.PITCH + B].copy()
+    return partial(_repeated, lanes, kept, program.code, program.gated, program.data, program.ends,
+                   np.zeros(block.KEYS, np.uint32), BLOCKS)
+
+
+@block.stage
+def idle(lanes, p, key):
+    """A stage that leaves the rays alone: the cost of putting them back."""
+
+
+def machine() -> str:
+    """The machine in words: processor, cores, Python and system."""
+    name = platform.processor() or platform.machine()
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as lines:
+            name = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        pass
+    return f"{name}, {os.cpu_count()} cores, Python {platform.python_version()}, {platform.system()}"

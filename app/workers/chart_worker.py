@@ -69,7 +69,7 @@ class ChartWorker:
         from lensbench.app.state.build import camera
         from lensbench.app.studies.charts.models import chart
         from lensbench.app.studies.charts.subjects import Subject
-        from lensbench.app.studies.charts.timing import StoppedError
+        from lensbench.app.studies.timing import StoppedError
 
         try:
             camera_ = camera(replace(key, model="trace"))

@@ -4,16 +4,16 @@ import threading
 from collections.abc import Callable
 
 from lensbench.app.studies.stability.families import FAMILIES
-from lensbench.app.studies.stability.sweep import Stress, told
+from lensbench.app.studies.stability.sweep import Sweep, progress_to
 
-Key = tuple[str, str]           # family, stress: as FAMILIES names them
+Key = tuple[str, str]           # family, sweep: as FAMILIES names them
 
 
 class StabilityWorker:
-    """What has been measured, and the stress that is being measured."""
+    """What has been measured, and the sweep that is being measured."""
 
     def __init__(self, wake: Callable[[], None]):
-        self.found: dict[Key, Stress] = {}
+        self.found: dict[Key, Sweep] = {}
         self.problems: dict[Key, str] = {}
         self.declined: Key | None = None            # cancelled: it waits to be asked for by hand
         self.key: Key | None = None                 # under way
@@ -54,10 +54,10 @@ class StabilityWorker:
     def _measure(self, key: Key) -> None:
         family, title = key
         try:
-            with told(self._progress):
-                stress = FAMILIES[family][title]()
+            with progress_to(self._progress):
+                sweep = FAMILIES[family][title]()
             if not self._cancelled.is_set():
-                self.found[key] = stress
+                self.found[key] = sweep
         except _GivenUpError:
             pass
         except Exception as error:                      # said in the panel, where it is looked at

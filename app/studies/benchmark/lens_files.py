@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from lensbench import lenses
-from lensbench.app.studies.timing import least
+from lensbench.app.studies.timing import least_times
 from lensbench.lenses.catalogue import path_of
 from lensbench.lenses.lens_file import WRITERS
 
@@ -30,10 +30,10 @@ def files() -> Iterator[tuple[str, float, str]]:
             paths = {name: Path(folder) / f"{name}{suffix}" for name in lenses.names()}
             for name, path in paths.items():
                 lenses.save(lenses.load(name), path)
-            best = least({name: partial(lenses.load, path) for name, path in paths.items()}, 0.01)
+            best = least_times({name: partial(lenses.load, path) for name, path in paths.items()}, 0.01)
             slowest = max(best, key=best.__getitem__)
             yield f"load the slowest {suffix}", best[slowest] * 1e3, "ms"
-    best = least({name: partial(lenses.check, lenses.load(name)) for name in lenses.names()}, 0.03)
+    best = least_times({name: partial(lenses.check, lenses.load(name)) for name in lenses.names()}, 0.03)
     slowest = max(best, key=best.__getitem__)
     yield "check the slowest lens", best[slowest] * 1e3, "ms"
     first = [_first(str(path_of(slowest))) for _ in range(5)]

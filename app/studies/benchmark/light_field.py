@@ -7,7 +7,7 @@ from time import perf_counter
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.comparison import decibels
-from lensbench.app.studies.timing import LENS, least
+from lensbench.app.studies.timing import LENS, least_times
 
 FILM = lb.Film(36.0, 24.0, 640, 427)
 VIEWS, SAMPLES = (9, 9), 16
@@ -26,7 +26,7 @@ def light_fields() -> Iterator[tuple[str, float, str]]:
         begin = perf_counter()
         field = lb.capture_light_field(camera(1200.0), scene, VIEWS, SAMPLES)
         yield f"light field recorded, {model}", perf_counter() - begin, "s"
-        seconds = least({"refocus": partial(field.refocus, 1500.0)})["refocus"]
+        seconds = least_times({"refocus": partial(field.refocus, 1500.0)})["refocus"]
         yield f"light field focused again, {model}", 1e3 * seconds, "ms"
         for distance in DISTANCES:
             direct = lb.render(camera(distance), scene, 1024)
@@ -41,5 +41,5 @@ def choices() -> Iterator[tuple[str, float, str]]:
     for name, f_number in ((LENS, 2.8), (LENS, 16.0), ("pbrt-fisheye-10mm", None)):
         camera = lb.LensCamera(lenses.load(name), film, 1200.0, f_number)
         choice = lb.choose_model(camera, scene)
-        seconds = least({"choose": partial(lb.choose_model, camera, scene)})["choose"]
+        seconds = least_times({"choose": partial(lb.choose_model, camera, scene)})["choose"]
         yield f"model chosen, {name}, {choice.table[-1].name}", 1e3 * seconds, "ms"

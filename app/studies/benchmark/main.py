@@ -7,8 +7,6 @@ work on the machine can only add. Speeds in millions a second, lengths in mm.
 import argparse
 import json
 import math
-import os
-import platform
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -23,12 +21,12 @@ from lensbench import lenses
 from lensbench.app.state import tone
 from lensbench.app.studies.charts.samplers import DEFAULT, WHITE, samplers
 from lensbench.app.studies.charts.sampling import COUNTS, gains, scenes, squares
-from lensbench.app.studies.timing import FILM, LENS, blocks, least
+from lensbench.app.studies.timing import BLOCKS, FILM, LENS, least_times, machine, streamed
 from lensbench.cameras.environment import LAYOUTS
 from lensbench.cameras.fisheye import PROJECTIONS
 from lensbench.cameras.real_lens import MODELS
 from lensbench.kernels import block
-from lensbench.kernels.program import Program, stage_address
+from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
 from lensbench.optics.block_trace import pack_lens, trace, trace_step
 from lensbench.optics.scalar_trace import surface_table, trace_rays
@@ -40,7 +38,7 @@ MANY = 24                       # passes, of which every fourth, eighth or twelf
 
 
 @njit(nogil=True)
-def _rays(table, origins, directions, points, after, fate, surface, times):
+def _traced(table, origins, directions, points, after, fate, surface, times):
     for _ in range(times):
         trace_rays(table, True, origins, directions, points, after, fate, surface, None, 0)
 
@@ -51,26 +49,19 @@ def block_against_scalar() -> Iterator[tuple[str, float, str]]:
     distance = lb.first_order(lens).bfl
     rng = np.random.default_rng(1)
     film, rear = rng.uniform(-5.0, 5.0, (2, block.B)), rng.uniform(-6.0, 6.0, (2, block.B))
-    way = np.stack([*(rear - film), np.full(block.B, -distance)], 1)
-    way /= np.linalg.norm(way, axis=1)[:, None]
+    directions = np.stack([*(rear - film), np.full(block.B, -distance)], 1)
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    given = dict(zip((block.X, block.Y, block.L, block.M, block.N), (*film, *directions.T), strict=True))
+    given[block.WEIGHT] = np.ones(block.B)
     for real in (np.float32, np.float64):
-        bench, key = block.lane_buffer(real), np.zeros(block.KEYS, np.uint32)
-        table = bench.reshape(block.ROWS, block.PITCH)[:, :block.B]
-        table[block.X], table[block.Y] = film
-        table[block.L:block.N + 1] = way.T
-        table[block.WEIGHT] = 1.0
-        given = bench[block.X * block.PITCH:block.WEIGHT * block.PITCH + block.B].copy()
-        numbers, code = pack_lens(lens, distance).astype(real), stage_address(trace, real)
         origins = np.stack([*film, np.full(block.B, lens.length + distance)], 1).astype(real)
         out = (np.empty((block.B, 3), real), np.empty((block.B, 3), real),
                np.empty(block.B, np.int32), np.empty(block.B, np.int32))
-        surfaces = surface_table(lens, dtype=real)
-        ways = way.astype(real)
-        best = least({
-            "block": partial(blocks, bench, given, numbers, key, code, 60),
-            "scalar": partial(_rays, surfaces, origins, ways, *out, 2)})
+        best = least_times({
+            "block": streamed([block.Step(trace, pack_lens(lens, distance))], given, real),
+            "scalar": partial(_traced, surface_table(lens, dtype=real), origins, directions.astype(real), *out, 2)})
         name = np.dtype(real).name
-        fast, scalar = 60 * block.B / best["block"] / 1e6, 2 * block.B / best["scalar"] / 1e6
+        fast, scalar = BLOCKS * block.B / best["block"] / 1e6, 2 * block.B / best["scalar"] / 1e6
         yield f"block tracer {name}", fast, "Mrays/s"
         yield f"scalar reference {name}", scalar, "Mrays/s"
         yield f"block / scalar {name}", fast / scalar, "×"
@@ -83,7 +74,7 @@ def fused() -> Iterator[tuple[str, float, str]]:
     count = -(-FILM.pixels_x * FILM.pixels_y // block.B)
     sums, bench = np.zeros((count, 3 * block.B), np.float32), block.lane_buffer()
     grown = {step.kernel.__name__: Program(steps[:i + 1]) for i, step in enumerate(steps)}
-    best = least({name: partial(program.expose, sums, bench, 0, count, 0, 2, np.uint32(0))
+    best = least_times({name: partial(program.expose, sums, bench, 0, count, 0, 2, np.uint32(0))
                   for name, program in grown.items()}, 0.3)
     before = 0.0
     for name, seconds in best.items():
@@ -94,12 +85,12 @@ def fused() -> Iterator[tuple[str, float, str]]:
     for model in ("trace", "polynomial", "thin", "pinhole"):
         view = lb.LensCamera(lenses.load(LENS), FILM, 1200.0, model=model)
         rendering = lb.Rendering(view, scene, shadows=False)
-        seconds = least({"add": partial(rendering.add, 8, threads=2)}, 1.0)["add"]
+        seconds = least_times({"add": partial(rendering.add, 8, threads=2)}, 1.0)["add"]
         yield f"fused render, two threads, {model}", FILM.pixels_x * FILM.pixels_y * 8 / seconds / 1e6, "Msamples/s"
     for name in ("still-life", "night-lights"):
         rendering = lb.Rendering(camera, lb.builtin_scene(name))
         rendering.add(4, threads=2)
-        seconds = least({"add": partial(rendering.add, MANY, threads=2)}, 1.0)["add"]
+        seconds = least_times({"add": partial(rendering.add, MANY, threads=2)}, 1.0)["add"]
         yield f"{name} with shadows, two threads", FILM.pixels_x * FILM.pixels_y * MANY / seconds / 1e6, "Msamples/s"
 
 
@@ -124,7 +115,7 @@ def cameras() -> Iterator[tuple[str, float, str]]:
         rendering = lb.Rendering(camera, scene, shadows=False)
         rendering.add(4, threads=2)
         lit[f"{name}, with small lights"] = partial(rendering.add, MANY, threads=2)
-    best = least(alone | lit)
+    best = least_times(alone | lit)
     for name, seconds in best.items():
         passes = 4 if name in alone else MANY
         yield f"still-life, no shadows, {name}", FILM.pixels_x * FILM.pixels_y * passes / seconds / 1e6, "Msamples/s"
@@ -140,7 +131,7 @@ def pupil() -> Iterator[tuple[str, float, str]]:
         table = PupilTable.of(lens, distance, 21.6)
         radii = np.linspace(0.0, table.radius, 64)
         tolerance = 2e-4 * lens.surfaces[-1].semi_diameter
-        seconds = least({"solve": partial(solve_rims, lens, distance, radii, POINTS, tolerance)})["solve"]
+        seconds = least_times({"solve": partial(solve_rims, lens, distance, radii, POINTS, tolerance)})["solve"]
         yield f"pupil of 64 radii, {name}", seconds * 1e3, "ms"
         radii = np.linspace(0.0, table.radius, 24)
         exact = lb.exit_pupil(lens, distance, radii, points=1025)
@@ -195,7 +186,7 @@ def splats() -> Iterator[tuple[str, float, str]]:
                                      light_tracing=light_tracing)
             rendering.add(4)
             both[str(light_tracing)] = partial(rendering.add, MANY, threads=2)
-        best = least(both, 1.0)
+        best = least_times(both, 1.0)
         yield f"later passes with splats in their turn over passes without, {name}", best["True"] / best["False"], "×"
 
 
@@ -222,17 +213,6 @@ def precision() -> Iterator[tuple[str, float, str]]:
 
 PARTS = {"tracer": block_against_scalar, "render": fused, "cameras": cameras, "pupil": pupil,
          "sampling": sampling, "splats": splats, "precision": precision}
-
-
-def machine() -> str:
-    """The machine in words."""
-    name = platform.processor() or platform.machine()
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as lines:
-            name = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        pass
-    return f"{name}, {os.cpu_count()} cores, Python {platform.python_version()}, {platform.system()}"
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.studies.timing import FILM, LENS, least
+from lensbench.app.studies.timing import FILM, LENS, least_times
 from lensbench.kernels import block
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
@@ -57,7 +57,7 @@ def _ratio(pair, shadows: bool) -> float:
                            *scene.steps(shadows, camera.shutter_open)])
         sums = np.zeros((blocks, 3 * block.B), np.float32)
         works[name] = partial(program.expose, sums, bench, 0, blocks, 0, 1, np.uint32(0))
-    best = least(works, 1.0)
+    best = least_times(works, 1.0)
     return best["first"] / best["second"]
 
 

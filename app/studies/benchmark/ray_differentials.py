@@ -8,7 +8,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.studies.timing import FILM, LENS, least
+from lensbench.app.studies.timing import FILM, LENS, least_times
 from lensbench.cameras.differentials import spread_step
 
 SMALL = lb.Film(36.0, 24.0, 180, 120)
@@ -20,10 +20,11 @@ def differentials() -> Iterator[tuple[str, float, str]]:
     scenes = {name: lb.builtin_scene(name) for name in ("still-life", "grid-wall", "focus-ruler")}
     camera = lb.LensCamera(lens, FILM, 1200.0, dispersion=False)
     for name, scene in scenes.items():
-        best = least({words: partial(lb.Rendering(camera, scene, shadows=False, filtered=words == "filtered").add, 4,
-                                     threads=1) for words in ("plain", "filtered")})
+        best = least_times({
+            words: partial(lb.Rendering(camera, scene, shadows=False, filtered=words == "filtered").add, 4, threads=1)
+            for words in ("plain", "filtered")})
         yield f"filtered / plain, {name} without shadows", best["filtered"] / best["plain"], "×"
-    best = least({model: partial(spread_step, lb.LensCamera(lens, FILM, 1200.0, model=model), np.float32)
+    best = least_times({model: partial(spread_step, lb.LensCamera(lens, FILM, 1200.0, model=model), np.float32)
                   for model in ("trace", "thin")})
     for model, seconds in best.items():
         yield f"pixels' spread over the film, {model}", seconds * 1e3, "ms"

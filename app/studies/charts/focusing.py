@@ -12,9 +12,9 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.studies.charts.curves import Curve, Panel
-from lensbench.app.studies.charts.timing import go_on, in_turn
 from lensbench.app.studies.stability.focus_baselines import bracketing_search, school_formula
 from lensbench.app.studies.stability.focusing import closed_form, least_blur, rms_radius, three_rays, whole_bundle
+from lensbench.app.studies.timing import report_progress, time_in_turn
 
 DISTANCES = (500.0, 2000.0, 10_000.0)
 NOTHING = 0.01                  # µm: a blur below is drawn there
@@ -35,9 +35,10 @@ def focus_panel(key: str, lens: lb.Lens, progress: Callable[[float], bool] = lam
     """Every method as a point of time (µs) and blur (µm) for one lens as it is stopped."""
     distances = [at for at in DISTANCES if at >= 1.02 * lb.nearest_focus(lens)]
     least = {at: rms_radius(lens, least_blur(lens, at), at) for at in distances}
-    go_on(progress, 0.3)
-    times = in_turn({name: partial(_all, method, lens, distances) for name, (method, _, _) in METHODS.items()}, SECONDS)
-    go_on(progress, 0.8)
+    report_progress(progress, 0.3)
+    times = time_in_turn({name: partial(_all, method, lens, distances)
+                          for name, (method, _, _) in METHODS.items()}, SECONDS)
+    report_progress(progress, 0.8)
     curves = []
     for name, (method, tint, dotted) in METHODS.items():
         blurs = [_beyond(method(lens, at), lens, at, least[at]) for at in distances]
@@ -45,7 +46,7 @@ def focus_panel(key: str, lens: lb.Lens, progress: Callable[[float], bool] = lam
         figures = {"time, µs": cost, "blur, µm": blur}
         points = ((cost, max(blur, NOTHING)),) if math.isfinite(blur) else ()
         curves.append(Curve(name, tint, points, figures, dotted))
-    go_on(progress, 1.0)
+    report_progress(progress, 1.0)
     f_number, name = lb.first_order(lens).f_number, lens.name or key
     said = any(f"f/{f_number:.{digits}g}" in name for digits in (2, 3))
     return Panel(key, name if said else f"{name}, f/{f_number:.3g}", "Time (µs)",

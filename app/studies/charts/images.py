@@ -15,7 +15,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.studies.charts.curves import Curve, Panel
-from lensbench.app.studies.charts.timing import go_on
+from lensbench.app.studies.timing import report_progress
 from lensbench.kernels.block import Step
 from lensbench.kernels.sampling import white_noise
 from lensbench.scenery.scene import Scene
@@ -54,7 +54,7 @@ def image_panel(key: str, camera: lb.LensCamera, scene: Scene, progress: Callabl
     pair = []
     for seed in (12345, 54321):
         pair.append(lb.render(camera, scene, converged, seed))
-        go_on(progress, 0.2 * len(pair))
+        report_progress(progress, 0.2 * len(pair))
     truth = _clipped(np.mean(pair, 0))
     known = 50.0 * math.sqrt(np.mean((_clipped(pair[0]) - _clipped(pair[1])) ** 2))
     runs: dict[Way, list[list[tuple[float, float]]]] = {way: [] for way in WAYS}
@@ -63,7 +63,7 @@ def image_panel(key: str, camera: lb.LensCamera, scene: Scene, progress: Callabl
     for round in range(ROUNDS):
         for i, way in enumerate(WAYS):
             runs[way].append(_followed(way, camera, scene, truth, round, longest))
-            go_on(progress, 0.4 + 0.6 * (round + (i + 1) / len(WAYS)) / ROUNDS)
+            report_progress(progress, 0.4 + 0.6 * (round + (i + 1) / len(WAYS)) / ROUNDS)
     curves = tuple(_curve(way, runs[way]) for way in WAYS)
     levels = tuple((goal, f"{goal:g} %") for goal in GOALS)
     return Panel(key, scene.name, "Time (s)", "Error, rms (% of white)", curves, levels, conditions=

@@ -15,9 +15,9 @@ import lensbench as lb
 from lensbench.app.studies.charts.ladder import Model, ladder
 from lensbench.app.studies.charts.peers import peer_marks
 from lensbench.app.studies.charts.subjects import Subject
-from lensbench.app.studies.charts.timing import BLOCKS, Time, go_on, in_turn, streamed
 from lensbench.app.studies.charts.truth import Error, Truth
 from lensbench.app.studies.charts.values import Chart, Mark
+from lensbench.app.studies.timing import BLOCKS, Time, idle, report_progress, streamed, time_in_turn
 from lensbench.kernels import block
 from lensbench.kernels.block import U0, U1, B, Step, X, Y
 from lensbench.kernels.program import Program
@@ -36,7 +36,7 @@ SECONDS = 0.06                  # for the timings of each model
 
 def charts(found: list[Subject], progress: Callable[[float], bool] = lambda _: True,
            peers: Sequence[str] = ()) -> list[Chart]:
-    """The chart of each lens. progress: hears what part is done; where it says no, StoppedError is raised.
+    """The chart of each lens. progress: called with the finished share; StoppedError where it returns False.
 
     peers: other programs to stand beside the models, of those that are installed.
     """
@@ -62,12 +62,12 @@ def chart(subject: Subject, progress: Callable[[float], bool] = lambda _: True, 
     for i, model in enumerate(models):
         if not model.why:
             errors[model.name] = truth.error(model)
-        go_on(progress, 0.3 * (i + 1) / len(models))
+        report_progress(progress, 0.3 * (i + 1) / len(models))
     alive = [model for model in models if not model.why]
     stream = _streamed(camera, alive, seconds)
-    go_on(progress, 0.6)
+    report_progress(progress, 0.6)
     fused = _fused(camera, alive, seconds) if in_the_renderer else {}
-    go_on(progress, 1.0)
+    report_progress(progress, 1.0)
     marks = [_mark(model, truth, errors.get(model.name), stream, fused) for model in models]
     scalar = stream["scalar"]
     marks.append(Mark("scalar reference", "scalar", scalar.least, 0.0, scalar.spread, 0.0,
@@ -111,11 +111,6 @@ def _figures(error: Error, stream: Time, fused: Time | None) -> dict[str, float]
                     "lost, %": 100.0 * error.lost}
 
 
-@block.stage
-def nothing(lanes, p, key):
-    """A stage that leaves the rays alone: what putting them back costs."""
-
-
 def _streamed(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[str, Time]:
     """The cost of a ray by each model, by aiming alone, and by the scalar tracer; ns."""
     random = np.random.default_rng(1)
@@ -123,14 +118,14 @@ def _streamed(camera: lb.LensCamera, models: list[Model], seconds: float) -> dic
     film = camera.film
     given = {X: (x - 0.5) * film.width, Y: (y - 0.5) * film.height, U0: u0, U1: u1}
     works: dict[str, Callable[[], object]] = {
-        f"nothing {real.__name__}": streamed([Step(nothing, [0.0])], given, real) for real in (np.float32, np.float64)}
+        f"idle {real.__name__}": streamed([Step(idle, [0.0])], given, real) for real in (np.float32, np.float64)}
     aim = next(list(model.aim) for model in models if model.aim)
     works["aim"] = streamed(aim, given)
     works |= {model.name: streamed(model.steps, given, model.real) for model in models}
     counts = dict.fromkeys(works, BLOCKS * B) | {"scalar": SCALAR}
     works["scalar"] = _scalar(camera, aim)
-    times = {name: time.each(counts[name]) for name, time in in_turn(works, seconds).items()}
-    empty = {real: times[f"nothing {real.__name__}"].least for real in (np.float32, np.float64)}
+    times = {name: time.each(counts[name]) for name, time in time_in_turn(works, seconds).items()}
+    empty = {real: times[f"idle {real.__name__}"].least for real in (np.float32, np.float64)}
     reals = {model.name: model.real for model in models}
     return {name: time if name == "scalar" else time.without(empty[reals.get(name, np.float32)])
             for name, time in times.items()}
@@ -159,4 +154,4 @@ def _fused(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[s
         works[model.name] = partial(program.expose, np.zeros((blocks, 3 * B), model.real),
                                     block.lane_buffer(model.real), 0,
                                     blocks, 0, 1, np.uint32(0))
-    return {name: time.each(blocks * B) for name, time in in_turn(works, seconds).items()}
+    return {name: time.each(blocks * B) for name, time in time_in_turn(works, seconds).items()}

@@ -26,7 +26,7 @@ PER_LENS = ("pupil", "focus")
 
 
 def panels(arguments: argparse.Namespace, progress: Callable[[float], bool]) -> list[Panel]:
-    """The panels of what is asked for. progress: hears what part is done; where it says no, StoppedError is raised.
+    """The panels of what is asked for. progress: called with the finished share; StoppedError where it returns False.
 
     Errors of lenses and scenes are those of the readers: ValueError, OSError.
     """

@@ -16,9 +16,9 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.studies.charts.timing import in_turn
 from lensbench.app.studies.charts.truth import Truth
 from lensbench.app.studies.charts.values import Mark
+from lensbench.app.studies.timing import time_in_turn
 
 BEFORE = 50.0                   # mm from the rays' beginnings to the first vertex
 RAYS, FEW = 2000, 50            # rayoptics traces one ray at a time
@@ -129,7 +129,7 @@ def peer_marks(names: Sequence[str], truth: Truth) -> list[Mark]:
                        "worst, px": float(off.max())}
             marks[name] = Mark(name, "peer", error=figures["rms, px"], worst=figures["worst, px"], figures=figures)
             runs[name], counts[name] = partial(run, origins[:count], directions[:count]), count
-        times = in_turn(runs, SECONDS) if runs else {}
+        times = time_in_turn(runs, SECONDS) if runs else {}
     found = []
     for name, mark in marks.items():
         if name in times:

@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 import lensbench as lb
 from lensbench.app.studies.charts.curves import Curve, Panel
-from lensbench.app.studies.charts.timing import Time, go_on, in_turn
 from lensbench.app.studies.stability.pupils import BUCKETS, Place, Result, box, paraxial_disk, result, solved
+from lensbench.app.studies.timing import Time, report_progress, time_in_turn
 from lensbench.pupils.radial_sampler import PupilTable
 
 FIELDS = (0.0, 0.35, 0.7, 0.95)         # of the radius where the light ends, or of the film's half diagonal
@@ -24,7 +24,7 @@ TIME = "Time for all film points (ms)"
 
 def pupil_panels(key: str, camera: lb.LensCamera, progress: Callable[[float], bool] = lambda _: True) -> list[Panel]:
     """Two panels of one lens as its camera stands, over time: light that is off, and samples that are blocked, in
-    percent. progress: hears what part is done, and may say no.
+    percent. progress: called with the finished share; StoppedError where it returns False.
     """
     lens, away, half = camera.lens, camera.film_distance, 0.5 * camera.film.diagonal
     reach = min(half, PupilTable.of(lens, away, half).dark_beyond)
@@ -39,7 +39,7 @@ def pupil_panels(key: str, camera: lb.LensCamera, progress: Callable[[float], bo
         found = [result(place, method(place)) for place in places]
         points[name].append((1e3 * seconds, Result(*(math.sqrt(sum(x * x for x in values) / len(values))
                                                      for values in zip(*found, strict=True)))))
-        go_on(progress, (i + 1) / len(ways))
+        report_progress(progress, (i + 1) / len(ways))
     tints = dict(zip(points, ("grey", "purple", "vermilion"), strict=True))
     panels = []
     for measure, words, floor in (("light", "Light off, rms (%)", 0.01), ("waste", "Samples blocked, rms (%)", 0.1)):
@@ -58,7 +58,7 @@ def _times(place: Place) -> dict[str, float]:
     works: dict[str, Callable[[], object]] = {
         "disk": lambda: paraxial_disk(place), "boxes": lambda: box(place, FEW),
         "solved": lambda: PupilTable.of(place.lens, place.film_distance, place.reach)}
-    found: dict[str, Time] = in_turn(works, SECONDS)
+    found: dict[str, Time] = time_in_turn(works, SECONDS)
     return {name: time.least * (BUCKETS if name == "boxes" else 1) for name, time in found.items()}
 
 

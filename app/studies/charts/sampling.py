@@ -13,7 +13,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.charts.curves import Curve, Panel
 from lensbench.app.studies.charts.samplers import WHITE, samplers
-from lensbench.app.studies.charts.timing import BLOCKS, go_on, in_turn, streamed
+from lensbench.app.studies.timing import BLOCKS, report_progress, streamed, time_in_turn
 from lensbench.kernels.block import B
 from lensbench.scenery.objects import Floor, Material, Sphere, Sun
 from lensbench.scenery.scene import Scene
@@ -75,7 +75,7 @@ def sampling_panels(names: list[str], progress: Callable[[float], bool] = lambda
 
     progress: receives the part that is done; False cancels.
     """
-    costs = {name: time.each(BLOCKS * B).least for name, time in in_turn(
+    costs = {name: time.each(BLOCKS * B).least for name, time in time_in_turn(
         {name: streamed(placing, {}) for name, placing in samplers(FILM).items()}, 0.05).items()}
     wanted = {name: what for name, what in scenes().items() if not names or name in names}
     panels = []
@@ -83,7 +83,7 @@ def sampling_panels(names: list[str], progress: Callable[[float], bool] = lambda
         found, steps = {}, samplers(FILM, scene.moves)
         for j, (name, errors) in enumerate(squares(camera, scene, COUNTS, steps)):
             found[name] = errors
-            go_on(progress, (i + (j + 1) / len(steps)) / len(wanted))
+            report_progress(progress, (i + (j + 1) / len(steps)) / len(wanted))
         curves = tuple(
             Curve(name, tint, tuple(gain.items()), {f"gain at {count}, ×": value for count, value in gain.items()}
                   | {"cost, ns": costs[name]})

@@ -88,17 +88,17 @@ def _notes(chart: Chart) -> list[str]:
 
 def _limits(marks: tuple[Mark, ...], floor: float) -> tuple[float, float]:
     """Of the axis of errors: from the floor to the largest."""
-    shown = [max(mark.error, mark.worst if math.isfinite(mark.worst) else 0.0) for mark in marks if mark.placed]
+    shown = [max(mark.error, mark.worst if math.isfinite(mark.worst) else 0.0) for mark in marks if mark.has_place]
     return 0.4 * floor, 3.0 * max([1.0, *(error for error in shown if math.isfinite(error))])
 
 
 def _draw(axes: "Axes", chart: Chart, size: float = 6.5) -> None:
     """The marks of a chart, the front among them, and how far costs and errors spread."""
-    placed = [mark for mark in chart.marks if mark.placed and math.isfinite(mark.error)]
+    has_place = [mark for mark in chart.marks if mark.has_place and math.isfinite(mark.error)]
     ahead, floor = chart.front, chart.floor
     axes.plot([mark.cost for mark in ahead], [max(mark.error, floor) for mark in ahead], color=FRONT,
               linewidth=0.35 * size, zorder=1.5, solid_joinstyle="round")
-    for mark in placed:
+    for mark in has_place:
         kind, y = KINDS[mark.kind], max(mark.error, floor)
         colour = FAINT if mark.why else kind.colour
         if mark.worst > y and math.isfinite(mark.worst):
@@ -125,7 +125,7 @@ def _name_marks(axes: "Axes", chart: Chart) -> None:
     from matplotlib.patheffects import withStroke
 
     halo = [withStroke(linewidth=3.5, foreground=PAPER)]
-    pixel, marks = axes.figure.dpi / 72.0, [mark for mark in chart.marks if mark.placed]
+    pixel, marks = axes.figure.dpi / 72.0, [mark for mark in chart.marks if mark.has_place]
     at = {mark.name: axes.transData.transform((mark.cost, max(mark.error, chart.floor))) for mark in marks}
     taken = [(x - 4.5 * pixel, y - 4.5 * pixel, x + 4.5 * pixel, y + 4.5 * pixel) for x, y in at.values()]
     frame = axes.get_window_extent()
@@ -204,7 +204,7 @@ def _many(charts: list[Chart], summary: bool, measured: str) -> "Figure":
         axes.set_ylim(*_limits(tuple(replace(mark, worst=math.nan) for mark in marks), floor))
         for chart in charts:
             for mark in chart.all_costs[i].marks:
-                if mark.stands:
+                if mark.is_valid:
                     axes.plot(mark.cost, max(mark.error, chart.floor), ".", color=KINDS[mark.kind].colour, alpha=0.35,
                               markersize=3.5, markeredgewidth=0.0, zorder=1.2)
         _draw(axes, over, 7.5)
@@ -223,7 +223,7 @@ def _middles(charts: list[Chart]) -> Chart:
     """The chart of the median over all charts of each mark that is valid, its figures too."""
     first, marks = charts[0], []
     for name in dict.fromkeys(mark.name for chart in charts for mark in chart.marks):
-        same = [mark for chart in charts for mark in chart.marks if mark.name == name and mark.stands]
+        same = [mark for chart in charts for mark in chart.marks if mark.name == name and mark.is_valid]
         if same:
             heads = [head for head in same[0].figures if all(head in mark.figures for mark in same)]
             cost, error = (median(getattr(mark, name) for mark in same) for name in ("cost", "error"))
@@ -235,7 +235,7 @@ def _middles(charts: list[Chart]) -> Chart:
 
 def _small_ones(figure: "SubFigure", charts: list[Chart], errors: tuple[float, float]) -> None:
     """Every chart small, on common axes, labelled at the left and below alone."""
-    costs = [mark.cost for chart in charts for mark in chart.marks if mark.placed]
+    costs = [mark.cost for chart in charts for mark in chart.marks if mark.has_place]
     rows = math.ceil(len(charts) / ACROSS)
     for i, chart in enumerate(charts):
         axes = plot(figure.add_subplot(rows, ACROSS, i + 1), "", "", log=True)

@@ -24,14 +24,14 @@ class Mark:
     figures: dict[str, float] = field(default_factory=dict)
 
     @property
-    def placed(self) -> bool:
+    def has_place(self) -> bool:
         """Whether it has a place in the chart."""
         return self.cost > 0.0 and self.error >= 0.0
 
     @property
-    def stands(self) -> bool:
+    def is_valid(self) -> bool:
         """Whether it has a place, and a right to it."""
-        return self.placed and not self.why
+        return self.has_place and not self.why
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Chart:
     def front(self) -> tuple[Mark, ...]:
         """The marks than which none is both cheaper and nearer to the truth, by cost (the Pareto front)."""
         found: list[Mark] = []
-        for mark in sorted((mark for mark in self.marks if mark.stands), key=lambda mark: (mark.cost, mark.error)):
+        for mark in sorted((mark for mark in self.marks if mark.is_valid), key=lambda mark: (mark.cost, mark.error)):
             if not found or max(mark.error, self.floor) < max(found[-1].error, self.floor):
                 found.append(mark)
         return tuple(found)

@@ -1,1 +1,1 @@
-"""The stability atlas: every method of the program against the stress that breaks it."""
+"""The stability atlas: every method of the program against the sweep that breaks it."""

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.studies.stability.sweep import Curve, Stress, curve
+from lensbench.app.studies.stability.sweep import Curve, Sweep, curve
 from lensbench.cameras.ideal_lens import thin
 from lensbench.kernels.block import RED, WEIGHT, B, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
@@ -66,23 +66,23 @@ def _own_coc(focus: float, distance: float) -> float:
     return float(lb.circle_of_confusion(FOCAL_LENGTH, F_NUMBER, focus, distance))
 
 
-def to_the_focal_length() -> Stress:
+def to_the_focal_length() -> Sweep:
     """Focus ever nearer to the focal length, where the image runs away to infinity."""
     beyond = np.logspace(1.0, -14.0, 46)
     forms = {"in dioptres, float64": lambda part: _in_dioptres(FOCAL_LENGTH * (1.0 + part), 1e4),
              "as printed, float32": lambda part: _printed_coc(np.float32, FOCAL_LENGTH * (1.0 + part), 1e4),
              OWN: lambda part: _own_coc(FOCAL_LENGTH * (1.0 + part), 1e4)}
-    return Stress("Thin lens as the focus comes to f", "Focus beyond f", "f", beyond, "Circle of confusion", "%", 0.1,
+    return Sweep("Thin lens as the focus comes to f", "Focus beyond f", "f", beyond, "Circle of confusion", "%", 0.1,
                   THOUSANDTH, _rows(beyond.tolist(), forms, lambda part: _coc(FOCAL_LENGTH * (1.0 + part), 1e4)),
                   "The difference of focus and focal length is exact; one less their quotient is not. At f and "
                   "nearer it is a FocusError.")
 
 
-def near_the_focus() -> Stress:
+def near_the_focus() -> Sweep:
     """A point ever nearer to the plane in focus."""
     beyond = np.logspace(0.0, -14.0, 43)
     points = {float(part): 1500.0 * (1.0 + part) for part in beyond}
-    return Stress("Blur next to the plane in focus", "Distance from it", "of the focus", beyond, "Circle of confusion",
+    return Sweep("Blur next to the plane in focus", "Distance from it", "of the focus", beyond, "Circle of confusion",
                   "%", 0.1, THOUSANDTH, _rows(beyond.tolist(), {
                       "in dioptres, float64": lambda part: _in_dioptres(1500.0, points[part]),
                       OWN: lambda part: _own_coc(1500.0, points[part])},
@@ -104,7 +104,7 @@ def _printed_far(real: type, focus: float) -> float:
     return float(s * f * f / (f * f - n * c * (s - f)))
 
 
-def hyperfocal() -> Stress:
+def hyperfocal() -> Sweep:
     """The far limit as the focus comes to the hyperfocal distance."""
     before = np.logspace(-0.3, -13.0, 43)
     whole = lb.hyperfocal(FOCAL_LENGTH, F_NUMBER, BLUR)         # a sum of powers of two: exact
@@ -113,13 +113,13 @@ def hyperfocal() -> Stress:
         "as printed, float32": lambda part: _printed_far(np.float32, focus[part]),
         "as printed, float64": lambda part: _printed_far(np.float64, focus[part]),
         OWN: lambda part: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus[part], BLUR)[1]}
-    return Stress("Depth of field at the hyperfocal", "Focus before the hyperfocal", "of it", before, "Far limit", "%",
+    return Sweep("Depth of field at the hyperfocal", "Focus before the hyperfocal", "of it", before, "Far limit", "%",
                   0.1, THOUSANDTH, _rows(before.tolist(), forms, lambda part: _far(focus[part])),
                   "The far limit runs to infinity there, and is infinite from there on; a focus in float32 is too "
                   "coarse to say how far.")
 
 
-def far_focus() -> Stress:
+def far_focus() -> Sweep:
     """The near limit as the focus goes to infinity."""
     values = np.logspace(2.0, 100.0, 50)
 
@@ -135,7 +135,7 @@ def far_focus() -> Stress:
         "as printed, float32": lambda focus: printed(np.float32, focus),
         "as printed, float64": lambda focus: printed(np.float64, focus),
         OWN: lambda focus: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus, BLUR)[0]}
-    return Stress("Depth of field of a far focus", "Focus", "mm", values, "Near limit", "%", 0.1, THOUSANDTH,
+    return Sweep("Depth of field of a far focus", "Focus", "mm", values, "Near limit", "%", 0.1, THOUSANDTH,
                   _rows(values.tolist(), forms, truth),
                   "As it is printed the formula overflows, and at infinity is no number; divided by the distance it "
                   "takes infinity as it comes.")
@@ -144,7 +144,7 @@ def far_focus() -> Stress:
 # Depth in numbers
 
 
-def depth() -> Stress:
+def depth() -> Sweep:
     """How far away a pixel is, kept in one number."""
     values = np.logspace(2.0, 7.0, 41)
     near, far = 10.0, 1e8
@@ -168,7 +168,7 @@ def depth() -> Stress:
 
     forms = {"screen z, float32": buffer(np.float32, False), "screen z, float64": buffer(np.float64, False),
              "screen z reversed, float32": buffer(np.float32, True), "distance along the ray, float32": traced}
-    return Stress("Depth kept in a number", "Distance", "mm", values, "Distance", "%", 0.1,
+    return Sweep("Depth kept in a number", "Distance", "mm", values, "Distance", "%", 0.1,
                   "a metre in a kilometre", _rows(values.tolist(), forms, Fraction, "distance along the ray, float32"),
                   "A perspective z from 10 mm to 100 km has almost all its steps in the first metre.")
 
@@ -176,7 +176,7 @@ def depth() -> Stress:
 # Weights
 
 
-def weights() -> Stress:
+def weights() -> Sweep:
     """The fourth power of the cosine at the film, as the ray comes to lie along it."""
     left = np.logspace(math.log10(60.0), -4.0, 36)
     tangents = {float(angle): float(np.float32(1.0 / math.tan(math.radians(angle)))) for angle in left}
@@ -204,12 +204,12 @@ def weights() -> Stress:
     forms = {f"{name}, {precision}": form(real) for name, form in
              (("cosine of the angle", by_the_angle), ("1 − sin²", by_the_sine), ("by the tangent", stage))
              for real, precision in REALS}
-    return Stress("cos⁴ near 90°", "Angle between ray and film", "°", left, "Weight", "%", 0.1,
+    return Sweep("cos⁴ near 90°", "Angle between ray and film", "°", left, "Weight", "%", 0.1,
                   "a thousandth of a stop", _rows(left.tolist(), forms, cos4, own="by the tangent"),
                   "The cosine of an angle near 90° is a small difference; from the tangent it is a quotient.")
 
 
-STRESSES: dict[str, Callable[[], Stress]] = {
+SWEEPS: dict[str, Callable[[], Sweep]] = {
     "Thin lens as the focus comes to f": to_the_focal_length, "Blur next to the plane in focus": near_the_focus,
     "Depth of field at the hyperfocal": hyperfocal, "Depth of field of a far focus": far_focus,
     "Depth kept in a number": depth, "cos⁴ near 90°": weights}

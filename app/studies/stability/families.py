@@ -12,15 +12,15 @@ from lensbench.app.studies.stability import (
     refraction,
     sampling,
 )
-from lensbench.app.studies.stability.sweep import Stress
+from lensbench.app.studies.stability.sweep import Sweep
 
-FAMILIES: dict[str, dict[str, Callable[[], Stress]]] = {
-    "Intersection": intersection.STRESSES,
-    "Refraction": refraction.STRESSES,
-    "Focusing": focusing.STRESSES,
-    "Pupil": pupils.STRESSES,
-    "Models": models.STRESSES,
-    "Sampling": sampling.STRESSES,
-    "Closed forms": closed_forms.STRESSES,
-    "Orientation": orientation.STRESSES,
+FAMILIES: dict[str, dict[str, Callable[[], Sweep]]] = {
+    "Intersection": intersection.SWEEPS,
+    "Refraction": refraction.SWEEPS,
+    "Focusing": focusing.SWEEPS,
+    "Pupil": pupils.SWEEPS,
+    "Models": models.SWEEPS,
+    "Sampling": sampling.SWEEPS,
+    "Closed forms": closed_forms.SWEEPS,
+    "Orientation": orientation.SWEEPS,
 }

@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.stability.focus_baselines import bracketing_search, school_formula
 from lensbench.app.studies.stability.high_precision import exact, exactly
-from lensbench.app.studies.stability.sweep import Curve, Stress, curve
+from lensbench.app.studies.stability.sweep import Curve, Sweep, curve
 
 Focus = Callable[[lb.Lens, float], float | str]
 
@@ -145,7 +145,7 @@ def _rivals() -> dict[str, Focus]:
     return {f"school formula, {precision}": partial(school_formula, real=real) for real, precision in PRECISIONS}
 
 
-def far_focus() -> Stress:
+def far_focus() -> Sweep:
     """From a metre to ten kilometres and beyond."""
     lens, values = lenses.load(LENS), np.logspace(3.0, 10.0, 29)
     searches: dict[str, Focus] = {f"one ray, {precision}": partial(bracketing_search, real=real)
@@ -156,13 +156,13 @@ def far_focus() -> Stress:
                   for name, focus in {**_rivals(), **searches}.items()]
         curves.append(curve("closed form", [_off(closed_form(lens, at), film)
                                             for at, film in zip(values, truth, strict=True)], True))
-    return Stress("Far focus", "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT,
+    return Sweep("Far focus", "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT,
                   WHY + " at f/1", tuple(curves),
                   "The extension of the lens is f² over the distance. As a difference of conjugates it loses a digit "
                   "with each digit of the distance; one ray off the axis has spherical aberration besides.")
 
 
-def near_focus() -> Stress:
+def near_focus() -> Sweep:
     """Nearer than magnification one there is no film at all."""
     lens = lenses.load(LENS)
     values = np.concatenate([np.geomspace(1000.0, 99.0, 16), np.geomspace(98.0, 5.0, 13)])
@@ -174,7 +174,7 @@ def near_focus() -> Stress:
                   for name, focus in methods.items()]
         curves.append(curve("closed form", [_off(closed_form(lens, at), film)
                                             for at, film in zip(values, truth, strict=True)], True))
-    return Stress("Near focus", "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT,
+    return Sweep("Near focus", "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT,
                   WHY + " at f/1", tuple(curves),
                   "Object and image are nearest to each other at magnification −1. Nearer there is the root of a "
                   "negative number; the program says how near it can.", expected=expected)
@@ -184,7 +184,7 @@ def _shares(lens: lb.Lens, values: np.ndarray) -> list[lb.Lens]:
     return [lens.with_stop_radius(float(radius)) for radius in values]
 
 
-def closing_stop() -> Stress:
+def closing_stop() -> Sweep:
     """A stop that closes to a pinprick."""
     lens, distance = lenses.load(LENS), 200.0
     values = np.geomspace(lens.stop.semi_diameter, 0.02, 13)
@@ -202,13 +202,13 @@ def closing_stop() -> Stress:
     curves = [curve(name, [blur(focus(each, distance), film, wide)
                            for each, film, wide in zip(closed, truth, spread, strict=True)], own, switch)
               for name, (focus, own, switch) in methods.items()]
-    return Stress("Focus as the stop closes", "Radius of the stop", "mm", values, "Blur for the film's place", "mm",
+    return Sweep("Focus as the stop closes", "Radius of the stop", "mm", values, "Blur for the film's place", "mm",
                   5.0 * PIXEL, "five pixels of 4 µm: a focus that is plainly wrong", tuple(curves),
                   "An object at 0.2 m. A ray that is aimed at a fixed part of the rear opening is cut off by the stop: "
                   "the search then goes on for ever.")
 
 
-def best_focus(name: str) -> Stress:
+def best_focus(name: str) -> Sweep:
     """Where the sharpest film is, as the aperture opens."""
     lens, distance = lenses.load(name), 2000.0
     values = np.linspace(0.05, 1.0, 14)
@@ -233,12 +233,12 @@ def best_focus(name: str) -> Stress:
     curves: Sequence[Curve] = [
         curve(label, [wider(focus(each, distance), each, best) for each, best in zip(opened, least, strict=True)], own,
               switch) for label, (focus, own, switch) in methods.items()]
-    return Stress(f"Best focus, {lens.name or name}", "Stop, of the full one", "", values,
+    return Sweep(f"Best focus, {lens.name or name}", "Stop, of the full one", "", values,
                   "Blur beyond the least", "mm", PIXEL, "a pixel of 4 µm", tuple(curves),
                   "Diameters 2√2 × rms of the axis point at 2 m. Spherical aberration parts the paraxial focus, the "
                   "least rms blur and the smallest whole spot.", linear=True)
 
 
-STRESSES: dict[str, Callable[[], Stress]] = {
+SWEEPS: dict[str, Callable[[], Sweep]] = {
     "Far focus": far_focus, "Near focus": near_focus, "Focus as the stop closes": closing_stop,
     "Best focus, wide angle": lambda: best_focus(LENS), "Best focus, f/1.25": lambda: best_focus(FAST)}

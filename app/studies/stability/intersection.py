@@ -9,7 +9,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.studies.stability import baselines
 from lensbench.app.studies.stability.high_precision import distance, exact, exactly, floats, root
-from lensbench.app.studies.stability.sweep import LOST, Curve, Stress, curve, paced
+from lensbench.app.studies.stability.sweep import LOST, Curve, Sweep, curve, with_progress
 from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_step
@@ -99,7 +99,7 @@ def measured(surfaces: Sequence[lb.Surface], rays: Sequence[Rays], methods: dict
     """
     results: dict[str, list[float | str]] = {}
     with exactly():
-        for surface, ray in paced(list(zip(surfaces, rays, strict=True))):
+        for surface, ray in with_progress(list(zip(surfaces, rays, strict=True))):
             meant = truth(*ray, surface)
             for real, precision in PRECISIONS:
                 origins, directions = (np.ascontiguousarray(part, real) for part in ray)
@@ -130,32 +130,32 @@ OWN_CONICS: dict[str, Method] = {"closed form": reference, "closed form in block
 RADII = np.logspace(0.0, 12.0, 49)
 
 
-def _stress(title: str, axis: str, unit: str, values: np.ndarray, curves: tuple[Curve, ...], note: str) -> Stress:
-    return Stress(title, axis, unit, values, "Place of the hit", "mm", LIMIT, WHY, curves, note)
+def _sweep(title: str, axis: str, unit: str, values: np.ndarray, curves: tuple[Curve, ...], note: str) -> Sweep:
+    return Sweep(title, axis, unit, values, "Place of the hit", "mm", LIMIT, WHY, curves, note)
 
 
-def radius() -> Stress:
+def radius() -> Sweep:
     """Spheres from a bead to a plane."""
     spheres = [replace(GLASS, curvature=1.0 / r, semi_diameter=min(0.6 * r, GLASS.semi_diameter)) for r in RADII]
-    return _stress("Radius of a sphere", "Radius", "mm", RADII,
+    return _sweep("Radius of a sphere", "Radius", "mm", RADII,
                    measured(spheres, [aimed(sphere) for sphere in spheres], SPHERES, OWN),
                    "About the centre of a flat sphere the squares of two great numbers cancel; from the foot of the "
                    "perpendicular nothing does, and a plane is a sphere like any other.")
 
 
-def paraboloid() -> Stress:
+def paraboloid() -> Sweep:
     """The same for a conic."""
     conics = [replace(GLASS, curvature=1.0 / r, conic=-1.0, semi_diameter=min(0.6 * r, GLASS.semi_diameter))
               for r in RADII]
-    return _stress("Radius of a paraboloid", "Radius", "mm", RADII,
+    return _sweep("Radius of a paraboloid", "Radius", "mm", RADII,
                    measured(conics, [aimed(conic) for conic in conics], CONICS, OWN_CONICS),
                    "The school formula divides a difference that vanishes by a coefficient that vanishes.")
 
 
-def ray_distance() -> Stress:
+def ray_distance() -> Sweep:
     """A ray from far away."""
     values = np.logspace(0.0, 7.0, 43)
-    return _stress("Distance of the ray's origin", "Distance", "mm", values,
+    return _sweep("Distance of the ray's origin", "Distance", "mm", values,
                    measured([GLASS] * len(values), [aimed(GLASS, away=away) for away in values], SPHERES, OWN,
                             switch="no ray of a picture begins there: the camera's begin on the film, a light's on a "
                                    "plane just before the lens"),
@@ -163,7 +163,7 @@ def ray_distance() -> Stress:
                    "theirs.")
 
 
-def grazing() -> Stress:
+def grazing() -> Sweep:
     """A sphere almost along the ray, 15 mm from its axis."""
     values = np.logspace(math.log10(45.0), -6.0, 45)
     turn = 2.0 * math.pi * np.arange(RAYS) / RAYS
@@ -172,7 +172,7 @@ def grazing() -> Stress:
     targets = 15.0 * out + float(GLASS.sag(15.0)) * axis
     along, across = math.cos(lean) * out + math.sin(lean) * axis, math.cos(lean) * axis - math.sin(lean) * out
     directions = [math.cos(angle) * along + math.sin(angle) * across for angle in np.radians(values)]
-    return _stress("Grazing incidence on a sphere", "Angle between ray and surface", "°", values,
+    return _sweep("Grazing incidence on a sphere", "Angle between ray and surface", "°", values,
                    measured([GLASS] * len(values), [(targets - AWAY * way, way) for way in directions], SPHERES, OWN,
                             switch="no ray through a lens of the library runs flatter than 10°; where light ends "
                                    "is found in float64"),
@@ -180,37 +180,37 @@ def grazing() -> Stress:
                    "Below that it may be said to miss.")
 
 
-def hemisphere() -> Stress:
+def hemisphere() -> Sweep:
     """Rays along the axis near the equator of a sphere."""
     values = np.logspace(0.0, -15.0, 46)
     sphere = replace(GLASS, semi_diameter=50.0)
     turn = 2.0 * math.pi * np.arange(RAYS) / RAYS
     rays = [(np.stack([50.0 * (1.0 - part) * np.cos(turn), 50.0 * (1.0 - part) * np.sin(turn), np.full(RAYS, -AWAY)],
                       1), np.tile([0.0, 0.0, 1.0], (RAYS, 1))) for part in values]
-    return _stress("Edge of a hemisphere", "Part of the radius left to the equator", "", values,
+    return _sweep("Edge of a hemisphere", "Part of the radius left to the equator", "", values,
                    measured([sphere] * len(values), rays, SPHERES, OWN,
                             switch="no ray through a lens of the library comes nearer than a hundredth; where light "
                                    "ends is found in float64"),
                    "The surface stands along the ray there; beyond the equator it is a miss.")
 
 
-def _conics(title: str, axis: str, values: np.ndarray, ks: np.ndarray, note: str) -> Stress:
+def _conics(title: str, axis: str, values: np.ndarray, ks: np.ndarray, note: str) -> Sweep:
     """Conic constants k, on as much of the surface as there is within 0.6 of its equator."""
     reach = [min(0.6 * 50.0 / math.sqrt(1.0 + k), 20.0) if k > -1.0 else 20.0 for k in ks]
     conics = [replace(GLASS, conic=float(k), semi_diameter=edge) for k, edge in zip(ks, reach, strict=True)]
-    return _stress(title, axis, "", values, measured(
+    return _sweep(title, axis, "", values, measured(
         conics, [aimed(conic) for conic in conics], CONICS, OWN_CONICS,
         switch="a conic constant of a lens is a million times smaller"), note)
 
 
-def oblate() -> Stress:
+def oblate() -> Sweep:
     """Conics flatter than a sphere."""
     values = np.logspace(-2.0, 8.0, 41)
     return _conics("Oblate conics", "Conic constant k", values, values,
                    "The greater k, the smaller the whole ellipsoid: its equator comes down to the vertex.")
 
 
-def hyperbolic() -> Stress:
+def hyperbolic() -> Sweep:
     """Conics that open wide; their second branch must not be hit."""
     values = np.logspace(0.0, 8.0, 41)
     return _conics("Hyperbolic conics", "Minus the conic constant", values, -values,
@@ -244,19 +244,19 @@ def _newton(origins, directions, surface):
     return rival(baselines.newton_to_a_millionth(origins, directions, surface))
 
 
-def asphere() -> Stress:
+def asphere() -> Sweep:
     """The slope of an asphere's r^10 term at its rim, 15 mm from the axis; rays as oblique as that allows."""
     values = np.logspace(-2.0, 1.0, 25)
     surfaces = [replace(GLASS, semi_diameter=15.0, aspheric=((10, slope / (10.0 * 15.0**9)),)) for slope in values]
     tilts = np.arctan(0.85 / (values + 0.35))           # no ray meets the surface twice
     rays = [aimed(surface, min(tilt, math.radians(40.0))) for surface, tilt in zip(surfaces, tilts, strict=True)]
-    return _stress("Strong aspheres", "Slope of the r^10 term at the rim", "", values,
+    return _sweep("Strong aspheres", "Slope of the r^10 term at the rim", "", values,
                    measured(surfaces, rays, {"Newton to 1e-6 mm": _newton},
                             {"Newton, halved steps": reference, "Newton in blocks": block}, first_hits),
                    "Full steps overshoot where the surface is steeper than the ray.")
 
 
-def oblique() -> Stress:
+def oblique() -> Sweep:
     """A surface that turns back at its rim, and rays that meet it ever more obliquely."""
     values = np.linspace(5.0, 75.0, 22)
     surface = replace(GLASS, semi_diameter=15.0, aspheric=((10, -2.0 / (10.0 * 15.0**9)),))
@@ -264,13 +264,13 @@ def oblique() -> Stress:
                       {"Newton to 1e-6 mm": _newton},
                       {"Newton, halved steps": reference, "Newton in blocks": block}, first_hits,
                       switch="the ray is blocked, and the reference tracer finds it")
-    return replace(_stress("Oblique rays on a strong asphere", "Tilt of the rays", "°", values, curves,
+    return replace(_sweep("Oblique rays on a strong asphere", "Tilt of the rays", "°", values, curves,
                            "The r^10 term falls by 2 mm a mm at the rim. Full steps land on a second crossing, or on "
                            "none; the blocks go on while a ray of theirs moves, up to a few steps more, and block "
                            "the one that has not come to rest then."), linear=True)
 
 
-STRESSES: dict[str, Callable[[], Stress]] = {
+SWEEPS: dict[str, Callable[[], Sweep]] = {
     "Radius of a sphere": radius, "Radius of a paraboloid": paraboloid, "Distance of the ray's origin": ray_distance,
     "Grazing incidence on a sphere": grazing, "Edge of a hemisphere": hemisphere, "Oblate conics": oblate,
     "Hyperbolic conics": hyperbolic, "Strong aspheres": asphere, "Oblique rays on a strong asphere": oblique}

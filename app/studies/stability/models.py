@@ -10,7 +10,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.analysis.model_choice import LADDER
 from lensbench.analysis.model_error import ModelErrors
-from lensbench.app.studies.stability.sweep import Stress, curve
+from lensbench.app.studies.stability.sweep import Sweep, curve
 
 LENSES = {"double Gauss": "pbrt-dgauss-50mm", "fisheye": "pbrt-fisheye-10mm", "triplet": "lenshh-cooke-triplet-50"}
 PIXEL, PIXELS = 0.006, 0.5      # mm, as of 24 megapixels on full frame; and how many of them a model may be off by
@@ -59,40 +59,40 @@ def angle(camera: lb.LensCamera, radius: float) -> float:
     return math.degrees(math.acos(-float(rays.directions[0, 2])))
 
 
-def field(label: str) -> Stress:
+def field(label: str) -> Sweep:
     """Ever larger films."""
     lens = lenses.load(LENSES[label])
     halves = np.geomspace(0.2, circle(lens), 10)
     angles = np.array([angle(lb.LensCamera(lens, film(half * 1.3), FOCUS), half) for half in halves])
-    return Stress(f"Models over the field, {label}", "Field angle at the film's corner", "°", angles,
+    return Sweep(f"Models over the field, {label}", "Field angle at the film's corner", "°", angles,
                   "Place and size of blurs", "px", PIXELS, WHY, _curves([judge(lens, half, None, FOCUS)
                                                                         for half in halves]),
                   "Wide open, at 2 m. Ideal models know no distortion; they hold for the middle of the picture.")
 
 
-def f_number(label: str) -> Stress:
+def f_number(label: str) -> Sweep:
     """Ever wider stops."""
     lens = lenses.load(LENSES[label])
     widest = lb.first_order(lens).f_number * 1.0001
     values = np.geomspace(32.0, widest, 10)
     half = 0.5 * circle(lens)
-    return Stress(f"Models as the stop opens, {label}", "f-number", "", values, "Place and size of blurs", "px", PIXELS,
+    return Sweep(f"Models as the stop opens, {label}", "f-number", "", values, "Place and size of blurs", "px", PIXELS,
                   WHY, _curves([judge(lens, half, float(value), FOCUS) for value in values]),
                   "Half of the field, at 2 m. A wider pupil has more aberration for a polynomial to follow.")
 
 
-def object_distance(label: str) -> Stress:
+def object_distance(label: str) -> Sweep:
     """Ever nearer things, in focus."""
     lens = lenses.load(LENSES[label])
     values = np.geomspace(1e5, 1.5 * lb.nearest_focus(lens), 10)
     half = 0.5 * circle(lens)
-    return Stress(f"Models near by, {label}", "Distance in focus", "mm", values, "Place and size of blurs", "px",
+    return Sweep(f"Models near by, {label}", "Distance in focus", "mm", values, "Place and size of blurs", "px",
                   PIXELS, WHY, _curves([judge(lens, half, 4.0 if lb.first_order(lens).f_number < 4.0 else None,
                                                float(value)) for value in values]),
                   "Half of the field, f/4. Things stand from four fifths of that distance to twice as far.")
 
 
-STRESSES: dict[str, Callable[[], Stress]] = {
-    f"{title}, {label}": partial(stress, label) for title, stress in (
+SWEEPS: dict[str, Callable[[], Sweep]] = {
+    f"{title}, {label}": partial(sweep, label) for title, sweep in (
         ("Models over the field", field), ("Models as the stop opens", f_number), ("Models near by", object_distance))
     for label in LENSES}

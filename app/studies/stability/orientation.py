@@ -7,7 +7,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.studies.stability.high_precision import PI, exact, exactly, floats, root, sine_cosine
-from lensbench.app.studies.stability.sweep import Stress, curve
+from lensbench.app.studies.stability.sweep import Sweep, curve
 from lensbench.imaging.animated_transform import quaternion, rotation_matrix
 from lensbench.kernels.block import TIME, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
@@ -63,7 +63,7 @@ def school(real: type, naive: bool) -> Turned:
     return halfway
 
 
-def _turned(title: str, axis: str, values: np.ndarray, angles: np.ndarray, note: str) -> Stress:
+def _turned(title: str, axis: str, values: np.ndarray, angles: np.ndarray, note: str) -> Sweep:
     """Half-way rotations between FIRST and turns by angles (°), against the exact ones."""
     methods: dict[str, Turned] = {
         "slerp by the arc cosine, float32": school(np.float32, False),
@@ -80,11 +80,11 @@ def _turned(title: str, axis: str, values: np.ndarray, angles: np.ndarray, note:
                 off = exact(np.where(np.isfinite(found), found, 0.0)) - half
                 size = math.degrees(float(root(np.array((off * off).sum() / 2))))
                 results[name].append(size if np.isfinite(found).all() else "NaN")
-    return Stress(title, axis, "°", values, "Orientation half-way", "°", 1e-3, "a twentieth of a pixel at 50 mm",
+    return Sweep(title, axis, "°", values, "Orientation half-way", "°", 1e-3, "a twentieth of a pixel at 50 mm",
                   tuple(curve(name, given, own=name.startswith("part of")) for name, given in results.items()), note)
 
 
-def half_a_turn() -> Stress:
+def half_a_turn() -> Sweep:
     """Keyframes ever nearer to half a turn apart."""
     left = np.logspace(math.log10(90.0), -11.0, 40)
     return _turned("Keyframes half a turn apart", "Less than half a turn by", left, 180.0 - left,
@@ -93,7 +93,7 @@ def half_a_turn() -> Stress:
                    "always the same one.")
 
 
-def no_turn() -> Stress:
+def no_turn() -> Sweep:
     """Keyframes ever more alike."""
     values = np.logspace(1.0, -12.0, 40)
     return _turned("Keyframes all but alike", "Turn", values, values,
@@ -113,7 +113,7 @@ def _directions(left: np.ndarray, turns: np.ndarray) -> np.ndarray:
 TURNS = np.array([-0.4375, -0.25, -0.0625, 0.125, 0.3125])
 
 
-def pole() -> Stress:
+def pole() -> Sweep:
     """Directions of pixels ever nearer to straight up."""
     values = np.logspace(math.log10(45.0), -9.0, 40)
     film = lb.Film(width=32.0, height=16.0, pixels_x=WIDE, pixels_y=WIDE // 2)
@@ -138,13 +138,13 @@ def pole() -> Stress:
                     off = exact(form(x, y)) - truth
                     results.setdefault(f"{name}, {precision}", []).append(
                         1e6 * float(floats(root((off * off).sum(1))).max()))
-    return Stress("Poles of the panorama", "From straight up", "°", values, "Direction", "µrad", 77.0,
+    return Sweep("Poles of the panorama", "From straight up", "°", values, "Direction", "µrad", 77.0,
                   f"a tenth of a pixel of {WIDE} around",
                   tuple(curve(name, given, own=name.startswith("by the half")) for name, given in results.items()),
                   "What is left of a float32 y next to the film's edge; neither form loses more.")
 
 
-def back_from_the_pole() -> Stress:
+def back_from_the_pole() -> Sweep:
     """From directions ever nearer to straight up back to the pixel."""
     values = np.logspace(math.log10(45.0), -9.0, 40)
     camera = lb.EnvironmentCamera(lb.Film(width=32.0, height=16.0, pixels_x=WIDE, pixels_y=WIDE // 2))
@@ -168,12 +168,12 @@ def back_from_the_pole() -> Stress:
                 off = (exact(method(points)) - truth) * (WIDE // 32)
                 off[:, 0] *= sine_cosine(up)[0]         # a pixel's width up there
                 results[name].append(float(floats(root((off * off).sum(1))).max()))
-    return Stress("Back from the pole to the film", "From straight up", "°", values, "Place", "px", 0.1,
+    return Sweep("Back from the pole to the film", "From straight up", "°", values, "Place", "px", 0.1,
                   "a tenth of a pixel", tuple(curve(name, given, own=name.startswith("arc tangent"))
                                               for name, given in results.items()),
                   "The cosine of a small angle is 1; its arc cosine starts a thousand pixels too late in float32.")
 
 
-STRESSES: dict[str, Callable[[], Stress]] = {
+SWEEPS: dict[str, Callable[[], Sweep]] = {
     "Keyframes half a turn apart": half_a_turn, "Keyframes all but alike": no_turn, "Poles of the panorama": pole,
     "Back from the pole to the film": back_from_the_pole}

@@ -13,7 +13,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.studies.stability.sweep import Curve, Stress, curve
+from lensbench.app.studies.stability.sweep import Curve, Sweep, curve
 from lensbench.kernels.block import CLEARANCE, U0, U1, WEIGHT, L, M, N, X, Y
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_step
@@ -228,22 +228,22 @@ def _curves(places: Sequence[Place], methods: dict[str, Callable[[Place], Aim]])
     return {name: [result(place, method(place)) for place in places] for name, method in methods.items()}
 
 
-def _stresses(title: str, axis: str, unit: str, values: np.ndarray, note: str,
+def _sweeps(title: str, axis: str, unit: str, values: np.ndarray, note: str,
               found: Callable[[], dict[str, list[Result]]], linear: bool = False,
-              switch: str = "") -> dict[str, Callable[[], Stress]]:
+              switch: str = "") -> dict[str, Callable[[], Sweep]]:
     """The two of one run: the light, and the samples. switch: what the program does where its own method fails."""
     once = lru_cache(maxsize=1)(found)
 
-    def stress(light: bool) -> Stress:
+    def sweep(light: bool) -> Sweep:
         curves: tuple[Curve, ...] = tuple(
             curve(name, [each.light if light else each.waste for each in results], name in OWN,
                   switch if name in OWN else "") for name, results in once().items())
         what, limit, why = (("Light", LIGHT, "a hundredth: a step that the eye may see in an even sky") if light
                             else ("Share of the samples that pass", WASTE, "half of them are blocked"))
-        return Stress(f"{title}: {'light' if light else 'samples'}", axis, unit, values, what, "", limit, why, curves,
+        return Sweep(f"{title}: {'light' if light else 'samples'}", axis, unit, values, what, "", limit, why, curves,
                       note, linear)
 
-    return {f"{title}: light": lambda: stress(True), f"{title}: samples": lambda: stress(False)}
+    return {f"{title}: light": lambda: sweep(True), f"{title}: samples": lambda: sweep(False)}
 
 
 def _place(name: str, radius: float, reach: float = FULL_FRAME, stop: float = 1.0) -> Place:
@@ -291,17 +291,17 @@ def _cylinders() -> dict[str, list[Result]]:
                             "table by radius, turned": turned, "solved all over the film": solved_everywhere})
 
 
-STRESSES: dict[str, Callable[[], Stress]] = {
-    **_stresses("Field up to the dark", "Part of the field left to where the light ends", "", FIELD,
+SWEEPS: dict[str, Callable[[], Sweep]] = {
+    **_sweeps("Field up to the dark", "Part of the field left to where the light ends", "", FIELD,
                 "The region shrinks to a sliver and then to nothing. A paraxial disk knows no rims.", _field,
                 switch="in the last thousandth of the field half of the samples are blocked; no light is lost"),
-    **_stresses("Pupil as the stop closes", "Stop, of the full one", "", STOPS,
+    **_sweeps("Pupil as the stop closes", "Stop, of the full one", "", STOPS,
                 "15 mm from the axis. Random rays seldom find a small region; what is found in none is taken to be "
                 "everywhere.", _stop),
-    **_stresses("Film too large", "Half the film's diagonal, of the circle of light", "", SIZES,
+    **_sweeps("Film too large", "Half the film's diagonal, of the circle of light", "", SIZES,
                 "At nine tenths of the circle of light; 64 boxes for a larger film are each wider.", _size),
-    **_stresses("A region that falls in pieces", "Part of the field left to where the light ends", "", LAST,
+    **_sweeps("A region that falls in pieces", "Part of the field left to where the light ends", "", LAST,
                 "Miyamoto's fisheye: a hole opens in the region and parts it.", _split,
                 switch="what light is left in the last hundredth of the field is up to a fiftieth off"),
-    **_stresses("Cylinders", "Film point from the axis, diagonally", "mm", ACROSS,
+    **_sweeps("Cylinders", "Film point from the axis, diagonally", "mm", ACROSS,
                 "An anamorphic lens: no turn about the axis maps its regions onto each other.", _cylinders, True)}

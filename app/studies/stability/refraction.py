@@ -8,7 +8,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.studies.stability.high_precision import exact, exactly, floats, root
 from lensbench.app.studies.stability.intersection import PRECISIONS
-from lensbench.app.studies.stability.sweep import LOST, Curve, Stress, curve, paced
+from lensbench.app.studies.stability.sweep import LOST, Curve, Sweep, curve, with_progress
 from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_step
@@ -105,7 +105,7 @@ def measured(incidences: np.ndarray) -> tuple[Curve, ...]:
     turn = 2.0 * math.pi * np.arange(TURNS) / TURNS
     results: dict[str, list[float | str]] = {}
     with exactly():
-        for angle in paced(np.radians(incidences)):
+        for angle in with_progress(np.radians(incidences)):
             tilted = np.stack([math.sin(angle) * np.cos(turn), math.sin(angle) * np.sin(turn),
                                np.full(TURNS, math.cos(angle))], 1)
             for real, precision in PRECISIONS:
@@ -117,22 +117,22 @@ def measured(incidences: np.ndarray) -> tuple[Curve, ...]:
                  for name, given in results.items())
 
 
-def to_the_critical_angle() -> Stress:
+def to_the_critical_angle() -> Sweep:
     """Ever nearer to it."""
     below = np.logspace(math.log10(CRITICAL - 0.5), -12.0, 46)
-    return Stress("Just below the critical angle", "Below the critical angle", "°", below, "Direction", "µrad", LIMIT,
+    return Sweep("Just below the critical angle", "Below the critical angle", "°", below, "Direction", "µrad", LIMIT,
                   WHY, measured(CRITICAL - below),
                   "The ray leaves along the surface there, and its angle grows as the root of what is left.")
 
 
-def beyond_it() -> Stress:
+def beyond_it() -> Sweep:
     """All angles of incidence, with a fate beyond the critical one."""
     angles = np.array([*np.arange(0.0, CRITICAL - 0.5, 1.0), *np.arange(math.ceil(CRITICAL), 89.0, 1.0), 89.0, 89.9])
     expected = tuple(TOTAL if angle > CRITICAL else "" for angle in angles)
-    return Stress("Incidence", "Angle of incidence", "°", angles, "Direction", "µrad", LIMIT, WHY, measured(angles),
+    return Sweep("Incidence", "Angle of incidence", "°", angles, "Direction", "µrad", LIMIT, WHY, measured(angles),
                   f"Out of glass of index {INDEX}: beyond {CRITICAL:.2f}° there is no ray, and a fate instead.",
                   linear=True, expected=expected)
 
 
-STRESSES: dict[str, Callable[[], Stress]] = {"Incidence": beyond_it, "Just below the critical angle":
+SWEEPS: dict[str, Callable[[], Sweep]] = {"Incidence": beyond_it, "Just below the critical angle":
                                              to_the_critical_angle}

@@ -10,7 +10,7 @@ import numpy as np
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.stability.pupils import Place, passing, sampled
-from lensbench.app.studies.stability.sweep import LOST, Stress, curve
+from lensbench.app.studies.stability.sweep import LOST, Sweep, curve
 from lensbench.kernels.block import PITCH, U0, U1, B, Step, lane_buffer
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sample_pixels, white_noise
@@ -55,7 +55,7 @@ def _even(n: int = EVEN) -> np.ndarray:
     return np.column_stack([(k + 0.5) / n, k * 0.6180339887498949 % 1.0])
 
 
-def lost_light() -> Stress:
+def lost_light() -> Sweep:
     """Regions drawn too small."""
     values = np.geomspace(1e-4, 0.3, 15)
 
@@ -65,7 +65,7 @@ def lost_light() -> Stress:
 
     curves = [curve(name, [lost(radius, less) for less in values], True, "regions are drawn 1.004 × as wide")
               for name, radius in (("on the axis", 0.0), ("cat's eye", FIELD))]
-    return Stress("A region drawn too small", "Part of its width that is left out", "", values, "Light", "", 0.01,
+    return Sweep("A region drawn too small", "Part of its width that is left out", "", values, "Light", "", 0.01,
                   "a hundredth: a step that the eye may see in an even sky", tuple(curves),
                   "What is not sampled is lost for good: a bias, that no number of samples mends.")
 
@@ -83,7 +83,7 @@ def _numbers(kernel) -> np.ndarray:
     return found
 
 
-def noise(radius: float) -> Stress:
+def noise(radius: float) -> Sweep:
     """Regions drawn too large."""
     passing_part = np.geomspace(0.98, 0.02, 14)
     turn = 0.4
@@ -99,12 +99,12 @@ def noise(radius: float) -> Stress:
               for scene, edge in (("even scene", None), ("an edge across the pupil", turn))
               for name, kernel in (("scrambled net", sample_pixels), ("white noise", white_noise))]
     where = "on the axis" if radius == 0.0 else "of a cat's eye"
-    return Stress(f"Noise against what passes, {where}", "Part of the samples that pass", "", passing_part,
+    return Sweep(f"Noise against what passes, {where}", "Part of the samples that pass", "", passing_part,
                   f"Light of {SAMPLES} samples", "", NOISE, "a twentieth of the light", tuple(curves),
                   "A sample that is blocked is not free: it adds noise even to an even sky.")
 
 
-def differentials() -> Stress:
+def differentials() -> Sweep:
     """Rays nearer and nearer to the edge of the pupil."""
     values = np.geomspace(0.1, 1e-12, 23)
     camera = lb.LensCamera(lenses.load(LENS), lb.Film(36.0, 24.0, 960, 640), math.inf)
@@ -129,7 +129,7 @@ def differentials() -> Stress:
         else:
             neighbour.append(LOST)
     curves = [curve("the next pixel's ray", neighbour), *(curve(name, found, True) for name, found in own.items())]
-    return Stress("Differentials at the edge of the pupil", "Part of the way to the rim that is left", "", values,
+    return Sweep("Differentials at the edge of the pupil", "Part of the way to the rim that is left", "", values,
                   "Change of direction a pixel", "", 0.01, "a hundredth of a pixel's footprint", tuple(curves),
                   "The next pixel's ray through the same numbers is another place of the pupil, and at the rim it is "
                   "blocked. Here neighbours are sought to the other side, and nearer by.")
@@ -162,7 +162,7 @@ def _slopes(camera: lb.LensCamera, raster: np.ndarray, uv: np.ndarray) -> np.nda
     return (4.0 * near - far) / 3.0
 
 
-STRESSES: dict[str, Callable[[], Stress]] = {
+SWEEPS: dict[str, Callable[[], Sweep]] = {
     "A region drawn too small": lost_light, "Noise against what passes, on the axis": lambda: noise(0.0),
     "Noise against what passes, of a cat's eye": lambda: noise(FIELD),
     "Differentials at the edge of the pupil": differentials}

@@ -1,6 +1,6 @@
-"""What the atlas holds: a stress, and the methods that stand or fall under it.
+"""What the atlas holds: a sweep, and the methods that stand or fall under it.
 
-The values of a stress run from the easy to the hard, whichever way its axis points. A
+The values of a sweep run from the easy to the hard, whichever way its axis points. A
 method is safe up to the last value before its first failure; what it says beyond is
 shown, and not trusted.
 """
@@ -21,9 +21,9 @@ LOST = "weight 0"               # what a stage makes of a ray that does not arri
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One method under a stress.
+    """One method under a sweep.
 
-    errors (n,): the worst error at each value, in the unit of the stress's measure; nan where
+    errors (n,): the worst error at each value, in the unit of the sweep's measure; nan where
     no number was returned, and `returned` then says what was: the name of a fate or of an error.
     own: the program relies on this method; the others stand here to compare. switch: what the program
     does, of its own method, where that leaves its safe domain.
@@ -42,7 +42,7 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class Stress:
+class Sweep:
     """Methods against one quantity that grows worse.
 
     axis, unit: of `values` (n,), which run from easy to hard and are drawn on a logarithmic axis unless `linear`.
@@ -65,7 +65,7 @@ class Stress:
 
     @property
     def rising(self) -> bool:
-        """Whether the stress grows with its quantity."""
+        """Whether the sweep grows with its quantity."""
         return bool(self.values[-1] > self.values[0])
 
     def right(self, curve: Curve) -> np.ndarray:
@@ -85,7 +85,8 @@ class Stress:
         good = len(self.values) if at is None else at
         known = curve.errors[:good][np.isfinite(curve.errors[:good])]
         if at is not None:
-            returns = curve.returned[at] or f"{self.measure.lower()} off by {said(curve.errors[at], self.measure_unit)}"
+            off = quantity_text(curve.errors[at], self.measure_unit)
+            returns = curve.returned[at] or f"{self.measure.lower()} off by {off}"
         else:
             returns = next((fate for fate in self.expected if fate), "")
         return Verdict(safe_up_to=float(self.values[good - 1]) if good else None,
@@ -95,14 +96,14 @@ class Stress:
     def words(self, curve: Curve) -> tuple[str, str, str]:
         """The verdict as a table has it: safe up to, fails at, what it returns there."""
         verdict = self.verdict(curve)
-        safe = "nowhere" if verdict.safe_up_to is None else said(verdict.safe_up_to, self.unit)
-        fails = "never" if verdict.fails_at is None else said(verdict.fails_at, self.unit)
+        safe = "nowhere" if verdict.safe_up_to is None else quantity_text(verdict.safe_up_to, self.unit)
+        fails = "never" if verdict.fails_at is None else quantity_text(verdict.fails_at, self.unit)
         return safe, fails, verdict.returns
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """safe_up_to and fails_at in the unit of the stress, None for nowhere and never; worst: error in the safe domain.
+    """safe_up_to and fails_at in the unit of the sweep, None for nowhere and never; worst: error in the safe domain.
 
     returns: what comes at the failure; of a method that does not fail, the fate where there is no answer, or "".
     """
@@ -119,7 +120,7 @@ def curve(name: str, results: Sequence[float | str], own: bool = False, switch: 
     return Curve(name, numbers, tuple(result if isinstance(result, str) else "" for result in results), own, switch)
 
 
-def said(value: float, unit: str) -> str:
+def quantity_text(value: float, unit: str) -> str:
     """A number with three digits and its unit."""
     number = f"{value:.3g}" if 1e-4 < abs(value) < 1e5 or value == 0.0 else f"{value:.1e}"
     mantissa, _, power = f"{float(number):g}".partition("e")
@@ -131,7 +132,7 @@ _listener: ContextVar[Callable[[float], None] | None] = ContextVar("listener", d
 
 
 @contextmanager
-def told(listener: Callable[[float], None]) -> Iterator[None]:
+def progress_to(listener: Callable[[float], None]) -> Iterator[None]:
     """Whoever goes through `paced` values within this thread tells the listener what part is done; it may raise."""
     token = _listener.set(listener)
     try:
@@ -140,8 +141,8 @@ def told(listener: Callable[[float], None]) -> Iterator[None]:
         _listener.reset(token)
 
 
-def paced(values: Sequence[Value]) -> Iterator[Value]:
-    """The values of a stress one by one, for those who wait: see `told`."""
+def with_progress(values: Sequence[Value]) -> Iterator[Value]:
+    """The values of a sweep one by one, with progress reported to the listener of `progress_to`."""
     listener = _listener.get()
     for done, value in enumerate(values):
         if listener is not None:

@@ -7,7 +7,7 @@ import pytest
 
 from lensbench.app.panels import stability
 from lensbench.app.studies.stability.families import FAMILIES
-from lensbench.app.studies.stability.sweep import Stress, curve, paced
+from lensbench.app.studies.stability.sweep import Sweep, curve, with_progress
 from lensbench.app.workers import stability_worker as surveying
 from lensbench.app.workers.stability_worker import StabilityWorker
 from tests.app.stand import drive as drive_panel
@@ -64,11 +64,11 @@ def slow(started, go):
     """A stress that waits between its values until it may go on."""
     def measure():
         errors = []
-        for value in paced(np.array([1.0, 2.0, 3.0])):
+        for value in with_progress(np.array([1.0, 2.0, 3.0])):
             errors.append(0.01 * value)
             started.set()
             go.wait(20.0)
-        return Stress("Patience", "Time", "s", np.array([1.0, 2.0, 3.0]), "Length", "mm", 0.1, "a tenth",
+        return Sweep("Patience", "Time", "s", np.array([1.0, 2.0, 3.0]), "Length", "mm", 0.1, "a tenth",
                       (curve("ruler", errors, own=True), curve("hand, float32", [0.05, 0.5, "MISSED"])))
     return measure
 
@@ -131,5 +131,5 @@ def test_another_choice_gives_up_what_is_under_way_and_is_measured_next(monkeypa
 @pytest.mark.parametrize("rising", [True, False])
 def test_the_hard_values_stand_at_the_right_whichever_way_the_quantity_runs(rising):
     values = np.array([1.0, 10.0, 100.0]) if rising else np.array([100.0, 10.0, 1.0])
-    stress = Stress("Heat", "Heat", "K", values, "Length", "mm", 0.1, "a tenth", (curve("ruler", [0.0, 0.0, 1.0]),))
-    assert (np.diff(stability._across(stress, values)) > 0.0).all()
+    sweep = Sweep("Heat", "Heat", "K", values, "Length", "mm", 0.1, "a tenth", (curve("ruler", [0.0, 0.0, 1.0]),))
+    assert (np.diff(stability._across(sweep, values)) > 0.0).all()

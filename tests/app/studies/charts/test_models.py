@@ -13,10 +13,10 @@ from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.studies.charts.ladder import Model, ladder
 from lensbench.app.studies.charts.sheet import _one
-from lensbench.app.studies.charts.timing import in_turn
 from lensbench.app.studies.charts.truth import Truth
 from lensbench.app.studies.charts.values import Chart, Mark
 from lensbench.app.studies.plotting import look
+from lensbench.app.studies.timing import time_in_turn
 from lensbench.kernels.block import WEIGHT, B, Step, X, Y, rows, stage
 
 FILM = lb.Film(36.0, 24.0, 600, 400)
@@ -121,7 +121,7 @@ def test_the_front_is_what_nothing_valid_beats(points):
                   for i, (cost, error, valid) in enumerate(points))
     found = Chart("a", "A", "cost", "error", marks).front
     for mark in marks:
-        beaten = any(other.stands and other.cost <= mark.cost and other.error <= mark.error
+        beaten = any(other.is_valid and other.cost <= mark.cost and other.error <= mark.error
                      and (other.cost, other.error) != (mark.cost, mark.error) for other in marks)
         if mark.why or beaten:
             assert mark not in found
@@ -131,7 +131,7 @@ def test_the_front_is_what_nothing_valid_beats(points):
 
 def test_works_are_taken_in_turn():
     order = []
-    times = in_turn({name: lambda name=name: order.append(name) for name in "abc"}, 0.0)
+    times = time_in_turn({name: lambda name=name: order.append(name) for name in "abc"}, 0.0)
     assert "".join(order) == "abc" * 6 and set(times) == set("abc")
 
 

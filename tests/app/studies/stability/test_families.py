@@ -8,21 +8,21 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.stability.families import FAMILIES
-from lensbench.app.studies.stability.sweep import LOST, Stress
+from lensbench.app.studies.stability.sweep import LOST, Sweep
 from lensbench.rendering.progressive import Rendering
 
-ROWS = [(family, title) for family, stresses in FAMILIES.items() for title in stresses]
+ROWS = [(family, title) for family, sweeps in FAMILIES.items() for title in sweeps]
 TYPED = {fate.name for fate in lb.Fate} | {LOST}
 
 
 @cache
-def row(family: str, title: str) -> Stress:
+def row(family: str, title: str) -> Sweep:
     return FAMILIES[family][title]()
 
 
 def verdicts(title: str):
-    """Safe up to, fails at, what is returned there, worst error before, of each method under a stress."""
-    (family,) = [family for family, stresses in FAMILIES.items() if title in stresses]
+    """Safe up to, fails at, what is returned there, worst error before, of each method under a sweep."""
+    (family,) = [family for family, sweeps in FAMILIES.items() if title in sweeps]
     found = row(family, title)
     return {curve.name: found.verdict(curve) for curve in found.curves}
 

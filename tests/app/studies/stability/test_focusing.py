@@ -58,8 +58,8 @@ def test_the_search_ends_where_its_own_ray_meets_the_plane_that_was_asked_for():
     assert school_formula(WIDE, 2_000.0, np.float64) == pytest.approx(lb.film_distance(WIDE, 2_000.0), abs=1e-11)
 
 
-def verdicts(stress):
-    return {curve.name: stress.verdict(curve) for curve in stress.curves}
+def verdicts(sweep):
+    return {curve.name: sweep.verdict(curve) for curve in sweep.curves}
 
 
 def test_the_closed_form_holds_at_every_distance_and_float32_loses_the_far_ones():

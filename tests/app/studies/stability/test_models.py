@@ -13,19 +13,19 @@ from lensbench.app.studies.stability import domains, models
 
 @pytest.mark.parametrize("label", models.LENSES)
 def test_each_degree_holds_at_least_as_far_as_the_one_before(label):
-    for stress in (models.field(label), models.f_number(label), models.object_distance(label)):
-        fits = [curve for curve in stress.curves if curve.name.startswith("polynomial")]
+    for sweep in (models.field(label), models.f_number(label), models.object_distance(label)):
+        fits = [curve for curve in sweep.curves if curve.name.startswith("polynomial")]
         for low, high in zip(fits, fits[1:], strict=False):
             assert (high.errors < low.errors)[low.errors > 1e-6].all()
-        assert stress.failure(fits[-1]) is None and fits[-1].errors.max() < 0.01
-        assert all(curve.own and curve.switch for curve in stress.curves)
+        assert sweep.failure(fits[-1]) is None and fits[-1].errors.max() < 0.01
+        assert all(curve.own and curve.switch for curve in sweep.curves)
 
 
 def test_a_thin_lens_of_thin_glass_holds_to_the_seidel_order():
     """Against the field: distortion of a stop at the lens is none, and the ideal model lasts longest on the axis."""
-    stress = models.field("double Gauss")
-    thin = next(curve for curve in stress.curves if curve.name == "thin")
-    assert thin.errors[0] < thin.errors[-1] and stress.failure(thin) == 0      # a colour-corrected f/2 lens wide open
+    sweep = models.field("double Gauss")
+    thin = next(curve for curve in sweep.curves if curve.name == "thin")
+    assert thin.errors[0] < thin.errors[-1] and sweep.failure(thin) == 0      # a colour-corrected f/2 lens wide open
 
 
 def test_the_field_angle_is_that_of_the_chief_ray_into_the_scene():

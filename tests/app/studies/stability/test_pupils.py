@@ -62,25 +62,25 @@ def test_of_a_region_in_pieces_the_outline_about_all_loses_nothing_and_one_piece
 
 
 def test_what_is_left_out_of_a_region_is_lost_as_its_square():
-    stress = sampling.lost_light()
-    for curve in stress.curves:
-        far = stress.values > 0.01
-        np.testing.assert_allclose(curve.errors[far], 1.0 - (1.0 - stress.values[far]) ** 2, atol=2e-3)
+    sweep = sampling.lost_light()
+    for curve in sweep.curves:
+        far = sweep.values > 0.01
+        np.testing.assert_allclose(curve.errors[far], 1.0 - (1.0 - sweep.values[far]) ** 2, atol=2e-3)
 
 
 def test_white_noise_falls_with_what_passes_by_bernoullis_law_and_the_net_is_never_noisier():
-    stress = sampling.noise(0.0)
-    net, white, edge, white_edge = (curve.errors for curve in stress.curves)
+    sweep = sampling.noise(0.0)
+    net, white, edge, white_edge = (curve.errors for curve in sweep.curves)
     # RMSE of the mean of 64 that pass with probability p, each then worth 1 / p; half of that behind an edge
-    for found, p in ((white, stress.values), (white_edge, 0.5 * stress.values)):
+    for found, p in ((white, sweep.values), (white_edge, 0.5 * sweep.values)):
         np.testing.assert_allclose(found, np.sqrt((1.0 - p) / (64.0 * p)), rtol=0.15, atol=0.012)
     assert (net[1:] < 0.5 * white[1:]).all() and (edge < 0.9 * white_edge).all()
 
 
 def test_differentials_hold_to_the_very_rim_and_the_next_pixels_ray_does_not():
-    stress = sampling.differentials()
-    found = {curve.name: stress.verdict(curve) for curve in stress.curves}
+    sweep = sampling.differentials()
+    found = {curve.name: sweep.verdict(curve) for curve in sweep.curves}
     assert found["at the same place of the pupil, float64"].worst < 1e-6
     assert found["at the same place of the pupil, float32"].fails_at is None
-    neighbour = stress.curves[0]
+    neighbour = sweep.curves[0]
     assert neighbour.errors[0] > 0.01 and neighbour.returned[-1] == "weight 0"

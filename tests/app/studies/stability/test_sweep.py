@@ -7,35 +7,35 @@ import numpy as np
 import pytest
 
 from lensbench.app.command.main import main
-from lensbench.app.studies.stability.sweep import LOST, Curve, Stress, curve, said
+from lensbench.app.studies.stability.sweep import LOST, Curve, Sweep, curve, quantity_text
 
 
-def stress(curves, values=(1.0, 10.0, 100.0), expected=()):
-    return Stress("Heat", "Heat", "K", np.array(values), "Length", "mm", 0.1, "a tenth", tuple(curves),
+def sweep(curves, values=(1.0, 10.0, 100.0), expected=()):
+    return Sweep("Heat", "Heat", "K", np.array(values), "Length", "mm", 0.1, "a tenth", tuple(curves),
                   expected=expected)
 
 
 def test_a_method_is_safe_before_its_first_failure_whatever_it_gives_later():
     method = curve("ruler", [0.01, 0.2, 0.001])
-    found = stress([method]).verdict(method)
+    found = sweep([method]).verdict(method)
     assert (found.safe_up_to, found.fails_at, found.returns, found.worst) == (1.0, 10.0, "length off by 0.2 mm", 0.01)
 
 
 def test_a_method_fails_where_it_has_no_answer_though_there_is_one():
     method = curve("ruler", [0.01, 0.02, "MISSED"])
-    found = stress([method]).verdict(method)
+    found = sweep([method]).verdict(method)
     assert (found.safe_up_to, found.fails_at, found.returns) == (10.0, 100.0, "MISSED")
 
 
 @pytest.mark.parametrize("given, right", [("MISSED", True), (LOST, True), ("NaN", False), (0.0, False)])
 def test_where_there_is_no_answer_only_the_right_fate_is_right(given, right):
     method = curve("ruler", [0.0, 0.0, given])
-    assert list(stress([method], expected=("", "", "MISSED")).right(method)) == [True, True, right]
+    assert list(sweep([method], expected=("", "", "MISSED")).right(method)) == [True, True, right]
 
 
 def test_a_method_that_is_wrong_at_once_is_safe_nowhere():
     method = curve("ruler", ["NaN", 0.0, 0.0])
-    found = stress([method])
+    found = sweep([method])
     assert found.verdict(method).safe_up_to is None
     assert found.words(method) == ("nowhere", "1 K", "NaN")
 
@@ -50,7 +50,7 @@ def test_a_curve_has_an_error_or_a_fate_at_every_value():
 @pytest.mark.parametrize("value, unit, words", [(1e12, "mm", "1e12 mm"), (0.00123456, "mm", "0.00123 mm"),
                                                 (52.5, "°", "52.5°"), (1.78e-7, "", "1.8e-7"), (0.0, "px", "0 px")])
 def test_numbers_have_three_digits_and_their_unit(value, unit, words):
-    assert said(value, unit) == words
+    assert quantity_text(value, unit) == words
 
 
 def test_the_command_prints_a_table_and_writes_a_plot_for_each_stress_with_an_index(tmp_path, capsys):
@@ -76,8 +76,8 @@ def test_the_figures_are_json_that_any_reader_takes(capsys):
 @pytest.mark.parametrize("wrong", [["optimism"], ["-o", "/dev/null/atlas"], [""]])
 def test_bad_input_is_one_line_that_says_what_to_do(wrong, capsys):
     assert main(["stability", *wrong]) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1 and ("families are" in said or "name a folder" in said)
+    quantity_text = capsys.readouterr().err
+    assert quantity_text.count("\n") == 1 and ("families are" in quantity_text or "name a folder" in quantity_text)
 
 
 def test_ctrl_c_ends_the_command_in_one_line(monkeypatch, capsys):
