@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui, implot
 
+from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.state.constraints import with_model
 from lensbench.app.state.settings import Settings
 from lensbench.app.studies.charts.values import Chart, Mark
@@ -28,16 +29,14 @@ MODELS = ("pinhole", "thin", "thick", "polynomial", "table", "trace")
 
 
 @dataclass
-class Frame:
-    """What the plot shows; no part of any settings."""
+class ModelsState:
+    """What the plot shows; no part of the settings."""
 
-    shown: str = "rms"
-
-
-_frame = Frame()
+    shown: str = "rms"          # a key of ERRORS
 
 
-def chart_panel(settings: Settings, worker: ChartWorker, chosen: tuple[str, int] | None = None) -> Settings:
+def chart_panel(settings: Settings, worker: ChartWorker, state: ModelsState,
+                chosen: tuple[str, int] | None = None) -> Settings:
     """Draw the chart; settings, with another model where one was clicked. chosen: what the automatic model came to."""
     if settings.lensless:
         _say("This camera has no lens. Choose one with a lens in the left column to chart its models.")
@@ -46,19 +45,19 @@ def chart_panel(settings: Settings, worker: ChartWorker, chosen: tuple[str, int]
     if size.x < 60.0 or size.y < 60.0:
         return settings
     worker.want(settings)
-    _frame.shown = toggles("Error", {key: names[0] for key, names in ERRORS.items()}, _frame.shown, ERROR_TIPS)
-    _tools(worker)
+    state.shown = toggles("Error", {key: names[0] for key, names in ERRORS.items()}, state.shown, ERROR_TIPS)
+    _tools(settings, worker)
     chart = worker.chart
-    if worker.share is not None:
-        _progress(worker)
+    if worker.task is not None:
+        task_progress(worker.task)
     if chart is None:
         if worker.problem and worker.of == charted(settings):
             _say(worker.problem)
-        elif worker.share is None:
+        elif worker.task is None:
             _say("Leave the settings alone for a moment, or press the arrow above: each model of this lens will stand "
                  "here by its cost and its error.")
         return settings
-    return _plotted(settings, chart, chosen, worker.of == charted(settings))
+    return _plotted(settings, chart, state.shown, chosen, worker.of == charted(settings))
 
 
 def _say(words: str) -> None:
@@ -67,36 +66,23 @@ def _say(words: str) -> None:
     imgui.pop_text_wrap_pos()
 
 
-def _tools(worker: ChartWorker) -> None:
+def _tools(settings: Settings, worker: ChartWorker) -> None:
     """At the right of the row: measure again."""
     width = theme.em(1.75)
     imgui.same_line(imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x - width)
     imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
     if imgui.button(icons_fontawesome_6.ICON_FA_ROTATE_RIGHT + "###Measure again", ImVec2(width, 0.0)):
-        worker.again()
+        worker.again(charted(settings))
     imgui.pop_style_color()
     imgui.set_item_tooltip("Measure again")
-
-
-def _progress(worker: ChartWorker) -> None:
-    colour = theme.colours()
-    imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*colour.frame_active))
-    share = worker.share or 0.0
-    imgui.progress_bar(share, ImVec2(imgui.get_content_region_avail().x - theme.em(2.2), 0.0),
-                       f"Measuring  {100.0 * share:.0f} %")
-    imgui.pop_style_color()
-    imgui.same_line()
-    if imgui.button(icons_fontawesome_6.ICON_FA_XMARK + "###Cancel measuring"):
-        worker.cancel()
-    imgui.set_item_tooltip("Cancel")
 
 
 # The plot
 
 
-def _plotted(settings: Settings, chart: Chart, chosen: tuple[str, int] | None, fresh: bool) -> Settings:
+def _plotted(settings: Settings, chart: Chart, shown: str, chosen: tuple[str, int] | None, fresh: bool) -> Settings:
     """The plot, its marks to click."""
-    _, figure, label = ERRORS[_frame.shown]
+    _, figure, label = ERRORS[shown]
     marks = [replace(mark, error=mark.figures[figure]) for mark in chart.marks
              if figure in mark.figures and math.isfinite(mark.figures[figure])]
     refused = [mark for mark in chart.marks if mark.why]
@@ -108,7 +94,8 @@ def _plotted(settings: Settings, chart: Chart, chosen: tuple[str, int] | None, f
         _set_axes(room, chart, marks, label)
         plot = PlotMap.current(log=True)
         implot.push_plot_clip_rect()
-        places = _draw(plot, replace(chart, marks=tuple(marks)), _present(settings, chosen), 1.0 if fresh else 0.45)
+        places = _draw(plot, replace(chart, marks=tuple(marks)), TOLERANCE[shown], _present(settings, chosen),
+                       1.0 if fresh else 0.45)
         implot.pop_plot_clip_rect()
         implot.end_plot()
     if refused and below:
@@ -157,10 +144,11 @@ def _set_axes(room: ImVec2, chart: Chart, marks: list[Mark], label: str) -> None
         implot.setup_axis_ticks(axis, values, [f"{value:.5f}".rstrip("0").rstrip(".") for value in values], False)
 
 
-def _draw(plot: PlotMap, chart: Chart, present: str, alpha: float) -> list[tuple[Mark, list[tuple[ImVec2, ImVec2]]]]:
+def _draw(plot: PlotMap, chart: Chart, tolerance: float, present: str,
+          alpha: float) -> list[tuple[Mark, list[tuple[ImVec2, ImVec2]]]]:
     """Front, tolerance, marks and names; each mark with the boxes that a click on it may hit."""
     colour, draw, pixel = theme.colours(), implot.get_plot_draw_list(), theme.scale()
-    y = plot.at(1.0, TOLERANCE[_frame.shown]).y
+    y = plot.at(1.0, tolerance).y
     dashed_line(draw, ImVec2(plot.left, y), ImVec2(plot.right, y), theme.packed(colour.dim, 0.8))
     ahead = [plot.at(mark.cost, max(mark.error, FLOOR)) for mark in chart.front]
     draw.add_polyline(ahead, theme.packed(colour.faint, 0.6 * alpha), 3.0 * pixel, imgui.ImDrawFlags_.none)

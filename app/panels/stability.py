@@ -8,8 +8,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from imgui_bundle import ImVec2, icons_fontawesome_6, imgui, implot
+from imgui_bundle import ImVec2, imgui, implot
 
+from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.studies.stability.families import FAMILIES
 from lensbench.app.studies.stability.plots import method_name, method_names, plotted_errors
 from lensbench.app.studies.stability.sweep import Curve, Sweep, quantity_text
@@ -18,14 +19,13 @@ from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, das
 from lensbench.app.widgets.toggles import angle
 from lensbench.app.workers.stability_worker import Key, StabilityWorker
 
-fa = icons_fontawesome_6
 DASH = (5.0, 3.0)               # of single precision: dashes and gaps, pixels
 LIST = 25.0                     # em: of the column beside the plot
 
 
 @dataclass
-class Frame:
-    """What is looked at; no part of any settings."""
+class StabilityState:
+    """What the panel shows; no part of the settings."""
 
     family: str = next(iter(FAMILIES))
     title: str = next(iter(next(iter(FAMILIES.values()))))
@@ -33,11 +33,8 @@ class Frame:
     fitted_to: tuple = ()
 
 
-_frame = Frame()
-
-
-def stability_panel(worker: StabilityWorker) -> None:
-    """Draw what has been measured, and have measured what is looked at."""
+def stability_panel(worker: StabilityWorker, state: StabilityState) -> None:
+    """Draw the sweep that is chosen, and have it measured if it is not known yet."""
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return
@@ -49,7 +46,7 @@ def stability_panel(worker: StabilityWorker) -> None:
     corner = imgui.get_cursor_screen_pos()
     left = corner.x + (plot_size.x + gap if beside else 0.0)
     imgui.set_cursor_screen_pos(ImVec2(left, corner.y + (0.0 if beside else plot_size.y + gap)))
-    key = _choice(column)
+    key = _choice(column, state)
     worker.want(key)
     sweep = worker.found.get(key)
     imgui.set_cursor_screen_pos(ImVec2(left, imgui.get_cursor_screen_pos().y))
@@ -57,27 +54,27 @@ def stability_panel(worker: StabilityWorker) -> None:
         if sweep is None:
             _waiting(worker, key)
         else:
-            _methods(sweep)
+            _methods(sweep, state)
     imgui.end_child()
     if sweep is not None:
         imgui.set_cursor_screen_pos(corner)
-        _plot(sweep, plot_size)
+        _plot(sweep, plot_size, state)
     imgui.pop_font()
 
 
-def _choice(room: float) -> Key:
+def _choice(room: float, state: StabilityState) -> Key:
     """The lists of families and of sweeps, in so much room."""
-    gap, before = imgui.get_style().item_spacing.x, _frame.title
+    gap, before = imgui.get_style().item_spacing.x, state.title
     family = 0.32 * room
-    _frame.family = _list("Family", _frame.family, list(FAMILIES), family, "A family of methods")
-    if _frame.title not in FAMILIES[_frame.family]:
-        _frame.title = next(iter(FAMILIES[_frame.family]))
+    state.family = _list("Family", state.family, list(FAMILIES), family, "A family of methods")
+    if state.title not in FAMILIES[state.family]:
+        state.title = next(iter(FAMILIES[state.family]))
     imgui.same_line()
-    _frame.title = _list("Stress", _frame.title, list(FAMILIES[_frame.family]), room - family - gap,
+    state.title = _list("Stress", state.title, list(FAMILIES[state.family]), room - family - gap,
                          "What puts the methods to the test")
-    if _frame.title != before:
-        _frame.method = ""
-    return _frame.family, _frame.title
+    if state.title != before:
+        state.method = ""
+    return state.family, state.title
 
 
 def _list(label: str, value: str, names: list[str], width: float, tip: str) -> str:
@@ -105,17 +102,8 @@ def _waiting(worker: StabilityWorker, key: Key) -> None:
         if imgui.button("Measure"):
             worker.again(key)
         imgui.set_item_tooltip("Measure this stress after all")
-    else:
-        colour = theme.colours()
-        share = worker.share if key == worker.key else 0.0
-        imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*colour.frame_active))
-        imgui.progress_bar(share, ImVec2(imgui.get_content_region_avail().x - theme.em(2.4), 0.0),
-                           f"Measuring  {100.0 * share:.0f} %" if share else "Measuring")
-        imgui.pop_style_color()
-        imgui.same_line()
-        if imgui.button(fa.ICON_FA_XMARK + "###Cancel measuring"):
-            worker.cancel()
-        imgui.set_item_tooltip("Cancel")
+    elif worker.task is not None:
+        task_progress(worker.task)
 
 
 def tints(sweep: Sweep) -> dict[str, theme.Colour]:
@@ -123,14 +111,14 @@ def tints(sweep: Sweep) -> dict[str, theme.Colour]:
     return dict(zip(method_names(sweep), theme.tints(), strict=False))
 
 
-def _methods(sweep: Sweep) -> None:
+def _methods(sweep: Sweep, state: StabilityState) -> None:
     """A line for each method: its mark, its name, where it fails; chosen by a click."""
     colour, tinted, draw = theme.colours(), tints(sweep), imgui.get_window_draw_list()
     pixel, line = theme.scale(), imgui.get_text_line_height_with_spacing()
     for curve in sweep.curves:
         at, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
-        if imgui.selectable(f"###{curve.name}", curve.name == _frame.method, 0, ImVec2(0.0, line - 5.0 * pixel))[0]:
-            _frame.method = "" if curve.name == _frame.method else curve.name
+        if imgui.selectable(f"###{curve.name}", curve.name == state.method, 0, ImVec2(0.0, line - 5.0 * pixel))[0]:
+            state.method = "" if curve.name == state.method else curve.name
         if imgui.is_item_hovered():
             _tell(sweep, curve)
         middle = at.y + 0.5 * imgui.get_text_line_height()
@@ -182,31 +170,31 @@ def _across(sweep: Sweep, values) -> np.ndarray:
     return place if sweep.rising else -place
 
 
-def _plot(sweep: Sweep, size: ImVec2) -> None:
+def _plot(sweep: Sweep, size: ImVec2, state: StabilityState) -> None:
     x, y = implot.ImAxis_.x1, implot.ImAxis_.y1
     shown = [np.log10(plotted_errors(sweep, curve)) for curve in sweep.curves]
     ends = np.concatenate([*shown, [math.log10(sweep.limit)]])
     low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
     places = _across(sweep, sweep.values)
     margin = 0.03 * (places[-1] - places[0])
-    if not implot.begin_plot(f"Atlas plot###{_frame.family} {sweep.title}", size, PLOT_FLAGS):
+    if not implot.begin_plot(f"Atlas plot###{state.family} {sweep.title}", size, PLOT_FLAGS):
         return
     implot.setup_axis(x, f"{sweep.axis} ({sweep.unit})" if sweep.unit else sweep.axis, AXIS_FLAGS)
     implot.setup_axis(y, f"{sweep.measure} off by ({sweep.measure_unit})" if sweep.measure_unit
                       else f"{sweep.measure} off by", AXIS_FLAGS)
-    once = implot.Cond_.once if _frame.fitted_to == (size.x, size.y) else implot.Cond_.always
-    _frame.fitted_to = (size.x, size.y)
+    once = implot.Cond_.once if state.fitted_to == (size.x, size.y) else implot.Cond_.always
+    state.fitted_to = (size.x, size.y)
     implot.setup_axis_limits(x, float(places[0] - margin), float(places[-1] + margin), once)
     implot.setup_axis_limits(y, low - 0.4, high + 0.4, once)
     _ticks(x, float(places[0]), float(places[-1]), size.x - theme.em(5.0), theme.em(3.4), sweep)
     _ticks(y, low, high, size.y - theme.em(3.0), theme.em(1.5))
     plot, draw = PlotMap.current(log=False), implot.get_plot_draw_list()
     implot.push_plot_clip_rect()
-    _draw(sweep, shown, places, plot, draw)
+    _draw(sweep, shown, places, plot, draw, state.method)
     implot.pop_plot_clip_rect()
     if implot.is_plot_hovered():
         if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
-            _frame.fitted_to = ()
+            state.fitted_to = ()
         _tell_at(sweep, places, plot)
     implot.end_plot()
 
@@ -226,7 +214,8 @@ def _ticks(axis: int, first: float, last: float, pixels: float, room: float, swe
     implot.setup_axis_ticks(axis, marks, labels, False)
 
 
-def _draw(sweep: Sweep, shown: list[np.ndarray], places: np.ndarray, plot: PlotMap, draw: imgui.ImDrawList) -> None:
+def _draw(sweep: Sweep, shown: list[np.ndarray], places: np.ndarray, plot: PlotMap, draw: imgui.ImDrawList,
+          method: str) -> None:
     colour, tinted, pixel = theme.colours(), tints(sweep), theme.scale()
     level = plot.at(0.0, math.log10(sweep.limit)).y
     dashed_line(draw, ImVec2(plot.left, level), ImVec2(plot.right, level), theme.packed(colour.dim), 1.5, 3.0)
@@ -234,7 +223,7 @@ def _draw(sweep: Sweep, shown: list[np.ndarray], places: np.ndarray, plot: PlotM
     text(draw, ImVec2(plot.left + 4.0 * pixel, level - imgui.get_text_line_height() - 1.0), colour.dim, limit,
          plate=True)
     for curve, errors in zip(sweep.curves, shown, strict=True):
-        _stroke(draw, plot.pixels(places, errors), curve, tinted[method_name(curve)], curve.name == _frame.method)
+        _stroke(draw, plot.pixels(places, errors), curve, tinted[method_name(curve)], curve.name == method)
     for curve, errors in zip(sweep.curves, shown, strict=True):
         at = sweep.failure(curve)
         if at is None:
@@ -244,7 +233,7 @@ def _draw(sweep: Sweep, shown: list[np.ndarray], places: np.ndarray, plot: PlotM
         for up in (-1.0, 1.0):
             draw.add_line(ImVec2(point.x - arm, point.y - up * arm), ImVec2(point.x + arm, point.y + up * arm), tint,
                           2.0 * pixel)
-        if curve.name == _frame.method:
+        if curve.name == method:
             _write(sweep, curve, point, plot, draw)
 
 

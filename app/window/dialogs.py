@@ -7,8 +7,7 @@ window. Both answer in a later frame.
 import os
 import shutil
 import sys
-import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,9 +16,11 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from imgui_bundle import portable_file_dialogs as native
 
 from lensbench.app.files.export import export_render
+from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.state.constraints import with_longer_side
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.workers.task import Task
 
 fa = icons_fontawesome_6
 HELPERS = ("zenity", "kdialog", "matedialog", "qarma")
@@ -187,43 +188,22 @@ def centre_next(width: float) -> None:
     imgui.set_next_window_size(ImVec2(width, 0.0))
 
 
-@dataclass
-class _Export:
-    """An export under way, in a thread of its own."""
-
-    path: Path
-    fraction: float = 0.0
-    cancelled: bool = False
-    done: bool = False
-    error: str = ""
-
-    def run(self, settings: Settings, bits: int) -> None:
-        try:
-            export_render(settings, self.path, None, None, bits, self._progress, lambda: self.cancelled)
-        except (ValueError, OSError, MemoryError) as error:
-            self.error = str(error) or "there is not enough memory for a picture of this size"
-        finally:
-            self.done = True
-
-    def _progress(self, fraction: float) -> None:
-        self.fraction = fraction
-
-
 class ExportDialog:
     """Export at any size and number of samples, with progress and Cancel."""
 
-    def __init__(self) -> None:
+    def __init__(self, wake: Callable[[], None] = lambda: None):
         self.path = Path("lensbench.png").resolve()
         self.wants_path = False                 # Browse was pressed
         self._settings: Settings | None = None
         self._format = "PNG, 8 bits"
         self._open = False
-        self._export: _Export | None = None
+        self._task: Task[bool] | None = None
+        self._wake = wake
 
     @property
     def busy(self) -> bool:
         """Whether an export is under way."""
-        return self._export is not None and not self._export.done
+        return self._task is not None and not self._task.done
 
     def open(self, settings: Settings) -> None:
         """Show the dialog for these settings."""
@@ -238,9 +218,9 @@ class ExportDialog:
         self._open = True
 
     def cancel(self) -> None:
-        """Give up an export under way."""
-        if self._export is not None:
-            self._export.cancelled = True
+        """Cancel an export under way."""
+        if self._task is not None:
+            self._task.cancel()
 
     def draw(self) -> tuple[str, bool] | None:
         """Call it in every frame; says once how an export ended, and whether well."""
@@ -255,8 +235,8 @@ class ExportDialog:
         if not shown:
             return None
         said = None
-        if self._export is not None:
-            said = self._running(self._export)
+        if self._task is not None:
+            said = self._running(self._task)
         else:
             self._form(self._settings)
         imgui.end_popup()
@@ -305,27 +285,27 @@ class ExportDialog:
         if imgui.button("Export", ImVec2(theme.em(6.0), 0.0)):
             suffix, bits, _ = FORMATS[self._format]
             self.path = Path(os.path.expanduser(str(self.path))).with_suffix(suffix)
-            self._export = _Export(self.path)
-            threading.Thread(target=self._export.run, args=(settings, bits), daemon=True).start()
+            self._task = self._export(settings, self.path, bits)
         imgui.same_line()
         if imgui.button("Cancel", ImVec2(theme.em(6.0), 0.0)) or imgui.is_key_pressed(imgui.Key.escape):
             imgui.close_current_popup()
 
-    def _running(self, export: _Export) -> tuple[str, bool] | None:
-        imgui.text_unformatted(f"Rendering {export.path.name}")
-        colour = theme.colours()
-        imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*colour.dim))
-        imgui.progress_bar(export.fraction, ImVec2(-1.0, theme.em(1.2)), f"{100 * export.fraction:.0f} %")
-        imgui.pop_style_color()
-        if imgui.button("Cancel", ImVec2(theme.em(6.0), 0.0)):
-            export.cancelled = True
-        if not export.done:
+    def _export(self, settings: Settings, path: Path, bits: int) -> Task[bool]:
+        """Begin to export; the result of the task is whether there is a file."""
+        def work(task: Task[bool]) -> bool:
+            return export_render(settings, path, None, None, bits, task.report, lambda: task.cancelled)
+
+        return Task(f"Rendering {path.name}", work, self._wake)
+
+    def _running(self, task: Task[bool]) -> tuple[str, bool] | None:
+        task_progress(task)
+        if not task.done:
             return None
         imgui.close_current_popup()
-        self._export = None
-        if export.error:
-            return export.error, False
-        return None if export.cancelled else (f"Exported {export.path}", True)
+        self._task = None
+        if task.error is not None:
+            return task.message, False
+        return (f"Exported {self.path}", True) if task.result else None
 
 
 def _label(text: str, indent: float) -> None:

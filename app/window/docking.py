@@ -4,7 +4,7 @@ import math
 import sys
 import traceback
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from imgui_bundle import ImVec2, hello_imgui, imgui, implot
 
@@ -15,7 +15,7 @@ from lensbench.app.panels.falloff import falloff_panel
 from lensbench.app.panels.image.image_panel import render_panel
 from lensbench.app.panels.lens_section.panel import section_panel
 from lensbench.app.panels.light_field.panel import light_field_panel
-from lensbench.app.panels.models import chart_panel
+from lensbench.app.panels.models import ModelsState, chart_panel
 from lensbench.app.panels.plan import plan_panel
 from lensbench.app.panels.readouts import Status, readouts_panel
 from lensbench.app.panels.spaces import spaces_panel
@@ -27,7 +27,6 @@ from lensbench.app.window.status import status_bar
 
 if TYPE_CHECKING:
     from lensbench.app.window.session import Session
-    from lensbench.app.workers.stability_worker import StabilityWorker
 
 PANELS = ("Controls", "Read-outs", "Spaces", "Render", "Section", "Circle of confusion", "Plan", "Exit pupil",
           "Falloff", "Models", "Light field", "Stability")
@@ -52,7 +51,9 @@ class Panels:
 
     def __init__(self, session: "Session"):
         self._session = session
-        self._stability_worker: StabilityWorker | None = None          # of the atlas, from when it is first looked at
+        self._stability_worker: Any = None              # from when the panel is first looked at
+        self._stability_state: Any = None
+        self._models_state = ModelsState()
         self._field = 0.7                               # the film point that looks at the lens, part of the lit film
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
@@ -194,7 +195,8 @@ class Panels:
     def _models(self) -> None:
         session, update = self._session, self._session.presenter.update
         choice = update.choice if update is not None else None
-        session.edited = chart_panel(session.edited, session.charts, choice and (choice.model, choice.degree))
+        session.edited = chart_panel(session.edited, session.charts, self._models_state,
+                                     choice and (choice.model, choice.degree))
 
     def _light_field(self) -> None:
         session = self._session
@@ -204,17 +206,17 @@ class Panels:
         controller.ask()                              # at once: the other panels take their time to follow
 
     def _stability(self) -> None:
-        from lensbench.app.panels.stability import stability_panel
+        from lensbench.app.panels.stability import StabilityState, stability_panel  # loads every study
         from lensbench.app.workers.stability_worker import StabilityWorker
 
         if self._stability_worker is None:
-            self._stability_worker = StabilityWorker(self._session.wake)
-        stability_panel(self._stability_worker)
+            self._stability_worker, self._stability_state = StabilityWorker(self._session.wake), StabilityState()
+        stability_panel(self._stability_worker, self._stability_state)
 
     def closed(self) -> None:
         """The window is about to go: nothing is measured any more."""
         if self._stability_worker is not None:
-            self._stability_worker.cancel()
+            self._stability_worker.stop()
 
     def dialogs(self) -> None:
         """What stands over the panels."""

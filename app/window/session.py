@@ -51,7 +51,7 @@ class Session:
             self.say_findings(settings)
         self.history = History(settings)
         self.edited = settings                          # the settings on their way through this frame's panels
-        self.prompt, self.export = FilePrompt(), ExportDialog()
+        self.prompt, self.export = FilePrompt(), ExportDialog(self.wake)
         self.files, self.panels = Files(self), Panels(self)
         self.remember = remember                        # layout, theme and recent files, beyond this session
         self.dark = True

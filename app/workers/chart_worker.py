@@ -1,6 +1,5 @@
-"""The chart of the present lens's models, measured in the background for the latest settings that have come to rest."""
+"""The chart of the present lens's models, measured in the background once the settings have come to rest."""
 
-import threading
 from collections.abc import Callable
 from dataclasses import replace
 from time import monotonic
@@ -8,8 +7,10 @@ from time import monotonic
 from lensbench.app.state.figures import optical
 from lensbench.app.state.settings import Settings
 from lensbench.app.studies.charts.values import Chart
+from lensbench.app.workers.measurements import Measurements
+from lensbench.app.workers.task import Task
 
-STILL = 0.5                     # seconds that settings must have stood still
+STILL = 0.5                     # seconds without a change before a measurement begins
 SECONDS = 0.04                  # for the timings of each model
 
 
@@ -18,68 +19,49 @@ def charted(settings: Settings) -> Settings:
     return optical(settings).plain("model", "degree", "medium", "limit")
 
 
-class ChartWorker:
-    """Measures one chart at a time; the window asks in each frame, and finds the newest in `chart`."""
+class ChartWorker(Measurements[Settings, Chart]):
+    """The newest chart; it stays until the next one is measured."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None):
-        """`woken` is called from the other thread at every piece of news."""
-        self._wake = wake
-        self.chart: Chart | None = None
-        self.of: Settings | None = None             # what the chart, or the problem, is of
-        self.problem = ""                           # why there is no chart of these settings
-        self.share: float | None = None             # of the work that is done; None: nothing is under way
-        self._asked: tuple[Settings, float] | None = None       # the latest settings, and since when
-        self._measuring: Settings | None = None
-        self._refused: Settings | None = None       # whose chart was cancelled
-        self._stopped = False
+        # At full priority: the timings of the models must not wait for the threads of the renderer
+        super().__init__(_measured, wake, keep_all=False, lowered=False)
+        self._asked: Settings | None = None
+        self._since = 0.0
+
+    @property
+    def chart(self) -> Chart | None:
+        """The newest chart; None before the first, and after an error."""
+        return next(iter(self.found.values()), None)
+
+    @property
+    def of(self) -> Settings | None:
+        """The settings of the chart or of the problem."""
+        return next(iter([*self.found, *self.problems]), None)
+
+    @property
+    def problem(self) -> str:
+        """Why there is no chart of these settings."""
+        return next(iter(self.problems.values()), "")
 
     def want(self, settings: Settings) -> None:
-        """Measure these settings once they have stood still, unless that has been done; give up what they replace."""
+        """Measure the chart of these settings once they have not changed for STILL seconds."""
         key = charted(settings)
-        if self._asked is None or self._asked[0] != key:
-            self._asked = (key, monotonic())
-        if self.share is None and key not in (self.of, self._refused) and monotonic() - self._asked[1] > STILL:
-            self._begin(key)
+        if key != self._asked:
+            self._asked, self._since = key, monotonic()
+        if key != self.key:
+            self.give_way()
+        if monotonic() - self._since > STILL:
+            super().want(key)
+        else:
+            self.collect()
 
-    def again(self) -> None:
-        """Measure once more."""
-        if self.share is None and self._asked is not None:
-            self._begin(self._asked[0])
 
-    def cancel(self) -> None:
-        """Give up what is under way, and leave it so until the settings change."""
-        self._refused = self._measuring
+def _measured(key: Settings, task: Task[Chart]) -> Chart:
+    import lensbench as lb
+    from lensbench.app.state.build import camera
+    from lensbench.app.studies.charts.models import chart
+    from lensbench.app.studies.charts.subjects import Subject
 
-    def stop(self) -> None:
-        """End."""
-        self._stopped = True
-
-    def _begin(self, key: Settings) -> None:
-        self.share, self._measuring, self._refused = 0.0, key, None
-        threading.Thread(target=self._measure, args=(key,), name="lensbench chart", daemon=True).start()
-
-    def _progress(self, share: float) -> bool:
-        self.share = share
-        self._wake()
-        current = self._asked is not None and self._asked[0] == self._measuring
-        return current and self._refused != self._measuring and not self._stopped
-
-    def _measure(self, key: Settings) -> None:
-        import lensbench as lb
-        from lensbench.app.state.build import camera
-        from lensbench.app.studies.charts.models import chart
-        from lensbench.app.studies.charts.subjects import Subject
-        from lensbench.app.studies.timing import StoppedError
-
-        try:
-            camera_ = camera(replace(key, model="trace"))
-            assert isinstance(camera_, lb.LensCamera)
-            found = chart(Subject(key.lens, camera_.lens.name, camera_), self._progress, SECONDS, in_the_renderer=False)
-            self.chart, self.problem, self.of = found, "", key
-        except StoppedError:
-            pass
-        except (ValueError, OSError) as error:
-            self.chart, self.problem, self.of = None, str(error), key
-        finally:
-            self.share = None
-            self._wake()
+    camera_ = camera(replace(key, model="trace"))
+    assert isinstance(camera_, lb.LensCamera)
+    return chart(Subject(key.lens, camera_.lens.name, camera_), task.report, SECONDS, in_the_renderer=False)

@@ -1,7 +1,7 @@
-"""Light fields in the background: recorded, opened, saved and compared one after the other, looked at meanwhile.
+"""Light fields in the background: captured, opened, saved and compared one after the other, refocused meanwhile.
 
-Two threads at most: one for what takes its time, with its progress and Cancel, and one that focuses, for which
-the newest look counts alone. The window asks, and finds the answers in `recording`, `sight` and `said`.
+Two threads at most: a `Task` for what takes long, and one that renders pictures from the light field, for which only
+the newest look counts. The window asks, and finds the answers in `recording`, `field_picture` and `messages`.
 """
 
 import math
@@ -9,10 +9,10 @@ import threading
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,26 +30,28 @@ from lensbench.app.state.light_field_query import (
 )
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.render_worker import prepare
+from lensbench.app.workers.task import Task
 
 COMPARED = 256                  # samples a pixel of the camera's own picture
 HOLD_SECONDS = 0.1              # that a frame is held at most for the picture of its look
 
 
 class FieldPicture(NamedTuple):
-    """What a look at a recording has shown."""
+    """A picture computed from a light field."""
 
     recording: Recorded
     look: Look                              # as far as the picture depends on it
     image: NDArray[np.float32]              # (h, w, 3) linear
     seconds: float
     covered: float = 1.0                    # the part of its pixels that was recorded
+    number: int = 0                         # counts the pictures of the worker
 
 
 Wanted = tuple[Recorded, Look, lb.Depth | None]
 
 
 class Compared(NamedTuple):
-    """The camera's own picture, and how near the light field's comes to it."""
+    """The camera's own picture, and how closely the light field's picture agrees with it."""
 
     field_picture: FieldPicture
     image: NDArray[np.float32]
@@ -57,63 +59,85 @@ class Compared(NamedTuple):
     psnr: float                             # dB
 
 
-@dataclass
-class Task:
-    """Work under way."""
-
-    name: str
-    share: float = 0.0
-    cancelled: bool = False
-
-
 class LightFieldWorker:
     """Has one recording at a time; see the module."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None):
-        """`woken` is called from other threads at every piece of news."""
+        """wake: called from other threads when there is something new to show."""
         self._wake = wake
         self._change = threading.Condition()
         self.recording: Recorded | None = None
-        self.field_picture: FieldPicture | None = None             # the newest
+        self.field_picture: FieldPicture | None = None  # the newest
         self.depth: tuple[Recording, lb.Depth] | None = None
         self.compared: Compared | None = None
-        self.said: list[tuple[str, bool]] = []      # what is to be told, and whether it tells of something done
-        self.task: Task | None = None
+        self.messages: list[tuple[str, bool]] = []      # for the user; True: a success
+        self.task: Task | None = None                   # what takes long
+        self._take: Callable[[Any], None] = lambda result: None     # takes the result of the task
         self._wanted: Wanted | None = None
-        self._done: Wanted | None = None            # the newest that has come to a picture, or to an error
+        self._done: Wanted | None = None            # the newest that has led to a picture or to an error
         self._since = 0.0                           # when the newest was asked for
         self._seconds = math.inf                    # that the picture before took
-        self._stopped = False
-        self._viewer: threading.Thread | None = None
+        self._numbered = 0
+        self._viewer: Task[None] | None = None      # renders pictures until it is cancelled
 
     # The window's side
 
     def record(self, settings: Settings, views: tuple[int, int], moments: int = 1) -> None:
-        """Record what the settings see, with their pixels and samples; the recording there is stays until then."""
-        self._begin("Recording", lambda task: self._record(task, settings, views, moments))
+        """Capture views through the lens, with the pixels and samples of the settings."""
+        def work(task: Task) -> Recorded:
+            checked = settings.checked()
+            camera, scene = prepare(checked)
+            field = lb.capture_light_field(camera, scene, views, checked.samples, checked.seed, progress=task.report,
+                                           moments=moments)
+            return Recording(field, checked)
+
+        self._begin("Recording", work, self._take_recording)
 
     def expose(self, settings: Settings, pixels: int, f_number: float | None) -> None:
-        """Record by a plenoptic camera: its microlenses, of this f-number, stand for the settings' pixels."""
-        self._begin("Exposing", lambda task: self._expose(task, settings, pixels, f_number))
+        """Expose a plenoptic camera; the settings' pixels are its microlenses, of this f-number."""
+        def work(task: Task) -> Recorded:
+            checked = settings.checked()
+            camera, scene = prepare(checked)
+            raw = lb.PlenopticCamera(camera, pixels, f_number).expose(scene, checked.samples, checked.seed,
+                                                                      progress=task.report)
+            return Recording(raw.decoded(), checked, raw)
+
+        self._begin("Exposing", work, self._take_recording)
 
     def record_array(self, settings: Settings, views: tuple[int, int], spacing: float) -> None:
-        """Record by pinholes, `spacing` mm apart."""
-        self._begin("Recording", lambda task: self._record_array(task, settings, views, spacing))
+        """Capture views by an array of pinholes, `spacing` mm apart."""
+        def work(task: Task) -> Recorded:
+            checked = settings.checked()
+            camera, scene = prepare(checked)
+            array = lb.capture_lumigraph(camera, scene, views, spacing, samples=checked.samples, seed=checked.seed,
+                                         progress=task.report)
+            return ArrayRecording(array, checked)
+
+        self._begin("Recording", work, self._take_recording)
 
     def open(self, path: Path) -> None:
         """Open a recording."""
-        self._begin(f"Opening {path.name}", lambda task: self._open(task, path))
+        self._begin(f"Opening {path.name}", lambda task: _opened(path), self._take_recording)
 
     def save(self, path: Path) -> None:
         """Save the recording."""
-        self._begin(f"Saving {path.name}", lambda task: self._save(path))
+        recording = self.recording
+        if recording is not None:
+            self._begin(f"Saving {path.name}", lambda task: _save(path, recording), self._take_saved)
 
     def compare(self, field_picture: FieldPicture) -> None:
-        """Render with the camera what a look has shown."""
-        self._begin("Rendering with the camera", lambda task: self._compare(task, field_picture))
+        """Render with the camera what a picture of the light field shows."""
+        self._begin("Rendering with the camera", lambda task: _compared(task, field_picture), self._take_compared)
+
+    def find_depth(self) -> None:
+        """Estimate the depth of the whole recording."""
+        if isinstance(recording := self.recording, Recording):
+            self._begin("Finding the depth",
+                        lambda task: (recording, lb.find_depth(recording.field, progress=task.report)),
+                        self._take_depth)
 
     def want(self, look: Look) -> None:
-        """Show the recording so, from now on."""
+        """Show the recording with this look from now on."""
         if self.recording is None:
             return
         wanted = self.recording, look.asked, self.found if look.show == "depth" else None
@@ -121,33 +145,39 @@ class LightFieldWorker:
             return
         with self._change:
             self._wanted, self._since = wanted, perf_counter()
-            if self._viewer is None:
-                self._viewer = threading.Thread(target=self._show, name="lensbench light field", daemon=True)
-                self._viewer.start()
+            if self._viewer is None:                # at full priority: a hand waits for its picture
+                self._viewer = Task("Refocusing", self._show, self._wake, lowered=False)
             self._change.notify_all()
 
     def await_field_picture(self) -> None:
-        """Hold the frame for the picture of the newest look, where it is about to come.
+        """Hold the frame for the picture of the newest look, if it is about to come.
 
-        Not beyond HOLD_SECONDS after it was asked for, and not at all where pictures take twice as long.
+        Not beyond HOLD_SECONDS after it was asked for, and not at all if pictures take twice as long.
         """
         with self._change:
             if self._seconds < 2.0 * HOLD_SECONDS:       # frames drawn beside a picture make it so slow
                 self._change.wait_for(lambda: self._done == self._wanted or self._stopped,
                                       max(0.0, self._since + HOLD_SECONDS - perf_counter()))
 
+    def collect(self) -> None:
+        """Take the result of a task that is done. Call it in each frame."""
+        task = self.task
+        if task is None or not task.done:
+            return
+        self.task = None
+        if task.error is not None:
+            self.messages.append((task.message, False))
+        elif not task.cancelled:
+            self._take(task.result)
+
     @property
     def found(self) -> lb.Depth | None:
-        """The depth of the recording, where it has been looked for."""
+        """The depth of the recording; None until it has been estimated."""
         depth = self.depth
         return depth[1] if depth is not None and depth[0] is self.recording else None
 
-    def find_depth(self) -> None:
-        """Look for the depth of everything that was recorded."""
-        self._begin("Finding the depth", self._find_depth)
-
     def psnr(self, look: Look) -> float | None:
-        """The dB by which the camera's own picture agrees with this look's, where it has been rendered."""
+        """How well (dB) the camera's own picture agrees with this look's; None until it has been rendered."""
         compared = self.compared
         if compared is None:
             return None
@@ -155,110 +185,54 @@ class LightFieldWorker:
         return compared.psnr if of.recording is self.recording and of.look == look else None
 
     def cancel(self) -> None:
-        """Give up what is under way."""
+        """Cancel the task."""
         if self.task is not None:
-            self.task.cancelled = True
+            self.task.cancel()
 
     def stop(self) -> None:
-        """End."""
+        """End; returns when the thread of the pictures has ended."""
         self.cancel()
-        with self._change:
-            self._stopped = True
-            self._change.notify_all()
         if self._viewer is not None:
+            with self._change:
+                self._viewer.cancel()
+                self._change.notify_all()
             self._viewer.join()
 
-    # What takes its time
+    # What takes long
 
-    def _begin(self, name: str, work: Callable[[Task], None]) -> None:
+    def _begin(self, description: str, work: Callable[[Task], Any], take: Callable[[Any], None]) -> None:
+        self.collect()
         if self.task is not None:
-            self.said.append((f"{self.task.name} is under way: cancel it first, or wait", False))
+            self.messages.append((f"{self.task.description} is under way: cancel it first, or wait", False))
             return
-        self.task = task = Task(name)
+        self._take = take
+        self.task = Task(description, work, self._wake)
 
-        def run() -> None:
-            try:
-                work(task)
-            except (ValueError, OSError, MemoryError) as error:
-                if not task.cancelled:
-                    self.said.append((str(error) or "there is not enough memory for this light field", False))
-            finally:
-                self.task = None
-                self._wake()
+    def _take_recording(self, recording: Recorded) -> None:
+        self.recording = recording
 
-        threading.Thread(target=run, name=f"lensbench {name}", daemon=True).start()
+    def _take_saved(self, name: str) -> None:
+        self.messages.append((f"The light field was saved as {name}", True))
 
-    def _progress(self, task: Task, share: float) -> bool:
-        task.share = share
-        self._wake()
-        return not (task.cancelled or self._stopped)
+    def _take_compared(self, compared: Compared | None) -> None:
+        if compared is not None:
+            self.compared = compared
 
-    def _record(self, task: Task, settings: Settings, views: tuple[int, int], moments: int) -> None:
-        settings = settings.checked()
-        camera, scene = prepare(settings)
-        field = lb.capture_light_field(camera, scene, views, settings.samples, settings.seed,
-                                       progress=lambda share: self._progress(task, share), moments=moments)
-        self.recording = Recording(field, settings)
+    def _take_depth(self, depth: tuple[Recording, lb.Depth]) -> None:
+        self.depth = depth
 
-    def _expose(self, task: Task, settings: Settings, pixels: int, f_number: float | None) -> None:
-        settings = settings.checked()
-        camera, scene = prepare(settings)
-        raw = lb.PlenopticCamera(camera, pixels, f_number).expose(scene, settings.samples, settings.seed,
-                                                                  progress=lambda share: self._progress(task, share))
-        self.recording = Recording(raw.decoded(), settings, raw)
+    # Pictures of the recording
 
-    def _record_array(self, task: Task, settings: Settings, views: tuple[int, int], spacing: float) -> None:
-        settings = settings.checked()
-        camera, scene = prepare(settings)
-        array = lb.capture_lumigraph(camera, scene, views, spacing, samples=settings.samples, seed=settings.seed,
-                                     progress=lambda share: self._progress(task, share))
-        self.recording = ArrayRecording(array, settings)
+    @property
+    def _stopped(self) -> bool:
+        return self._viewer is not None and self._viewer.cancelled
 
-    def _open(self, task: Task, path: Path) -> None:
-        recording = _opened(path)
-        if not task.cancelled:
-            self.recording = recording
-
-    def _save(self, path: Path) -> None:
-        from lensbench.app.files.light_field_file import save_light_field
-        from lensbench.app.files.lumigraph_file import save_lumigraph
-
-        recording = self.recording
-        if isinstance(recording, ArrayRecording):
-            save_lumigraph(path, recording.array, recording.settings)
-        elif recording is not None:
-            save_light_field(path, recording)
-        if recording is not None:
-            self.said.append((f"The light field was saved as {path.name}", True))
-
-    def _compare(self, task: Task, field_picture: FieldPicture) -> None:
-        from lensbench.app.files.export import render
-        from lensbench.app.state.comparison import decibels
-
-        look, recording = field_picture.look, field_picture.recording
-        settings = replace(picture_settings(recording, look), samples=COMPARED)
-        if isinstance(recording, Recording) and (look.view != (0.0, 0.0) or recording.of_moment(look) != (0, 1)):
-            camera, scene = prepare(replace(settings, f_number=recording.settings.f_number))
-            image: NDArray[np.float32] | None = lb.picture_through(
-                camera, scene, look.view, radius(look, recording.field), COMPARED, settings.seed,
-                recording.of_moment(look), lambda share: self._progress(task, share))
-        else:
-            image = render(settings, lambda share: self._progress(task, share), lambda: task.cancelled or self._stopped)
-        if image is not None:
-            self.compared = Compared(field_picture, image, settings, decibels(field_picture.image, image))
-
-    def _find_depth(self, task: Task) -> None:
-        if isinstance(recording := self.recording, Recording):
-            self.depth = recording, lb.find_depth(recording.field, progress=lambda share: self._progress(task, share))
-
-    # What is looked at
-
-    def _show(self) -> None:
+    def _show(self, viewer: Task[None]) -> None:
         while True:
             with self._change:
-                while not self._stopped and self._wanted == self._done:
+                while not viewer.cancelled and self._wanted == self._done:
                     self._change.wait()
-                if self._stopped:
+                if viewer.cancelled:
                     return
                 wanted = self._wanted
             assert wanted is not None
@@ -272,17 +246,48 @@ class LightFieldWorker:
                 else:
                     image = shown(recording, look, depth)
             except (ValueError, MemoryError) as error:
-                self.said.append((str(error), False))
+                self.messages.append((str(error), False))
             else:
-                self.field_picture = FieldPicture(recording, look, image, perf_counter() - begin, covered)
+                self._numbered += 1
+                self.field_picture = FieldPicture(recording, look, image, perf_counter() - begin, covered,
+                                                  self._numbered)
             with self._change:
                 self._done, self._seconds = wanted, perf_counter() - begin
                 self._change.notify_all()
             self._wake()
 
 
+def _save(path: Path, recording: Recorded) -> str:
+    """Write the recording; returns the name of the file."""
+    from lensbench.app.files.light_field_file import save_light_field
+    from lensbench.app.files.lumigraph_file import save_lumigraph
+
+    if isinstance(recording, ArrayRecording):
+        save_lumigraph(path, recording.array, recording.settings)
+    else:
+        save_light_field(path, recording)
+    return path.name
+
+
+def _compared(task: Task, field_picture: FieldPicture) -> Compared | None:
+    """The camera's own picture; None after a cancellation."""
+    from lensbench.app.files.export import render
+    from lensbench.app.state.comparison import decibels
+
+    look, recording = field_picture.look, field_picture.recording
+    settings = replace(picture_settings(recording, look), samples=COMPARED)
+    if isinstance(recording, Recording) and (look.view != (0.0, 0.0) or recording.of_moment(look) != (0, 1)):
+        camera, scene = prepare(replace(settings, f_number=recording.settings.f_number))
+        image: NDArray[np.float32] | None = lb.picture_through(
+            camera, scene, look.view, radius(look, recording.field), COMPARED, settings.seed,
+            recording.of_moment(look), task.report)
+    else:
+        image = render(settings, task.report, lambda: task.cancelled)
+    return None if image is None else Compared(field_picture, image, settings, decibels(field_picture.image, image))
+
+
 def _opened(path: Path) -> Recorded:
-    """What the file turns out to hold; what its reader raises where that is nothing."""
+    """The light field or the array that the file holds; raises what its reader raises."""
     from lensbench.app.files.light_field_file import load_light_field
     from lensbench.app.files.lumigraph_file import load_lumigraph
 

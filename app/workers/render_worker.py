@@ -1,9 +1,8 @@
-"""Render in the background: settings in, the newest picture out.
+"""Rendering in the background: settings in, the newest picture out.
 
-One thread of the worker prepares cameras and scenes (and compiles kernels, the
-first time), a pool of them fills the film. `restart` returns at once, abandons
-what is under way within a millisecond and never waits; a picture is only ever
-replaced by a later one.
+A `Task` prepares cameras and scenes (and compiles kernels, the first time), a pool of threads renders. `restart`
+returns at once, abandons the present pass within a millisecond and never waits. A picture is only ever replaced by a
+later one.
 """
 
 import math
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from lensbench.app.state.auto_model import Chosen, choice_key, is_automatic, judged, provisional
 from lensbench.app.state.settings import Settings
+from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import lower_priority, thread_count
 
 PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
@@ -86,14 +86,14 @@ class RenderWorker:
     """Renders the latest settings until their samples are reached; see the module."""
 
     def __init__(self, settings: Settings, wake: Callable[[], None] = lambda: None, threads: int | None = None):
-        """Begin with these settings; `woken` is called from the worker's thread at every piece of news."""
+        """Begin with these settings. wake: called from another thread when there is something new to show."""
         self._wake = wake
         self._threads = threads or thread_count()
         self._change = threading.Condition()
         self._settings = settings
         self._generation = 1
         self._target = settings.samples
-        self._paused = self._held = self._stopped = self._depth_wanted = False
+        self._paused = self._held = self._depth_wanted = False
         self._update: RenderUpdate | None = None
         self._shown: RenderUpdate | None = None
         self._failure: Failure | None = None
@@ -103,8 +103,8 @@ class RenderWorker:
         self._chosen: Chosen | None = None      # the automatic model, as it was chosen last
         self._choosing: Future | None = None    # that is being chosen, perhaps for settings that have gone by
         self._speeds: dict[tuple, tuple[float, float]] = {}     # by lens and choice
-        self._thread = threading.Thread(target=self._work, name="lensbench render", daemon=True)
-        self._thread.start()
+        with self._change:      # runs until it is cancelled; at full priority, for somebody waits for the first pass
+            self._task: Task[None] = Task("Rendering", self._work, wake, lowered=False)
 
     # The window's side
 
@@ -206,12 +206,18 @@ class RenderWorker:
     @property
     def alive(self) -> bool:
         """Whether it has not been stopped."""
-        return not self._stopped
+        return not self._task.cancelled
 
     def stop(self) -> None:
         """End; returns when the threads have ended."""
-        self._note(_stopped=True)
-        self._thread.join()
+        with self._change:
+            self._task.cancel()
+            self._change.notify_all()
+        self._task.join()
+
+    @property
+    def _stopped(self) -> bool:
+        return self._task.cancelled
 
     def _note(self, **changed: Any) -> None:
         """Change some of what the threads wait for, and wake them."""
@@ -221,7 +227,7 @@ class RenderWorker:
 
     # The worker's side
 
-    def _work(self) -> None:
+    def _work(self, task: Task[None]) -> None:
         from lensbench.app.workers.warm_cache import compile_ahead
         from lensbench.scenery.small_lights import small_lights
 
@@ -233,9 +239,9 @@ class RenderWorker:
             job: _Job | None = None
             while True:
                 with self._change:
-                    while not self._stopped and not self._due(job):
+                    while not task.cancelled and not self._due(job):
                         self._change.wait()
-                    if self._stopped:
+                    if task.cancelled:
                         return
                     generation, settings = self._generation, self._settings
                 try:

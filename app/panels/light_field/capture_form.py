@@ -1,15 +1,16 @@
-"""What is to be recorded: the form of the panel *Light field*, and the progress of what is under way."""
+"""The form of the panel *Light field* that says what to record."""
 
-from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+from imgui_bundle import icons_fontawesome_6, imgui
 
 from lensbench.app.panels.light_field.capture_settings import KINDS, Form
+from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.state import scales, time_scales
 from lensbench.app.state.light_field_query import match
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import ring
 from lensbench.app.widgets.toggles import toggles
-from lensbench.app.workers.light_field_worker import Task
+from lensbench.app.workers.task import Task
 
 fa = icons_fontawesome_6
 MOMENTS = (1, 2, 4, 8)
@@ -56,7 +57,7 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
         _microlenses(settings, form)
     words(f"Takes {form.bytes(settings) / 1e6:,.0f} MB of memory", True)
     if task is not None:
-        progress(task, form)
+        task_progress(task)
     else:
         if imgui.button(fa.ICON_FA_CIRCLE_DOT + "  Record###Record"):
             form.requests.add("record")
@@ -91,17 +92,3 @@ def _microlenses(settings: Settings, form: Form) -> None:
         imgui.pop_font()
     except (ValueError, OSError) as error:
         words(str(error), True)
-
-
-def progress(task: Task, form: Form) -> None:
-    """How far a task has come, with Cancel."""
-    colour = theme.colours()
-    width = imgui.get_content_region_avail().x
-    imgui.push_style_color(imgui.Col_.plot_histogram, imgui.ImVec4(*colour.frame_active))
-    imgui.progress_bar(task.share, ImVec2(width - theme.em(2.2), 0.0),
-                       f"{task.name}  {100.0 * task.share:.0f} %" if task.share else task.name)
-    imgui.pop_style_color()
-    imgui.same_line()
-    if imgui.button(fa.ICON_FA_XMARK + "###Cancel task"):
-        form.requests.add("cancel")
-    imgui.set_item_tooltip("Cancel")

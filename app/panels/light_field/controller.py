@@ -37,8 +37,9 @@ class LightFieldController:
     def begin(self) -> None:
         """At the beginning of a frame: news from the worker; a camera that has been set anew is shown."""
         session, worker = self._session, self.worker
-        said, worker.said = worker.said, []
-        for message, done in said:
+        worker.collect()
+        messages, worker.messages = worker.messages, []
+        for message, done in messages:
             session.view.say(message, done)
         present = session.history.present.picture
         if present != self._settings:
@@ -110,8 +111,6 @@ class LightFieldController:
         present = session.history.present
         if "record" in wanted:
             self._record(present)
-        if "cancel" in wanted:
-            worker.cancel()
         if "depth" in wanted:
             worker.find_depth()
         if "compare" in wanted and self.field_picture is not None:

@@ -7,7 +7,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 import lensbench as lb
 from lensbench.app.panels.light_field.camera_array import array_body
-from lensbench.app.panels.light_field.capture_form import progress, recording_form, words
+from lensbench.app.panels.light_field.capture_form import recording_form, words
 from lensbench.app.panels.light_field.capture_settings import Form
 from lensbench.app.panels.light_field.depth import depth_body
 from lensbench.app.panels.light_field.plenoptic_slices import Strip, moment_chooser, rays_body
@@ -19,6 +19,7 @@ from lensbench.app.panels.light_field.pupil_pad import (
     pupil_pad,
     pupil_picture,
 )
+from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.state import scales
 from lensbench.app.state.light_field_query import (
     SHOWN,
@@ -55,7 +56,7 @@ def light_field_panel(settings: Settings, look: Look, form: Form, worker: LightF
         return look
     _head(recording, form)
     if worker.task is not None:
-        progress(worker.task, form)
+        task_progress(worker.task)
     if isinstance(recording, ArrayRecording):
         return array_body(look, recording, worker.field_picture)
     before = look

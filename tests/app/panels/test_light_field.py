@@ -284,7 +284,8 @@ def test_what_cannot_be_recorded_is_said_and_a_recording_can_be_given_up(drive):
         open_panel(hand)
         controller.form.views, controller.form.samples, controller.form.longer = 17, 64, 960
         hand.ctx.item_click("//Light field/**/Record")
-        hand.wait(lambda: controller.worker.task is not None and controller.worker.task.share > 0.0, "the first view")
+        worker = controller.worker
+        hand.wait(lambda: worker.task is not None and worker.task.progress > 0.0, "the first view")
         hand.ctx.item_click("//Light field/**/Cancel task")
         hand.wait(lambda: controller.worker.task is None, "the end")
         hand.ctx.yield_(2)

@@ -6,7 +6,7 @@ from time import monotonic, sleep
 import pytest
 from imgui_bundle import ImVec2
 
-from lensbench.app.panels.models import _model, _present, chart_panel
+from lensbench.app.panels.models import ModelsState, _model, _present, chart_panel
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import Settings, SettingsError
 from lensbench.app.studies.charts.models import chart
@@ -27,11 +27,11 @@ def compiled():
 
 class Panel:
     def __init__(self, settings: Settings = START):
-        self.settings, self.worker = settings, ChartWorker()
+        self.settings, self.worker, self.state = settings, ChartWorker(), ModelsState()
 
     def show(self) -> None:
         sleep(0.002)                                    # a screen's pause between two frames
-        self.settings = chart_panel(self.settings, self.worker)
+        self.settings = chart_panel(self.settings, self.worker, self.state)
 
     def wait(self, ctx) -> None:
         end = monotonic() + 240.0
@@ -115,15 +115,15 @@ def test_a_measurement_that_is_cancelled_leaves_the_settings_alone_until_they_ch
     panel = Panel()
 
     def test(ctx):
-        while panel.worker.share is None:
+        while panel.worker.task is None:
             ctx.yield_()
-        panel.worker.cancel()
-        while panel.worker.share is not None:
+        panel.worker.task.cancel()
+        while panel.worker.task is not None:
             ctx.yield_()
         end = monotonic() + 0.8
         while monotonic() < end:
             ctx.yield_()
-        assert panel.worker.share is None and panel.worker.chart is None
+        assert panel.worker.task is None and panel.worker.chart is None
         panel.settings = replace(START, f_number=11.0)
         panel.wait(ctx)
         assert panel.worker.chart is not None

@@ -15,11 +15,6 @@ from tests.app.stand import drive as drive_panel
 FIRST, SPHERES = ("Intersection", "Distance of the ray's origin"), "Radius of a sphere"
 
 
-@pytest.fixture(autouse=True)
-def fresh(monkeypatch):
-    monkeypatch.setattr(stability, "_frame", stability.Frame())
-
-
 def wait(ctx, what, frames=3000):
     for _ in range(frames):
         if what():
@@ -46,14 +41,15 @@ def test_families_and_stresses_are_chosen_and_measured_and_a_method_says_what_be
         hand.wait(lambda: FIRST in found, "the second")
         hand.ctx.yield_(2)
         hand.ctx.item_click("**/###foot form, float32")
-        assert stability._frame.method == "foot form, float32"
+        assert hand.session.panels._stability_state.method == "foot form, float32"
         hand.ctx.yield_(3)
         hand.photograph(tmp_path / "window.png")
         hand.ctx.item_click("//Stability/##Family")
         hand.ctx.item_click("//##Combo_00/Closed forms")
         wanted = ("Closed forms", "Thin lens as the focus comes to f")
         hand.wait(lambda: wanted in found, "another family")
-        assert stability._frame.title == wanted[1] and stability._frame.method == ""
+        state = hand.session.panels._stability_state
+        assert state.title == wanted[1] and state.method == ""
 
     session = drive(use)
     assert session.view.messages == []
@@ -78,12 +74,11 @@ def test_measuring_is_cancelled_by_its_button_and_begun_again_by_hand(monkeypatc
     families = {"Waiting": {"Patience": slow(started, go)}}
     monkeypatch.setattr(surveying, "FAMILIES", families)
     monkeypatch.setattr(stability, "FAMILIES", families)
-    monkeypatch.setattr(stability, "_frame", stability.Frame("Waiting", "Patience"))
-    worker = StabilityWorker(lambda: None)
+    worker, state = StabilityWorker(), stability.StabilityState("Waiting", "Patience")
 
     def use(ctx):
         wait(ctx, started.is_set)
-        ctx.item_click("**/###Cancel measuring")
+        ctx.item_click("**/###Cancel task")
         go.set()
         wait(ctx, lambda: worker.key is None)
         assert worker.declined == ("Waiting", "Patience") and not worker.found
@@ -93,11 +88,11 @@ def test_measuring_is_cancelled_by_its_button_and_begun_again_by_hand(monkeypatc
         wait(ctx, lambda: worker.found)
         ctx.item_click("**/###hand, float32")
         ctx.yield_(2)
-        assert stability._frame.method == "hand, float32"
+        assert state.method == "hand, float32"
         ctx.item_click("**/###hand, float32")
-        assert stability._frame.method == ""
+        assert state.method == ""
 
-    drive_panel(lambda: stability.stability_panel(worker), use, size=(720, 200))
+    drive_panel(lambda: stability.stability_panel(worker, state), use, size=(720, 200))
 
 
 def test_what_goes_wrong_while_measuring_is_said_in_the_panel(monkeypatch):
@@ -106,9 +101,10 @@ def test_what_goes_wrong_while_measuring_is_said_in_the_panel(monkeypatch):
 
     families = {"Waiting": {"Patience": broken}}
     monkeypatch.setattr(surveying, "FAMILIES", families)
-    worker = StabilityWorker(lambda: None)
+    worker = StabilityWorker()
     worker.want(("Waiting", "Patience"))
-    worker._thread.join(10.0)
+    worker.task.join(10.0)
+    worker.collect()
     assert worker.problems == {("Waiting", "Patience"): "ZeroDivisionError: a lens without glass"}
     worker.want(("Waiting", "Patience"))
     assert worker.key is None                                 # nor is it tried in every frame
@@ -117,14 +113,15 @@ def test_what_goes_wrong_while_measuring_is_said_in_the_panel(monkeypatch):
 def test_another_choice_gives_up_what_is_under_way_and_is_measured_next(monkeypatch):
     started, go = threading.Event(), threading.Event()
     monkeypatch.setattr(surveying, "FAMILIES", {"Waiting": {"Patience": slow(started, go), "Haste": slow(started, go)}})
-    worker = StabilityWorker(lambda: None)
+    worker = StabilityWorker()
     worker.want(("Waiting", "Patience"))
     assert started.wait(10.0)
     worker.want(("Waiting", "Haste"))
     go.set()
-    worker._thread.join(10.0)
+    worker.task.join(10.0)
     worker.want(("Waiting", "Haste"))
-    worker._thread.join(10.0)
+    worker.task.join(10.0)
+    worker.collect()
     assert list(worker.found) == [("Waiting", "Haste")]
 
 

@@ -168,7 +168,7 @@ def test_an_export_can_be_cancelled_and_finished(drive, tmp_path):
         hand.ctx.item_input_value("//Export/##Samples a pixel", 1_000_000)
         hand.ctx.item_click("//Export/Export")
         hand.ctx.yield_(3)
-        hand.ctx.item_click("//Export/Cancel")
+        hand.ctx.item_click("//Export/###Cancel task")
         hand.wait(lambda: not hand.session.export.busy, "the end of the export")
         hand.ctx.yield_(2)
         assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,93 @@
+"""One piece of background work: its progress, its cancellation, and its result or its error.
+
+A `Task` runs once, on a thread of its own. The window polls `done`; the work reports its progress and learns from the
+answer whether it goes on.
+"""
+
+import threading
+import traceback
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from lensbench.app.workers.threads import lower_priority
+
+Result = TypeVar("Result")
+STEP = 0.01                     # of progress, at which the window is woken
+
+
+class TaskCancelledError(Exception):
+    """Ends work that reports its progress by `Task.check`."""
+
+
+class Task(Generic[Result]):
+    """Work that begins at once on a background thread.
+
+    work: receives the task, and returns its result. wake: called from the thread when there is something new to show.
+    lowered: the thread runs at a lower priority than the window.
+    """
+
+    def __init__(self, description: str, work: Callable[["Task[Result]"], Result],
+                 wake: Callable[[], None] = lambda: None, lowered: bool = True):
+        self.description = description
+        self.progress = 0.0                     # 0 to 1
+        self.cancelled = False
+        self.result: Result | None = None       # None until the work is done, and after a cancellation or an error
+        self.error: Exception | None = None     # None after a cancellation
+        self._work, self._wake, self._lowered = work, wake, lowered
+        self._woken_at = 0.0
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"lensbench {description.lower()}", daemon=True)
+        self._thread.start()
+
+    @property
+    def done(self) -> bool:
+        """Whether the work has ended: with a result, with an error or cancelled."""
+        return self._done.is_set()
+
+    @property
+    def message(self) -> str:
+        """The error in words for the user; "" without an error."""
+        if self.error is None:
+            return ""
+        if isinstance(self.error, MemoryError):
+            return str(self.error) or f"{self.description}: there is not enough memory"
+        if isinstance(self.error, ValueError | OSError):
+            return str(self.error)
+        return f"{type(self.error).__name__}: {self.error}"
+
+    def report(self, progress: float) -> bool:
+        """Note the part that is done; False: the task is cancelled, and the work must end."""
+        self.progress = progress
+        if abs(progress - self._woken_at) >= STEP:
+            self._woken_at = progress
+            self._wake()
+        return not self.cancelled
+
+    def check(self, progress: float) -> None:
+        """As `report`, for work that an exception ends: TaskCancelledError."""
+        if not self.report(progress):
+            raise TaskCancelledError
+
+    def cancel(self) -> None:
+        """Ask the work to end; its result is dropped. Returns at once."""
+        self.cancelled = True
+
+    def join(self, seconds: float | None = None) -> None:
+        """Wait for the end."""
+        self._thread.join(seconds)
+
+    def _run(self) -> None:
+        if self._lowered:
+            lower_priority()
+        try:
+            result = self._work(self)
+            if not self.cancelled:
+                self.result = result
+        except Exception as error:              # the thread has no caller: whoever polls the task shows the message
+            if not self.cancelled:
+                self.error = error
+                if not isinstance(error, ValueError | OSError | MemoryError):
+                    traceback.print_exception(error)
+        finally:
+            self._done.set()
+            self._wake()

@@ -1,0 +1,118 @@
+"""The one kind of background work: progress, result, error and cancellation behave alike everywhere."""
+
+import os
+import sys
+import threading
+
+import pytest
+
+from lensbench.app.workers.measurements import Measurements
+from lensbench.app.workers.task import Task, TaskCancelledError
+
+
+def ended(task: Task) -> Task:
+    task.join(10.0)
+    assert task.done
+    return task
+
+
+def test_the_result_is_that_of_the_work_and_the_window_is_woken():
+    woken = []
+    task = ended(Task("Adding", lambda task: 2 + 2, lambda: woken.append(True)))
+    assert (task.result, task.error, task.message, task.cancelled) == (4, None, "", False)
+    assert woken == [True]
+
+
+def test_progress_is_reported_and_wakes_the_window_once_in_a_hundredth():
+    woken = []
+
+    def work(task):
+        return all(task.report(i / 10_000) for i in range(10_001))
+
+    task = ended(Task("Counting", work, lambda: woken.append(True)))
+    assert task.progress == 1.0 and task.result and 90 <= len(woken) <= 102
+
+
+@pytest.mark.parametrize(("error", "message"), [
+    (ValueError("f/0.5 is too fast"), "f/0.5 is too fast"), (OSError("no space"), "no space"),
+    (MemoryError(), "Failing: there is not enough memory"), (ZeroDivisionError("zero"), "ZeroDivisionError: zero"),
+])
+def test_an_error_is_kept_with_words_for_the_user(error, message, capsys):
+    def work(task):
+        raise error
+
+    task = ended(Task("Failing", work))
+    assert (task.result, task.error, task.message) == (None, error, message)
+    assert ("Traceback" in capsys.readouterr().err) is isinstance(error, ZeroDivisionError)     # unforeseen
+
+
+@pytest.mark.parametrize("by", ["report", "check"])
+def test_a_cancelled_task_ends_at_its_next_report_without_result_or_error(by):
+    started, go = threading.Event(), threading.Event()
+
+    def work(task):
+        started.set()
+        assert go.wait(10.0)
+        if by == "check":
+            task.check(0.5)
+            raise AssertionError
+        assert not task.report(0.5)
+        raise ValueError("given up")
+
+    task = Task("Waiting", work)
+    assert started.wait(10.0)
+    task.cancel()
+    go.set()
+    ended(task)
+    assert (task.result, task.error, task.message, task.cancelled) == (None, None, "", True)
+    if by == "check":
+        with pytest.raises(TaskCancelledError):
+            task.check(1.0)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="priorities of threads are Linux's")
+@pytest.mark.parametrize("lowered", [True, False])
+def test_the_work_runs_behind_the_window_unless_somebody_waits_for_it(lowered):
+    here = os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
+    task = ended(Task("Idling", lambda task: os.getpriority(os.PRIO_PROCESS, threading.get_native_id()),
+                      lowered=lowered))
+    assert task.result == (max(here, 10) if lowered else here)
+
+
+def waiting(go):
+    def measure(key, task):
+        assert go.wait(10.0)
+        task.check(1.0)
+        return key.upper()
+    return measure
+
+
+def test_the_key_wanted_last_is_measured_and_what_it_replaces_may_be_wanted_again():
+    go = threading.Event()
+    found = Measurements(waiting(go))
+    found.want("a")
+    found.want("b")                             # gives way
+    first = found.task
+    found.want("a")                             # back again before the end: measured anew
+    go.set()
+    ended(first)
+    found.want("a")
+    ended(found.task)
+    found.want("a")
+    assert found.found == {"a": "A"} and found.task is None and found.declined is None
+
+
+def test_what_is_cancelled_by_hand_is_left_until_it_is_asked_for():
+    go = threading.Event()
+    found = Measurements(waiting(go))
+    found.want("a")
+    task = found.task
+    task.cancel()
+    go.set()
+    ended(task)
+    found.want("a")
+    assert found.task is None and found.declined == "a" and not found.found
+    found.again("a")
+    ended(found.task)
+    found.collect()
+    assert found.found == {"a": "A"} and found.declined is None
