@@ -8,8 +8,10 @@ Lengths are millimetres; a file of another unit is converted as it is read.
 """
 
 from lensbench.lenses.catalogue import Card, describe, names
-from lensbench.lenses.check import Finding, check
+from lensbench.lenses.check import Finding, Kind, Severity, check
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.lens_file import READERS, WRITERS, load, save
+from lensbench.lenses.formats import FORMATS, READERS, WRITERS, Format
+from lensbench.lenses.lens_file import load, save
 
-__all__ = ["READERS", "WRITERS", "Card", "Finding", "LensFileError", "check", "describe", "load", "names", "save"]
+__all__ = ["FORMATS", "READERS", "WRITERS", "Card", "Finding", "Format", "Kind", "LensFileError", "Severity", "check",
+           "describe", "load", "names", "save"]

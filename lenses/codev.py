@@ -27,6 +27,7 @@ from lensbench.lenses.encoding import check_lines, file_curvature, file_number, 
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Solve
+from lensbench.optics.finding import Kind, Severity, note
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens
 
@@ -73,8 +74,9 @@ def read(text: str, path: str) -> Lens:
         raise errors[0]
     _, radii, lens = min(readings, key=lambda reading: reading[0])
     what = "radii" if radii else "curvatures"
-    return replace(lens, findings=(f"the file does not say whether it gives radii or curvatures (RDM): read as {what}",
-                                   *lens.findings))
+    assumed = note(Kind.CONVENTION, "the file does not say whether it gives radii or curvatures (RDM): read as "
+                                    f"{what}")
+    return replace(lens, findings=(assumed, *lens.findings))
 
 
 def _statements(text: str) -> list[tuple[int, list[str]]]:
@@ -137,15 +139,15 @@ class _Sequence:
                                                          "aspheric terms: not traced")
         if not any(row.is_stop for row in design.rows) and len(design.rows) > 1:
             design.rows[1].is_stop = True
-            design.found("no stop is marked (STO): surface 0, as CODE V takes it")
+            design.found(Kind.NO_STOP, "no stop is marked (STO): surface 0, as CODE V takes it",
+                         severity=Severity.WARNING)
         stop = next((i for i, row in enumerate(design.rows) if row.is_stop), None)
         design.stations = self.zoom.stations(lambda index: index if index < len(design.rows) else None, stop,
                                              design.rows[0].thickness)
-        for told in self.zoom.told():
-            design.found(told)
+        design.findings += self.zoom.findings()
         if design.stations and self.image_is_solved:
             design.solves.append(Solve(len(design.rows) - 2, "image"))
-            design.found("PIM: the back focus of each position is that of its paraxial image")
+            design.found(Kind.POSITION, "PIM: the back focus of each position is that of its paraxial image")
         return design.lens()
 
     def command(self, line: int, words: list[str]) -> None:
@@ -276,7 +278,7 @@ class _Sequence:
         elif key in REFUSED:
             self.refuse_unless_zero(index, key, values)
         elif key in SIDED:
-            self.design.found(f"S{index}: {SIDED[key]} ({key}) is left out")
+            self.design.found(Kind.LEFT_OUT, f"S{index}: {SIDED[key]} ({key}) is left out", index - 1)
         elif key in ("KX", "KY", "AR", "BR", "AP", "BP") and any(map(is_number, values)) and self.value(values):
             raise RowError(f"S{index} has a biconic asphere, which is not traced")
         elif key not in HARMLESS and key not in ("KX", "KY", "AR", "BR", "AP", "BP"):
@@ -296,9 +298,9 @@ class _Sequence:
         if not sizes:
             raise RowError("a semi-diameter is missing")
         if qualifier == "OBS":
-            self.design.found(f"S{index}: a central obscuration (CIR OBS) is left out")
+            self.design.found(Kind.LEFT_OUT, f"S{index}: a central obscuration (CIR OBS) is left out", index - 1)
         elif qualifier == "HOL":
-            self.design.found(f"S{index}: a central hole (CIR HOL) is left out")
+            self.design.found(Kind.LEFT_OUT, f"S{index}: a central hole (CIR HOL) is left out", index - 1)
         elif sizes[0] <= 0.0:
             raise RowError(f"semi-diameter is {sizes[0]:g}: it must be positive")
         elif qualifier == "EDG":
@@ -322,9 +324,8 @@ class _Sequence:
             row.glass = media.model(file_number(name, "index"), 0.0)
             return
         glass, _, maker = name.partition("_")
-        row.glass, finding = media.named(glass, maker or None)
-        if finding:
-            self.design.found(finding)
+        row.glass, assumed = media.named(glass, maker or None)
+        self.design.assume_glass(assumed)
 
     def glass_definition(self, key: str, words: list[str], values: list[str]) -> None:
         """A line between PRV and END: wavelengths (nm) and the indices of a glass there, or a Laurent series."""
@@ -336,7 +337,8 @@ class _Sequence:
             name = words[0].strip("'\"")
             kind = values[0].upper()
             if kind in ("LAU", "GMS", "GML", "HAR", "CAU", "SEL") or not is_number(values[0]):
-                self.design.found(f"the private glass {name} is given by a formula ({kind}), which is not read")
+                self.design.found(Kind.GLASS, f"the private glass {name} is given by a formula ({kind}), which is not "
+                                              "read")
                 return
             indices = [file_number(word, "index") for word in values]
             points = sorted({w: n for w, n in zip(self.wavelengths, indices, strict=False) if w > 0.0}.items())

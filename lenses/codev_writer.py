@@ -8,12 +8,13 @@ from lensbench.lenses.codev import TERMS
 from lensbench.lenses.encoding import LONGEST_NAME, is_number
 from lensbench.lenses.soundness import axial_heights
 from lensbench.lenses.stations import Station, stations_of
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Lens
 
 
-def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
-    """The text of a .seq file, and what it could not hold, one sentence each."""
+def write(lens: Lens) -> tuple[str, list[Finding]]:
+    """The text of a .seq file, and what it could not hold beside shapes."""
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
     title = _short(lens.name)
@@ -31,7 +32,8 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
                          else f"{glass.n_d!r}:{glass.v_d or 0.0!r}")
             if glass.name and not maker:
                 words.append(f"! {' '.join(glass.name.split())[:LONGEST_NAME]}")
-                remarks.append("glasses that no catalogue has are written by n_d and V_d, their names as comments")
+                remarks.append(note(Kind.GLASS, f"surface {i}: no catalogue has its glass, which is written by n_d and "
+                                                "V_d, its name as a comment", i))
         lines.append(" ".join(words))
         lines += ["  STO"] if i == lens.stop_index else []
         if s.curvature_x is not None:
@@ -41,20 +43,16 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         if s.aspheric:
             lines += ["  ASP", f"  K {s.conic!r}"]
             lines += [f"  {letters[power]} {a!r}" for power, a in s.aspheric if power in letters]
-            lost = [f"r^{power}" for power, _ in s.aspheric if power not in letters]
-            if lost:
-                remarks.append(f"surface {i}: its aspheric terms in {', '.join(lost)} cannot be written, and this is "
-                               "another lens")
         elif s.conic:
             lines += ["  CON", f"  K {s.conic!r}"]
-        if glass not in private and media.loss(glass, with_maker=True):
-            remarks.append(f"surface {i}: {media.loss(glass)}")
+        if glass not in private:
+            remarks += media.glass_loss(glass, i, with_maker=True)
     lines += ["SI 0.0 0.0", *_zoom_lines(lens, stations), "GO", ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if title != lens.name:
-        remarks.append("the name is written in one short line, without quotes")
+        remarks.append(note(Kind.TEXT, "the name is written in one short line, without quotes"))
     remarks += configurations.lost(stations, _short)
-    return "\n".join(lines), tuple(dict.fromkeys(remarks))
+    return "\n".join(lines), remarks
 
 
 def _zoom_lines(lens: Lens, stations: list[Station]) -> list[str]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 from lensbench.lenses.stations import FAR, MOST_STATIONS, Station
+from lensbench.optics.finding import Finding, Kind, note
 
 
 @dataclass
@@ -56,26 +57,27 @@ class Configurations:
             found.append(station)
         return found
 
-    def told(self) -> list[str]:
+    def findings(self) -> list[Finding]:
         """What differs between the configurations and is not kept."""
         lost = [what for what, values in self.other.items() if len(values) > 1]
-        found = [f"{', '.join(sorted(lost))}: of what differs between the configurations, that of the first is "
-                 "taken"] if lost else []
+        found = [note(Kind.POSITION, f"{', '.join(sorted(lost))}: of what differs between the configurations, that of "
+                                     "the first is taken")] if lost else []
         if self.count > MOST_STATIONS:
-            found.append(f"the first {MOST_STATIONS} of {self.count} configurations were read")
+            found.append(note(Kind.POSITION, f"the first {MOST_STATIONS} of {self.count} configurations were read",
+                              configurations=self.count))
         return found
 
 
-def lost(stations: list[Station], plain: Callable[[str], str]) -> list[str]:
+def lost(stations: list[Station], plain: Callable[[str], str]) -> list[Finding]:
     """What is left out of the positions of a lens where only gaps, the stop and names are written.
 
     plain: a name as it is written, "" where none is.
     """
     remarks = []
     if any(station.name and not plain(station.name) for station in stations):
-        remarks.append("left out: the names of its positions")
+        remarks.append(note(Kind.POSITION, "left out: the names of its positions"))
     elif any(station.name != plain(station.name) for station in stations):
-        remarks.append("the names of its positions are written in one short line, without quotes")
+        remarks.append(note(Kind.TEXT, "the names of its positions are written in one short line, without quotes"))
     if any(not (station.focal_length is None and station.f_number is None) for station in stations):
-        remarks.append("left out: the stated focal lengths and f-numbers of its positions")
+        remarks.append(note(Kind.POSITION, "left out: the stated focal lengths and f-numbers of its positions"))
     return remarks

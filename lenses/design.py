@@ -15,8 +15,9 @@ from math import asin, inf, isfinite, isinf, radians, tan
 
 from lensbench.lenses import toroids
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.rows import NEAR_OBJECT, RowError, check_sizes, stop_of
+from lensbench.lenses.rows import RowError, check_sizes, stop_of
 from lensbench.lenses.stations import Solve, Station, solved, with_stations
+from lensbench.optics.finding import Finding, Kind, Severity
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, LensError, Surface
 
@@ -69,13 +70,20 @@ class Design:
     field_of_view: tuple[str, float] | None = None
     stations: list[Station] = field(default_factory=list)
     solves: list[Solve] = field(default_factory=list)
-    findings: list[str] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
     unknown: dict[str, int] = field(default_factory=dict)      # keywords that were not read, and their first lines
 
-    def found(self, finding: str) -> None:
-        """Keep what was assumed or left out, once."""
+    def found(self, kind: Kind, message: str, surface: int | None = None,
+              severity: Severity = Severity.NOTE, **figures: float) -> None:
+        """Keep what was assumed or left out, once. surface: of the lens, from 0."""
+        finding = Finding(kind, surface, message, severity=severity, figures=figures)
         if finding not in self.findings:
             self.findings.append(finding)
+
+    def assume_glass(self, assumed: str) -> None:
+        """Keep what `media.named` assumed about a glass; "" is nothing."""
+        if assumed:
+            self.found(Kind.GLASS, assumed)
 
     def not_read(self, keyword: str, line: int) -> None:
         """Keep a keyword that the reader does not know, with its first line."""
@@ -101,10 +109,11 @@ class Design:
         self._check_conjugates(surfaces, covered)
         marked = [i for i, row in enumerate(surfaces) if row.is_stop]
         if not marked and (self.rows[0].is_stop or self.rows[-1].is_stop):
-            self.found("the stop is marked on the object or the image, which are no part of the lens")
+            self.found(Kind.STOP, "the stop is marked on the object or the image, which are no part of the lens")
         if not marked and any(row.semi_diameter is None for row in surfaces):
             marked = [0]
-            self.found("no stop is marked, and not every rim is known: surface 0 is taken as the stop")
+            self.found(Kind.NO_STOP, "no stop is marked, and not every rim is known: surface 0 is taken as the stop",
+                       severity=Severity.WARNING)
         self._estimate_rims(surfaces, marked)
         self._check_stop(surfaces, marked)
 
@@ -116,16 +125,18 @@ class Design:
                                   tuple(row.aspheric.items()), row.curvature_x)
                 made.append(surface.scaled(self.unit) if self.unit != 1.0 else surface)
                 check_sizes(made[-1])
-                told = toroids.finding(row.toroid, made[-1])
-                if told:
-                    self.found(f"surface {len(made) - 1}: {told}")
+                finding = toroids.finding(row.toroid, made[-1], len(made) - 1)
+                if finding:
+                    self.findings.append(finding)
             except (LensError, RowError, ArithmeticError) as error:
                 raise self.refuse(row, f"surface {surfaces.index(row)}: {error}") from None
         if self.unit != 1.0:
-            self.found(f"lengths were converted to mm: one unit of the file is {self.unit:g} mm")
+            self.found(Kind.UNIT, f"lengths were converted to mm: one unit of the file is {self.unit:g} mm",
+                       unit=self.unit)
         if self.unknown:
             keywords = [f"{key} (line {line})" for key, line in self.unknown.items()]
-            self.found(f"not read: {', '.join(keywords[:MOST_UNKNOWN])}{' …' if len(keywords) > MOST_UNKNOWN else ''}")
+            self.found(Kind.NOT_READ, f"not read: {', '.join(keywords[:MOST_UNKNOWN])}"
+                                      f"{' …' if len(keywords) > MOST_UNKNOWN else ''}")
         try:
             stop_index, assumed = stop_of(tuple(made), marked)
             scaled_efl = None if self.stated_efl is None else self.stated_efl * self.unit
@@ -182,9 +193,10 @@ class Design:
         if self.field_of_view and self.field_of_view[0] == "object":
             size = max(size, abs(self.field_of_view[1]))
         cover = Row(source.line, thickness=source.thickness, glass=source.glass, semi_diameter=size or None)
-        self.found(f"{NEAR_OBJECT} that lies in {what}, {source.thickness * self.unit:g} mm before the first surface "
-                   "of the file: a plane that touches the object is added as surface 0; the stored back focus is that "
-                   "of the object's image")
+        self.findings = [f if f.surface is None else replace(f, surface=f.surface + 1) for f in self.findings]
+        self.found(Kind.NEAR_OBJECT, f"designed for an object that lies in {what}, {source.thickness * self.unit:g} mm "
+                   "before the first surface of the file: a plane that touches the object is added as surface 0; the "
+                   "stored back focus is that of the object's image", 0, distance=source.thickness * self.unit)
         source.glass, source.thickness = AIR, 0.0
         self.rows.insert(1, cover)
         return True
@@ -193,17 +205,18 @@ class Design:
         """Object and image: their distances, and the media in front of the lens and behind it."""
         distance = self.rows[0].thickness
         if abs(distance) < FAR and not covered:
-            self.found(f"{NEAR_OBJECT} {distance * self.unit:g} mm before the first surface; the stored back "
-                       "focus is that of its image")
+            self.found(Kind.NEAR_OBJECT, f"designed for an object {distance * self.unit:g} mm before the first "
+                       "surface; the stored back focus is that of its image", distance=distance * self.unit)
         for row in surfaces[:-1]:
             if isinf(row.thickness):
                 raise self.refuse(row, "a gap within the lens is infinite")
         last = surfaces[-1]
         if isinf(last.thickness) or abs(last.thickness) > FAR:
             last.thickness = 0.0
-            self.found("its image lies at infinity: no back focus is stored")
+            self.found(Kind.IMAGE, "its image lies at infinity: no back focus is stored")
         if last.glass.n_d != 1.0:
-            self.found(f"the image lies in {last.glass.name or 'a medium'} of index {last.glass.n_d:g}")
+            self.found(Kind.IMAGE, f"the image lies in {last.glass.name or 'a medium'} of index {last.glass.n_d:g}",
+                       index=last.glass.n_d)
 
     def _estimate_rims(self, surfaces: list[Row], marked: list[int]) -> None:
         """Give each surface without a rim one from the paraxial marginal and chief rays."""
@@ -227,8 +240,9 @@ class Design:
         which = "every surface" if len(unknown) == len(surfaces) else \
             f"surface{'s' if len(unknown) > 1 else ''} {_listed(unknown)}"
         kind = self.aperture[0] if self.aperture else "other rims"
-        self.found(f"the file has no rim for {which}: estimated from the paraxial marginal and chief rays ({kind}"
-                   f"{'' if self.field_of_view else ', no field is stated'})")
+        self.found(Kind.RIM, f"the file has no rim for {which}: estimated from the paraxial marginal and chief rays "
+                             f"({kind}{'' if self.field_of_view else ', no field is stated'})",
+                   unknown[0] if len(unknown) == 1 else None)
 
     def _check_stop(self, surfaces: list[Row], marked: list[int]) -> None:
         """Say where the stop's rim is not the one that the stated aperture asks for."""
@@ -241,8 +255,9 @@ class Design:
         except (ArithmeticError, ValueError, IndexError):
             return
         if abs(asked - rim) > 0.02 * rim:
-            self.found(f"the stop's semi-diameter, {rim * self.unit:.4g} mm, was kept: the stated aperture, {kind} "
-                       f"{value:g}, asks for {asked * self.unit:.4g} mm")
+            self.found(Kind.RIM, f"the stop's semi-diameter, {rim * self.unit:.4g} mm, was kept: the stated aperture, "
+                                 f"{kind} {value:g}, asks for {asked * self.unit:.4g} mm", marked[0],
+                       kept=rim * self.unit, asked=asked * self.unit)
 
     def _heights(self, surfaces: list[Row], stop: int) -> tuple[list[float], list[float]]:
         """Heights of the marginal and of the chief ray at the surfaces; empty lists where nothing says how wide."""

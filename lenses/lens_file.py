@@ -2,68 +2,43 @@
 
 import os
 import re
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from lensbench.lenses import (
-    catalogue,
-    codev,
-    codev_writer,
-    optical_bench,
-    optiland,
-    oslo,
-    pbrt_format,
-    rayoptics,
-    surface_list,
-    toml_format,
-    zemax,
-)
+from lensbench.lenses import catalogue
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.formats import READERS, UTF8_SUFFIXES, WRITERS
+from lensbench.optics.finding import Finding
 from lensbench.optics.prescription import Lens
 
 LARGEST_FILE = 1_000_000    # bytes; the longest known prescriptions have a hundredth of that
 
 
-def _read_json(text: str, path: str) -> Lens:
-    """The lens of a JSON file: Optiland's, or a list of surfaces."""
-    return (surface_list if surface_list.is_one(text) else optiland).read(text, path)
-
-
-READERS: dict[str, Callable[[str, str], Lens]] = {
-    ".toml": toml_format.read,
-    ".dat": pbrt_format.read,
-    ".zmx": zemax.read,
-    ".seq": codev.read,
-    ".txt": optical_bench.read,
-    ".len": oslo.read,
-    ".json": _read_json,
-    ".roa": rayoptics.read,
-}
-WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[str, ...]]]] = {
-    ".toml": toml_format.write,
-    ".dat": pbrt_format.write,
-    ".zmx": zemax.write,
-    ".seq": codev_writer.write,
-    ".txt": optical_bench.write,
-    ".len": oslo.write,
-    ".json": optiland.write,
-    ".roa": rayoptics.write,
-}
-
-ONE_POSITION = (".dat", ".json", ".roa")    # formats that hold a lens in one position only
-UTF8_ALONE = (".toml", ".dat")      # other programs write what their machine spoke
-
-
 def load(name_or_path: str | os.PathLike[str], zoom: float | None = None, close: float | None = None) -> Lens:
-    """The lens of a library name ("pbrt-dgauss-50mm") or of a file, by its suffix.
+    """The lens of a library name, or of a file in the format of its suffix.
 
-    zoom: 0 (wide) to 1 (tele); close: 0 (infinity) to 1 (the nearest position of its
-    focus groups); as the file has it, which is 0, where they are left out. The lens keeps
-    its other positions: see `Lens.at`. What had to be assumed to read the file stands
-    in `findings`. LensFileError: an unknown name, or a file that holds no lens; it names
-    the line. LensError: a position that the lens does not have.
+    Parameters
+    ----------
+    name_or_path : str or path
+        A name of the library ("pbrt-dgauss-50mm") or the path of a file.
+    zoom : float, optional
+        Zoom position from 0 (wide) to 1 (tele); by default the one of the file, which is 0.
+    close : float, optional
+        Position of the focus groups from 0 (infinity) to 1 (nearest); by default the one of the file, which is 0.
+
+    Returns
+    -------
+    Lens
+        Lengths in mm; a file of another unit is converted. It keeps its other positions, see
+        `Lens.at`; its `findings` say what had to be assumed to read the file.
+
+    Raises
+    ------
+    LensFileError
+        The name is unknown, or the file holds no lens; it names the line.
+    LensError
+        The lens has no such position.
     """
     text = os.fspath(name_or_path)
     if isinstance(name_or_path, str) and text in catalogue.names():
@@ -80,12 +55,27 @@ def load(name_or_path: str | os.PathLike[str], zoom: float | None = None, close:
     return reader(content, str(path)).at(zoom, close)
 
 
-def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[str, ...]:
-    """Write a lens in the format of the suffix; returns what the format could not hold, one sentence each.
+def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
+    """Write a lens in the format of the suffix.
 
-    The file is written beside its place and then moved there: an old one
-    survives whatever goes wrong. LensFileError: a suffix without a writer, a
-    place that cannot be written.
+    The file is written beside its place and then moved there: an old one survives whatever goes wrong.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens to write.
+    path : str or path
+        The file; its suffix, one of `WRITERS`, says the format.
+
+    Returns
+    -------
+    tuple of Finding
+        What the format could not hold; a WARNING where what is written is another lens.
+
+    Raises
+    ------
+    LensFileError
+        No format with this suffix can be written, or the place cannot.
     """
     path = Path(path)
     writer = WRITERS.get(path.suffix.lower())
@@ -93,8 +83,6 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[str, ...]:
         raise LensFileError(path, None, f"lens files of type {path.suffix or 'none'} cannot be written; "
                                         f"supported are {', '.join(WRITERS)}")
     text, remarks = writer(lens)
-    if lens.positions is not None and path.suffix.lower() in ONE_POSITION:
-        remarks = (*remarks, "its zoom and focus positions are left out: the lens is written as it stands")
     beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
     try:
         with open(beside, "w", encoding="utf-8", errors="replace", newline="\n") as file:
@@ -144,7 +132,7 @@ def _content(path: Path) -> str:
     if not data.strip():
         raise LensFileError(path, None, "the file is empty")
     try:
-        if path.suffix.lower() not in UTF8_ALONE:
+        if path.suffix.lower() not in UTF8_SUFFIXES:
             return decoded(data)
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from lensbench.lenses import glass_catalogue
 from lensbench.lenses.encoding import file_number, is_number
 from lensbench.lenses.rows import HIGHEST_INDEX, RowError
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
 from lensbench.optics.prescription import Lens
 
@@ -141,23 +142,28 @@ def maker_of(glass: Glass) -> str:
                  if glass_catalogue.lookup(glass.name, maker) == glass), "")
 
 
-def beyond_surfaces(lens: Lens) -> list[str]:
-    """The remarks about what no other program's format has of a lens: the blades of its stop, water before it."""
+def glass_loss(glass: Glass, i: int, with_maker: bool = False) -> list[Finding]:
+    """The finding about what `loss` says of the glass of surface i; none where nothing is lost."""
+    lost = loss(glass, with_maker)
+    return [note(Kind.GLASS, f"surface {i}: {lost}", i)] if lost else []
+
+
+def beyond_surfaces(lens: Lens) -> list[Finding]:
+    """Findings about what no other program's format holds of a lens: the blades of its stop, the index before it."""
     remarks = []
     if not lens.iris.is_round:
-        remarks.append("the blades of the stop are left out: it is written as the circle about them")
+        remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as the circle about them",
+                            lens.stop_index))
     if lens.front_index != 1.0:
-        remarks.append(f"the index {lens.front_index:g} before the lens is left out: it is written as in air")
+        remarks.append(note(Kind.LEFT_OUT, f"the index {lens.front_index:g} before the lens is left out: it is written "
+                                           "as in air", index=lens.front_index))
     return remarks
 
 
-def left_out(lens: Lens, *fields: str) -> list[str]:
-    """The remark about those of a lens's words and figures that a format has no place for."""
+def left_out(lens: Lens, *fields: str) -> list[Finding]:
+    """The finding about those of a lens's words and figures that a format has no place for."""
     words = {"kind": "kind", "year": "year", "source": "source", "notes": "notes", "name": "name",
              "stated_efl": "stated focal length", "stated_f_number": "stated f-number"}
     lost = [words[field] for field in fields if getattr(lens, field) not in ("", None)]
-    return [*([f"left out: {', '.join(lost)}"] if lost else []), *beyond_surfaces(lens)]
+    return [*([note(Kind.LEFT_OUT, f"left out: {', '.join(lost)}")] if lost else []), *beyond_surfaces(lens)]
 
-
-def _plain(name: str) -> str:
-    return re.sub(r"[^A-Z0-9]", "", name.upper())

@@ -24,6 +24,7 @@ from lensbench.lenses.encoding import file_curvature, file_number, is_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
 from lensbench.lenses.stations import MOST_STATIONS, Station, stations_of
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR
 from lensbench.optics.prescription import Lens
 
@@ -66,7 +67,7 @@ def read(text: str, path: str) -> Lens:
             raise LensFileError(path, line, f"surface {name}: {error}") from None
     for name in sections:
         if name not in KNOWN:
-            design.found(f"the section [{name}] is left out")
+            design.found(Kind.NOT_READ, f"the section [{name}] is left out")
     design.add(Row(None))
     design.stations = _stations(distances, sections["lens data"], path)
     return design.lens()
@@ -158,9 +159,8 @@ def _row(design: Design, line: int, cells: list[str], distances: dict) -> Row:
         row.glass = media.stated(glass, file_number(n_d, "index n_d"),
                                  file_number(v_d, "Abbe number V_d") if v_d else 0.0, maker or None)
     elif glass and glass.upper() not in media.AIR_NAMES:
-        row.glass, finding = media.named(glass, maker or None)
-        if finding:
-            design.found(finding)
+        row.glass, assumed = media.named(glass, maker or None)
+        design.assume_glass(assumed)
     return row
 
 
@@ -192,9 +192,9 @@ def _bend(row: Row, cells: list[str], powers: list[int]) -> None:
         raise RowError(f"a term in r^{max(row.aspheric)} is not traced: powers go to 20")
 
 
-def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
-    """The text of a .txt file, and what it could not hold, one sentence each."""
-    remarks: list[str] = []
+def write(lens: Lens) -> tuple[str, list[Finding]]:
+    """The text of a .txt file, and what it could not hold beside shapes."""
+    remarks: list[Finding] = []
     used = {power for s in lens.surfaces for power, _ in s.aspheric}
     constants, powers = [], list(range(4, 21, 2))
     if any(power % 2 for power in used):
@@ -204,7 +204,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     elif 2 in used:
         constants, powers = ["AsphericalA2"], list(range(2, 21, 2))
     title = " ".join(lens.name.split())
-    stations, told = stations_of(lens)
+    stations, left = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
     last = len(lens.surfaces) - 1
     varying = {i: f"d{i + 1}" for i in (lens.positions.gaps if lens.positions else ()) if i != last}
@@ -225,16 +225,12 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         if glass.n_d != 1.0 and glass.name:
             cells[6] = " ".join(glass.name.split())
         lines.append("\t".join(cells))
-        if media.loss(glass):
-            remarks.append(f"surface {i}: {media.loss(glass)}")
+        remarks += media.glass_loss(glass, i)
         terms = dict(s.aspheric)
-        if s.curvature_x is not None:
-            remarks.append(f"surface {i} is a cylinder or toroid, which this format cannot hold: only its section y–z "
-                           "is written, and this is another lens")
         lost = [f"r^{p}" for p in terms if p not in powers]
         if lost:
-            remarks.append(f"surface {i}: its aspheric terms in {', '.join(lost)} cannot be written beside odd ones, "
-                           "and this is another lens")
+            remarks.append(Finding(Kind.SHAPE, i, f"surface {i}: its aspheric terms in {', '.join(lost)} cannot be "
+                                                  "written beside odd ones, and this is another lens"))
         if terms or s.conic:
             written = [p for p in powers if p <= max(terms, default=0)]
             bent.append("\t".join([str(i + 1), "Infinity" if s.curvature == 0.0 else radius_text(s.curvature),
@@ -242,22 +238,24 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     lines += ["[aspherical data]", *bent] if bent else []
     notes = " ".join(lens.notes.split())
     lines += ["[notes]", notes] if notes else []
-    remarks += media.left_out(lens, "kind", "year", "source") + told
+    remarks += media.left_out(lens, "kind", "year", "source") + left
     if any(station.name for station in stations):
-        remarks.append("left out: the names of its positions")
+        remarks.append(note(Kind.POSITION, "left out: the names of its positions"))
     if any(station.stop is not None for station in stations):
-        remarks.append("left out: the size of its stop at other positions than the first")
+        remarks.append(note(Kind.POSITION, "left out: the size of its stop at other positions than the first"))
     if title != lens.name or notes != lens.notes:
-        remarks.append("name and notes are written in one line each")
-    return "\n".join([*lines, ""]), tuple(remarks)
+        remarks.append(note(Kind.TEXT, "name and notes are written in one line each"))
+    return "\n".join([*lines, ""]), remarks
 
 
 def _distance_lines(lens: Lens, stations: list[Station], varying: dict[int, str]) -> list[str]:
     """The rows of [variable distances]: a column for each position, one for a lens without."""
     last = len(lens.surfaces) - 1
-    stations = stations or [Station({}, focal_length=lens.stated_efl, f_number=lens.stated_f_number)]
-    if len(stations) > 1 and stations[0].focal_length is None:
-        stations[0].focal_length, stations[0].f_number = lens.stated_efl, stations[0].f_number or lens.stated_f_number
+    stations = stations or [Station({})]
+    if stations[0].focal_length is None:
+        stations[0].focal_length = lens.stated_efl
+    if stations[0].f_number is None:
+        stations[0].f_number = lens.stated_f_number
     rows: dict[str, list[float | None]] = {
         "Focal Length": [station.focal_length for station in stations],
         "F-Number": [station.f_number for station in stations],

@@ -28,6 +28,7 @@ from lensbench.lenses.json_text import (
     value,
 )
 from lensbench.lenses.rows import RowError, curvature, number, radius_text
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
 from lensbench.optics.prescription import Lens, Surface
 
@@ -106,11 +107,11 @@ def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end:
             size = value(aperture, "r_max", infinite=True)
             row.semi_diameter = size if 0.0 < size < inf else None
             if value(aperture, "r_min", 0.0):
-                design.found(f"surface {index}: a central obscuration (r_min) is left out")
+                design.found(Kind.LEFT_OUT, f"surface {index}: a central obscuration (r_min) is left out", index - 1)
         elif isinstance(aperture, int | float | Decimal) and not isinstance(aperture, bool):
             row.semi_diameter = number(aperture, "aperture") / 2.0 or None
         elif aperture is not None:
-            design.found(f"surface {index}: an aperture that is not round is left out")
+            design.found(Kind.LEFT_OUT, f"surface {index}: an aperture that is not round is left out", index - 1)
     row.glass = _glass(design, table(surface, "material_post")) if surface.get("material_post") else AIR
     return z
 
@@ -146,26 +147,22 @@ def _glass(design: Design, material: dict[str, Any]) -> Glass:
         return media.stated(name if isinstance(name, str) else "", value(material, "index"), value(material, "abbe"))
     if kind == "Material" and isinstance(material.get("name"), str):
         maker = material.get("catalog") or material.get("reference")
-        glass, finding = media.named(material["name"], maker if isinstance(maker, str) else None)
-        if finding:
-            design.found(finding)
+        glass, assumed = media.named(material["name"], maker if isinstance(maker, str) else None)
+        design.assume_glass(assumed)
         return glass
     raise RowError("a mirror is not traced" if kind == "Mirror" else f"the material {kind} is not read")
 
 
-def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
-    """The text of an Optiland .json file, and what it could not hold, one sentence each."""
-    remarks: list[str] = []
+def write(lens: Lens) -> tuple[str, list[Finding]]:
+    """The text of an Optiland .json file, and what it could not hold beside shapes."""
+    remarks: list[Finding] = []
     air = _material(AIR)
     place, before = Decimal(0), air
     surfaces = [{"type": "ObjectSurface", "geometry": {"type": "Plane", "cs": _frame(-inf), "radius": inf},
                  "material_post": air, "comment": ""}]
     for i, s in enumerate(lens.surfaces):
         after = _material(s.glass)
-        if media.loss(s.glass, with_maker=True):
-            remarks.append(f"surface {i}: {media.loss(s.glass)}")
-        if s.curvature and s.curvature_x:
-            remarks.append(f"surface {i} is a toroid, whose two arcs Optiland adds: this is another lens")
+        remarks += media.glass_loss(s.glass, i, with_maker=True)
         surfaces.append(_surface(_geometry(s, place), before, after, s.thickness, i == lens.stop_index) | {
             "aperture": {"type": "RadialAperture", "r_max": s.semi_diameter, "r_min": 0.0}})
         place, before = EXACT.add(place, exact(s.thickness)), after
@@ -181,7 +178,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         "wavelengths": {"wavelengths": lines, "polarization": "ignore"},
         "pickups": [], "solves": {"solves": []}, "surface_group": {"surfaces": surfaces}}
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
-    return text_of(data) + "\n", tuple(remarks)
+    return text_of(data) + "\n", remarks
 
 
 def _surface(geometry: dict[str, Any], before: dict[str, Any], after: dict[str, Any], thickness: float,

@@ -30,6 +30,7 @@ from lensbench.lenses.encoding import LONGEST_NAME, check_lines, file_curvature,
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
 from lensbench.lenses.stations import Station, stations_of
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, Surface
 
@@ -69,8 +70,7 @@ def read(text: str, path: str) -> Lens:
     rows = file.design.rows
     stop = next((i for i, row in enumerate(rows) if row.is_stop), None)
     file.design.stations = file.zoom.stations(lambda i: i, stop, rows[0].thickness)
-    for told in file.zoom.told():
-        file.design.found(told)
+    file.design.findings += file.zoom.findings()
     return file.design.lens()
 
 
@@ -194,7 +194,8 @@ class _File:
             else:
                 raise RowError(f"a pick-up (PK {values[0]}) is not read")
         elif key == "AY1" or (key == "APN" and self.number(values) > 0):
-            self.design.found(f"SRF {index}: special apertures are left out, the round rim taken")
+            self.design.found(Kind.LEFT_OUT, f"SRF {index}: special apertures are left out, the round rim taken",
+                              index - 1)
         elif key in REFUSED:
             if key in HARMLESS_AT_ZERO and values and self.number(values) == 0.0:
                 return
@@ -229,9 +230,8 @@ class _File:
             return media.code(name) or media.model(file_number(name, "index"), 0.0)
         if name.upper() in media.MIRROR_NAMES:
             raise RowError("a mirror is not traced")
-        glass, finding = media.named(name)
-        if finding:
-            self.design.found(finding)
+        glass, assumed = media.named(name)
+        self.design.assume_glass(assumed)
         return glass
 
     def word(self, values: list[str]) -> str:
@@ -245,8 +245,8 @@ class _File:
         return file_number(self.word(values), "the value", infinite)
 
 
-def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
-    """The text of a .len file, and what it could not hold, one sentence each."""
+def write(lens: Lens) -> tuple[str, list[Finding]]:
+    """The text of a .len file, and what it could not hold beside shapes."""
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
     words = [word for word in lens.name.replace('"', " ").replace("\\", " ").split() if not is_number(word)]
@@ -254,21 +254,19 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
     lines = ["// OSLO 6.6", f'LEN NEW "{name}" {lens.stated_efl or 100.0!r} {len(lens.surfaces) + 1}', "UNI 1.0",
               "// SRF 0", "AIR", "TH 1.0e20"]
     for i, s in enumerate(lens.surfaces):
-        if s.curvature and s.curvature_x:
-            remarks.append(f"surface {i} is a biconic toroid: the torus of the same two curvatures is written, and "
-                           "this is another lens")
         lines.append(f"NXT  // SRF {i + 1}")
         lines.append(_glass_line(s.glass, i, remarks))
-        lines += _shape_lines(s, i, remarks)
+        lines += _shape_lines(s)
         lines += [f"TH {s.thickness!r}", f"AP {s.semi_diameter!r}"]
         lines += ["AST"] if i == lens.stop_index else []
     lines += [f"NXT  // SRF {len(lens.surfaces) + 1}", "AIR", "WV 0.58756 0.48613 0.65627", "WW 1.0 1.0 1.0",
               *_configuration_lines(lens, stations), f"END {len(lens.surfaces) + 1}", ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if name != lens.name:
-        remarks.append("the name is written short, without quotes and without words that are numbers, as OSLO needs it")
+        remarks.append(note(Kind.TEXT, "the name is written short, without quotes and without words that are numbers, "
+                                       "as OSLO needs it"))
     remarks += configurations.lost(stations, lambda text: "")
-    return "\n".join(lines), tuple(remarks)
+    return "\n".join(lines), remarks
 
 
 def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
@@ -283,24 +281,26 @@ def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
     return lines
 
 
-def _glass_line(glass: Glass, i: int, remarks: list[str]) -> str:
-    if media.loss(glass):
-        remarks.append(f"surface {i}: {media.loss(glass)}")
+def _glass_line(glass: Glass, i: int, remarks: list[Finding]) -> str:
+    """The line of the medium behind surface i; what is lost of it goes into `remarks`."""
+    remarks += media.glass_loss(glass, i)
     if glass.n_d == 1.0:
         return "AIR"
     if media.is_known(glass):
         return f"GLA {glass.name}"
     label = re.sub(r'[\s";/]+', "_", glass.name.strip())[:LONGEST_NAME]
     if is_number(label or "G") or label != glass.name:
-        remarks.append(f"the glass {glass.name!r} is written as G{label}")
+        remarks.append(note(Kind.GLASS, f"the glass {glass.name!r} is written as G{label}", i))
         label = f"G{label}"
     if glass.v_d and glass.v_d <= LEAST_ABBE:
-        remarks.append(f"surface {i}: an Abbe number of {glass.v_d:g} is left out, it would be read as an index")
+        remarks.append(note(Kind.GLASS, f"surface {i}: an Abbe number of {glass.v_d:g} is left out, it would be read "
+                                        "as an index", i, v_d=glass.v_d))
     dispersion = f" {glass.v_d!r}" if glass.v_d and glass.v_d > LEAST_ABBE else ""
     return f"GLA MOD {label} {glass.n_d!r}{dispersion}"
 
 
-def _shape_lines(s: Surface, i: int, remarks: list[str]) -> list[str]:
+def _shape_lines(s: Surface) -> list[str]:
+    """The lines of curvature, conic and aspheric terms of a surface."""
     lines = [f"RD {radius_text(s.curvature)}"] if s.curvature else []
     lines += [f"CVX {s.curvature_x!r}"] if s.curvature_x is not None else []
     lines += [f"CC {s.conic!r}"] if s.conic else []

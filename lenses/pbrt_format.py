@@ -19,6 +19,7 @@ from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.media import beyond_surfaces
 from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
 from lensbench.lenses.soundness import faults, sag
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens, Surface
 
 COLUMNS = "radius, thickness, index, diameter"
@@ -33,7 +34,8 @@ def read(text: str, path: str) -> Lens:
     findings = []
     unit = _unit(comments)
     if unit != "mm":
-        findings.append(f"lengths are in {unit}, as a comment says, and were converted to mm")
+        findings.append(note(Kind.UNIT, f"lengths are in {unit}, as a comment says, and were converted to mm",
+                             unit=MM[unit]))
         for row in rows:
             row[0], row[1], row[3] = row[0] * MM[unit], row[1] * MM[unit], row[3] * MM[unit]
 
@@ -46,17 +48,19 @@ def read(text: str, path: str) -> Lens:
         new, old = faults(surfaces), faults(shifted)
         if old < new or (old == new and old_header and rows[0][1] == 0.0 != rows[-1][1]):
             surfaces = shifted
-            findings.append("gaps stand before their surfaces (the older pbrt convention) and were read so")
+            findings.append(note(Kind.CONVENTION, "gaps stand before their surfaces (the older pbrt convention) and "
+                                                  "were read so"))
         elif old_header:
-            findings.append("the header says axpos, the older convention, but only gaps after their surfaces "
-                            "make a sound lens: read so")
+            findings.append(note(Kind.CONVENTION, "the header says axpos, the older convention, but only gaps after "
+                                                  "their surfaces make a sound lens: read so"))
 
     # A plane between air and air is the stop
     media = [1.0, *(s.glass.n_d for s in surfaces)]
     marked = [i for i, row in enumerate(rows) if row[0] == 0.0 and media[i] == media[i + 1] == 1.0]
     for i, row in enumerate(rows):
         if row[0] == 0.0 and i not in marked:
-            findings.append(f"surface {i} has radius 0 beside glass: read as a plane, where pbrt would see a stop")
+            findings.append(note(Kind.CONVENTION, f"surface {i} has radius 0 beside glass: read as a plane, where pbrt "
+                                                  "would see a stop", i))
     stop_index, assumed = stop_of(surfaces, marked)
     texts = [comment for comment in comments if not re.search(r"radius|\baxpos\b", comment, re.IGNORECASE)]
     return Lens(surfaces, stop_index, name=texts[0] if texts else "", notes="; ".join(texts[1:]),
@@ -86,7 +90,7 @@ def _split(text: str, path: str) -> tuple[list[str], list[list[float]], list[int
     return comments, rows, lines
 
 
-def _plane_stop(lens: Lens) -> tuple[list[Surface], int | None, list[str]]:
+def _plane_stop(lens: Lens) -> tuple[list[Surface], int | None, list[Finding]]:
     """The surfaces with the stop as a plane in air, the only one that pbrt knows; its index (None: not possible)."""
     surfaces, i, stop = list(lens.surfaces), lens.stop_index, lens.stop
     air_before = i == 0 or surfaces[i - 1].glass.n_d == 1.0
@@ -94,19 +98,21 @@ def _plane_stop(lens: Lens) -> tuple[list[Surface], int | None, list[str]]:
     if air_before and air_after and stop.curvature == 0.0:
         return surfaces, i, []
     depth = sag(stop.curvature, stop.semi_diameter)
-    told = [f"the stop is the rim of surface {i}: written as a plane of its own through the rim or the vertex"]
+    moved = [note(Kind.STOP, f"the stop is the rim of surface {i}: written as a plane of its own through the rim or "
+                             "the vertex", i)]
     if air_after:
         gap = max(depth, 0.0)
         surfaces[i] = replace(stop, thickness=gap)
         surfaces.insert(i + 1, Surface(0.0, stop.thickness - gap, stop.semi_diameter))
-        return surfaces, i + 1, told
+        return surfaces, i + 1, moved
     if air_before:
         gap = max(-depth, 0.0)
         if i > 0:
             surfaces[i - 1] = replace(surfaces[i - 1], thickness=surfaces[i - 1].thickness - gap)
         surfaces.insert(i, Surface(0.0, gap, stop.semi_diameter))
-        return surfaces, i, told
-    return surfaces, None, [f"the stop is the cemented surface {i}, which pbrt cannot mark: the smallest rim limits"]
+        return surfaces, i, moved
+    return surfaces, None, [Finding(Kind.STOP, i, f"the stop is the cemented surface {i}, which pbrt cannot mark: the "
+                                                  "smallest rim limits")]
 
 
 def _unit(comments: list[str]) -> str:
@@ -132,35 +138,32 @@ def _surfaces(rows: list[list[float]], lines: list[int], path: str) -> tuple[Sur
     return tuple(made)
 
 
-def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
-    """The text of a .dat file, and what it could not hold, one sentence each."""
-    remarks = []
+def write(lens: Lens) -> tuple[str, list[Finding]]:
+    """The text of a .dat file, and what it could not hold beside shapes."""
+    remarks: list[Finding] = []
     comments = [lens.name, lens.kind, str(lens.year or ""), lens.source, lens.notes]
     lines = [f"# {' '.join(comment.split())}" for comment in comments if comment.strip()]
     lines.append("#" + "".join(f"{name:>21}" for name in COLUMNS.split(", ")) + "   (mm)")
-    surfaces, stop_index, told = _plane_stop(lens)
-    remarks += told
+    surfaces, stop_index, moved = _plane_stop(lens)
+    remarks += moved
+    added = len(surfaces) > len(lens.surfaces)
     for i, s in enumerate(surfaces):
         radius = radius_text(s.curvature)
         if i == stop_index:
             radius = "0"
         elif s.curvature == 0.0:
             radius = FLAT_RADIUS
-            remarks.append(f"a plane, row {i}, is written with a radius of 1 km: a radius of 0 is pbrt's stop")
+            remarks.append(note(Kind.SHAPE, f"a plane, row {i}, is written with a radius of 1 km: a radius of 0 is "
+                                            "pbrt's stop", i - (added and i > lens.stop_index)))
         cells = (radius, repr(s.thickness), repr(s.glass.n_d), repr(2.0 * s.semi_diameter))
         lines.append("  " + " ".join(f"{cell:>20}" for cell in cells))
-    for i, s in enumerate(lens.surfaces):
-        if not s.is_spherical:
-            shape = "a cylinder or toroid" if s.curvature_x is not None else "aspheric"
-            remarks.append(f"surface {i} is {shape}, which pbrt's files cannot hold: its sphere alone is written, "
-                           "and this is another lens")
     if any(s.glass.v_d is not None or s.glass.disperses for s in lens.surfaces):
-        remarks.append("Abbe numbers are left out: pbrt's files have one index, at the d line")
+        remarks.append(note(Kind.GLASS, "Abbe numbers are left out: pbrt's files have one index, at the d line"))
     if any(s.glass.name for s in lens.surfaces):
-        remarks.append("names of glasses are left out")
+        remarks.append(note(Kind.GLASS, "names of glasses are left out"))
     if lens.name or lens.kind or lens.year or lens.source or lens.notes:
-        remarks.append("name, kind, year, source and notes are written as comments")
+        remarks.append(note(Kind.TEXT, "name, kind, year, source and notes are written as comments"))
     if lens.stated_efl is not None or lens.stated_f_number is not None:
-        remarks.append("the stated focal length and f-number are left out")
+        remarks.append(note(Kind.LEFT_OUT, "the stated focal length and f-number are left out"))
     remarks += beyond_surfaces(lens)
-    return "\n".join([*lines, ""]), tuple(remarks)
+    return "\n".join([*lines, ""]), remarks

@@ -23,6 +23,7 @@ from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.soundness import focal_length
 from lensbench.lenses.stations import focus_places, standing, zoom_places
 from lensbench.lenses.toml_text import digits, listed, quoted
+from lensbench.optics.finding import Kind, note
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.zoom_positions import Positions, PositionsError
 
@@ -92,8 +93,9 @@ def _standing(lens: Lens, moved: Lens) -> Lens:
     positions = moved.positions
     assert positions is not None
     off = [i for i in positions.gaps if lens.surfaces[i].thickness != moved.surfaces[i].thickness]
-    findings = [f"surface {i}: the thickness of its row, {lens.surfaces[i].thickness:g} mm, is not that of its "
-                f"position, {moved.surfaces[i].thickness:g} mm, which is taken" for i in off]
+    findings = [note(Kind.POSITION, f"surface {i}: the thickness of its row, {lens.surfaces[i].thickness:g} mm, is not "
+                                    f"that of its position, {moved.surfaces[i].thickness:g} mm, which is taken", i)
+                for i in off]
     return replace(lens, positions=positions, findings=(*lens.findings, *findings)).at()
 
 

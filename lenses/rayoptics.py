@@ -28,6 +28,7 @@ from lensbench.lenses.json_text import (
 )
 from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.soundness import axial_heights
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
 from lensbench.optics.prescription import Lens, Surface
 
@@ -127,7 +128,8 @@ def _fill(design: Design, row: Row, wrapped: Any, profiles: dict[str, Any], inde
         aperture = table(wrapped_aperture)
         if _class_of(wrapped_aperture) != "Circular" or aperture.get("is_obscuration") or any(
                 value(aperture, key, 0.0) for key in ("x_offset", "y_offset")):
-            design.found(f"surface {index}: an aperture that is not round and centred is left out")
+            design.found(Kind.LEFT_OUT, f"surface {index}: an aperture that is not round and centred is left out",
+                         index - 1)
         else:
             row.semi_diameter = value(aperture, "radius") or None
     wrapped_profile = surface.get("profile") or profiles.get(str(surface.get("profile_id")))
@@ -163,9 +165,8 @@ def _glass(design: Design, wrapped: Any) -> Glass:
     if isinstance(medium.get("gname"), str):
         names = items(wrapped.get("__instance_type__")) if isinstance(wrapped, dict) else []
         maker = str(names[0]).rpartition(".")[2].upper() if names else None
-        glass, finding = media.named(medium["gname"], maker)
-        if finding:
-            design.found(finding)
+        glass, assumed = media.named(medium["gname"], maker)
+        design.assume_glass(assumed)
         return glass
     label = medium.get("label") or medium.get("name") or ""
     label = label if isinstance(label, str) else ""
@@ -181,9 +182,9 @@ def _glass(design: Design, wrapped: Any) -> Glass:
     raise RowError(f"the medium {kind} is not read")
 
 
-def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
-    """The text of a .roa file, and what it could not hold, one sentence each."""
-    remarks: list[str] = []
+def write(lens: Lens) -> tuple[str, list[Finding]]:
+    """The text of a .roa file, and what it could not hold beside shapes."""
+    remarks: list[Finding] = []
     flat = ("Spherical", {"cv": 0.0})
     indices = [1.0, *(s.glass.n_d for s in lens.surfaces)]
     ifcs, profiles = [_interface(0, "dummy", 0.0, MISSING_RIM, "Obj")], [flat]
@@ -194,11 +195,8 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
                                clear=True))
         profiles.append(_profile(s))
         gaps.append(_gap(s.thickness, s.glass))
-        if not media.is_plain_table(s.glass) and media.loss(s.glass, with_maker=True):
-            remarks.append(f"surface {i}: {media.loss(s.glass)}")
-        if s.curvature and s.curvature_x:
-            remarks.append(f"surface {i} is a biconic toroid: the torus of the same two curvatures is written, and "
-                           "this is another lens")
+        if not media.is_plain_table(s.glass):
+            remarks += media.glass_loss(s.glass, i, with_maker=True)
     ifcs.append(_interface(len(ifcs), "dummy", 0.0, MISSING_RIM, "Img"))
     profiles.append(flat)
     title = " ".join(lens.name.split())
@@ -214,9 +212,8 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
         "parts_dict": {}}
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if title != lens.name:
-        remarks.append("the name is written in one line")
-    return text_of({"optical_model": _wrapped("rayoptics.optical.opticalmodel", "OpticalModel", model)}) + "\n", \
-        tuple(remarks)
+        remarks.append(note(Kind.TEXT, "the name is written in one line"))
+    return text_of({"optical_model": _wrapped("rayoptics.optical.opticalmodel", "OpticalModel", model)}) + "\n", remarks
 
 
 def _wrapped(module: str, kind: str, attributes: dict[str, Any]) -> dict[str, Any]:

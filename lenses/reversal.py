@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from lensbench.optics.finding import Kind, note
 from lensbench.optics.glass import AIR
 from lensbench.optics.prescription import Lens, LensError
 
@@ -22,7 +23,7 @@ def reversed_lens(lens: Lens) -> Lens:
                 aspheric=tuple((power, -a) for power, a in s.aspheric),
                 curvature_x=None if s.curvature_x is None else -s.curvature_x or 0.0)
         for s, (gap, glass) in zip(reversed(lens.surfaces), gaps, strict=True))
-    told = () if lens.positions is None else ("its zoom and focus positions are left out: it is turned round as it "
-                                              "stands",)
+    lost = () if lens.positions is None else (
+        note(Kind.POSITION, "its zoom and focus positions are left out: it is turned round in the present one"),)
     return replace(lens, surfaces=surfaces, stop_index=len(surfaces) - 1 - lens.stop_index, positions=None,
-                   findings=(*lens.findings, *told))
+                   findings=(*lens.findings, *lost))

@@ -8,6 +8,7 @@ from decimal import Context, Decimal
 from math import inf, isinf, isnan
 
 from lensbench.lenses.soundness import axial_heights
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Surface
 
@@ -15,8 +16,6 @@ SMALLEST_RADIUS = 1e-6      # mm
 SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: of anything in a lens, so that powers of it stay numbers
 HIGHEST_INDEX = 6.0         # germanium has 4
 HIGHEST_TERM = 1e200         # mm: an aspheric term at the rim
-NO_STOP = "no stop is marked"
-NEAR_OBJECT = "designed for an object"
 
 
 class RowError(ValueError):
@@ -95,16 +94,17 @@ def check_sizes(surface: Surface) -> None:
                            f"{HIGHEST_TERM:g} mm")
 
 
-def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[str, ...]]:
+def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[Finding, ...]]:
     """The index of the aperture stop, from the surfaces marked as stops, and what had to be assumed."""
     if len(marked) == 1:
         return marked[0], ()
     if not marked:
         index = min(range(len(surfaces)), key=lambda i: surfaces[i].semi_diameter)
-        return index, (f"{NO_STOP}: the smallest rim limits, surface {index} "
-                       f"(semi-diameter {surfaces[index].semi_diameter:g} mm)",)
+        return index, (Finding(Kind.NO_STOP, None, f"no stop is marked: the smallest rim limits, surface {index} "
+                                                   f"(semi-diameter {surfaces[index].semi_diameter:g} mm)",
+                               figures={"semi_diameter": surfaces[index].semi_diameter}),)
     heights = axial_heights(surfaces)
     index = max(marked, key=lambda i: abs(heights[i]) / surfaces[i].semi_diameter)
-    return index, (f"{len(marked)} stops are marked, surfaces {', '.join(map(str, marked))}: "
-                   f"surface {index} limits the light and is the stop",)
+    return index, (note(Kind.STOP, f"{len(marked)} stops are marked, surfaces {', '.join(map(str, marked))}: "
+                                   f"surface {index} limits the light and is the stop", index),)
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from math import inf, isfinite, log, nextafter
 
 from lensbench.lenses.soundness import focal_length, image_distance, object_distance
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens, Surface
 from lensbench.optics.zoom_positions import Positions, PositionsError
 
@@ -107,7 +108,7 @@ def standing(surfaces: Sequence[Surface], gaps: Sequence[int], thicknesses: Sequ
     return moved
 
 
-def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[str]]:
+def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Finding]]:
     """The lens with the positions of a file's configurations, in the first of them; and what is to be said of it.
 
     A list of zoom settings is put in order from wide to tele, one of distances from
@@ -127,13 +128,13 @@ def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[str]]
     grid = _grid(stations)
     if grid is None:
         far = [station for station in stations if station.is_far]
-        findings.append(f"{len(stations)} positions of {len(far)} zoom settings are no table of zoom by distance: "
-                        "only those at infinity are kept")
+        findings.append(note(Kind.POSITION, f"{len(stations)} positions of {len(far)} zoom settings are no table of "
+                                            "zoom by distance: only those at infinity are kept"))
         grid = [[station] for station in far or stations[:1]]
     lengths = [focal_length(standing(lens.surfaces, gaps, row(first))) for first, *_ in grid]
     order = sorted(range(len(grid)), key=lengths.__getitem__)
     if order != list(range(len(grid))) and len({*lengths}) == len(grid) and min(lengths) > 0.0:
-        findings.append("the positions were put in order, from wide to tele")
+        findings.append(note(Kind.POSITION, "the positions were put in order, from wide to tele"))
         grid, lengths = [grid[i] for i in order], [lengths[i] for i in order]
     firsts = [stations_of_one[0] for stations_of_one in grid]
 
@@ -151,7 +152,7 @@ def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[str]]
             tuple(tuple(station.stop or lens.stop.semi_diameter for station in along) for along in grid)
             if len(stops) > 1 else ())
     except PositionsError as error:
-        return lens, [*findings, f"its positions are left out: {error}"]
+        return lens, [*findings, note(Kind.POSITION, f"its positions are left out: {error}")]
     if len(grid) == len(grid[0]) == 1:
         return lens, findings
     return replace(lens, positions=positions).at(zoom=0.0, close=0.0), findings
@@ -196,7 +197,7 @@ def _from_film(lens: Lens, gaps: Sequence[int], station: Station) -> float:
     return station.distance + _track(lens, gaps, [station.gaps.get(i, lens.surfaces[i].thickness) for i in gaps])
 
 
-def stations_of(lens: Lens) -> tuple[list[Station], list[str]]:
+def stations_of(lens: Lens) -> tuple[list[Station], list[Finding]]:
     """The configurations of a lens with positions, all zoom settings at infinity first; and what is to be said of it.
 
     A close position whose distance is not stated has that of its paraxial image's object.
@@ -204,7 +205,8 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[str]]:
     positions = lens.positions
     if positions is None:
         return [], []
-    stations, remarks = [], []
+    stations: list[Station] = []
+    remarks: list[Finding] = []
     for j in range(len(positions.focus_stations)):
         for i in range(len(positions.zoom_stations)):
             gaps = positions.thicknesses[i][j]
@@ -214,7 +216,8 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[str]]:
                 distance = inf
             else:
                 distance = object_distance(standing(lens.surfaces, positions.gaps, gaps))
-                remarks.append("the distances of the close positions are not stated: their paraxial ones were written")
+                remarks.append(note(Kind.POSITION, "the distances of the close positions are not stated: their "
+                                                   "paraxial ones were written"))
             stations.append(Station(
                 dict(zip(positions.gaps, gaps, strict=True)), distance,
                 positions.stops[i][j] if positions.stops else None,
@@ -222,13 +225,13 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[str]]:
                 positions.f_numbers[i] if positions.f_numbers else None,
                 positions.names[i] if positions.names else ""))
     if positions.zoom or positions.close:
-        remarks.append("the lens is written in its first position, wide and at infinity")
+        remarks.append(note(Kind.POSITION, "the lens is written in its first position, wide and at infinity"))
     lengths = [focal_length(standing(lens.surfaces, positions.gaps, row[0])) for row in positions.thicknesses]
     firsts = positions.distances[0] if positions.distances else positions.focus_stations
     if positions.zoom_stations != zoom_places(lengths) or (
             positions.distances and positions.focus_stations != focus_places(firsts)):
-        remarks.append("where its stations stand between 0 and 1 is left out: a reader places them by focal length and "
-                       "distance")
+        remarks.append(note(Kind.POSITION, "where its stations lie between 0 and 1 is left out: a reader places them "
+                                           "by focal length and distance"))
     return stations, list(dict.fromkeys(remarks))
 
 

@@ -21,6 +21,7 @@ from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.json_text import item_lines, items, parse, table, value
 from lensbench.lenses.rows import RowError, curvature, number
 from lensbench.lenses.stations import Station
+from lensbench.optics.finding import Kind
 from lensbench.optics.prescription import Lens
 
 SCHEMA = "lens-explorer"
@@ -49,7 +50,7 @@ def read(text: str, path: str) -> Lens:
     try:
         units = data.get("units", "mm")
         if not str(units).startswith("mm"):
-            design.found(f"the file's unit is {str(units)[:40]!r}: its lengths are taken as mm")
+            design.found(Kind.UNIT, f"the file's unit is {str(units)[:40]!r}: its lengths are taken as mm")
         stop = value(data, "stop_index", -1.0)
         if 0.0 <= stop < len(design.rows) - 2:
             design.rows[int(stop) + 1].is_stop = True

@@ -47,6 +47,7 @@ from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
 from lensbench.lenses.soundness import f_number, focal_length
 from lensbench.lenses.toml_text import digits, listed, quoted
+from lensbench.optics.finding import Finding
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Iris, Lens, Surface
 
@@ -270,7 +271,7 @@ def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tup
     return made, is_stop
 
 
-def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
+def write(lens: Lens) -> tuple[str, list[Finding]]:
     """The text of a lens file, and what it could not hold (nothing)."""
     lines = [f"format = {FORMAT}", f"title = {quoted(lens.name)}", f"kind = {quoted(lens.kind)}"]
     if lens.year is not None:
@@ -323,7 +324,7 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
             lines += ["", f"[{table}]", *(f"{i} = {entry}" for i, entry in entries.items())]
     if lens.positions is not None:
         lines += ["", *position_table.lines(lens.positions)]
-    return "\n".join([*lines, ""]), ()
+    return "\n".join([*lines, ""]), []
 
 
 def _entries(lens: Lens) -> dict[str, dict[int, str]]:

@@ -10,18 +10,20 @@ They agree in both sections, and everywhere where one of them is straight: a cyl
 
 from math import cos, pi, sin, sqrt
 
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Surface
 
 NAMES = {"torus": "a torus", "torus about x": "a torus", "arcs": "the sum of two arcs"}
 POINTS = 24
 
 
-def finding(kind: str, surface: Surface) -> str:
-    """What is to be said of a surface (mm) that its file means as another toroid than the biconic; "": nothing."""
+def finding(kind: str, surface: Surface, i: int) -> Finding | None:
+    """The finding about surface i (mm) where its file means another toroid than the biconic one; else None."""
     if kind not in NAMES or not surface.curvature or not surface.curvature_x:
-        return ""
-    return (f"{NAMES[kind]} in the file, it is traced as the biconic toroid of the same two curvatures, "
-            f"{departure(kind, surface):.2g} mm from it at the rim")
+        return None
+    away = departure(kind, surface)
+    return note(Kind.SHAPE, f"surface {i}: {NAMES[kind]} in the file, it is traced as the biconic toroid of the same "
+                            f"two curvatures, {away:.2g} mm from it at the rim", i, departure=away)
 
 
 def departure(kind: str, surface: Surface) -> float:

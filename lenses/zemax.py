@@ -32,6 +32,7 @@ from lensbench.lenses.encoding import file_curvature, file_number
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
 from lensbench.lenses.stations import Solve, Station, stations_of
+from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Lens, Surface
 
@@ -94,11 +95,13 @@ def read(text: str, path: str) -> Lens:
                 if key == "PARM" and n <= 5):
             design.rows[-1].thickness += _number(path, *_place(keys, "DISZ"), 0) if "DISZ" in keys else 0.0
             del row_of[i]
-            design.found(f"SURF {i}: a coordinate break that neither tilts nor moves anything is left out")
+            design.found(Kind.LEFT_OUT, f"SURF {i}: a coordinate break that neither tilts nor moves anything is left "
+                                        "out")
         elif kind == "PARAXIAL" and 1 < i == len(surfaces) - 2 and "STOP" not in keys \
                 and design.rows[-1].glass.n_d == 1.0:
             design.rows[-1].thickness = inf
-            design.found(f"SURF {i}: the ideal lens (TYPE PARAXIAL) between the lens and its image is left out")
+            design.found(Kind.LEFT_OUT, f"SURF {i}: the ideal lens (TYPE PARAXIAL) between the lens and its image is "
+                                        "left out")
         else:
             design.add(_row(design, i, keys, values, i == len(surfaces) - 1))
     stop = next((i for i, keys in enumerate(surfaces) if "STOP" in keys), None)
@@ -106,8 +109,7 @@ def read(text: str, path: str) -> Lens:
     if design.stations:
         for i, keys in enumerate(surfaces[:-1]):
             design.solves += _solves(design, i, keys, row_of, i == len(surfaces) - 2)
-    for told in listed.told():
-        design.found(told)
+    design.findings += listed.findings()
     return design.lens()
 
 
@@ -119,7 +121,7 @@ def _solves(design: Design, index: int, keys: dict, row_of: dict[int, int], is_l
     if row is None:
         return []
     if is_last and "MAZH" in keys and _number(design.path, *_place(keys, "MAZH"), 0) == 0.0:
-        design.found("MAZH: the back focus of each position is that of its paraxial image")
+        design.found(Kind.POSITION, "MAZH: the back focus of each position is that of its paraxial image")
         return [Solve(row, "image")]
     for key, kind in (("TCOM", "pair"), ("TOLE", "sum")):
         if key in keys:
@@ -210,7 +212,8 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool)
                       ("OBSC", "a central obscuration"), ("UDAP", "an aperture of free form"),
                       ("OBDC", "an aperture's decentre")):
         if key in keys and not is_image:
-            design.found(f"SURF {index}: {what} ({key}) is left out, its round rim taken")
+            design.found(Kind.LEFT_OUT, f"SURF {index}: {what} ({key}) is left out, its round rim taken",
+                         len(design.rows) - 1)
     for key in keys:
         if key not in READ and key not in HARMLESS and not is_image:
             design.not_read(key, keys[key][0])
@@ -273,11 +276,10 @@ def _glass(design: Design, index: int, line: int, words: list[str]) -> Glass:
         if flag == "1" or not shown:
             return media.stated(shown, n_d, v_d)
         spare = None if (n_d, v_d) in LEFTOVERS else (n_d, v_d)
-        glass, finding = media.named(name, spare=spare)
+        glass, assumed = media.named(name, spare=spare)
     except RowError as error:
         raise LensFileError(path, line, f"SURF {index}, GLAS: {error}") from None
-    if finding:
-        design.found(finding)
+    design.assume_glass(assumed)
     return glass
 
 
@@ -290,8 +292,8 @@ def _number(path: str, line: int | None, key: str, words: list[str], place: int,
         raise LensFileError(path, line, str(error)) from None
 
 
-def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
-    """The text of a .zmx file, and what it could not hold, one sentence each."""
+def write(lens: Lens) -> tuple[str, list[Finding]]:
+    """The text of a .zmx file, and what it could not hold beside shapes."""
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
     lines = ["VERS 140000 0 0", "MODE SEQ", f"NAME {' '.join(lens.name.split())}"]
@@ -305,23 +307,22 @@ def write(lens: Lens) -> tuple[str, tuple[str, ...]]:
             lines.append("  STOP")
         lines += _surface_lines(surface)
         glass = surface.glass
-        if media.loss(glass):
-            remarks.append(f"surface {i}: {media.loss(glass)}")
+        remarks += media.glass_loss(glass, i)
         if glass.n_d != 1.0:
             name = re.sub(r"\s+", "_", glass.name.strip()).lstrip("_")
             name = "___BLANK" if name.upper() in {*media.MIRROR_NAMES, ""} else name
             flag = 0 if media.is_known(glass) else 1
             lines.append(f"  GLAS {name} {flag} 0 {glass.n_d!r} {glass.v_d or 0.0!r}")
             if glass.name and name != glass.name:
-                remarks.append(f"the glass {glass.name!r} is written as {name}")
+                remarks.append(note(Kind.GLASS, f"the glass {glass.name!r} is written as {name}", i))
         lines.append(f"  DIAM {surface.semi_diameter!r} 1 0 0 1 \"\"")
     lines += [f"SURF {len(lens.surfaces) + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0",
               *_configuration_lines(lens, stations), ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number")
     if lens.name != " ".join(lens.name.split()).strip('"') or lens.notes != " ".join(lens.notes.split()):
-        remarks.append("name and notes are written in one line each")
+        remarks.append(note(Kind.TEXT, "name and notes are written in one line each"))
     remarks += configurations.lost(stations, _plain)
-    return "\n".join(lines), tuple(remarks)
+    return "\n".join(lines), remarks
 
 
 def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from lensbench import lenses
-from lensbench.lenses.lens_file import READERS, WRITERS
+from lensbench.lenses.formats import READERS, WRITERS
 from tests.lenses.mishaps import by_bytes, by_lines, outlive
 from tests.lenses.samples import DATA
 

@@ -1,7 +1,7 @@
 """The command `lensbench check FILE…`: what looks wrong in lens files.
 
-It ends with 0 where nothing was found, with 1 where something was, and with 2
-where a file holds no lens. What a reader had to assume is told and does not count.
+It ends with 0 where nothing looks wrong, with 1 where something does, and with 2 where a file
+holds no lens. Notes, which say what a reader had to assume, are printed and do not count.
 """
 
 import argparse
@@ -45,7 +45,9 @@ def _report(name: str) -> dict[str, Any]:
 def _code(report: dict[str, Any]) -> int:
     if report["error"] is not None:
         return NO_LENS
-    return FOUND if any(finding["kind"] != "reading" for finding in report["findings"]) else CLEAN
+    from lensbench.lenses import Severity
+
+    return FOUND if any(finding["severity"] is Severity.WARNING for finding in report["findings"]) else CLEAN
 
 
 def _print(report: dict[str, Any]) -> None:

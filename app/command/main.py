@@ -289,7 +289,7 @@ def _lens_data(lens) -> dict[str, Any]:
         "field_of_view": {axis: math.degrees(lb.field_of_view(abs(fo.efl), film, axis))
                           for axis in ("horizontal", "vertical", "diagonal")},
         "intrinsics": _intrinsics(lens, film),
-        "findings": list(lens.findings),
+        "findings": [str(finding) for finding in lens.findings],
     }
 
 

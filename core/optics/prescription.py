@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from lensbench.optics.finding import Finding
 from lensbench.optics.glass import AIR, D_LINE, Glass
 from lensbench.optics.iris import Iris, IrisError
 from lensbench.optics.surfaces import HIGHEST_POWER, sags, shape
@@ -126,7 +127,7 @@ class Lens:
     stated_f_number: float | None = None
     notes: str = ""
     positions: Positions | None = None      # of a zoom, or of a lens that focuses by moving groups
-    findings: tuple[str, ...] = field(default=(), compare=False)
+    findings: tuple[Finding, ...] = field(default=(), compare=False)
     blades: int = 0
     blade_rotation: float = 0.0
     roundness: float = 0.0

@@ -1,6 +1,6 @@
 """A radius that no table can have held: solved for by a program, to hide what another number spoils."""
 
-from lensbench.lenses.check.finding import Finding
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens
 
 PUBLISHED = 5           # significant digits of a printed radius
@@ -16,7 +16,7 @@ def digit_findings(lens: Lens) -> list[Finding]:
     rest = [_digits(radius, SINGLE) for i, radius in radii.items() if i not in long]
     if len(long) != 1 or len(rest) < 3 or max(rest) > PUBLISHED or _digits(radii[long[0]], DOUBLE) < SOLVED:
         return []
-    return [Finding("solved-radius", long[0],
+    return [Finding(Kind.SOLVED_RADIUS, long[0],
                     f"radius {radii[long[0]]:.10g} mm has many digits where no other has more than {max(rest)}: "
                     "it was solved for, to focus the lens, and is not that of the source; another number may be wrong")]
 

@@ -2,7 +2,7 @@
 
 from math import isinf
 
-from lensbench.lenses.check.finding import Finding
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import FirstOrder, first_order
 from lensbench.optics.prescription import Lens
 
@@ -20,10 +20,10 @@ def figure_findings(lens: Lens) -> list[Finding]:
     if not lens.is_rotationally_symmetric:
         sections.append(first_order(lens.section("x")))
     if all(isinf(section.efl) for section in sections):
-        return [Finding("focal-length", None, "the lens is afocal: it forms no image of its own")]
+        return [Finding(Kind.FOCAL_LENGTH, None, "the lens is afocal: it forms no image of its own")]
     findings = []
     if len(sections) == 2 and not abs(sections[0].bfl - sections[1].bfl) <= FOCI * abs(sections[0].efl):
-        findings.append(Finding("foci", None, "the two sections do not focus in one plane: y–z "
+        findings.append(Finding(Kind.FOCI, None, "the two sections do not focus in one plane: y–z "
                                               f"{sections[0].bfl:.5g} mm behind the last surface, x–z "
                                               f"{sections[1].bfl:.5g} mm"))
     return [*findings, *_back_focus(lens, sections[0]), *_focal_length(lens, sections), *_f_number(lens, sections[0])]
@@ -42,31 +42,31 @@ def _back_focus(lens: Lens, section: FirstOrder) -> list[Finding]:
     if stored != 0.0:
         message += (f", the stored back focus is {stored:.5g} mm: a point on the axis becomes a disk of {blur:.2g} mm, "
                     f"{blur / efl:.2g} focal lengths")
-    return [Finding("back-focus", len(lens.surfaces) - 1, message)]
+    return [Finding(Kind.BACK_FOCUS, len(lens.surfaces) - 1, message)]
 
 
 def _focal_length(lens: Lens, sections: list[FirstOrder]) -> list[Finding]:
     lengths = [section.efl for section in sections]
-    told = " and ".join(f"{efl:.5g}" for efl in lengths) + " mm" + (" (y–z and x–z)" if len(lengths) == 2 else "")
+    words = " and ".join(f"{efl:.5g}" for efl in lengths) + " mm" + (" (y–z and x–z)" if len(lengths) == 2 else "")
     if lens.stated_efl is None or not lens.stated_efl:
         return [] if max(lengths) > 0.0 else [
-            Finding("focal-length", None, f"the focal length is {told}: the lens diverges")]
+            Finding(Kind.FOCAL_LENGTH, None, f"the focal length is {words}: the lens diverges")]
     errors = [abs(efl / lens.stated_efl - 1.0) for efl in lengths]
     if min(errors) <= FOCAL_LENGTH:
         return []
-    message = f"the focal length is {told}, {100.0 * min(errors):.3g} % from the stated {lens.stated_efl:g} mm"
+    message = f"the focal length is {words}, {100.0 * min(errors):.3g} % from the stated {lens.stated_efl:g} mm"
     if len(sections) == 1 and lens.surfaces[-1].thickness != 0.0 and not _back_focus(lens, sections[0]):
         message += "; yet the back focus is right, so that the stated length may be of another lens or scale"
-    return [Finding("focal-length", None, message)]
+    return [Finding(Kind.FOCAL_LENGTH, None, message)]
 
 
 def _f_number(lens: Lens, section: FirstOrder) -> list[Finding]:
     stated = lens.stated_f_number
     if section.f_number < FASTEST:
-        return [Finding("f-number", lens.stop_index,
+        return [Finding(Kind.F_NUMBER, lens.stop_index,
                         f"the stop opens the lens to f/{section.f_number:.3g}: "
                         f"no lens in air is faster than f/{FASTEST:g}")]
     if stated is None or stated <= 0.0 or abs(section.f_number / stated - 1.0) <= F_NUMBER:
         return []
-    return [Finding("f-number", lens.stop_index,
+    return [Finding(Kind.F_NUMBER, lens.stop_index,
                     f"the stop opens the lens to f/{section.f_number:.3g}, where f/{stated:g} is stated")]

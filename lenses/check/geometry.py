@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from lensbench.lenses.check.finding import Finding
 from lensbench.optics import surfaces as shapes
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens, Surface
 
 HEMISPHERE = 1.01       # × the largest height that the surface has: tables round to three digits
@@ -19,8 +19,8 @@ def geometry_findings(lens: Lens) -> list[Finding]:
     for i, surface in enumerate(lens.surfaces):
         reach = _reach(surface)
         if surface.semi_diameter > HEMISPHERE * reach:
-            findings.append(Finding("hemisphere", i, f"the rim has a radius of {surface.semi_diameter:.5g} mm, but the "
-                                                     f"surface ends at {reach:.5g} mm from the axis"))
+            findings.append(Finding(Kind.HEMISPHERE, i, f"the rim has a radius of {surface.semi_diameter:.5g} mm, but "
+                                                     f"the surface ends at {reach:.5g} mm from the axis"))
         if i + 1 < len(lens.surfaces):
             findings += _gap(lens, i, n_before)
         n_before = surface.glass.n_d
@@ -33,9 +33,9 @@ def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
     in_glass = front.glass.n_d > 1.0
     beside_stop = _is_dummy(lens, i, n_before) or _is_dummy(lens, i + 1, front.glass.n_d)
     if in_glass and front.thickness <= 0.0:
-        return [Finding("thickness", i, f"the element behind surface {i} has a thickness of {front.thickness:g} mm")]
+        return [Finding(Kind.THICKNESS, i, f"the element behind surface {i} has a thickness of {front.thickness:g} mm")]
     if front.thickness < 0.0 and not beside_stop:
-        return [Finding("thickness", i, f"the air behind surface {i} has a thickness of {front.thickness:g} mm")]
+        return [Finding(Kind.THICKNESS, i, f"the air behind surface {i} has a thickness of {front.thickness:g} mm")]
     rim = min(front.semi_diameter, back.semi_diameter)
     gaps, heights = _gaps(front, back, rim)
     if beside_stop:                                                 # a stop may stand inside the bulge of a surface
@@ -45,9 +45,9 @@ def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
         return []
     where = f"{-gaps[narrow]:.3g} mm deep, {heights[narrow]:.4g} mm from the axis"
     if in_glass:
-        return [Finding("edge", i, f"the element between surfaces {i} and {i + 1} has a negative edge thickness: "
+        return [Finding(Kind.EDGE, i, f"the element between surfaces {i} and {i + 1} has a negative edge thickness: "
                                    f"{where}")]
-    return [Finding("crossing", i, f"surfaces {i} and {i + 1} cross inside their rims: {where}")]
+    return [Finding(Kind.CROSSING, i, f"surfaces {i} and {i + 1} cross inside their rims: {where}")]
 
 
 def _is_dummy(lens: Lens, i: int, n_before: float) -> bool:

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from lensbench.lenses import glass_catalogue
-from lensbench.lenses.check.finding import Finding
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens
 
 STEP_N, STEP_V = 0.01, 2.0      # a glass of another melt, maker or century is about so far from one of today
@@ -39,7 +39,7 @@ def glass_findings(lens: Lens) -> list[Finding]:
         message = f"no known glass is near n_d {n_d:g}, V_d {v_d:g} ({where}); the nearest is {name}"
         if len(labels) > 1:
             message += f". It stands for {', '.join(labels)} alike, as where a program did not know them"
-        findings.append(Finding("glass", places[0], message, next((f.proposal for f in wrong), None)))
+        findings.append(Finding(Kind.GLASS, places[0], message, next((f.proposal for f in wrong), None)))
     return findings
 
 
@@ -53,7 +53,7 @@ def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
                 abs(known.n_d - glass.n_d) <= NAMED_N and abs(known.v_d / glass.v_d - 1.0) <= NAMED_V):
             continue
         findings.append(Finding(
-            "glass", i, f"the glass is named {glass.name}, but has n_d {glass.n_d:g} and V_d {glass.v_d:g}",
+            Kind.GLASS, i, f"the glass is named {glass.name}, but has n_d {glass.n_d:g} and V_d {glass.v_d:g}",
             f"{glass.name} of surface {i}: n_d {known.n_d:.6g}, V_d {known.v_d:.4g}"))
     return findings
 

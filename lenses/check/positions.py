@@ -8,12 +8,12 @@ from dataclasses import replace
 from math import isfinite
 
 from lensbench.lenses.check.figures import figure_findings
-from lensbench.lenses.check.finding import Finding
 from lensbench.lenses.check.geometry import geometry_findings
 from lensbench.lenses.check.rays import ray_findings
 from lensbench.lenses.check.stop import stop_findings
 from lensbench.lenses.soundness import object_distance
 from lensbench.lenses.stations import FAR
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
 from lensbench.optics.zoom_positions import Positions
@@ -37,12 +37,12 @@ def position_findings(lens: Lens) -> list[Finding]:
             if i == j == 0:
                 continue
             there = far.at(close=close)
-            told = [f for f in geometry_findings(there) if (f.kind, f.surface) not in known]
+            doubts = [f for f in geometry_findings(there) if (f.kind, f.surface) not in known]
             if j == 0:
-                told += [*figure_findings(far), *ray_findings(far), *stop_findings(replace(far, findings=()))]
+                doubts += [*figure_findings(far), *ray_findings(far), *stop_findings(far)]
             else:
-                told += _distance(there, off, positions.distances[i][j] if positions.distances else None)
-            findings += [Finding("position", f.surface, f"at {positions.label(i, j)}: {f.message}") for f in told]
+                doubts += _distance(there, off, positions.distances[i][j] if positions.distances else None)
+            findings += [Finding(Kind.POSITION, f.surface, f"at {positions.label(i, j)}: {f.message}") for f in doubts]
     return findings + _odd_sums(lens, positions)
 
 
@@ -63,11 +63,11 @@ def _distance(lens: Lens, off: float, stated: float | None) -> list[Finding]:
     surfaces = (*lens.surfaces[:-1], replace(lens.surfaces[-1], thickness=film))
     before = object_distance(surfaces)
     if not 0.0 < before < FAR:
-        return [Finding("position", None, "it is in focus no nearer than infinity")]
+        return [Finding(Kind.POSITION, None, "it is in focus no nearer than infinity")]
     distance = before + lens.length + film
     if stated is None or abs(distance / stated - 1.0) <= DISTANCE:
         return []
-    return [Finding("position", None, f"it is in focus at {distance / 1000.0:.4g} m from the film, where "
+    return [Finding(Kind.POSITION, None, f"it is in focus at {distance / 1000.0:.4g} m from the film, where "
                                       f"{stated / 1000.0:g} m is stated")]
 
 
@@ -93,8 +93,8 @@ def _odd_sums(lens: Lens, positions: Positions) -> list[Finding]:
                 continue
             total, others = sums[run][odd], "at the others" if by_station else "at infinity"
             behind = ", ".join(map(str, positions.gaps[run[0]:run[1]]))
-            return [Finding("position", None, f"at {positions.label(*odd)}: the gaps behind surfaces {behind} add up "
-                            f"to {total:.6g} mm, {others} to {total - values[odd] + usual:.6g} mm")]
+            return [Finding(Kind.POSITION, None, f"at {positions.label(*odd)}: the gaps behind surfaces {behind} add "
+                            f"up to {total:.6g} mm, {others} to {total - values[odd] + usual:.6g} mm")]
     return []
 
 

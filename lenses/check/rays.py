@@ -4,7 +4,7 @@ from math import isinf
 
 import numpy as np
 
-from lensbench.lenses.check.finding import Finding
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import Fate, trace
@@ -32,13 +32,13 @@ def ray_findings(lens: Lens) -> list[Finding]:
         first = failed[0]
         fate = Fate(rays.fate[first])
         ended = int(rays.surface[first]) + (fate == Fate.MISSED)
-        return [Finding("ray", ended, f"a ray {heights[first]:.4g} mm from the axis, {100.0 * HEIGHTS[first]:.0f} % of "
-                                      f"the aperture's radius, {WORDS[fate].format(ended)}")]
+        return [Finding(Kind.RAY, ended, f"a ray {heights[first]:.4g} mm from the axis, {100.0 * HEIGHTS[first]:.0f} % "
+                                      f"of the aperture's radius, {WORDS[fate].format(ended)}")]
     to_focus = lens.length + fo.bfl - rays.points[:, 2]
     miss = np.abs(rays.points[:, 1] + to_focus * rays.directions[:, 1] / rays.directions[:, 2])
     far = np.flatnonzero(miss > SPREAD * abs(fo.efl))
     if not far.size:
         return []
     first = far[0]
-    return [Finding("ray", None, f"a ray {heights[first]:.4g} mm from the axis, {100.0 * HEIGHTS[first]:.0f} % of the "
-                                 f"aperture's radius, lands {miss[first]:.3g} mm beside the focus")]
+    return [Finding(Kind.RAY, None, f"a ray {heights[first]:.4g} mm from the axis, {100.0 * HEIGHTS[first]:.0f} % of "
+                                 f"the aperture's radius, lands {miss[first]:.3g} mm beside the focus")]

@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lensbench.lenses.check.finding import Finding
 from lensbench.lenses.check.geometry import geometry_findings
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import ray_matrix
 from lensbench.optics.prescription import Lens, Surface
 
-EXPLAINED = ("focal-length", "back-focus")
+EXPLAINED = (Kind.FOCAL_LENGTH, Kind.BACK_FOCUS)
 BELIEVED = {"sign": 3e-3, "point": 2e-3, "swapped digits": 2e-3, "digit": 1e-3}     # misfit, of the focal length
 NOMINAL = 0.3           # weight of the stated focal length for a sign: there are few, and 50 mm is often 50.4
 RIVAL = 5.0             # × the best misfit: another change that fits nearly as well leaves both unproven

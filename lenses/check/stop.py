@@ -1,16 +1,10 @@
-"""The aperture stop: whether there is one, and whether it limits the light; and what else the reader assumed."""
+"""The aperture stop: whether it limits the light."""
 
-from lensbench.lenses.check.finding import Finding
-from lensbench.lenses.rows import NO_STOP
 from lensbench.lenses.soundness import axial_heights
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens
 
 LIMITING = 0.67         # of the stop's beam: what other rims must leave of it; rims that are estimates leave 0.72
-
-
-def reading_findings(lens: Lens) -> list[Finding]:
-    """The reader's remarks, a missing stop among them."""
-    return [Finding("no-stop" if told.startswith(NO_STOP) else "reading", None, told) for told in lens.findings]
 
 
 def stop_findings(lens: Lens) -> list[Finding]:
@@ -22,5 +16,6 @@ def stop_findings(lens: Lens) -> list[Finding]:
     if not beams[narrowest] < LIMITING * beams[lens.stop_index]:
         return []
     return [Finding(
-        "stop", lens.stop_index, f"the stop does not limit the light: on the axis the rim of surface {narrowest} "
-        f"passes a beam of {2.0 * beams[narrowest]:.4g} mm, the stop one of {2.0 * beams[lens.stop_index]:.4g} mm")]
+        Kind.STOP, lens.stop_index, f"the stop does not limit the light: on the axis the rim of surface {narrowest} "
+        f"passes a beam of {2.0 * beams[narrowest]:.4g} mm, the stop one of {2.0 * beams[lens.stop_index]:.4g} mm",
+        figures={"beam": 2.0 * beams[narrowest], "stop_beam": 2.0 * beams[lens.stop_index]})]

@@ -22,7 +22,7 @@ def outcome(path):
     size = f"{len(lens.surfaces)} surfaces"
     if lens.positions is not None:
         size += f", {len(lens.positions.zoom_stations) * len(lens.positions.focus_stations)} positions"
-    return True, (size, "; ".join(lens.findings))
+    return True, (size, "; ".join(map(str, lens.findings)))
 
 
 def tables(folder):

@@ -6,7 +6,7 @@ The short form of `make fuzz`, which goes through 2,000 mishaps of each kind for
 import pytest
 
 from lensbench import Lens, lenses
-from lensbench.lenses.lens_file import WRITERS
+from lensbench.lenses.formats import WRITERS
 from tests.lenses.mishaps import by_bytes, by_lines, outlive
 from tests.lenses.samples import DATA
 

@@ -57,4 +57,4 @@ def test_a_file_in_another_unit_is_the_scaled_lens_and_that_is_said(tmp_path, na
     for unit, mm in units.items():
         lens = loaded(tmp_path, name, text.replace(old, new.format(unit)))
         assert lens == whole.scaled(mm)
-        assert any(f"{mm:g} mm" in finding for finding in lens.findings)
+        assert any(f"{mm:g} mm" in finding.message for finding in lens.findings)

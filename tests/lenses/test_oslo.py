@@ -50,7 +50,7 @@ def test_ways_to_name_a_glass(tmp_path, line, glass):
 
 def test_units_are_converted_and_said(tmp_path):
     lens = sample(tmp_path, ("UNI  1.0", "UNI 25.4"))
-    assert lens == sample(tmp_path).scaled(25.4) and any("25.4 mm" in finding for finding in lens.findings)
+    assert lens == sample(tmp_path).scaled(25.4) and any("25.4 mm" in finding.message for finding in lens.findings)
 
 
 def test_aspheres_of_any_power_and_cylinders(tmp_path):
@@ -90,8 +90,8 @@ def test_a_number_in_a_name_would_be_read_as_one_of_the_arguments(tmp_path):
 def test_catalogue_glasses_come_back_and_what_is_lost_is_said(tmp_path):
     lens = sample(tmp_path)
     remarks = lenses.save(replace(lens, stated_efl=60.0), tmp_path / "b.len")
-    assert remarks == ("left out: stated focal length",)
+    assert [str(remark) for remark in remarks] == ["left out: stated focal length"]
     assert lenses.load(tmp_path / "b.len") == lens
     table = Glass(1.5, 60.0, "MINE", "table", ((0.4, 1.51), (0.7, 1.49)))
     odd = replace(lens, surfaces=(replace(lens.surfaces[0], glass=table), *lens.surfaces[1:]))
-    assert any("MINE" in remark for remark in lenses.save(odd, tmp_path / "c.len"))
+    assert any("MINE" in str(remark) for remark in lenses.save(odd, tmp_path / "c.len"))

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import Lens, Positions, Surface, lenses
+from lensbench.lenses import Kind
 from tests.lenses.samples import curvatures, loaded, refusal
 
 TEXT = """format = 1
@@ -96,8 +97,10 @@ def test_load_takes_a_position(tmp_path):
 def test_a_row_that_says_another_gap_than_its_position_is_told(tmp_path):
     lens = loaded(tmp_path, "a.toml", TEXT.replace("[0, 50.0,", "[0, 55.0,"))
     assert lens.surfaces[1].thickness == 50.0
-    assert lens.findings == ("surface 1: the thickness of its row, 55 mm, is not that of its position, 50 mm, which is "
-                             "taken",)
+    (finding,) = lens.findings
+    assert (finding.kind, finding.surface) == (Kind.POSITION, 1)
+    assert str(finding) == ("surface 1: the thickness of its row, 55 mm, is not that of its position, 50 mm, which is "
+                            "taken")
 
 
 @pytest.mark.parametrize(("old", "new", "line", "told"), [

@@ -43,7 +43,7 @@ def test_json_is_a_list_of_files_with_their_findings(capsys, spoiled, tmp_path):
     assert main(["check", "--json", NAME, spoiled, str(tmp_path / "none.toml")]) == 2
     clean, found, missing = json.loads(capsys.readouterr().out)
     assert clean == {"file": NAME, "error": None, "findings": []}
-    assert {"kind", "surface", "message", "proposal"} == found["findings"][0].keys()
+    assert {"kind", "surface", "message", "proposal", "severity", "figures"} == found["findings"][0].keys()
     assert missing["findings"] == [] and "no such file" in missing["error"]
 
 
@@ -54,4 +54,4 @@ def test_what_a_reader_assumed_is_told_and_does_not_count(capsys, tmp_path):
     in_cm = "\n".join(f"{float(r) / 10} {float(t) / 10} {n} {float(d) / 10}" for r, t, n, d in rows)
     (tmp_path / "cm.dat").write_text(f"# units: cm\n{in_cm}\n", encoding="utf-8")
     assert main(["check", str(tmp_path / "cm.dat")]) == 0
-    assert "reading" in capsys.readouterr().out
+    assert "unit" in capsys.readouterr().out

@@ -1,0 +1,83 @@
+"""Findings about a lens prescription: what a reader assumed, what a writer could not keep, what a check doubts."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+
+class Severity(StrEnum):
+    """How much a finding matters."""
+
+    NOTE = "note"                           # assumed, converted or left out; the lens is still the one of the file
+    WARNING = "warning"                     # the prescription is doubtful, or what is written is another lens
+
+
+class Kind(StrEnum):
+    """What a finding is about."""
+
+    # Doubts of a check
+    FOCAL_LENGTH = "focal-length"
+    BACK_FOCUS = "back-focus"
+    FOCI = "foci"                           # of the two sections of an anamorphic lens
+    F_NUMBER = "f-number"
+    SOLVED_RADIUS = "solved-radius"
+    THICKNESS = "thickness"
+    EDGE = "edge"
+    CROSSING = "crossing"
+    HEMISPHERE = "hemisphere"
+    RAY = "ray"
+
+    # Of a check, of a reader or of a writer
+    GLASS = "glass"
+    STOP = "stop"
+    NO_STOP = "no-stop"
+    POSITION = "position"                   # of zoom or focus groups
+
+    # Of a reader
+    NEAR_OBJECT = "near-object"             # the lens is designed for an object at a finite distance
+    IMAGE = "image"
+    UNIT = "unit"
+    CONVENTION = "convention"               # one of two ways to read the table was chosen
+    RIM = "rim"
+    NOT_READ = "not-read"                   # keywords and sections that the reader does not know
+
+    # Of a reader or of a writer
+    SHAPE = "shape"                         # another surface than that of the lens or the file stands for it
+    LEFT_OUT = "left-out"
+    TEXT = "text"                           # names and notes are written in another form
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing found in a lens prescription; its text is `str(finding)`.
+
+    Parameters
+    ----------
+    kind : Kind
+        What it is about. Programs decide by this and by `severity`, never by the text.
+    surface : int or None
+        The surface, numbered from 0; None: the whole lens.
+    message : str
+        One sentence for a person.
+    proposal : str or None
+        The one changed number, or the glass, that would explain it.
+    severity : Severity
+        NOTE or WARNING.
+    figures : mapping of str to float
+        The numbers of the sentence by their names; lengths in mm.
+    """
+
+    kind: Kind
+    surface: int | None
+    message: str
+    proposal: str | None = None
+    severity: Severity = Severity.WARNING
+    figures: Mapping[str, float] = field(default_factory=dict, hash=False)
+
+    def __str__(self) -> str:
+        return self.message
+
+
+def note(kind: Kind, message: str, surface: int | None = None, **figures: float) -> Finding:
+    """A finding of severity NOTE."""
+    return Finding(kind, surface, message, severity=Severity.NOTE, figures=figures)

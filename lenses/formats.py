@@ -1,0 +1,90 @@
+"""Lens file formats, one row each: to add a format, write its file and add its row."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from lensbench.lenses import (
+    codev,
+    codev_writer,
+    optical_bench,
+    optiland,
+    oslo,
+    pbrt_format,
+    rayoptics,
+    surface_list,
+    toml_format,
+    zemax,
+)
+from lensbench.lenses.shapes import ALL, ROTATIONAL, Shape, lost_shapes
+from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.prescription import Lens
+
+Reader = Callable[[str, str], Lens]                         # text and path → lens; LensFileError
+Writer = Callable[[Lens], tuple[str, Sequence[Finding]]]    # lens → text, and what beside shapes is not kept
+TORUS = "the torus of the same two curvatures is written"
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format: its suffix, whose it is, its reader and writer, and what it can hold.
+
+    Of several rows with one suffix a file is read by the first whose `recognises` accepts its text.
+    shapes: of surfaces; `instead` says what is written in place of others.
+    """
+
+    suffix: str
+    name: str
+    read: Reader
+    write: Writer | None = None
+    shapes: frozenset[Shape] = ALL
+    instead: str = ""
+    has_positions: bool = True              # whether it holds the zoom and focus positions of a lens
+    is_utf8: bool = False                   # other programs write the encoding of their machine
+    recognises: Callable[[str], bool] = lambda text: True
+
+    def text_of(self, lens: Lens) -> tuple[str, tuple[Finding, ...]]:
+        """The text of a lens in this format, and what the format cannot hold."""
+        assert self.write is not None, f"{self.name} files are only read"
+        text, remarks = self.write(lens)
+        found = [*lost_shapes(lens, self.shapes, self.instead), *remarks]
+        if lens.positions is not None and not self.has_positions:
+            found.append(note(Kind.POSITION, "its zoom and focus positions are left out: the lens is written in the "
+                                             "present one"))
+        return text, tuple(dict.fromkeys(found))
+
+
+FORMATS = (
+    Format(".toml", "lensbench", toml_format.read, toml_format.write, is_utf8=True),
+    Format(".dat", "pbrt", pbrt_format.read, pbrt_format.write, frozenset({Shape.SPHERE}),
+           "its sphere alone is written", has_positions=False, is_utf8=True),
+    Format(".zmx", "Zemax", zemax.read, zemax.write),
+    Format(".seq", "CODE V", codev.read, codev_writer.write, ALL - {Shape.ASPHERE},
+           "its terms in r⁴, r⁶ … alone are written"),
+    Format(".txt", "Optical Bench", optical_bench.read, optical_bench.write, ROTATIONAL,
+           "only its section y–z is written"),
+    Format(".len", "OSLO", oslo.read, oslo.write, ALL - {Shape.TOROID}, TORUS),
+    Format(".json", "Lens Explorer", surface_list.read, recognises=surface_list.is_one),
+    Format(".json", "Optiland", optiland.read, optiland.write, ALL - {Shape.TOROID},
+           "Optiland adds the arcs of its two sections", has_positions=False),
+    Format(".roa", "rayoptics", rayoptics.read, rayoptics.write, ALL - {Shape.TOROID}, TORUS, has_positions=False),
+)
+
+
+def _readers() -> dict[str, Reader]:
+    """The reader of each suffix."""
+    rows: dict[str, list[Format]] = {}
+    for row in FORMATS:
+        rows.setdefault(row.suffix, []).append(row)
+    return {suffix: _reader(same) for suffix, same in rows.items()}
+
+
+def _reader(rows: list[Format]) -> Reader:
+    def read(text: str, path: str) -> Lens:
+        return next(row for row in rows if row.recognises(text)).read(text, path)
+    return read
+
+
+READERS: dict[str, Reader] = _readers()
+WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[Finding, ...]]]] = {
+    row.suffix: row.text_of for row in FORMATS if row.write is not None}
+UTF8_SUFFIXES = frozenset(row.suffix for row in FORMATS if row.is_utf8)

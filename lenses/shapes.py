@@ -1,0 +1,42 @@
+"""Shapes of surfaces as lens formats know them: a writer's format names those it can hold, and the rest is reported.
+
+A new kind of surface gets a member of `Shape` and a line in `shape_of`; until a format lists it,
+every writer says that it writes another lens.
+"""
+
+from enum import Enum
+
+from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.prescription import Lens, Surface
+
+
+class Shape(Enum):
+    """A kind of surface; the value is how a sentence names it."""
+
+    SPHERE = "a sphere"                             # or a plane
+    CONIC = "a conic"
+    EVEN_ASPHERE = "an asphere of even powers"      # r⁴, r⁶ …
+    ASPHERE = "an asphere with odd powers or r²"
+    CYLINDER = "a cylinder"                         # one of its two sections is straight
+    TOROID = "a toroid"
+
+
+ALL = frozenset(Shape)
+ROTATIONAL = frozenset({Shape.SPHERE, Shape.CONIC, Shape.EVEN_ASPHERE, Shape.ASPHERE})
+
+
+def shape_of(surface: Surface) -> Shape:
+    """The simplest shape that a surface has."""
+    if surface.curvature_x is not None:
+        return Shape.TOROID if surface.curvature and surface.curvature_x else Shape.CYLINDER
+    if surface.aspheric:
+        even = all(power % 2 == 0 and power > 2 for power, _ in surface.aspheric)
+        return Shape.EVEN_ASPHERE if even else Shape.ASPHERE
+    return Shape.CONIC if surface.conic else Shape.SPHERE
+
+
+def lost_shapes(lens: Lens, held: frozenset[Shape], instead: str) -> list[Finding]:
+    """A warning for each surface whose shape a format does not hold. instead: what is written in its place."""
+    found = [(i, shape_of(surface)) for i, surface in enumerate(lens.surfaces)]
+    return [Finding(Kind.SHAPE, i, f"surface {i} is {shape.value}, which this format cannot hold: {instead}, and this "
+                                   "is another lens") for i, shape in found if shape not in held]
