@@ -1,25 +1,32 @@
-# make run     make the environment, install, open the bench
-# make test    install what the tests need, run them all
-# make lint    style (ruff) and types (mypy)
-# make fuzz    2,000 mishaps of bytes and of lines for every sample of a lens file (half an hour; LENSBENCH_LENS_FILES=FOLDER
-#              adds files of your own); `make test` runs its short form
-# make choices 400 cameras at random: is the model that is chosen good enough, and the simplest that is? (ten minutes)
-# make peers   the same rays through the same lenses in rayoptics, Optiland and batoid, in an environment of its own
+# make run        make the environment, install, open the bench
+# make test       install what the tests need and run the quick ones, in two processes (five minutes on two cores)
+# make test-slow  run the rest, which are marked `slow`
+# make lint       style (ruff) and types (mypy)
+# make fuzz       damage every sample lens file 2,000 times by bytes and 2,000 times by lines (half an hour;
+#                 LENSBENCH_LENS_FILES=FOLDER adds files of your own); the tests run a short form
+# make choices    choose the model of 400 random cameras: good enough, and the simplest that is? (ten minutes)
+# make peers      trace the same rays in rayoptics, Optiland and batoid, in an environment of its own
 #
-# Another Python: make PYTHON=python3.13 run. The user's own pip configuration is used as it is.
+# Another Python: make PYTHON=python3.13 run. pip uses the configuration of the user.
 
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6
 
-.PHONY: run test lint fuzz choices peers needs clean
+.PHONY: run test test-slow lint fuzz choices peers needs clean
 
 run: $(VENV)/.installed
 	@$(BIN)/lensbench
 
+# Worksteal gives each process a run of neighbouring tests, which share fixtures and compiled kernels
+WORKERS ?= 2
+
 test: needs $(VENV)/.installed-test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -m "not slow" -n $(WORKERS) --dist worksteal
+
+test-slow: needs $(VENV)/.installed-test
+	$(BIN)/python -m pytest -m slow -n $(WORKERS) --dist worksteal
 
 lint: $(VENV)/.installed-test
 	$(BIN)/ruff check .
@@ -34,13 +41,13 @@ fuzz: $(VENV)/.installed-test
 choices: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -s trials/test_choices.py
 
-# The peers need half a gigabyte, so that they stay out of the environment of the tests
+# The peers need half a gigabyte: they have an environment of their own
 peers:
 	@[ -x build/peers/bin/python ] || $(PYTHON) -m venv build/peers
 	build/peers/bin/python -m pip install -q -e '.[test,peers]'
 	build/peers/bin/python -m pytest -s trials/test_peers.py
 
-# The stamps depend on pyproject.toml: a new dependency or package is installed at the next run
+# The stamps depend on pyproject.toml, so that the next run installs a new dependency
 $(VENV)/.installed: pyproject.toml | $(BIN)/pip
 	$(BIN)/python -m pip install -e .
 	@touch $@
@@ -57,7 +64,7 @@ $(BIN)/pip:
 	@# An environment that uv made has no pip yet
 	if [ -x $(BIN)/python ]; then $(BIN)/python -m ensurepip --default-pip; else $(PYTHON) -m venv $(VENV); fi
 
-# The libraries of the window on Debian-like systems: installed for root, named for others
+# System libraries of the window on Debian and Ubuntu: installed for root, listed for other users
 needs:
 	@if command -v dpkg-query >/dev/null; then \
 		missing=$$(for package in $(PACKAGES); do \

@@ -194,6 +194,7 @@ def test_an_afocal_and_a_diverging_lens_are_said_to_be_so():
     assert any("diverges" in finding.message for finding in lenses.check(hollow))
 
 
+@pytest.mark.slow
 @given(prescriptions())
 @settings(deadline=None, max_examples=150)
 def test_of_any_table_something_can_be_said(lens):
@@ -269,6 +270,7 @@ def test_a_near_station_that_is_in_focus_elsewhere_than_stated_is_found():
         "at close: it is in focus no nearer than infinity"]
 
 
+@pytest.mark.slow
 @given(lenses_with_positions())
 @settings(deadline=None, max_examples=60)
 def test_no_table_of_positions_is_too_odd_to_be_checked(lens):

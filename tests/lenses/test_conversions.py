@@ -61,6 +61,7 @@ def unnamed_losses(given, found, remarks):
                    and LABELS.get(word, word) not in texts]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", WRITERS)
 def test_every_loss_from_any_format_to_any_other_is_named_by_a_remark_about_it(first):
     for name in lenses.names():
@@ -72,6 +73,7 @@ def test_every_loss_from_any_format_to_any_other_is_named_by_a_remark_about_it(f
                 assert geometry(found) == geometry(given), (name, first, second, remarks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "second"), list(product(EXACT, EXACT)))
 def test_a_lens_that_goes_through_two_formats_and_back_is_the_same_lens(first, second):
     for name in ("lenshh-cooke-triplet-50", "lib-us10281683", "lv-nikon-z-58f095-noct"):

@@ -6,6 +6,7 @@ from lensbench import lenses
 from tests.lenses.mishaps import by_bytes, by_lines, outlive
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mutate", [by_bytes, by_lines], ids=lambda mutate: mutate.__name__)
 @pytest.mark.parametrize("suffix", [".toml", ".dat"])
 @pytest.mark.parametrize("name", [*lenses.names()[::3], "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"])

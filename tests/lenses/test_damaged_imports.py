@@ -13,6 +13,7 @@ from tests.lenses.samples import DATA
 SAMPLES = sorted(path.name for path in DATA.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mutate", [by_bytes, by_lines], ids=lambda mutate: mutate.__name__)
 @pytest.mark.parametrize("name", SAMPLES)
 def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, name, mutate):
@@ -44,6 +45,7 @@ ENDLESS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ENDLESS)
 def test_no_file_keeps_a_reader_busy(tmp_path, name):
     (tmp_path / name).write_bytes(ENDLESS[name])

@@ -18,6 +18,7 @@ def figures(tmp_path_factory):
     return json.loads(path.read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_more_views_come_nearer_and_reach_farther(figures):
     few, many = figures["fields"]
     assert many["near"] < few["near"] < 1200.0 and few["distances"] == many["distances"]
@@ -38,6 +39,7 @@ def test_the_bound_is_where_views_part_by_a_pixel(figures):
     assert few["far"] in ("inf", math.inf) or few["far"] > 1200.0
 
 
+@pytest.mark.slow
 def test_a_chart_is_drawn_and_what_cannot_be_is_said(tmp_path, capsys):
     assert main([*ARGUMENTS, "1,3", "-o", str(tmp_path / "field.svg")]) == 0
     assert "a pixel apart at" in capsys.readouterr().out

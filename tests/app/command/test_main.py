@@ -356,12 +356,14 @@ def blocks(language):
     return re.findall(rf"```{language}\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
 
 
+@pytest.mark.slow
 def test_the_example_of_the_readme_runs_as_it_stands(capsys):
     (example,) = blocks("python")
     exec(compile(example, str(README), "exec"), {})
     assert re.match(r".*: [\d.]+ mm, f/[\d.]+\n", capsys.readouterr().out)
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_readme_are_understood(viewed, rendered, monkeypatch, tmp_path):
     import numpy as np
 

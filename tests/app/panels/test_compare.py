@@ -74,6 +74,7 @@ def test_plates_say_in_what_two_settings_differ():
     assert told_apart(plain, film)[1] == "APS-C 23.5 × 15.6"
 
 
+@pytest.mark.slow
 def test_a_picture_is_pinned_and_compared_by_keys_and_mouse(drive):
     key = imgui.Key
 

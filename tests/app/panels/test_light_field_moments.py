@@ -54,6 +54,7 @@ def test_what_has_no_moments_says_so(tmp_path, capsys):
         assert says in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_moments_are_recorded_by_buttons_and_looked_at(drive):
     start = replace(SMALL, model="thin", scene="fairground", shutter=1.0 / 15.0)
 

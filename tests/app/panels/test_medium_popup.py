@@ -15,6 +15,7 @@ from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 
 from tests.app.conftest import SMALL
 
 
+@pytest.mark.slow
 def test_clear_air_is_nothing_and_fog_takes_contrast_by_its_visibility():
     assert medium(Settings()) is None and camera(SMALL).medium is None
     fog = medium(replace(Settings(), medium="fog", visibility=5000.0, fog_light=0.7))
@@ -44,6 +45,7 @@ def test_options_arrive_and_what_cannot_be_is_said(viewed, capsys):  # noqa: F81
     assert "in pure water one sees 69 m" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_fog_is_made_by_hand(drive):
     def use(hand):
         hand.picture()

@@ -41,6 +41,7 @@ class Panel:
         ctx.yield_(3)
 
 
+@pytest.mark.slow
 def test_the_chart_of_the_present_lens_comes_by_itself_and_a_click_takes_a_model():
     panel, seen = Panel(), {}
 

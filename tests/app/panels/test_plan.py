@@ -127,6 +127,7 @@ def test_falloff_and_distortion_reach_to_the_corner_and_a_fisheye_is_measured_as
     assert falling(setup(replace(settings, lens=wide))).shape.projection != "rectilinear"
 
 
+@pytest.mark.slow
 def test_the_panels_are_opened_and_the_focus_is_dragged_in_the_plan(drive, tmp_path):
     path = tmp_path / "camera.json"
 

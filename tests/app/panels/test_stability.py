@@ -25,6 +25,7 @@ def wait(ctx, what, frames=3000):
     raise AssertionError("waited in vain")
 
 
+@pytest.mark.slow
 def test_families_and_stresses_are_chosen_and_measured_and_a_method_says_what_becomes_of_it(drive, tmp_path):
     for title in (SPHERES, FIRST[1]):                           # compiled before the window opens
         FAMILIES["Intersection"][title]()

@@ -55,6 +55,7 @@ def test_codes_lie_within_black_and_white_and_the_origin_spans_the_front_lens():
     np.testing.assert_allclose(codes(image, settings), [[[0.5, 0.5, 0.5], [1.0, 0.0, 1.0], [1.0, 0.5, 0.0]]], atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", ["fate", "depth"])
 def test_a_view_is_chosen_from_the_tools_and_drawn(drive, view):
     def use(hand):

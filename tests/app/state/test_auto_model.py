@@ -136,6 +136,7 @@ def test_the_bar_says_what_was_chosen_what_it_saves_and_what_was_refused():
     assert headline(traced, None)[1].startswith("not polynomial of degree 11:")
 
 
+@pytest.mark.slow
 def test_the_model_is_chosen_by_hand_and_followed_along_the_aperture(drive, tmp_path):
     def use(hand):
         hand.picture()

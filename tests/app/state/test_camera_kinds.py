@@ -20,6 +20,7 @@ from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 
 from tests.app.conftest import SMALL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_every_model_makes_a_camera_that_takes_its_picture(model):
     settings = with_model(SMALL, model)
@@ -156,6 +157,7 @@ def test_a_settings_error_names_a_camera_that_is_none():
     assert set(LENSLESS) < set(MODELS)
 
 
+@pytest.mark.slow
 def test_the_camera_is_keyframed_scrubbed_and_stilled_by_hand(drive):
     def use(hand):
         hand.picture()
@@ -186,6 +188,7 @@ def test_the_camera_is_keyframed_scrubbed_and_stilled_by_hand(drive):
     assert drive(use).view.messages == []
 
 
+@pytest.mark.slow
 def test_panorama_and_fisheye_are_set_by_their_own_lists(drive):
     def use(hand):
         hand.picture()

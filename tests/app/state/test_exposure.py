@@ -98,6 +98,7 @@ def test_options_arrive(viewed):  # noqa: F811
     assert (settings.blades, settings.roundness) == (7, 0.3)
 
 
+@pytest.mark.slow
 def test_sensor_and_stop_are_set_by_hand_and_only_the_stop_renders_anew(drive):
     def use(hand):
         hand.picture()

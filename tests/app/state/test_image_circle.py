@@ -36,6 +36,7 @@ def test_a_lens_that_covers_its_film_lights_the_corner(settings):
     assert lit(settings) == 0.5 * settings.film.diagonal
 
 
+@pytest.mark.slow
 def test_the_film_point_stays_at_its_part_of_the_field(drive):
     def use(hand):
         hand.picture()

@@ -159,6 +159,7 @@ def test_a_texture_is_linear_and_upright(write, tmp_path):
     assert image.values[1, 0] == pytest.approx((0.5028865,) * 3, abs=1e-6)      # IEC 61966-2-1 of 188 / 255
 
 
+@pytest.mark.slow
 def test_a_large_texture_is_averaged_in_linear_light(write, tmp_path):
     board = np.zeros((2048, 4096, 3), np.uint8)
     board[::2, ::2] = board[1::2, 1::2] = 255

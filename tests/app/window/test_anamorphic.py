@@ -40,6 +40,7 @@ def test_the_read_outs_tell_both_sections():
     assert "Focal length across" not in said(Settings())
 
 
+@pytest.mark.slow
 def test_what_ends_the_light_is_told_along_the_film_s_diagonal():
     stand = setup(NEAR)
     share = float(dark_corners(NEAR).split(" at ")[1].split(" %")[0]) / 100.0
@@ -57,6 +58,7 @@ def test_info_tells_both_sections(capsys):
     assert "across" not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, monkeypatch):
     path, words = tmp_path / "squeeze.zmx", []
     lenses.save(replace(lenses.load(NAME), name="Squeeze"), path)

@@ -52,6 +52,7 @@ def test_a_panel_that_floats_hides_what_is_below_it(drive, tmp_path):
     drive(test)
 
 
+@pytest.mark.slow
 def test_every_camera_finds_room_for_its_controls_in_a_small_window(drive):
     seen = {}
 

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import pytest
 from imgui_bundle import imgui
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
@@ -15,6 +16,7 @@ from tests.app.conftest import SMALL
 CTRL = imgui.Key.mod_ctrl
 
 
+@pytest.mark.slow
 def test_a_dropped_lens_is_opened_and_a_broken_one_is_said_and_changes_nothing(drive, tmp_path):
     good, bad, empty = tmp_path / "mine.toml", tmp_path / "broken.dat", tmp_path / "empty.toml"
     lenses.save(lenses.load("lv-czj-tessar-50-f28"), good)
@@ -79,6 +81,7 @@ def test_a_picture_larger_than_a_window_can_show_is_opened_smaller_and_said(driv
     drive(use)
 
 
+@pytest.mark.slow
 def test_a_film_that_cannot_be_is_not_taken(drive):
     def use(hand):
         hand.picture()
@@ -157,6 +160,7 @@ def test_settings_are_saved_and_opened_by_the_menu(drive, tmp_path):
     drive(use)
 
 
+@pytest.mark.slow
 def test_an_export_can_be_cancelled_and_finished(drive, tmp_path):
     path = tmp_path / "large.png"
 

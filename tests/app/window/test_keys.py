@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from imgui_bundle import imgui
 
 from lensbench.app.display.presenter import _first_mark
@@ -44,6 +45,7 @@ def test_home_brings_the_camera_back_and_leaves_the_rest(drive):
     assert drive(use, moved).view.messages == []
 
 
+@pytest.mark.slow
 def test_a_ring_that_has_been_turned_explains_itself_no_more_until_the_mouse_comes_back(drive):
     def use(hand):
         hand.picture()

@@ -98,6 +98,7 @@ def test_a_click_focuses_on_what_is_under_it(drive):
     drive(use, replace(SMALL, focus_distance=2000.0))
 
 
+@pytest.mark.slow
 def test_drags_orbit_and_pan_and_the_wheel_dollies_and_none_of_them_focuses(drive):
     def use(hand):
         hand.picture()
@@ -122,6 +123,7 @@ def test_drags_orbit_and_pan_and_the_wheel_dollies_and_none_of_them_focuses(driv
     assert drive(use).view.messages == []
 
 
+@pytest.mark.slow
 def test_the_tools_of_the_picture(drive):
     def use(hand):
         hand.picture()
@@ -257,6 +259,7 @@ def test_both_themes_are_neutral_around_the_picture(drive, tmp_path, dark):
         assert np.ptp(place) == 0 and bool(place.mean() < 128) is dark
 
 
+@pytest.mark.slow
 def test_a_lens_is_opened_by_its_path_and_a_wrong_path_is_said_where_it_was_typed(drive, tmp_path):
     good = tmp_path / "mine.toml"
     lenses.save(lenses.load("lv-czj-tessar-50-f28"), good)

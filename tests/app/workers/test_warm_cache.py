@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 
 def run(arguments: list[str], cache: Path) -> str:
     done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=True,
@@ -12,6 +14,7 @@ def run(arguments: list[str], cache: Path) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_helper_compiles_the_scenes_kernels_into_the_common_cache(tmp_path):
     assert "True" in run(["-c", "from lensbench.app.workers.warm_cache import cold; print(cold())"], tmp_path)
     run(["-m", "lensbench.app.workers.warm_cache", "white-wall"], tmp_path)

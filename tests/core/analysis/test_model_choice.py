@@ -17,6 +17,7 @@ FILM = lb.Film(36.0, 24.0, 960, 640)
 SOME = (6, 15, 20, 31, 38)              # of trials/test_choices.py: pinhole, thin lens, polynomials, in colours
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SOME)
 def test_images_of_lights_through_the_choice_are_those_through_the_lens(seed):
     _, camera, depths = setting(seed)

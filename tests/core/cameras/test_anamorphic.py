@@ -152,6 +152,7 @@ def test_no_light_is_lost_and_few_samples_are_where_it_ends_on_the_film(stop):
     assert passed[near].sum() > 0.9 * weight[near].sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stop", [10.2, 0.3])
 def test_no_light_of_any_colour_is_lost(stop):
     lens, random = camera_lens(stop), np.random.default_rng(6)

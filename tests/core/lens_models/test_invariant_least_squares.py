@@ -29,6 +29,7 @@ def fields(u, v, wanted):
     return [u * wanted[0], v[0] * wanted[0] + v[1] * wanted[1], wanted[2]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "low"), [(1, 1), (4, 3), (5, 4)])
 def test_the_fit_is_the_least_squares_of_the_whole_field(n, low):
     """Orthogonal factors of the rays' own equations, both parts across the axis at once: none is squared there."""

@@ -40,6 +40,7 @@ def real_field():
     return lb.capture_light_field(real(1200.0), lb.builtin_scene(STILL), (9, 9), 16)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", [900.0, 1000.0, 1200.0, 1700.0, 2500.0])
 def test_focusing_afterwards_is_focusing_before(ideal_field, distance):
     direct = lb.render(perspective(distance), lb.builtin_scene(STILL), 1024)
@@ -48,6 +49,7 @@ def test_focusing_afterwards_is_focusing_before(ideal_field, distance):
     assert again.mean() == pytest.approx(direct.mean(), rel=0.005)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", [1500.0])
 def test_a_real_lens_is_focused_afterwards_too(real_field, distance):
     assert psnr(real_field.refocus(distance), lb.render(real(distance), lb.builtin_scene(STILL), 1024)) > 40.0
@@ -84,6 +86,7 @@ def small(**others):
     return perspective(1200.0, lb.Film(14.4, 9.6, 120, 80), **others)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene, others", [
     (STILL, {"medium": lb.Medium.fog(2500.0)}), (STILL, {"medium": lb.Medium.water(6000.0)}),
     ("fairground", {"shutter_close": 1.0 / 30.0})], ids=["fog", "water", "motion"])
@@ -121,6 +124,7 @@ def test_a_lens_that_disperses_is_recorded_in_colours():
     assert np.ptp(direct[8:-8, 8:-8].mean(0), axis=-1).max() > 0.2 and off(coloured) < 0.15 * off(plain)
 
 
+@pytest.mark.slow
 def test_a_moment_of_the_exposure_is_what_a_shutter_open_then_lets_through():
     fair, whole = lb.builtin_scene("fairground"), replace(small(), shutter_close=1.0 / 15.0)
     field = lb.capture_light_field(whole, fair, (9, 9), 24, moments=2)
@@ -141,6 +145,7 @@ def test_a_moment_of_the_exposure_is_what_a_shutter_open_then_lets_through():
         lb.capture_light_field(whole, fair, (2, 2), 1, moments=0)
 
 
+@pytest.mark.slow
 def test_a_lens_with_cylinders_is_focused_afterwards_too():
     lens, scene, film = lenses.load("lentil-schneider-anamorphic-31-2001"), lb.builtin_scene(STILL), lb.Film(
         14.4, 12.0, 84, 70)
@@ -153,6 +158,7 @@ def test_a_lens_with_cylinders_is_focused_afterwards_too():
     assert 1.0 <= field.reach < 1.2 and border.max() < 0.8
 
 
+@pytest.mark.slow
 def test_a_part_of_the_pupil_aside_is_a_lens_that_stands_there():
     scene, radius, place = lb.builtin_scene(STILL), 8.9, (0.5, -0.25)
     part = lb.picture_through(small(), scene, place, 0.4, 512)

@@ -37,6 +37,7 @@ def still():
                                 samples=4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place, turn", [
     ((2.5, 2.5, 0.0), 0.0), ((-7.3, 4.1, 0.0), 0.0), ((6.0, -3.0, -60.0), 0.0), ((1.0, 2.0, 40.0), 0.01)],
     ids=["between", "aside", "before", "behind and turned"])

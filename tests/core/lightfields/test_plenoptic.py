@@ -68,6 +68,7 @@ def test_pictures_overlap_or_leave_pixels_dark_by_the_ratio_of_f_numbers(ratio):
     assert plenoptic.used == pytest.approx(math.pi / 4.0 * plenoptic.fill**2 * (1.0 - plenoptic.spilled))
 
 
+@pytest.mark.slow
 def test_all_light_that_falls_on_the_film_falls_on_the_sensor():
     scene, plenoptic = lb.builtin_scene("room"), PlenopticCamera(camera(), 9)
     # Irradiance in units of radiance: π sin² of the cone for the film; f-numbers for the sensor's pixels
@@ -77,6 +78,7 @@ def test_all_light_that_falls_on_the_film_falls_on_the_sensor():
     assert sensor == pytest.approx(film, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance, least", [(1200.0, 43.0), (900.0, 33.0), (2500.0, 38.0)])
 def test_its_field_is_focused_afterwards_at_the_microlenses_resolution(field, distance, least):
     film = lb.Film(14.4, 9.6, 120, 80)
@@ -92,6 +94,7 @@ def field():
     return PlenopticCamera(camera(film=lb.Film(14.4, 9.6, 120, 80)), 9).expose(lb.builtin_scene("room"), 12).decoded()
 
 
+@pytest.mark.slow
 def test_its_field_is_what_a_lens_records(field):
     recorded = lb.capture_light_field(field.camera, lb.builtin_scene("room"), (9, 9), 12)
     assert field.reach == pytest.approx(recorded.reach, abs=1e-12)
@@ -113,6 +116,7 @@ def test_behind_a_microlens_what_is_beyond_the_focus_lies_upside_down():
         assert picture[4, 2, 0] == pytest.approx(left, abs=0.05) and picture[4, 6, 0] == pytest.approx(right, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_real_lens_vignettes_the_pictures_at_the_edge():
     lens = lenses.load("pbrt-dgauss-50mm")
     main = lb.LensCamera(lens, lb.Film(36.0, 24.0, 36, 24), 1200.0)

@@ -141,6 +141,7 @@ def test_lights_traced_from_their_own_side_agree_in_water(weights):
     assert traced.image().mean() == pytest.approx(plain.image().mean(), rel=0.015)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weights", ["relative", "physical"])
 def test_importance_counts_the_smaller_angles_in_water(weights):
     """∫∫ W L cos θ dω dA over the rays that leave the lens is the film's mean of the picture of a uniform scene.

@@ -166,6 +166,7 @@ def in_forty_digits(stack, origin, direction, forward):
     return (lb.Fate.PASSED if d[2] * way > 0 else lb.Fate.BACKWARD), reached, p, d, clear
 
 
+@pytest.mark.slow
 @settings(LAW, max_examples=150)
 @given(stacks(), HEIGHT, HEIGHT, SLOPE, SLOPE, st.booleans())
 def test_rays_through_surfaces_of_any_kind_agree_with_forty_digits_fate_by_fate(stack, x, y, dx, dy, back):
@@ -174,6 +175,7 @@ def test_rays_through_surfaces_of_any_kind_agree_with_forty_digits_fate_by_fate(
     agree(stack, origin, direction, not back)
 
 
+@pytest.mark.slow
 @settings(LAW, max_examples=100)
 @given(st.floats(4.0, 9.0), st.floats(0.3, 0.99), st.floats(-3.0, 2.0), stacks(most=4), st.floats(1.0, 1.4),
        st.floats(-0.4, 0.7), st.floats(-0.9, 0.9), st.floats(0.05, 0.95))
@@ -284,6 +286,7 @@ def test_a_cylinder_leaves_the_momentum_along_its_axis_alone(radius, x, y, dx):
     np.testing.assert_allclose(across.points[0, [1, 0, 2]], t.points[0], rtol=0.0, atol=1e-14)
 
 
+@pytest.mark.slow
 @LAW
 @given(stacks(), HEIGHT, HEIGHT, SLOPE, SLOPE)
 def test_light_runs_back_along_its_own_path_through_every_kind(stack, x, y, dx, dy):

@@ -57,6 +57,7 @@ def binned(picture, size=6):
     return picture.reshape(h // size, size, w // size, size, 3).mean((1, 3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_a_small_light_gives_the_picture_that_the_cameras_rays_find(model):
     """Three spheres: behind the plane in focus off the axis, beyond the corner's vignetting, and in focus.
@@ -95,6 +96,7 @@ def through_the_front(camera, point, steps=240):
     return aims[:, :2], way, passed, way[:, 2] / far**2 * (2.0 * reach / steps) ** 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "f_number", "angles"), [
     ("pbrt-dgauss-50mm", None, (0.0, 8.0, 18.0, 22.0)), ("pbrt-dgauss-50mm", 16.0, (0.0, 20.0)),
     ("pbrt-fisheye-10mm", None, (0.0, 30.0, 60.0)), ("pbrt-wide-22mm", None, (10.0, 35.0)),
@@ -120,6 +122,7 @@ def test_no_light_that_would_pass_the_lens_misses_the_rectangle_before_it(name, 
             assert ((abs(a) > 1.0) | (abs(b) > 1.0)).mean() < 5e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "angle"), [("pbrt-dgauss-50mm", 0.0), ("pbrt-dgauss-50mm", 14.0),
                                              ("pbrt-fisheye-10mm", 50.0), ("pbrt-wide-22mm", 25.0),
                                              ("lib-petzval-portrait", 4.0)])
@@ -143,6 +146,7 @@ def test_the_light_on_the_film_is_what_the_scalar_tracer_brings_through_the_lens
     assert traced.image().astype(float).sum((0, 1)) == pytest.approx(np.full(3, expected), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["trace", "thin"])
 def test_an_edge_before_a_light_cuts_its_disk_where_the_cameras_rays_see_it_cut(model):
     light = Sphere((150.0, 100.0, -9000.0), 80.0, bright())
@@ -161,6 +165,7 @@ def test_an_edge_before_a_light_cuts_its_disk_where_the_cameras_rays_see_it_cut(
     assert np.abs(binned(traced) - binned(plain)).max() < 0.03 * binned(plain).max()
 
 
+@pytest.mark.slow
 def test_no_light_is_counted_twice_in_mirrors_glass_and_coats():
     """A light seen at first hand, in a metal mirror, through a glass ball and in a coat, over a lamp that lights."""
     lamp = Sphere((300.0, 380.0, -6000.0), 25.0, Material((60.0, 60.0, 60.0), "lamp"))
@@ -175,6 +180,7 @@ def test_no_light_is_counted_twice_in_mirrors_glass_and_coats():
     assert np.abs(a - b).max() < 0.04 * b.max()
 
 
+@pytest.mark.slow
 def test_every_channel_of_a_lens_that_disperses_has_its_own_wavelengths():
     lens = lb.Lens((lb.Surface(0.0, 25.0, 2.5), lb.Surface(-1 / 60.0, 3.0, 12.0, lb.Glass(1.62, 36.4)),
                     lb.Surface(-1 / 22.5, 0.0, 12.0)), 0)
@@ -193,6 +199,7 @@ def test_every_channel_of_a_lens_that_disperses_has_its_own_wavelengths():
         assert spread[0] == pytest.approx(spread[1], rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_film_is_the_same_bit_for_bit_for_any_number_of_threads_and_in_whatever_portions():
     scene = lb.builtin_scene("night-lights")
     pictures = []
@@ -273,6 +280,7 @@ def test_a_light_is_seen_from_a_camera_that_stands_elsewhere():
     assert np.abs(binned(pictures[0]) - binned(pictures[1])).max() < 0.01 * binned(pictures[0]).max()
 
 
+@pytest.mark.slow
 def test_the_windows_of_a_house_are_lights_of_their_own_and_the_wall_is_left_to_the_camera():
     """The picture on a plate is split into bright patches and the rest; the two add up to it."""
     values = np.full((24, 32, 3), 0.02)

@@ -81,6 +81,7 @@ def test_a_white_world_fades_as_quadrature_says_along_a_radius():
         assert picture[ring].mean() == pytest.approx(expected[ring].mean(), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_known_grid_lands_where_the_traced_chief_rays_say():
     """Edges of a dark square on white, at 2 m, within 0.1 px of where rays through the stop put them."""
     from lensbench.scenery.objects import Material, Rectangle, Sky
@@ -120,6 +121,7 @@ def test_a_known_grid_lands_where_the_traced_chief_rays_say():
         (left[0] + right[0]) / 2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_the_picture_converges_faster_than_white_noise():
     """At 64 samples the default net errs less than three quarters as much as independent samples."""
     view, scene = camera("thin"), lb.builtin_scene("still-life")

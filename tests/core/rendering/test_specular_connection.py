@@ -52,6 +52,7 @@ def pictures(scene, model, samples, own=128):
     return rendering, rendering.image().astype(float), plain.image().astype(float)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "model"), CASES)
 def test_what_a_thing_shows_of_small_lights_is_what_the_cameras_rays_find_by_it(name, model):
     """Within four times the noise of so many of the camera's rays as meet a light; less, by their even places.
@@ -184,6 +185,7 @@ def test_what_stands_between_a_mirror_and_a_light_hides_its_image():
     np.testing.assert_allclose(found.sum((0, 1)), plain.sum((0, 1)), rtol=8e-3)
 
 
+@pytest.mark.slow
 def test_the_night_is_as_bright_as_by_the_cameras_rays():
     """The table's mirror, the crystal ball, the wet street: 16 passes against 2048 samples, whose noise is 0.1 %."""
     scene = lb.builtin_scene("night-lights")

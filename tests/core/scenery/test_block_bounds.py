@@ -71,6 +71,7 @@ def unculled(steps):
     return [step._replace(kernel=everywhere) if step.kernel is beam else step for step in steps]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("real", [np.float32, np.float64])
 @pytest.mark.parametrize("seed", range(4))
 def test_what_a_block_passes_by_is_met_by_none_of_its_rays(seed, real):

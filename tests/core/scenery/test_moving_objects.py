@@ -85,6 +85,7 @@ def rays(n, seed=0, spread=0.4):
 
 # Where things are
 
+@pytest.mark.slow
 def test_a_ray_meets_what_stands_in_its_way_at_its_time():
     scene, (o, d) = crowd(1), rays(8 * 512)
     time = np.random.default_rng(2).uniform(0.0, 0.7, len(d))
@@ -146,6 +147,7 @@ LAMPS = (lb.Rectangle((500.0, 400.0, -900.0), (80.0, 0.0, 0.0), (0.0, 60.0, 60.0
          lb.Sphere((-500.0, 300.0, -700.0), 40.0, lb.Material((20.0,) * 3, "lamp"), velocity=(200.0, -50.0, 0.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shadows", [False, True])
 @pytest.mark.parametrize("moment", [0.0, 0.31])
 def test_light_and_shadow_are_those_of_the_scene_as_it_stands_then(moment, shadows):

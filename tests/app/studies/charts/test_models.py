@@ -135,6 +135,7 @@ def test_works_are_taken_in_turn():
     assert "".join(order) == "abc" * 6 and set(times) == set("abc")
 
 
+@pytest.mark.slow
 def test_the_command_prints_figures_and_writes_the_chart(tmp_path, capsys):
     path = tmp_path / "chart.svg"
     assert main(["chart", "lenshh-cooke-triplet-50", "--f-number", "8", "--json", "-o", str(path)]) == 0

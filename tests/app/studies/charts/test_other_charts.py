@@ -45,6 +45,7 @@ def test_every_sampler_fills_its_pixel_and_all_squares(name):
     assert np.abs(np.corrcoef(each) - np.eye(7)).max() < 0.06
 
 
+@pytest.mark.slow
 def test_a_net_gains_on_white_noise_and_white_noise_does_not():
     camera, scene = soft_scene()
     steps = samplers(camera.film)
@@ -62,6 +63,7 @@ def test_a_goal_is_reached_where_a_power_of_time_passes_it_for_good():
     assert reached(((1.0, 0.5), (2.0, 2.0), (4.0, 0.5)), 1.0) == pytest.approx(2.0 * math.sqrt(2.0))
 
 
+@pytest.mark.slow
 def test_a_wrong_model_never_gets_there_and_the_polynomial_does():
     camera = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), film(), 1200.0, 2.0)
     panel = image_panel("focus-ruler", camera, lb.builtin_scene("focus-ruler"), longest=0.15, converged=256)

@@ -27,6 +27,7 @@ def verdicts(title: str):
     return {curve.name: found.verdict(curve) for curve in found.curves}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family, title", ROWS)
 def test_a_method_that_the_program_relies_on_never_gives_what_is_no_number(family, title):
     found = row(family, title)
@@ -157,6 +158,7 @@ def test_the_poles_of_the_panorama_are_pixels_like_any_other_there_and_back():
 # What the program relies on
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", [1e5, 1e7])
 def test_the_image_of_a_far_light_is_in_float32_where_it_is_in_float64(distance):
     """Its rays begin before the lens: of a ray from 10 km, single precision knows the place to 0.2 mm only."""

@@ -70,6 +70,7 @@ def test_the_closed_form_holds_at_every_distance_and_float32_loses_the_far_ones(
     assert near["school formula, float64"].returns == "NaN"
 
 
+@pytest.mark.slow
 def test_the_whole_bundle_holds_at_every_stop_and_the_paraxial_focus_at_small_ones_alone():
     closing, opening = verdicts(focusing.closing_stop()), verdicts(focusing.best_focus(focusing.LENS))
     assert closing["whole bundle"].fails_at is None and closing["whole bundle"].worst < 1e-4

@@ -53,6 +53,7 @@ def test_numbers_have_three_digits_and_their_unit(value, unit, words):
     assert quantity_text(value, unit) == words
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_table_and_writes_a_plot_for_each_stress_with_an_index(tmp_path, capsys):
     folder = tmp_path / "atlas"
     assert main(["stability", "refr", "-o", str(folder)]) == 0
