@@ -1,4 +1,4 @@
-"""Pictures: a camera and a scene become one list of stages, run over the film band by band."""
+"""Progressive pictures: a camera and a scene become one list of stages, run over the film band by band."""
 
 import os
 from collections.abc import Callable
@@ -29,22 +29,51 @@ def _always() -> bool:
 
 
 class Rendering:
-    """A picture that is being taken: the film's sums, to which samples are added.
+    """A progressive picture: sums over the film, to which samples are added.
 
-    Every block is worked on by one thread, and its random numbers depend on the
-    pixel alone: the film is the same bit for bit for any number of threads.
-    steps: what places the samples, the scrambled net by default. shadows=False
-    leaves shadows and occlusion out of the scene. view: one of `views.VIEWS`, to see
-    in place of the light what the samples are. splat: whether small bright lights are traced from their own side
-    (`splats`), where nothing moves; otherwise the camera's rays have to find
-    them. filtered: whether patterns are averaged over the part of the pixel that a sample stands for, by the camera's
-    ray differentials, so that the first sample is free of aliasing. A LensCamera of the model "auto" takes the
-    model that the scene needs; a view shows its rays traced in full.
+    One thread works on each block, and the random numbers of a block depend on its pixels alone: the film is the
+    same, bit for bit, for any number of threads.
 
     With a camera that disperses, the first sample is of the d line, a picture without
-    colour fringes that is there at once; every later one is three, of a wavelength for each
-    channel, and from the second on these alone are the picture. A channel takes the same places
-    of film and pupil as the others, so that its noise has no colour.
+    colour fringes that is ready at once. Every later sample is three, one wavelength for each
+    channel, and from the second sample on these alone are the picture. The channels share their points
+    on film and pupil, so that the noise has no colour.
+
+    Parameters
+    ----------
+    camera
+        Any camera. A LensCamera of the model "auto" takes the model that the scene needs (`choose_model`); for an AOV
+        its rays are traced in full.
+    scene
+        The scene, world frame, mm.
+    seed
+        Sampler seed; its lower 32 bits count.
+    real
+        np.float32 or np.float64: the numbers of the stages.
+    steps
+        Stages that place the samples (raster X, Y, pupil U0, U1, TIME); None: the scrambled Sobol net.
+    shadows
+        Whether light is hidden by objects; False leaves out shadows and ambient occlusion.
+    view
+        "" for the picture, or one of `lb.VIEWS` to show an AOV of its samples.
+    light_tracing
+        Whether small bright lights are traced from the light to the film, where nothing moves; False leaves them to
+        the camera's rays.
+    filtered
+        Whether patterns are averaged over the part of a pixel that a sample stands for, by ray differentials,
+        so that the first sample is free of aliasing.
+
+    Attributes
+    ----------
+    shape
+        (h, w) pixels.
+    samples
+        Samples per pixel so far.
+
+    Raises
+    ------
+    ValueError
+        For an unknown view.
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
@@ -54,68 +83,91 @@ class Rendering:
         self.shape = (film.pixels_y, film.pixels_x)
         self.seed = np.uint32(seed & 0xFFFFFFFF)
         self.samples = 0
+        self._camera, self._real = camera, real
         self._timed = camera.moves or scene.moves
         timed = self._timed or view == "time"
         self._before = (sampling_steps(film.pixels_x, film.pixels_y, lit=shadows, timed=timed) if steps is None
                         else [*steps])
-        part: list[Step] = []
+        pupil_part: list[Step] = []
         if filtered and not view:
             if scene.is_patterned or scene.is_rough:
                 self._before.append(spread_step(camera, real))
             if scene.is_rough:
-                size, part = footprint_steps(camera, real)
+                size, pupil_part = footprint_steps(camera, real)
                 self._before += size
-        splats = LightImage(camera, scene, self.seed, real) if light_tracing and not view else None
-        self._light_image = splats if splats is not None and not splats.is_empty else None
-        taken = None if self._light_image is None else self._light_image.taken
-        self._after = [*part, *scene.steps(shadows, camera.shutter_open, taken, camera.medium)]
-        self._camera, self._real = camera, real
+        light_image = LightImage(camera, scene, self.seed, real) if light_tracing and not view else None
+        self._light_image = light_image if light_image is not None and not light_image.is_empty else None
+        excluded = None if self._light_image is None else self._light_image.excluded
+        self._after = [*pupil_part, *scene.steps(shadows, camera.shutter_open, excluded, camera.medium)]
         self._disperses = camera.disperses and not view
-        seen = aov_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]
-        self._program = Program([*self._before, *seen], real)
-        # Of a view that is a mean over the samples that arrive: what counts them
+        steps = aov_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]
+        self._program = Program([*self._before, *steps], real)
+        # Counts the samples that arrive, for the AOVs that are means over these
         self._counting = Program([*self._before, *arrival_steps(camera, timed)], real) if view in AVERAGED else None
-        self._colours: dict[int, list[Program]] = {}            # of each part of the spectrum, one for each channel
+        self._channel_programs: dict[int, list[Program]] = {}   # of each part of the spectrum, one for each channel
         self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
         self._arrived = np.zeros_like(self._sums) if self._counting else None
 
     @property
     def light_traced(self) -> frozenset[int]:
-        """Numbers of the objects of the scene whose light, or part of it, is traced from its own side."""
+        """Numbers of the objects in `scene.objects` whose light, or a part of it, is traced to the film."""
         image = self._light_image
         return frozenset() if image is None else frozenset(light.number for light in image.lights)
 
+    def _is_uncoloured(self, samples: int) -> bool:
+        """Whether the next samples are of the d line alone, all channels at once."""
+        return not self._disperses or self.samples + samples == 1
+
     def _passes(self, samples: int) -> list[tuple[Program, int, int]]:
-        """What these next samples are made of: programs, and which samples of theirs, from and how many."""
-        if not self._disperses or self.samples + samples == 1:
+        """The next samples as passes: program, first sample, number of samples."""
+        if self._is_uncoloured(samples):
             return [(self._program, self.samples, samples)]
         return [(program, sample, 1) for sample, place in self._numbers(samples) if place is not None
                 for program in self._channels(place)]
 
     def _numbers(self, samples: int) -> list[tuple[int, int | None]]:
-        """The next samples, each with the part of the spectrum that it takes, or None: the d line."""
-        if not self._disperses or self.samples + samples == 1:
+        """The numbers of the next samples, each with its part of the spectrum, or None: the d line."""
+        if self._is_uncoloured(samples):
             return [(sample, None) for sample in range(self.samples, self.samples + samples)]
         return [(sample, spectral_part(sample, self.seed))
                 for sample in range(max(self.samples - 1, 0), self.samples + samples - 1)]
 
     def _channels(self, place: int) -> list[Program]:
-        if place not in self._colours:
-            self._colours[place] = [
+        """The programs of a part of the spectrum, one for each channel."""
+        if place not in self._channel_programs:
+            self._channel_programs[place] = [
                 Program([*self._before, *self._camera.steps(row[place], self._timed), *self._after, channel_step(name)],
                         self._real)
                 for name, row in WAVELENGTHS.items()]
-        return self._colours[place]
+        return self._channel_programs[place]
 
     def add(self, samples: int = 1, pool: Executor | None = None, wanted: Callable[[], bool] = _always,
             threads: int | None = None) -> bool:
-        """Add samples to every pixel; False where `wanted` said no on the way, and the film is to be thrown away.
+        """Add samples to every pixel.
 
-        pool: the threads to use, `threads` tasks at a time (all cores by default); None: threads of its own.
+        Parameters
+        ----------
+        samples
+            Number of samples per pixel to add.
+        pool
+            Threads to use; None: threads of its own.
+        wanted
+            Called between bands from any thread; return False to cancel.
+        threads
+            Tasks at a time; None: one for each core.
+
+        Returns
+        -------
+        bool
+            False when `wanted` cancelled; the rendering is then incomplete, to be thrown away.
         """
+        threads = threads or os.cpu_count() or 1
+        if pool is None:
+            with ThreadPoolExecutor(threads) as own:
+                return self.add(samples, own, wanted, threads)
         bands, stop = count(0, BAND), len(self._sums)
         passes = self._passes(samples)
-        afresh = self._disperses and self.samples == 1       # the d line has had its day
+        afresh = self._disperses and self.samples == 1       # forget the sample of the d line
 
         def work(_: int) -> bool:
             lanes = lane_buffer(self._program.real)
@@ -131,17 +183,19 @@ class Rendering:
                         self._counting.expose(self._arrived, lanes, first, last, sample, number, self.seed)
             return True
 
-        threads = threads or os.cpu_count() or 1
-        if pool is None:
-            with ThreadPoolExecutor(threads) as own:
-                return self.add(samples, own, wanted, threads)
         done = self._light_image is None or self._light_image.add(self._numbers(samples), afresh, pool, threads, wanted)
         done = done and all(list(pool.map(work, range(threads))))
         self.samples += samples
         return done
 
     def image(self) -> np.ndarray:
-        """The mean of the samples so far: float32 (h, w, 3), linear, a fresh array."""
+        """The mean of the samples so far.
+
+        Returns
+        -------
+        ndarray
+            float32 (h, w, 3), linear RGB, the top row first; a fresh array.
+        """
         h, w = self.shape
         if self._arrived is not None:
             return raster_image(self._sums, w, h) / np.maximum(raster_image(self._arrived, w, h), np.float32(1))
@@ -153,9 +207,30 @@ class Rendering:
 
 
 def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threads: int | None = None) -> np.ndarray:
-    """Take a picture: float32 (h, w, 3), linear. ValueError for fewer than one sample.
+    """A picture of a scene.
 
-    The same for any number of threads.
+    Parameters
+    ----------
+    camera
+        Any camera; a LensCamera of the model "auto" takes the model that the scene needs.
+    scene
+        The scene, world frame, mm.
+    samples
+        Samples per pixel, at least 1.
+    seed
+        Sampler seed.
+    threads
+        Number of threads; None: one for each core. The picture is the same, bit for bit, for any number.
+
+    Returns
+    -------
+    ndarray
+        float32 (h, w, 3), linear RGB, the top row first.
+
+    Raises
+    ------
+    ValueError
+        For fewer than one sample.
     """
     if samples < 1:
         raise ValueError(f"{samples} samples a pixel: at least 1 is needed")
@@ -165,10 +240,22 @@ def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threa
 
 
 def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
-    """How far before the camera's origin, along −z, each pixel's centre looks: float32 (h, w) mm.
+    """Depth of the scene at the centre of each pixel, along the ray through the middle of the pupil.
 
-    Along the ray through the middle of the pupil, at `time` in [0, 1) of the shutter where
-    something moves; inf where there is only sky, NaN where the camera is dark.
+    Parameters
+    ----------
+    camera
+        Any camera; one of the model "auto" is resolved as by `render`.
+    scene
+        The scene, world frame, mm.
+    time
+        When, in [0, 1) of the shutter; matters where camera or scene move.
+
+    Returns
+    -------
+    ndarray
+        float32 (h, w) mm from the camera's origin along its −z, the top row first; inf where only sky is seen, NaN
+        where the camera passes no light.
     """
     camera, film = resolved(camera, scene), camera.film
     h, w = film.pixels_y, film.pixels_x
@@ -176,8 +263,10 @@ def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
     n = w * h
     middle = camera.pupil_centre
     given = {X: x.ravel(), Y: y.ravel(), U0: np.full(n, middle[0]), U1: np.full(n, middle[1]), TIME: np.full(n, time)}
+    # Distance along the ray, and whether there is a hit
     steps = [*camera.steps(timed=scene.moves), *scene.depth_steps(camera.shutter_open)]
     along, hit, weight = Program(steps).run(given, [RED, GREEN, WEIGHT], n)
+    # The ray's start and slope along the camera's axis
     z, slope, clock = Program([camera.clock, camera.film_step, *camera.aimed()]).run(given, [Z, N, TIME], n)
     place = camera.world_from_camera
     scale = place.scale_at(camera.shutter_open + clock) if isinstance(place, AnimatedTransform) else 1.0

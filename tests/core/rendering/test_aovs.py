@@ -1,4 +1,4 @@
-"""The views: each shows of every sample what an independent computation finds of it."""
+"""AOVs: each agrees with an independent computation for every sample."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def camera(name="pbrt-dgauss-50mm", model="trace", **more):
 
 
 def seen(of, view, n=N):
-    """Samples anywhere on film and pupil, the view's colours (n, 3) and its weights (n,), in double."""
+    """Samples anywhere on film and pupil, the colours (n, 3) and weights (n,) of the AOV, in double."""
     random = np.random.default_rng(5)
     xy, uv, time = random.uniform(0, [60, 40], (n, 2)), random.uniform(0, 1, (n, 2)), random.uniform(0, 1, n)
     out = Program(aov_steps(of, SCENE, view), np.float64).run(
@@ -104,7 +104,7 @@ def concentric(u, v):
     return radius * np.cos(angle), radius * np.sin(angle)
 
 
-def test_a_view_is_rendered_as_any_picture_and_one_that_is_none_is_refused():
+def test_an_aov_is_rendered_as_any_picture_and_an_unknown_one_is_refused():
     of = camera()
     rendering = lb.Rendering(of, SCENE, steps=[Step(white_noise, [of.film.pixels_x, of.film.pixels_y])], view="time")
     rendering.add(64)

@@ -1,4 +1,4 @@
-"""Light traced from its own side: the picture is the one that the camera's rays would find, sooner."""
+"""Light tracing gives the picture of the camera's rays, with less noise."""
 
 import math
 from dataclasses import replace
@@ -35,16 +35,16 @@ def view(model, lens="pbrt-dgauss-50mm", focus=1500.0, f_number=2.0, film=FILM, 
 
 
 def add_own(rendering, passes):
-    """Add samples until so many passes have had light from its own side, in the turns that the picture itself takes."""
+    """Add samples until so many passes have traced lights, with the period that the picture chooses."""
     rendering.add(1)
-    turn = rendering._light_image._rarely
+    turn = rendering._light_image._period
     rendering.add(turn * passes - 1)
 
 
 def both(camera, scene, samples, own):
-    """The picture with light traced from its own side, and by the camera's rays alone; what is traced so.
+    """The picture with light tracing and the one by the camera's rays alone; the objects whose light is traced.
 
-    own: passes of such light, of which the picture has as many as it chooses.
+    own: passes that trace lights.
     """
     traced, plain = lb.Rendering(camera, scene, seed=5), lb.Rendering(camera, scene, seed=6, light_tracing=False)
     add_own(traced, own)
@@ -104,18 +104,18 @@ def through_the_front(camera, point, steps=240):
 def test_no_light_that_would_pass_the_lens_misses_the_rectangle_before_it(name, f_number, angles):
     """Of what the scalar tracer brings through from the middle and the rims of a light, less than 0.05 %."""
     camera = view("trace", name, 3000.0, f_number)
-    way = camera.way_back()
+    landing = camera.way_back()
     for angle in np.radians(angles):
         turn = 0.7 if angle > 0.0 else 0.0
         middle = 8000.0 * np.array([math.sin(angle) * math.cos(turn), math.sin(angle) * math.sin(turn),
                                     -math.cos(angle)])
-        front = entrance_bounds(way, middle[None], np.array([40.0]))
+        front = entrance_bounds(landing, middle[None], np.array([40.0]))
         assert front.passing[0] > 0.2
         for offset in ((0.0, 0.0), (40.0, 0.0), (0.0, -40.0), (-40.0, 0.0)):
             point = middle + [*offset, 0.0]
             cross, directions, passed, _ = through_the_front(camera, point)
             assert passed.sum() > 100
-            start = np.column_stack([cross, np.full(len(cross), way.front)])[passed]
+            start = np.column_stack([cross, np.full(len(cross), landing.front)])[passed]
             w, d = front.towards[0], directions[passed]
             on_plane = start + d * (((front.middles[0] - start) @ w) / (d @ w))[:, None]
             a, b = ((on_plane - front.middles[0]) @ axis / (axis @ axis) for axis in front.axes[0])
@@ -224,7 +224,7 @@ def test_lights_that_the_cameras_rays_find_well_are_left_to_them():
     assert np.array_equal(rendering.image(), alone.image())
 
 
-def test_nothing_is_splatted_behind_the_camera_beside_the_film_or_while_the_camera_moves():
+def test_no_light_is_traced_behind_the_camera_beside_the_film_or_while_the_camera_moves():
     lights = tuple(Sphere(centre, 20.0, bright()) for centre in ((0.0, 0.0, 9000.0), (8000.0, 0.0, -3000.0)))
     assert lb.Rendering(view("trace"), Scene("away", sky=DARK, spheres=lights)).light_traced == frozenset()
     scene = Scene("one", sky=DARK, spheres=(Sphere((0.0, 100.0, -9000.0), 20.0, bright()),))
@@ -235,16 +235,16 @@ def test_nothing_is_splatted_behind_the_camera_beside_the_film_or_while_the_came
     assert lb.Rendering(moved, scene).light_traced == frozenset()
 
 
-def test_in_a_small_picture_light_is_traced_from_its_own_side_in_few_passes_but_in_the_first_ones(monkeypatch):
+def test_a_small_picture_traces_lights_in_few_passes_after_the_first_ones(monkeypatch):
     """Where each light takes more rays than its picture needs, they stay below those of the camera."""
     camera, rays = view("trace", focus=1200.0, f_number=2.8, film=lb.Film(32.0, 18.0, 120, 68)), []
-    shoot = light_image._shoot
+    list_rays = light_image._list_rays
 
     def counted(found, lanes, code, gated, data, ends, light, first, blocks, *rest):
         rays.append(blocks * B)
-        return shoot(found, lanes, code, gated, data, ends, light, first, blocks, *rest)
+        return list_rays(found, lanes, code, gated, data, ends, light, first, blocks, *rest)
 
-    monkeypatch.setattr(light_image, "_shoot", counted)
+    monkeypatch.setattr(light_image, "_list_rays", counted)
     rendering = lb.Rendering(camera, lb.builtin_scene("still-life"), seed=1)
     of_each = []
     for _ in range(4):
@@ -255,7 +255,7 @@ def test_in_a_small_picture_light_is_traced_from_its_own_side_in_few_passes_but_
     assert sum(rays) < 128 * 120 * 68
 
 
-def test_a_rendering_with_small_lights_that_is_not_wanted_any_more_stops():
+def test_a_cancelled_rendering_with_small_lights_stops():
     rendering = lb.Rendering(view("trace"), lb.builtin_scene("night-lights"))
     calls = []
 
@@ -267,7 +267,7 @@ def test_a_rendering_with_small_lights_that_is_not_wanted_any_more_stops():
     assert len(calls) <= 5 + 2
 
 
-def test_a_light_is_seen_from_a_camera_that_stands_elsewhere():
+def test_a_camera_away_from_the_origin_sees_the_same_light():
     """The camera turned and shifted together with the scene takes the same picture, but for float32."""
     place = np.eye(4)
     place[:3, :3] = [[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]]

@@ -1,4 +1,4 @@
-"""Pictures of cameras in motion: blur, the rolling shutter, and depth and time as they are seen."""
+"""Pictures of moving cameras: blur, the rolling shutter, depth and time."""
 
 import math
 
@@ -126,7 +126,7 @@ def test_single_precision_carries_rays_as_double_does():
     np.testing.assert_allclose(np.linalg.norm(double[3:], axis=0), 1.0, atol=1e-14)
 
 
-def test_the_views_of_time_and_depth_are_those_of_a_moving_camera():
+def test_the_aovs_of_time_and_depth_are_those_of_a_moving_camera():
     end = np.eye(4)
     end[2, 3] = 500.0
     wall = Scene("wall", plates=(Rectangle((0.0, 0.0, -1700.0), (9e3, 0.0, 0.0), (0.0, 9e3, 0.0)),))

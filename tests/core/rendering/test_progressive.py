@@ -39,7 +39,7 @@ def test_samples_added_one_by_one_are_those_added_at_once():
     assert np.array_equal(by_one.image(), at_once.image())
 
 
-def test_a_rendering_that_is_not_wanted_any_more_stops():
+def test_a_cancelled_rendering_stops():
     rendering = lb.Rendering(camera(film=lb.Film(pixels_x=960, pixels_y=640)), lb.builtin_scene("still-life"))
     calls = []
 

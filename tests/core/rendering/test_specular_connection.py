@@ -1,4 +1,4 @@
-"""Small lights in mirrors, through panes and by balls: traced from their own side, each seen where it is, and once."""
+"""Light tracing by mirrors, panes and balls: every light appears in its place, and once."""
 
 import math
 from dataclasses import replace
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.rendering.specular_connection import connect_by_ball, may_show, specular_objects
+from lensbench.rendering.specular_connection import connect_by_ball, specular_objects, visible_lights
 from lensbench.scenery.objects import Disk, Material, Rectangle, Sky, Sphere
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.shading.illumination import INDEX
@@ -39,7 +39,7 @@ def camera(model):
 
 
 def lights(size, behind=False):
-    """Some that are seen straight, in the things, or both; or behind the camera."""
+    """Lights that the camera sees straight, in the objects, or both; or lights behind the camera."""
     return tuple(Sphere((x, y, away if behind else -away), size * away, LIGHT) for x, y, away in (
         (-700.0, 420.0, 5200.0), (900.0, 900.0, 7000.0), (150.0, 300.0, 3100.0), (-1600.0, 500.0, 6000.0)))
 
@@ -54,10 +54,10 @@ def pictures(scene, model, samples, own=128):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "model"), CASES)
-def test_what_a_thing_shows_of_small_lights_is_what_the_cameras_rays_find_by_it(name, model):
+def test_light_by_a_specular_object_is_that_of_the_cameras_rays(name, model):
     """Within four times the noise of so many of the camera's rays as meet a light; less, by their even places.
 
-    What is seen straight is the same by either way, and taken off, as seen with the thing black.
+    The light that is seen straight is the same either way; it is subtracted, with the object black.
     """
     thing, metal = THINGS[name], name == "a metal ball"
     ball = isinstance(thing, Sphere)
@@ -69,7 +69,7 @@ def test_what_a_thing_shows_of_small_lights_is_what_the_cameras_rays_find_by_it(
                      plates=() if ball else (seen,))
 
     rendering, found, plain = pictures(scene(thing), model, 4096)
-    assert rendering._light_image.taken.bends == {scene(thing).objects.index(thing)}
+    assert rendering._light_image.excluded.bends == {scene(thing).objects.index(thing)}
     straight, _, without = pictures(scene(replace(thing, material=black) if ball else Rectangle(
         thing.centre, thing.right, thing.up, black)), model, 4096)
     found, plain = found.sum((0, 1)) - straight.image().astype(float).sum((0, 1)), (plain - without).sum((0, 1))
@@ -123,8 +123,8 @@ def _onwards(origin, direction, centre, radius, kind):
     return point, refracted(inside, -normal, INDEX)
 
 
-def test_no_light_that_a_thing_shows_is_taken_for_one_that_it_does_not_show():
-    """Rays from all over the eye by way of each thing: what they meet is told to be shown, or not to be known."""
+def test_no_visible_light_is_taken_for_an_invisible_one():
+    """Rays from all over the eye by each object: the lights that they meet are visible or undecided."""
     random = np.random.default_rng(7)
     balls = tuple(Sphere(tuple(random.uniform((-3000.0, -1500.0, -9000.0), (3000.0, 2500.0, 500.0))),
                          random.uniform(10.0, 60.0), LIGHT) for _ in range(400))
@@ -137,17 +137,17 @@ def test_no_light_that_a_thing_shows_is_taken_for_one_that_it_does_not_show():
     origins *= (reach * random.random(n) ** (1 / 3) / np.linalg.norm(origins, axis=1))[:, None]
     small = small_lights(scene.objects)
     centres, radii = np.array([light.centre for light in small]), np.array([light.radius for light in small])
-    for bend in specular_objects(scene, np.eye(3), np.zeros(3)):
-        thing = scene.objects[bend.number]
-        there, odd = may_show(bend, centres, radii, eye, reach)
+    for mirror in specular_objects(scene, np.eye(3), np.zeros(3)):
+        thing = scene.objects[mirror.number]
+        there, odd = visible_lights(mirror, centres, radii, eye, reach)
         assert there.any() and (~there & ~odd).sum() > 10
         target = np.asarray(thing.centre) + (
-            random.normal(size=(n, 3)) * thing.radius * 0.5 if bend.radius > 0.0
+            random.normal(size=(n, 3)) * thing.radius * 0.5 if mirror.radius > 0.0
             else random.uniform(-1, 1, (n, 1)) * thing.right + random.uniform(-1, 1, (n, 1)) * thing.up)
         met = set()
         for o, d in zip(origins[:4000], (target - origins)[:4000], strict=True):
             d = d / np.linalg.norm(d)
-            after = _after(thing, bend, o, d)
+            after = _after(thing, mirror, o, d)
             if after is None:
                 continue
             to = centres - after[0]
@@ -157,28 +157,28 @@ def test_no_light_that_a_thing_shows_is_taken_for_one_that_it_does_not_show():
         assert all(there[j] or odd[j] for j in met)
 
 
-def _after(thing, bend, o, d):
-    if bend.radius > 0.0:
-        to = o - bend.centre
-        if (to @ d) ** 2 - to @ to + bend.radius**2 <= 0.0:
+def _after(thing, mirror, o, d):
+    if mirror.radius > 0.0:
+        to = o - mirror.centre
+        if (to @ d) ** 2 - to @ to + mirror.radius**2 <= 0.0:
             return None
-        return _onwards(o, d, bend.centre, bend.radius, "metal" if bend.metal else "glass")
+        return _onwards(o, d, mirror.centre, mirror.radius, "metal" if mirror.metal else "glass")
     normal = np.cross(thing.right, thing.up)
     normal /= np.linalg.norm(normal)
-    at = o + d * (((bend.centre - o) @ normal) / (d @ normal))
-    u, v = ((at - bend.centre) @ axis / (np.asarray(axis) @ axis) for axis in (thing.right, thing.up))
-    if (u * u + v * v > 1.0) if bend.disk else max(abs(u), abs(v)) > 1.0:
+    at = o + d * (((mirror.centre - o) @ normal) / (d @ normal))
+    u, v = ((at - mirror.centre) @ axis / (np.asarray(axis) @ axis) for axis in (thing.right, thing.up))
+    if (u * u + v * v > 1.0) if mirror.disk else max(abs(u), abs(v)) > 1.0:
         return None
-    return at, d - 2.0 * (d @ normal) * normal if bend.metal else d
+    return at, d - 2.0 * (d @ normal) * normal if mirror.metal else d
 
 
-def test_what_stands_between_a_mirror_and_a_light_hides_its_image():
+def test_an_object_between_mirror_and_light_hides_the_image():
     mirror = THINGS["a mirror"]
     light = Sphere((150.0, 400.0, -4100.0), 30.0, LIGHT)
     wall = Rectangle((95.0, 90.0, -2900.0), (90.0, 0.0, 0.0), (0.0, 110.0, 0.0), Material(BLACK))
     scene = Scene("hidden", sky=DARK, spheres=(light,), plates=(mirror, wall))
     rendering, found, plain = pictures(scene, "trace", 2048)
-    assert rendering._light_image.taken.bends == {1}
+    assert rendering._light_image.excluded.bends == {1}
     without = lb.Rendering(camera("trace"), Scene("open", sky=DARK, spheres=(light,), plates=(mirror,)))
     without.add(64)
     assert 0.3 < found.sum() / without.image().astype(float).sum() < 0.95
@@ -190,5 +190,5 @@ def test_the_night_is_as_bright_as_by_the_cameras_rays():
     """The table's mirror, the crystal ball, the wet street: 16 passes against 2048 samples, whose noise is 0.1 %."""
     scene = lb.builtin_scene("night-lights")
     rendering, found, plain = pictures(scene, "trace", 2048, 16)
-    assert len(rendering._light_image.taken.bends) == 3
+    assert len(rendering._light_image.excluded.bends) == 3
     np.testing.assert_allclose(found.sum((0, 1)), plain.sum((0, 1)), rtol=3e-3)
