@@ -1,13 +1,16 @@
 """Depth from a light field, and the picture in which everything is in focus.
 
-A point at the distance d is seen by the view at a of the pupil aside by σ(d) a from where the pupil's middle sees it.
-So wherever the views, each read aside by σ a, agree, σ is that of the point's distance: for each of many σ the variance
-of what the views see of a pixel is summed over a window about it, and the least of the sums, read between its
-neighbours by a parabola, tells the depth. How far it lies below the others tells how sure that is: where nothing
-changes from pixel to pixel, views agree at any σ. (Bolles, Baker and Marimont 1987 for the slopes; Okutomi and Kanade
-1993 for the sum over views.)
+The view at the place a of the pupil sees a point at the distance d shifted by σ(d) a from where the pupil's middle
+sees the point. Where the views, each shifted back by σ a, agree, σ is that of the point's distance: for each of many σ
+the variance of the shifted views is summed over a window about each pixel, and the least of the sums, interpolated by
+a parabola, gives the depth. How far the least sum lies below the others gives the confidence: where nothing
+changes from pixel to pixel, views agree at any σ. The picture in focus everywhere is the sum of the views with the σ
+of each pixel's own depth.
 
-In focus everywhere is what the views show, added up with the σ of each pixel's own depth.
+References
+----------
+Bolles, Baker and Marimont, "Epipolar-plane image analysis", 1987: slopes. Okutomi and Kanade, "A multiple-baseline
+stereo", 1993: the sum over views.
 """
 
 import math
@@ -21,21 +24,27 @@ from numba import njit
 
 from lensbench.lightfields.light_field import LightField, LightFieldError
 
-STEP = 0.5              # pixels by which the view at the pupil's edge is moved from one σ to the next
+STEP = 0.5              # pixels by which the shift of the outermost view changes from one σ to the next
 WINDOW = 3              # pixels to either side over which the variance is summed
-NOISE = 1e-4            # variance of grey that counts for nothing
-MOST_VIEWS = 9          # across and down that are compared: of more, some are left out
-TABLE = 129             # distances for which σ is computed; it is read between them
-LEAST_APART = 2.0       # pixels between neighbouring views that are looked for at least, towards the camera
-PART = 0.3              # of the greatest coverage of any cell, below which a view of a pixel does not count
+NOISE = 1e-4            # variance of grey below which there is no confidence
+MOST_VIEWS = 9          # across and down that are compared; of more, some are left out
+TABLE = 129             # distances for which σ is computed; between them it is interpolated
+LEAST_APART = 2.0       # pixels between neighbouring views at the nearest distance, at least
+LIT = 0.3               # of the greatest coverage, below which a view of a pixel is left out
 
 
 @dataclass(frozen=True, eq=False)
 class Depth:
-    """What `find_depth` found, in the frame of the pupil's middle, pixel by pixel of the views.
+    """Depth of a light field, from `find_depth`; pixels as seen from the middle of the pupil, the top row first.
 
-    distance: float32 (h, w) mm, as the camera measures its focus; confidence: float32 (h, w), 0 where any distance
-    would do, to 1 where no other would; picture: float32 (h, w, 3), the radiance, in focus everywhere.
+    Parameters
+    ----------
+    distance
+        float32 (h, w) mm, measured as the camera measures its focus distance.
+    confidence
+        float32 (h, w): 0 where any distance fits, to 1 where no other does.
+    picture
+        float32 (h, w, 3), linear RGB, in focus everywhere.
     """
 
     distance: np.ndarray
@@ -45,55 +54,76 @@ class Depth:
 
 def find_depth(field: LightField, nearest: float | None = None, farthest: float = math.inf,
                progress: Callable[[float], bool] = lambda share: True) -> Depth:
-    """The depth that the views of a light field tell, between two distances (mm, as the camera measures its focus).
+    """The depth of a light field between two distances.
 
-    nearest: None is where neighbouring views lie as far apart as they do at `farthest`, at least two pixels. told:
-    called with the share that is done; the search is given up where it answers False. LightFieldError for a light field
-    of a single view, for distances that cannot be, and for a search that was cancelled.
+    Parameters
+    ----------
+    field
+        A light field of at least 3 × 3 views.
+    nearest
+        Nearest distance, mm, measured as the camera measures its focus; None: where neighbouring views
+        are as far apart as at `farthest`, and at least two pixels.
+    farthest
+        Farthest distance, mm; may be math.inf.
+    progress
+        Called with the share done, 0 to 1; return False to cancel.
+
+    Returns
+    -------
+    Depth
+
+    Raises
+    ------
+    LightFieldError
+        For a single view, invalid distances, and when `progress` cancels.
+
+    References
+    ----------
+    Okutomi and Kanade, "A multiple-baseline stereo", 1993.
     """
     if min(field.views) < 2 and max(field.views) < 3:
         raise LightFieldError("a single view has no depth: record a light field of at least 3 × 3")
     near = max(_nearest(field, farthest) if nearest is None else nearest, field.nearest)
     if not 0.0 < near < farthest:
         raise LightFieldError(f"depth between {near / 1000.0:g} and {farthest / 1000.0:g} m: the first must be nearer")
-    turned, shears = _table(field, near, farthest)
+    per_distance, shears = _table(field, near, farthest)
     farthest_view = float(np.abs(field.shifts(1.0) - field.shifts(0.0)).max())
     count = max(math.ceil((shears[-1] - shears[0]) * farthest_view / STEP) + 1, 3)
     sigma = np.linspace(shears[0], shears[-1], count)
 
-    def gone_on(share: float) -> None:
+    def report(share: float) -> None:
         if not progress(share):
             raise LightFieldError("the search for depth was cancelled")
 
-    # How much the views differ at every σ, summed over the window
-    seen = _Seen(field)
+    # Sum the variance of the views over the window, for every σ
+    seen = _ShiftedViews(field)
     costs = np.empty((count, *field.light.shape[3:]), np.float32)
     for k in range(count):
-        costs[k] = seen.differing(sigma[k])
-        gone_on(0.6 * (k + 1) / count)
-    place, confidence = _least(costs)
+        costs[k] = seen.variance(sigma[k])
+        report(0.6 * (k + 1) / count)
+    place, confidence = _best(costs)
 
-    # The picture at each σ, where it is the depth of any pixel
+    # Blend the pictures at the two σ next to each pixel's own
     picture = np.zeros((*place.shape, 3), np.float32)
     for k in range(count):
         share = np.maximum(1.0 - np.abs(place - k), 0.0)
         if share.any():
             picture += share[..., None] * seen.radiance(sigma[k])
-        gone_on(0.6 + 0.4 * (k + 1) / count)
-    found = np.interp(sigma[0] + place * (sigma[1] - sigma[0]), shears, turned)
+        report(0.6 + 0.4 * (k + 1) / count)
+    found = np.interp(sigma[0] + place * (sigma[1] - sigma[0]), shears, per_distance)
     with np.errstate(divide="ignore"):
         return Depth((1.0 / found).astype(np.float32), confidence, picture)
 
 
 def _table(field: LightField, near: float, far: float) -> tuple[np.ndarray, np.ndarray]:
-    """One over distances between the two (1/mm), and their σ, which rises."""
-    turned = np.linspace(1.0 / near, 1.0 / far, TABLE)
-    shears = np.array([field.shear(1.0 / t if t else math.inf)[1] for t in turned])
-    return (turned, shears) if shears[-1] > shears[0] else (turned[::-1], shears[::-1])
+    """1 / distance (1/mm) between two distances, and σ, which increases."""
+    per_distance = np.linspace(1.0 / near, 1.0 / far, TABLE)
+    shears = np.array([field.shear(1.0 / t if t else math.inf)[1] for t in per_distance])
+    return (per_distance, shears) if shears[-1] > shears[0] else (per_distance[::-1], shears[::-1])
 
 
 def _nearest(field: LightField, farthest: float) -> float:
-    """Where neighbouring views lie as far apart as they do at the farthest distance, and at least two pixels."""
+    """Distance (mm) at which neighbouring views are as far apart as at the farthest one, at least LEAST_APART."""
     most = max(field.apart(farthest), LEAST_APART)
     inner, outer = 1.0 / min(field.camera.focus_distance, farthest), 1.0 / field.nearest     # type: ignore[attr-defined]
     for _ in range(60):
@@ -102,8 +132,8 @@ def _nearest(field: LightField, farthest: float) -> float:
     return 1.0 / inner
 
 
-class _Seen:
-    """What the views see, ready to be read aside: grey from 0 to 1, and what it weighs."""
+class _ShiftedViews:
+    """Views to be read at shifts: grey from 0 to 1, and its weight."""
 
     def __init__(self, field: LightField):
         self._field = field
@@ -115,13 +145,13 @@ class _Seen:
         self._grey = np.zeros_like(self._weight)
         for q, (j, i) in enumerate((j, i) for j in self._rows for i in self._columns):
             grey = field.light[j, i].astype(np.float32).mean(0)
-            self._grey[q] = grey / np.maximum(grey + self._weight[q], 1e-6)         # x / (1 + x): lights count as much
-        self._weight[self._weight < PART * self._weight.max()] = 0.0
+            self._grey[q] = grey / np.maximum(grey + self._weight[q], 1e-6)         # x / (1 + x) tames lights
+        self._weight[self._weight < LIT * self._weight.max()] = 0.0
         self._whole = np.maximum(field.coverage.sum((0, 1), dtype=np.float32), 1e-6)
         self._threads = os.cpu_count() or 1
 
-    def differing(self, shear: float) -> np.ndarray:
-        """(h, w) the variance of the views read for this σ, summed over the window."""
+    def variance(self, shear: float) -> np.ndarray:
+        """(h, w) variance of the views shifted by this σ, averaged over the window."""
         shifts = self._field.shifts(shear)[np.ix_(self._rows, self._columns)].reshape(-1, 2)
         h, w = self._grey.shape[1:]
         variance = np.empty((h, w), np.float32)
@@ -129,20 +159,21 @@ class _Seen:
         with ThreadPoolExecutor(self._threads) as pool:
             list(pool.map(lambda k: _variance(self._grey, self._weight, shifts, variance, lines[k], lines[k + 1]),
                           range(self._threads)))
-        return _summed(variance)
+        return _window_mean(variance)
 
     def radiance(self, shear: float) -> np.ndarray:
-        """(h, w, 3) what all views see on the average, read for this σ."""
+        """(h, w, 3) mean radiance of all views shifted by this σ."""
         return self._field.stacked(shear) / self._whole[..., None]
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
 def _variance(grey, weight, shifts, out, first, last):
-    """Lines first … last − 1 of the weighted variance over views (n, h, w) that are read aside by shifts (n, 2)."""
+    """Set rows first … last − 1 to the weighted variance over views (n, h, w) read at shifts (n, 2), pixels."""
     n, h, w = grey.shape
     seen, heavy = np.zeros(w, np.float32), np.zeros(w, np.float32)
     total, linear, square = np.zeros(w, np.float32), np.zeros(w, np.float32), np.zeros(w, np.float32)
     for y in range(first, last):
+        # Sum the weights, and the weighted grey and its square, over the views
         total[:], linear[:], square[:] = 0.0, 0.0, 0.0
         for q in range(n):
             top, left = math.floor(y + shifts[q, 1]), math.floor(shifts[q, 0])
@@ -161,14 +192,16 @@ def _variance(grey, weight, shifts, out, first, last):
                 t[i] += m
                 s[i] += m * x
                 v[i] += m * x * x
+
+        # Their variance
         for i in range(w):
             mean = linear[i] / max(total[i], np.float32(1e-6))
             spread = square[i] / max(total[i], np.float32(1e-6)) - mean * mean
             out[y, i] = max(spread, np.float32(0.0))
 
 
-def _summed(picture: np.ndarray) -> np.ndarray:
-    """(h, w) the mean over the window about each pixel; beyond the edge its last pixel."""
+def _window_mean(picture: np.ndarray) -> np.ndarray:
+    """(h, w) mean over the window about each pixel; the last pixel repeats beyond the edge."""
     size = 2 * WINDOW + 1
     for axis in (0, 1):
         padded = np.pad(picture, [(WINDOW + 1, WINDOW) if a == axis else (0, 0) for a in (0, 1)], mode="edge")
@@ -177,10 +210,10 @@ def _summed(picture: np.ndarray) -> np.ndarray:
     return picture.astype(np.float32)
 
 
-def _least(costs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(h, w) where along the first axis the least cost lies, between the numbers too, and how far below the mean."""
+def _best(costs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fractional index (h, w) of the least cost along the first axis, by a parabola, and the confidence (h, w)."""
     best = np.clip(costs.argmin(0), 1, len(costs) - 2)
     before, least, after = (np.take_along_axis(costs, (best + k)[None], 0)[0] for k in (-1, 0, 1))
-    bend = before - 2.0 * least + after
-    off = np.clip(0.5 * (before - after) / np.maximum(bend, 1e-12), -1.0, 1.0)
+    curvature = before - 2.0 * least + after
+    off = np.clip(0.5 * (before - after) / np.maximum(curvature, 1e-12), -1.0, 1.0)
     return best + off, np.clip(1.0 - (least + NOISE) / (costs.mean(0) + NOISE), 0.0, 1.0).astype(np.float32)

@@ -1,12 +1,16 @@
-"""Lumigraphs: pictures by an array of pinholes in one plane, from which views from other places are put together.
+"""Lumigraphs: pictures by an array of pinholes in one plane, from which novel views are put together.
 
-The pinholes stand on the plane (u, v), in mm, x to the right and y up; each of them sees the same window of
-the plane (s, t) before them, whose pixels are the same for all but for a part of one. A ray is named by where it meets
-both planes. What a new view sees along it is interpolated linearly between the four nearest pinholes, and in each by
-cubics between its pixels: straight lines would blur. Where the ray's surface is at a depth z, and (s, t) at D, the
-pinhole at u sees it not at s but at s + (u₀ − u)(D/z − 1), by similar triangles: with depths known, neighbours agree,
+The pinholes lie on the plane (u, v), in mm, x to the right and y up; each of them sees the same window of
+the plane (s, t) before them, with the same pixels but for a part of one. A ray is named by its crossings with
+both planes. What a novel view sees along it is interpolated linearly between the four nearest pinholes, and in each by
+cubics between its pixels: linear interpolation would blur. Where the surface is at a depth z, and (s, t) at D, the
+pinhole at u sees it not at s but at s + (u₀ − u)(D/z − 1), by similar triangles: with known depths, neighbours agree,
 and nothing is seen double.
-(Levoy and Hanrahan 1996; Gortler, Grzeszczuk, Szeliski and Cohen 1996 for the depths.)
+
+References
+----------
+Levoy and Hanrahan, "Light field rendering", 1996. Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph", 1996: the
+correction by depth.
 """
 
 import math
@@ -24,31 +28,39 @@ from lensbench.cameras.perspective import PerspectiveCamera
 from lensbench.cameras.real_lens import LensCamera
 from lensbench.imaging.coordinate_spaces import film_window, transform_points
 from lensbench.kernels.half_float import as_bits, scale_of
-from lensbench.lightfields.capture import TOP, checked_views
+from lensbench.lightfields.capture import HIGHEST, checked_views
 from lensbench.lightfields.light_field import LightFieldError, spread_offsets
 from lensbench.lightfields.novel_view_kernel import Pinholes, Surface, render_rows
 from lensbench.rendering.progressive import depth_map, render
 from lensbench.scenery.scene import Scene
 
-MOST_RAYS = 8           # of a pixel, across and down
-BAND = 16               # lines of a picture that a thread takes at a time
+MOST_RAYS = 8           # per pixel, across and down
+BAND = 16               # rows of a picture that a thread takes at a time
 NOTHING, NO_RAYS, MIDDLE = np.zeros(0, np.float32), np.zeros((0, 6)), np.zeros((1, 1, 2))
 
 
 class NovelView(NamedTuple):
-    """What a camera sees by a lumigraph."""
+    """What a camera sees by a lumigraph, from `Lumigraph.seen_by`."""
 
-    picture: np.ndarray         # float32 (h, w, 3), linear; 0 where nothing was recorded
-    covered: np.ndarray         # (h, w) bool: which pixels were recorded
+    picture: np.ndarray         # float32 (h, w, 3), linear RGB; 0 where nothing was recorded
+    covered: np.ndarray         # (h, w) bool: whether the pixel was recorded
 
 
 @dataclass(frozen=True, eq=False)
 class Lumigraph:
-    """What `capture_lumigraph` recorded.
+    """Pictures and depths by an array of pinholes, from `capture_lumigraph`.
 
-    camera: the pinhole in the array's middle. spacing: mm between neighbours, distance: mm to the plane (s, t).
-    texels: (down, across, h, w, 4) float16, the lowest row of pinholes first: linear radiance in three colours, and
-    the nearness, which is 1 / depth before the pinholes' plane, 1/m, 0 where only sky is seen.
+    Parameters
+    ----------
+    camera
+        The pinhole in the array's middle.
+    spacing
+        Distance between neighbouring pinholes, mm.
+    distance
+        Distance from the pinholes to the plane (s, t), mm.
+    texels
+        (down, across, h, w, 4) float16, the lowest row of pinholes first, the top row of pixels first: linear RGB
+        radiance, and nearness, 1 / depth (1/m) before the pinholes' plane, 0 where only sky is seen.
     """
 
     camera: PerspectiveCamera
@@ -58,51 +70,72 @@ class Lumigraph:
 
     @property
     def views(self) -> tuple[int, int]:
-        """Pinholes across and down."""
+        """Number of pinholes across and down."""
         return self.texels.shape[1], self.texels.shape[0]
 
     @property
     def pictures(self) -> np.ndarray:
-        """(down, across, 3, h, w) the radiance of the texels."""
+        """(down, across, 3, h, w) radiance of the texels."""
         return self.texels[..., :3].transpose(0, 1, 4, 2, 3)
 
     @property
     def nearness(self) -> np.ndarray:
-        """(down, across, h, w) that of the texels."""
+        """(down, across, h, w) nearness of the texels, 1/m."""
         return self.texels[..., 3]
 
     @property
     def places(self) -> np.ndarray:
-        """(down, across, 2) mm from the middle, where the pinholes stand."""
+        """(down, across, 2) places of the pinholes from the array's middle, to the right and up; mm."""
         across, down = self.views
         return np.stack(np.meshgrid(self.spacing * (np.arange(across) - 0.5 * (across - 1)),
                                     self.spacing * (np.arange(down) - 0.5 * (down - 1))), -1)
 
     @cached_property
     def offsets(self) -> np.ndarray:
-        """(down, across, 2) by what part of a pixel each pinhole's grid lies aside, to the right and down."""
+        """(down, across, 2) offset of each pinhole's pixel grid, to the right and down; pixels."""
         return spread_offsets(*self.views)
 
     @cached_property
     def raster(self) -> np.ndarray:
-        """Of the plane (s, t): mm a pixel across and down, then the pixels where the axis meets it."""
+        """(4,) of the plane (s, t): mm per pixel across and down, then the raster point where the axis meets it."""
         across, middle, down, low = self.camera.film_step.parameters
         scale = self.distance / self.camera.film_distance
         return np.array([across * scale, down * scale, middle / across, low / down])
 
     def seen_by(self, camera: Camera, surface="recorded") -> NovelView:
-        """What a camera anywhere sees through the middle of its pupil: a ray for each pixel, or each that was recorded.
+        """What a camera anywhere sees through the middle of its pupil.
 
-        surface: where things are taken to be. "recorded": where each pinhole saw them; None: all on
-        the plane (s, t), no depth correction; a number: on a plane at this distance from the pinholes (mm); an array
-        (h, w): at these depths (mm, inf is sky), as the middle of the array sees them. A ray is covered
-        where it comes through the array, points to what its pinholes saw, and the light on it was free to go on to
-        them: a camera behind the array, or before it with nothing between. LightFieldError for another surface,
-        CameraError for a camera that is not projective.
+        A ray is covered where it crosses the array, points to what the array's pinholes saw, and its light was free
+        to reach them: the camera lies behind the array, or before the array with nothing between. A pixel takes one
+        ray, or several where it is coarser than those recorded.
+
+        Parameters
+        ----------
+        camera
+            A projective camera; its world_from_camera places it relative to the array.
+        surface
+            Where things are. "recorded": where each pinhole saw them; None: on the plane (s, t), without
+            correction by depth; a number: on a plane at this distance from the pinholes, mm; an array
+            (h, w): at these depths, mm, inf for sky, for each pixel of the array's middle.
+
+        Returns
+        -------
+        NovelView
+
+        Raises
+        ------
+        LightFieldError
+            For any other surface.
+        CameraError
+            For a camera that is not projective.
+
+        References
+        ----------
+        Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph", 1996.
         """
         h, w = camera.film.pixels_y, camera.film.pixels_x
         many, own = self._rays(camera), isinstance(surface, str)
-        things, by = self._surface(surface)
+        known, by = self._surface(surface)
         lines = self._lines(camera)
         given = NO_RAYS if lines is not None else self._traced(camera, many)
         lines = np.zeros((6, 3)) if lines is None else lines
@@ -110,7 +143,7 @@ class Lumigraph:
         texels = as_bits(self.texels).reshape(-1)
 
         def see(first: int) -> None:
-            render_rows(lines, given, many, self._pinholes, texels, by, things, own, picture, covered, first,
+            render_rows(lines, given, many, self._pinholes, texels, by, known, own, picture, covered, first,
                  min(first + BAND, h))
 
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
@@ -118,16 +151,16 @@ class Lumigraph:
         return NovelView(picture, covered)
 
     def _rays(self, camera: Camera) -> int:
-        """How many rays for each pixel, across and down: where its pixels are coarser than those recorded."""
+        """Rays per pixel, across and down: several where the camera's pixels are coarser than those recorded."""
         def pixel(one: Camera) -> float:
             return abs(one.gaussian.slope_film) * one.film_step.parameters[0]
 
         return min(max(round(pixel(camera) / pixel(self.camera)), 1), MOST_RAYS)
 
     def _lines(self, camera: Camera) -> np.ndarray | None:
-        """(6, 3) origin and direction of a camera's rays in the array's frame, linear in the raster's x, y and 1.
+        """(6, 3) origins and directions in the array's frame of rays that are linear in the raster's x, y and 1.
 
-        None where they are not.
+        None for a camera whose rays are not.
         """
         lens = camera.gaussian
         if camera.moves or camera.has_port or isinstance(camera, LensCamera) and camera.follows_rays:
@@ -140,7 +173,7 @@ class Lumigraph:
         return np.concatenate([origins, there[:3, :3] @ np.concatenate([lens.slope_film * film, -ahead])])
 
     def _traced(self, camera: Camera, many: int) -> np.ndarray:
-        """(n, 6) origins and directions of many² rays a pixel, in the array's frame; NaN for those that are blocked."""
+        """(n, 6) origins and directions of many² rays per pixel, in the array's frame; NaN for blocked rays."""
         y, x = ((np.arange(size * many) + 0.5) / many for size in (camera.film.pixels_y, camera.film.pixels_x))
         points = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
         rays = camera.generate_rays(points, np.broadcast_to(camera.pupil_centre, points.shape), 0.5)
@@ -151,24 +184,24 @@ class Lumigraph:
 
     @cached_property
     def _pinholes(self) -> Pinholes:
-        """The array, for kernels."""
+        """The array, for the kernels."""
         return Pinholes.of(self.places[0, 0], self.spacing, self.raster, self.distance, self.offsets, self._pixels)
 
     @cached_property
     def _own(self) -> Surface:
-        """Where each pinhole saw things."""
+        """Where each pinhole saw things, for the kernels."""
         bits, scale = as_bits(self.texels), 1e-3 * self.distance
-        ends = np.array([bits[..., 3].max(), bits[..., 3].min()]).view(np.float16)      # as of whole numbers
+        ends = np.array([bits[..., 3].max(), bits[..., 3].min()]).view(np.float16)      # half floats order as integers
         nearest, farthest = (scale * ends.astype(float)).tolist()
         return Surface(bits.reshape(-1), 4, 3, scale * float(scale_of(bits)), nearest, farthest)
 
     @property
     def _pixels(self) -> tuple[int, int]:
-        """Of a pinhole's picture, across and down."""
+        """Pixels of a pinhole's picture across and down."""
         return self.texels.shape[3], self.texels.shape[2]
 
     def _surface(self, surface) -> tuple[Surface, Pinholes]:
-        """Where things are taken to be, and by which pinholes that is told."""
+        """Where things are, and the pinholes whose pixels describe this; see `seen_by`."""
         if isinstance(surface, str):
             if surface != "recorded":
                 raise LightFieldError(f"surface {surface!r}: a distance, depths of the middle's pixels, or recorded")
@@ -188,10 +221,24 @@ class Lumigraph:
 
 
 def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
-    """The pinhole that sees what a perspective camera does, from the middle of its pupil; with the camera's shutter.
+    """The pinhole that sees what a camera sees, from the middle of the camera's pupil, with the camera's shutter.
 
-    LightFieldError for cameras that move, or have no one place that all their film points look through; CameraError
-    for those that are not projective.
+    Parameters
+    ----------
+    camera
+        A projective camera that does not move.
+
+    Returns
+    -------
+    PerspectiveCamera
+        With the lens radius 0.
+
+    Raises
+    ------
+    LightFieldError
+        For cameras that move, look through a flat window into water, or have no one point of view.
+    CameraError
+        For a camera that is not projective.
     """
     lens, film = camera.gaussian, camera.film
     if camera.moves:
@@ -213,9 +260,22 @@ def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
 
 
 def array_camera(middle: PerspectiveCamera, place, distance: float, aside=(0.0, 0.0)) -> PerspectiveCamera:
-    """The pinhole at a place (2, mm) of the array about `middle`, its window shifted to the same of (s, t).
+    """A pinhole of an array, its window shifted so that all pinholes see the same window of the plane (s, t).
 
-    aside: but for so many pixels to the right and down.
+    Parameters
+    ----------
+    middle
+        The pinhole in the array's middle.
+    place
+        (x, y) in the array, mm, to the right and up.
+    distance
+        Distance to the plane (s, t), mm.
+    aside
+        Offset of the pixel grid, to the right and down; pixels.
+
+    Returns
+    -------
+    PerspectiveCamera
     """
     half = distance * math.tan(middle.fov / 2.0)
     x, y = -place[0] / half, -place[1] / half
@@ -231,11 +291,41 @@ def array_camera(middle: PerspectiveCamera, place, distance: float, aside=(0.0, 
 def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9, 9), spacing: float = 5.0,
                       distance: float | None = None, samples: int = 16, seed: int = 0,
                       progress: Callable[[float], bool] = lambda share: True) -> Lumigraph:
-    """Record pictures and depths by an array of pinholes about the middle of a camera's pupil.
+    """A lumigraph: pictures and depths by an array of pinholes about the middle of a camera's pupil.
 
-    spacing: mm between neighbours; distance: mm from them to the plane (s, t) that they all see the same window
-    of, by default where the camera is focused. samples: for each pixel of each. told: as of `capture_light_field`.
-    LightFieldError for numbers that cannot be, more memory than there is, and a capture that was cancelled.
+    Parameters
+    ----------
+    camera
+        A projective camera that does not move; its film is that of each pinhole.
+    scene
+        The scene, world frame, mm.
+    views
+        Pinholes across and down.
+    spacing
+        Distance between neighbouring pinholes, mm.
+    distance
+        Distance from the pinholes to the plane (s, t), mm; None: where the camera is focused.
+    samples
+        Samples per pixel of each pinhole.
+    seed
+        Sampler seed.
+    progress
+        Called with the share done, 0 to 1; return False to cancel.
+
+    Returns
+    -------
+    Lumigraph
+
+    Raises
+    ------
+    LightFieldError
+        For invalid numbers, cameras that `lumigraph_pinhole` refuses, too little memory, and when `progress` cancels.
+    CameraError
+        For a camera that is not projective.
+
+    References
+    ----------
+    Levoy and Hanrahan, "Light field rendering", 1996.
     """
     middle = lumigraph_pinhole(camera)
     if distance is None:
@@ -250,7 +340,7 @@ def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9,
     made = Lumigraph(middle, spacing, distance, np.zeros((down, across, h, w, 4), np.float16))
     for number, (j, i) in enumerate(np.ndindex(down, across), 1):
         one = array_camera(middle, made.places[j, i], distance, made.offsets[j, i])
-        made.pictures[j, i] = np.minimum(render(one, scene, samples, seed + number), TOP).transpose(2, 0, 1)
+        made.pictures[j, i] = np.minimum(render(one, scene, samples, seed + number), HIGHEST).transpose(2, 0, 1)
         made.nearness[j, i] = 1e3 / depth_map(one, scene)
         if not progress(number / (across * down)):
             raise LightFieldError("the capture was cancelled")

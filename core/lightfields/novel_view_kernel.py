@@ -1,8 +1,13 @@
-"""What a ray sees by an array of pinholes: where it meets what they recorded, and what they saw there.
+"""The kernel of novel views: what a ray sees by an array of pinholes.
 
-A ray is named by (u, v), where it comes through the plane of the pinholes, and (s, t), where it meets the plane before
-them of which all see the same; both in mm. Nearness is the distance of that plane over the depth of a thing. The
-texels of a pinhole are four numbers each: three colours and 1 / depth.
+A ray is named by (u, v), where it crosses the plane of the pinholes, and (s, t), where it crosses the plane before
+them whose window all pinholes see; mm. Nearness is the distance of the plane (s, t) over the depth of a thing. Each
+texel of a pinhole holds four half floats: three colours and 1 / depth.
+
+References
+----------
+Levoy and Hanrahan, "Light field rendering", 1996. Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph", 1996: the
+correction by depth.
 """
 
 import math
@@ -13,59 +18,70 @@ from numba import njit
 
 from lensbench.kernels.half_float import EXPONENT_SCALE, texel_sum, unscaled
 
-PARTS = 2.0             # steps along a ray for each pixel by which its picture moves
+STEPS_PER_PIXEL = 2.0   # along a ray, for each pixel by which its image moves
 MOST_STEPS = 1024
-GHOST = 0.5             # pixels by which neighbours may disagree before one of them is said to be hidden
-TOWARDS = 1e-6          # the least cosine of a ray with the way to the (s, t) plane
-SEEN = np.float32(0.3)  # the least that counts, of the pixels about a place
+HIDDEN = 0.5            # pixels of disagreement between neighbours, above which a thing hides the surface from one
+LEAST_COSINE = 1e-6     # between a ray and the way to the plane (s, t)
+LEAST_TAKEN = np.float32(0.3)       # weight of the texels that see the surface, below which a pinhole does not count
+EDGE = 1e-6             # spacings by which a ray may pass beside the array
+
+# Entries of `Pinholes.geometry`
+(FIRST_X, FIRST_Y,      # place of the first pinhole, mm
+ SPACING,               # between neighbours, mm
+ PIXELS_S, PIXELS_T,    # per mm of the plane (s, t), across and down
+ AXIS_S, AXIS_T,        # raster point where the axis meets that plane, pixels
+ DISTANCE,              # of that plane, mm
+ ) = range(8)
 
 
 class Pinholes(NamedTuple):
-    """An array as kernels take it."""
+    """An array of pinholes, for the kernels."""
 
     views: tuple[int, int]      # across and down
     pixels: tuple[int, int]     # of the picture of each, across and down
-    place: np.ndarray           # (8,) where the first stands, and from one to the next, mm; of (s, t) the pixels for
-                                # each mm, across and down, and those where the axis meets it; how far it is, mm
-    offsets: np.ndarray         # (n, 2) by what part of a pixel each grid lies aside, to the right and down
+    geometry: np.ndarray        # (8,) FIRST_X … DISTANCE
+    offsets: np.ndarray         # (n, 2) of each pixel grid, to the right and down, pixels
 
     @classmethod
     def of(cls, first, spacing: float, raster, distance: float, offsets: np.ndarray, pixels) -> "Pinholes":
-        """raster: mm a pixel of the plane (s, t) across and down, and the pixels where the axis meets it."""
+        """From raster (4,): mm per pixel of the plane (s, t), across and down, and where the axis meets it, pixels."""
         down, across = offsets.shape[:2]
-        place = np.array([*first, spacing, *(1.0 / raster[:2]), *raster[2:], distance])
-        return cls((across, down), pixels, place, offsets.reshape(-1, 2))
+        geometry = np.array([*first, spacing, *(1.0 / raster[:2]), *raster[2:], distance])
+        return cls((across, down), pixels, geometry, offsets.reshape(-1, 2))
 
 
 class Surface(NamedTuple):
-    """Where things are taken to be: by each pixel of these pinholes, or all as far away."""
+    """Where things are: by each pixel of some pinholes, or all at one distance."""
 
-    known: np.ndarray           # nearness over `unit`, of pinhole after pinhole; empty: all as far away
-    each: int                   # from one pixel to the next
-    shift: int                  # of the first
+    known: np.ndarray           # nearness over `unit`, of pinhole after pinhole; empty: all at one distance
+    stride: int                 # from one pixel to the next
+    start: int                  # index of the first
     unit: float
     nearest: float              # nearness
-    farthest: float             # nearness, also of what is not known
+    farthest: float             # nearness; also where none is known
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, covered, first, last):
-    """Lines first … last − 1 of a picture (h, w, 3), and which of its pixels were recorded; many² rays a pixel.
+    """Set the rows first … last − 1 of a picture (h, w, 3) and of the pixels that were recorded (h, w).
 
-    lines: (6, 3) origin and direction of the rays in the array's frame, linear in the raster's x, y and 1; or, where
-    `given` (n, 6) is not empty, those. texels: half floats of pinhole after pinhole. by: the pinholes to which the
-    surface's pixels belong; own: whether those are the array's own, so that of what is hidden from one it is not asked.
+    lines: (6, 3) origin and direction of the rays in the array's frame, linear in the raster's x, y and 1; where
+    `given` (n, 6) is not empty, it holds the rays instead. many: rays per pixel, across and down. texels: half floats,
+    pinhole after pinhole. by: the pinholes whose pixels the surface describes; own: whether these are the array's own,
+    so that a pinhole from which the surface is hidden is left out.
     """
+    # All arrays are unpacked here: taken from the tuples in the loops, they would be reference-counted for every ray
     views, pixels, place, offsets = pinholes
     by_views, by_pixels, by_place, by_offsets = by
-    known, each, shift, unit, nearest, farthest = surface
-    distance, w, n = place[7], out.shape[1], 1.0 / many
-    ghost = GHOST / (place[3] * place[2])
+    known, stride, start, unit, nearest, farthest = surface
+    distance, w, n = place[DISTANCE], out.shape[1], 1.0 / many
+    hidden = HIDDEN / (place[PIXELS_S] * place[SPACING])
     ray, part = np.zeros(6), np.zeros(3, np.float32)
     for y in range(first, last):
         for x in range(w):
             red, green, blue, whole = np.float32(0), np.float32(0), np.float32(0), True
             for k in range(many * many):
+                # Find the ray
                 if len(given):
                     for m in range(6):
                         ray[m] = given[(y * many + k // many) * w * many + x * many + k % many, m]
@@ -74,18 +90,21 @@ def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, cov
                         ray[m] = (lines[m, 0] * (x + (k % many + 0.5) * n) + lines[m, 1] * (y + (k // many + 0.5) * n)
                                   + lines[m, 2])
                 size = math.sqrt(ray[3] * ray[3] + ray[4] * ray[4] + ray[5] * ray[5])
-                whole = -ray[5] > TOWARDS * size                # which NaN is not
+                whole = -ray[5] > LEAST_COSINE * size           # false for NaN
                 if whole:
+                    # Find where it crosses both planes, and where it meets the surface
                     right, up = ray[3] / -ray[5], ray[4] / -ray[5]
                     u, v = ray[0] + ray[2] * right, ray[1] + ray[2] * up
                     s, t = u + distance * right, v + distance * up
                     q = farthest
                     if known.size:
-                        begins = -distance / ray[2] if ray[2] < 0.0 else math.inf
-                        q = _met(u, v, s, t, min(nearest, begins), farthest, ghost, by_views, by_pixels, by_place,
-                                 by_offsets, known, each, shift, unit)
+                        behind = -distance / ray[2] if ray[2] < 0.0 else math.inf
+                        q = _meet_surface(u, v, s, t, min(nearest, behind), farthest, hidden, by_views, by_pixels,
+                                          by_place, by_offsets, known, stride, start, unit)
+
+                    # Blend what the pinholes about it see there
                     whole = _blend(u, v, s, t, q, views, pixels, place, offsets, texels,
-                                   ghost / unit if own else math.inf, unit, part)
+                                   hidden / unit if own else math.inf, unit, part)
                 if not whole:
                     break
                 red, green, blue = red + part[0], green + part[1], blue + part[2]
@@ -95,28 +114,33 @@ def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, cov
 
 
 @njit(inline="always")
-def _met(u, v, s, t, high, low, jump, views, pixels, place, offsets, known, each, shift, unit):
-    """Nearness where a ray meets what the pinhole nearest to it has seen; the last nearness where it never does.
+def _meet_surface(u, v, s, t, high, low, jump, views, pixels, place, offsets, known, stride, start, unit):
+    """Nearness where a ray meets what the pinhole nearest to it has seen; where it never does, the last one seen.
 
-    Along the ray from near (high) to far (low), as far as it moves by 1 / PARTS of a pixel in the pinhole's picture: it
-    has met the surface where it comes to lie behind it, but not where the surface jumps before it all at once.
+    March along the ray from near (high) to far (low), in steps that move its image by 1 / STEPS_PER_PIXEL of a pixel:
+    the ray meets the surface where it gets behind it, but not where the surface jumps before it at once.
     """
     w, h = pixels
-    i = min(max(int(math.floor((u - place[0]) / place[2] + 0.5)), 0), views[0] - 1)
-    j = min(max(int(math.floor((v - place[1]) / place[2] + 0.5)), 0), views[1] - 1)
+
+    # The image of the ray in that pinhole: a point for each nearness, on a line
+    i = min(max(int(math.floor((u - place[FIRST_X]) / place[SPACING] + 0.5)), 0), views[0] - 1)
+    j = min(max(int(math.floor((v - place[FIRST_Y]) / place[SPACING] + 0.5)), 0), views[1] - 1)
     number = j * views[0] + i
-    right, up = (u - (place[0] + i * place[2])) * place[3], (v - (place[1] + j * place[2])) * place[4]
-    x0 = s * place[3] + place[5] - offsets[number, 0] - right
-    y0 = place[6] - t * place[4] - offsets[number, 1] + up
+    right = (u - (place[FIRST_X] + i * place[SPACING])) * place[PIXELS_S]
+    up = (v - (place[FIRST_Y] + j * place[SPACING])) * place[PIXELS_T]
+    x0 = s * place[PIXELS_S] + place[AXIS_S] - offsets[number, 0] - right
+    y0 = place[AXIS_T] - t * place[PIXELS_T] - offsets[number, 1] + up
+
+    # March along it
     high *= 1.001
-    steps = int(min(math.ceil(max(abs(right), abs(up)) * (high - low) * PARTS), MOST_STEPS)) + 2
+    steps = int(min(math.ceil(max(abs(right), abs(up)) * (high - low) * STEPS_PER_PIXEL), MOST_STEPS)) + 2
     step = (low * 0.999 - high) / steps
     before, found = math.nan, math.nan
     for m in range(steps + 1):
         q = high + m * step
         x, y, here = int(x0 + right * q + w) - w, int(y0 - up * q + h) - h, math.nan
         if 0 <= x < w and 0 <= y < h:
-            here = unscaled(known[((number * h + y) * w + x) * each + shift]) * unit
+            here = unscaled(known[((number * h + y) * w + x) * stride + start]) * unit
             found = here
             if q <= here and (here <= q - 2.0 * step or (before > 0.0 and here - (q - step) <= jump)):
                 break
@@ -125,8 +149,8 @@ def _met(u, v, s, t, high, low, jump, views, pixels, place, offsets, known, each
 
 
 @njit(inline="always")
-def _cubic(f):
-    """Catmull and Rom's: what the pixels at −1, 0, 1 and 2 count at f in [0, 1)."""
+def _catmull_rom(f):
+    """Weights of the pixels at −1, 0, 1 and 2 at f in [0, 1), by Catmull and Rom's cubics."""
     half, one = np.float32(0.5), np.float32(1)
     g = one - f
     return (-half * f * g * g, one + f * f * (np.float32(1.5) * f - np.float32(2.5)),
@@ -134,19 +158,19 @@ def _cubic(f):
 
 
 @njit(inline="always")
-def _blend(u, v, s, t, q, views, pixels, place, offsets, texels, ghost, unit, part):
-    """Of the four pinholes about a ray those that see its surface, each by cubics between its pixels; whether any do.
+def _blend(u, v, s, t, q, views, pixels, place, offsets, texels, hidden, unit, part):
+    """Set `part` to the colour over EXPONENT_SCALE that the four pinholes about a ray see; False beside the array.
 
-    First those that do, by pixels that do, which lie no more than `ghost` times `unit` before or behind it; where none
-    does, all. `part` becomes the colour over ZERO.
+    Linear between pinholes, cubic between pixels. First only the pinholes and pixels count that see the surface, no
+    more than hidden × unit before or behind nearness q; where none does, all.
     """
     w, h = pixels
-    a, b = (u - place[0]) / place[2], (v - place[1]) / place[2]
-    if not (-1e-6 <= a <= views[0] - 1 + 1e-6 and -1e-6 <= b <= views[1] - 1 + 1e-6):
+    a, b = (u - place[FIRST_X]) / place[SPACING], (v - place[FIRST_Y]) / place[SPACING]
+    if not (-EDGE <= a <= views[0] - 1 + EDGE and -EDGE <= b <= views[1] - 1 + EDGE):
         return False
     left = min(max(int(math.floor(a)), 0), max(views[0] - 2, 0))
     low = min(max(int(math.floor(b)), 0), max(views[1] - 2, 0))
-    within, at = np.float32(ghost), np.float32(q / unit)
+    within, at = np.float32(hidden), np.float32(q / unit)
     for _ in range(2):
         total = np.float32(0)
         part[:] = np.float32(0)
@@ -156,16 +180,20 @@ def _blend(u, v, s, t, q, views, pixels, place, offsets, texels, ghost, unit, pa
             if i >= views[0] or j >= views[1] or weight <= np.float32(1e-6):
                 continue
             number = j * views[0] + i
-            x = (s + (a - i) * place[2] * (q - 1.0)) * place[3] + place[5] - offsets[number, 0] - 0.5
-            y = place[6] - (t + (b - j) * place[2] * (q - 1.0)) * place[4] - offsets[number, 1] - 0.5
+
+            # The surface point in the pinhole's picture, by similar triangles
+            x = (s + (a - i) * place[SPACING] * (q - 1.0)) * place[PIXELS_S] + place[AXIS_S] - offsets[number, 0] - 0.5
+            y = place[AXIS_T] - (t + (b - j) * place[SPACING] * (q - 1.0)) * place[PIXELS_T] - offsets[number, 1] - 0.5
             if not (-0.5 <= x <= w - 0.5 and -0.5 <= y <= h - 0.5):
                 continue
             line = number * h
             here = (line + min(int(y + 0.5), h - 1)) * w + min(int(x + 0.5), w - 1)
             if unscaled(texels[4 * here + 3]) > at + within:
                 continue
+
+            # Interpolate between its texels
             x0, y0 = int(x + 1.0) - 2, int(y + 1.0) - 2
-            across, down = _cubic(np.float32(x - x0 - 1)), _cubic(np.float32(y - y0 - 1))
+            across, down = _catmull_rom(np.float32(x - x0 - 1)), _catmull_rom(np.float32(y - y0 - 1))
             taken, off = np.float32(1), np.float32(math.inf)
             if 0 <= x0 <= w - 4:
                 lines = (4 * ((line + min(max(y0, 0), h - 1)) * w + x0),
@@ -174,8 +202,8 @@ def _blend(u, v, s, t, q, views, pixels, place, offsets, texels, ghost, unit, pa
                          4 * ((line + min(max(y0 + 3, 0), h - 1)) * w + x0))
                 red, green, blue, off = texel_sum(texels, lines, down, across, at)
             if not off <= within or off == np.float32(math.inf):
-                red, green, blue, taken = _one_by_one(texels, line, w, h, x0, y0, down, across, at, within)
-                if taken < SEEN:
+                red, green, blue, taken = _sum_near_texels(texels, line, w, h, x0, y0, down, across, at, within)
+                if taken < LEAST_TAKEN:
                     continue
             share = weight / taken
             part[0] += share * red
@@ -191,10 +219,10 @@ def _blend(u, v, s, t, q, views, pixels, place, offsets, texels, ghost, unit, pa
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def _one_by_one(texels, line, w, h, x0, y0, down, across, at, within):
-    """Σ down · across · texel over ZERO, of four by four texels from x0, y0 of a picture whose lines begin at `line`.
+def _sum_near_texels(texels, line, w, h, x0, y0, down, across, at, within):
+    """Σ down · across · texel over EXPONENT_SCALE, of 4 × 4 texels from x0, y0 that lie near the surface; their weight.
 
-    Of those alone that are near the surface; and what these count. Beyond the picture's edge its last texel.
+    line: index of the picture's first row. The last texel repeats beyond the picture's edge.
     """
     red, green, blue, taken = np.float32(0), np.float32(0), np.float32(0), np.float32(0)
     for m in range(4):

@@ -1,10 +1,10 @@
-"""Adding pictures up, each read between its pixels, shifted and a little enlarged: what focusing a light field is.
+"""The kernel of refocusing: adding views, each read between its pixels at a shift and a slightly other scale.
 
-The pictures' grids lie aside from each other by many parts of a pixel, so that the pixels of the sum are filled with
-samples as those of a picture are, by taking of each view what lies nearest. Half-way to straight lines between its
-pixels is best: it moves no sample far, and does not blur as those do. What this takes from the fine detail, and
-the shift within a cell of the pupil does, is known, and one short filter gives it back. (To enlarge the sum in place of
-the views costs two decibels: it is sampled already, and its edges are finer than its pixels.)
+The pixel grids of the views are offset against each other by many parts of a pixel, so that samples fill the pixels of
+the sum as they fill those of a picture, when each view gives what lies nearest. The best reading is half-way between
+nearest and linear: it moves no sample far, and blurs less than linear. The fine detail that this reading and
+the shift within a cell of the pupil take is known, and one short filter restores it. (Scaling the sum in place of
+the views costs two decibels: the sum is sampled already, and its edges are finer than its pixels.)
 """
 
 import math
@@ -16,36 +16,37 @@ from numba import njit
 
 from lensbench.kernels.half_float import as_bits, prefetch, scale_of, unscaled
 
-TAPS = 6                # pixels to either side that the sharpening of a sum sees
-GAIN = 2.0              # by which it raises the finest detail, at most
-STEEP = 2.0             # how much faster than a straight line the reading between two pixels changes, about its middle
-MANY = 16               # views from which on it does: fewer leave gaps in a pixel
-LOBES = 5               # of the kernel that changes a picture's scale
-BAND = 32               # lines that a thread takes at a time
+TAPS = 6                # of the sharpening filter, to either side
+HIGHEST_GAIN = 2.0      # of the sharpening filter
+STEEPNESS = 2.0         # slope of the reading midway between two pixels; 1: linear
+MANY = 16               # views; with fewer, gaps in a pixel would show, and the reading is linear
+LOBES = 5               # of Lanczos's kernel
+BAND = 32               # rows that a thread takes at a time
 CACHE_LINE = 64         # bytes
 
 
-def shift_and_add(light: np.ndarray, used: np.ndarray, begins: np.ndarray, scale: float, weights: np.ndarray, step,
-          fill: float = 1.0, gain: float = 1.0) -> np.ndarray:
-    """(h, w, 3) float32: gain · Σ weight · view(begin + scale · pixel), begins (n, 2); beyond its edge its last pixel.
+def shift_and_add(light: np.ndarray, used: np.ndarray, starts: np.ndarray, scale: float, weights: np.ndarray, step,
+                  fill: float = 1.0, gain: float = 1.0) -> np.ndarray:
+    """Sum of shifted views: float32 (h, w, 3), gain · Σ weight · view(start + scale · pixel), of filled pixels.
 
-    light: (views down, views across, 3, h, w), float32, or half floats that are never negative; used: which views,
-    (n, 2). A view's own rays are spread over `step` (across, down) pixels, and fill this part of a pixel's
-    side. The sum is that of pixels that are filled.
+    light: (views down, views across, 3, h, w), float32, or half floats that are never negative; used: (n, 2) row and
+    column of the views; starts: (n, 2) across and down, pixels; step: (2,) pixels across and down by which the rays of
+    one view spread; fill: side of the part of a pixel that a view's samples fill. Views repeat their last pixel
+    beyond their edges.
     """
     h, w = light.shape[3:]
     bits, weights = as_bits(light), weights.astype(np.float32)
-    steep = np.float32(STEEP if len(used) >= MANY else 1.0)
-    across, down = (_sharpening(begins[:, axis] % 1.0 if scale == 1.0 else (np.arange(len(used)) + 0.5) / len(used),
+    steep = np.float32(STEEPNESS if len(used) >= MANY else 1.0)
+    across, down = (_sharpening(starts[:, axis] % 1.0 if scale == 1.0 else (np.arange(len(used)) + 0.5) / len(used),
                                 weights, float(steep), abs(step[axis]), fill) for axis in (0, 1))
     sums, out = np.zeros((3, h, w), np.float32), np.empty((h, w, 3), np.float32)
-    heavy, raised = weights * scale_of(bits), np.float32(gain)
+    scaled = weights * scale_of(bits)
 
     def add(first: int) -> None:
-        _add(bits, used, begins, scale, steep, heavy, sums, first, min(first + BAND, h))
+        _add(bits, used, starts, scale, steep, scaled, sums, first, min(first + BAND, h))
 
     def sharpen(first: int) -> None:
-        _sharpen(sums, across, down, raised, out, first, min(first + BAND, h))
+        _sharpen(sums, across, down, np.float32(gain), out, first, min(first + BAND, h))
 
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         list(pool.map(add, range(0, h, BAND)))
@@ -54,17 +55,17 @@ def shift_and_add(light: np.ndarray, used: np.ndarray, begins: np.ndarray, scale
 
 
 def spectral_gain(f: np.ndarray, step: float, fill: float) -> np.ndarray:
-    """By what views at their exact places are multiplied at frequencies f (1 / pixel), to be a picture's filled pixels.
+    """Gain at frequencies f (cycles per pixel) that turns views at their exact places into a picture of filled pixels.
 
-    step: pixels over which a view's rays are spread; fill: the part of a pixel's side that its samples fill.
+    step: pixels by which the rays of one view spread; fill: side of the part of a pixel that its samples fill.
     """
-    return 1.0 / np.maximum(np.sinc(f * step) * np.sinc(f * fill) / np.sinc(f), 1.0 / GAIN)
+    return 1.0 / np.maximum(np.sinc(f * step) * np.sinc(f * fill) / np.sinc(f), 1.0 / HIGHEST_GAIN)
 
 
 def _sharpening(part: np.ndarray, weights: np.ndarray, steep: float, step: float, fill: float) -> np.ndarray:
-    """(2 TAPS + 1,) what makes of pictures read at these parts of a pixel, on the average, one of filled pixels.
+    """The filter (2 TAPS + 1,) that turns views read at these parts of a pixel (n,) into a picture of filled pixels.
 
-    As far as nothing finer is raised to more than GAIN times; (1,) where there is nothing to undo.
+    Its gain is HIGHEST_GAIN at the most; (1,) where there is nothing to restore.
     """
     f = np.fft.rfftfreq(8 * TAPS)
     turns = np.exp(-2j * math.pi * f[:, None] * part)
@@ -73,7 +74,7 @@ def _sharpening(part: np.ndarray, weights: np.ndarray, steep: float, step: float
     response = read.real * np.sinc(f * step) * np.sinc(f * fill) / np.sinc(f)
     if np.abs(response - 1.0).max() < 1e-6:
         return np.ones(1, np.float32)
-    taps = np.fft.fftshift(np.fft.irfft(1.0 / np.maximum(response, 1.0 / GAIN)))
+    taps = np.fft.fftshift(np.fft.irfft(1.0 / np.maximum(response, 1.0 / HIGHEST_GAIN)))
     middle = len(taps) // 2
     window = 0.5 + 0.5 * np.cos(math.pi * np.arange(-TAPS, TAPS + 1) / (TAPS + 1))
     taps = taps[middle - TAPS:middle + TAPS + 1] * window
@@ -82,32 +83,34 @@ def _sharpening(part: np.ndarray, weights: np.ndarray, steep: float, step: float
 
 @njit(inline="always")
 def _between(part, steep):
-    """How much of the second of two pixels is read at a part of the way to it, float32."""
+    """Weight of the second of two pixels at a part of the way to it, float32."""
     f = (part - np.float32(0.5)) * steep + np.float32(0.5)
     f = f if f > np.float32(0) else np.float32(0)
     return f if f < np.float32(1) else np.float32(1)
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
-def _add(light, used, begins, scale, steep, weights, sums, first, last):
-    """Lines first … last − 1 of the sums (3, h, w): each of a view between two of its lines, and there of its pixels.
+def _add(light, used, starts, scale, steep, weights, sums, first, last):
+    """Add all views to the rows first … last − 1 of the sums (3, h, w).
 
-    As much of the next view is fetched meanwhile: they lie too far apart for the processor to foresee it.
+    The next view is prefetched: views lie too far apart in memory for the processor to foresee it.
     """
     h, w = light.shape[3], light.shape[4]
     line, parts, runs = np.zeros(w + 1, np.float32), np.zeros(w, np.float32), np.zeros((w + 1, 2), np.int64)
     one, ahead = np.float32(1), CACHE_LINE // light.itemsize
     for q in range(len(used)):
         following = min(q + 1, len(used) - 1)
-        number = _aside(begins[q, 0], scale, steep, parts, runs)
+        number = _runs(starts[q, 0], scale, steep, parts, runs)
         for channel in range(3):
             view = light[used[q, 0], used[q, 1], channel]
             later = light[used[following, 0], used[following, 1], channel]
             for y in range(first, last):
-                soon = later[min(max(int(begins[following, 1] + scale * y), 0), h - 1)]
+                soon = later[min(max(int(starts[following, 1] + scale * y), 0), h - 1)]
                 for i in range(0, w, ahead):
                     prefetch(soon, i)
-                at = begins[q, 1] + scale * y
+
+                # Interpolate between two rows of the view
+                at = starts[q, 1] + scale * y
                 top = int(math.floor(at))
                 below = _between(np.float32(at - top), steep)
                 above, under = view[min(max(top, 0), h - 1)], view[min(max(top + 1, 0), h - 1)]
@@ -121,23 +124,25 @@ def _add(light, used, begins, scale, steep, weights, sums, first, last):
                     for i in range(w):
                         line[i] = a * unscaled(above[i]) + b * unscaled(under[i])
                 line[w] = line[w - 1]
+
+                # Interpolate along the row, run by run
                 for k in range(number):
-                    begin, end, aside = runs[k, 0], runs[k + 1, 0], runs[k, 1]
-                    here, there = line[begin + aside:end + aside], line[begin + aside + 1:end + aside + 1]
-                    part, into = parts[begin:end], sums[channel, y, begin:end]
+                    start, end, shift = runs[k, 0], runs[k + 1, 0], runs[k, 1]
+                    here, there = line[start + shift:end + shift], line[start + shift + 1:end + shift + 1]
+                    part, into = parts[start:end], sums[channel, y, start:end]
                     for i in range(into.size):
                         into[i] += here[i] + part[i] * (there[i] - here[i])
 
 
 @njit(inline="always")
-def _aside(begin, scale, steep, parts, runs):
-    """How much of the second of two pixels a line is read at begin + scale · i, and runs of i that lie as far aside.
+def _runs(start, scale, steep, parts, runs):
+    """Weights (w,) of the second of two pixels at start + scale · i, and runs of i with the same whole shift.
 
-    Each is its beginning and by how many pixels; after the last the line's end. Returns their number.
+    A run is its first i and its shift in pixels; the row's end follows the last run. Returns the number of runs.
     """
     w, number = parts.size, 0
     for i in range(w):
-        at = min(max(begin + scale * i, 0.0), float(w - 1))
+        at = min(max(start + scale * i, 0.0), float(w - 1))
         whole = int(at)
         parts[i] = _between(np.float32(at - whole), steep)
         if number == 0 or runs[number - 1, 1] != whole - i:
@@ -149,7 +154,7 @@ def _aside(begin, scale, steep, parts, runs):
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nsz"})
 def _sharpen(sums, across, down, gain, out, first, last):
-    """Lines first … last − 1 of the picture (h, w, 3): gain times sums (3, h, w), filtered; their last pixels go on."""
+    """Set the rows first … last − 1 of the picture (h, w, 3) to gain × the filtered sums (3, h, w)."""
     _, h, w = sums.shape
     reach = len(across) // 2
     line, made = np.zeros(w + 2 * reach, np.float32), np.zeros((3, w), np.float32)
@@ -171,9 +176,9 @@ def _sharpen(sums, across, down, gain, out, first, last):
 
 
 def rescaled(picture: np.ndarray, scale: float, middle) -> np.ndarray:
-    """(3, h, w) whose pixel x is taken from scale · (x − middle) + middle of a picture, by Lanczos's kernel.
+    """The picture (3, h, w) whose pixel x is at scale · (x − middle) + middle of another, by Lanczos's kernel.
 
-    middle: across and down, in raster pixels.
+    middle: (2,) across and down, raster pixels.
     """
     for axis, centre in zip((2, 1), middle, strict=True):
         size = picture.shape[axis]

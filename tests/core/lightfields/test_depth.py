@@ -1,4 +1,4 @@
-"""Depth from a light field: the scene's own where there is something to be seen, and everything in focus by it."""
+"""Depth from a light field: the scene's depth where there is detail, and the picture in focus everywhere."""
 
 import math
 
@@ -29,7 +29,7 @@ def apart(field, distance):
     return np.interp(1.0 / distance, turned, lie)
 
 
-def test_the_depth_is_that_of_the_scene_where_there_is_something_to_be_seen(field, found):
+def test_the_depth_is_that_of_the_scene_where_there_is_confidence(field, found):
     true = lb.depth_map(perspective(1200.0), lb.builtin_scene(STILL))
     off = np.abs(apart(field, found.distance) - apart(field, np.minimum(true, 1e9)))[INSIDE]
     sure = found.confidence[INSIDE] > 0.5
@@ -39,7 +39,7 @@ def test_the_depth_is_that_of_the_scene_where_there_is_something_to_be_seen(fiel
     assert np.mean(off[sure] < 0.25) > 0.85
 
 
-def test_what_is_found_is_in_focus_everywhere(field, found):
+def test_the_found_picture_is_in_focus_everywhere(field, found):
     camera = perspective(1200.0, radius=0.0)
     y, x = np.mgrid[0:160, 0:240] + 0.5
     fall = camera.generate_rays(np.stack([x.ravel(), y.ravel()], 1), np.full((x.size, 2), 0.5), np.zeros(x.size))
@@ -58,13 +58,13 @@ def test_views_of_one_plane_tell_its_distance():
         assert np.median(np.abs(found.distance[INSIDE] - 900.0)) < 3.0
 
 
-def test_where_nothing_is_to_be_seen_nothing_is_sure():
+def test_where_nothing_varies_there_is_no_confidence():
     field = waves()
     field.light[...] = 0.5
     assert lb.find_depth(field).confidence.max() < 0.01
 
 
-def test_what_cannot_be_is_said(field):
+def test_invalid_arguments_are_refused(field):
     single = lb.capture_light_field(perspective(1200.0), lb.builtin_scene(STILL), (1, 1), 1)
     with pytest.raises(lb.LightFieldError, match="single view has no depth"):
         lb.find_depth(single)

@@ -1,4 +1,4 @@
-"""Light fields: what is focused afterwards is what a camera focused there would have seen."""
+"""Light fields: a refocused picture is that of a camera focused there."""
 
 import math
 from dataclasses import replace
@@ -42,7 +42,7 @@ def real_field():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("distance", [900.0, 1000.0, 1200.0, 1700.0, 2500.0])
-def test_focusing_afterwards_is_focusing_before(ideal_field, distance):
+def test_refocusing_is_focusing_before_the_capture(ideal_field, distance):
     direct = lb.render(perspective(distance), lb.builtin_scene(STILL), 1024)
     again = ideal_field.refocus(distance)
     assert psnr(again, direct) > 40.0
@@ -51,7 +51,7 @@ def test_focusing_afterwards_is_focusing_before(ideal_field, distance):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("distance", [1500.0])
-def test_a_real_lens_is_focused_afterwards_too(real_field, distance):
+def test_a_real_lens_is_refocused_too(real_field, distance):
     assert psnr(real_field.refocus(distance), lb.render(real(distance), lb.builtin_scene(STILL), 1024)) > 40.0
 
 
@@ -125,7 +125,7 @@ def test_a_lens_that_disperses_is_recorded_in_colours():
 
 
 @pytest.mark.slow
-def test_a_moment_of_the_exposure_is_what_a_shutter_open_then_lets_through():
+def test_a_moment_is_the_picture_of_a_shutter_open_then():
     fair, whole = lb.builtin_scene("fairground"), replace(small(), shutter_close=1.0 / 15.0)
     field = lb.capture_light_field(whole, fair, (9, 9), 24, moments=2)
     assert field.moments.nbytes + field.light.nbytes + field.coverage.nbytes == lb.light_field_bytes(
@@ -146,7 +146,7 @@ def test_a_moment_of_the_exposure_is_what_a_shutter_open_then_lets_through():
 
 
 @pytest.mark.slow
-def test_a_lens_with_cylinders_is_focused_afterwards_too():
+def test_a_lens_with_cylinders_is_refocused_too():
     lens, scene, film = lenses.load("lentil-schneider-anamorphic-31-2001"), lb.builtin_scene(STILL), lb.Film(
         14.4, 12.0, 84, 70)
     field = lb.capture_light_field(lb.LensCamera(lens, film, 2000.0), scene, (9, 9), 6)
@@ -159,7 +159,7 @@ def test_a_lens_with_cylinders_is_focused_afterwards_too():
 
 
 @pytest.mark.slow
-def test_a_part_of_the_pupil_aside_is_a_lens_that_stands_there():
+def test_an_off_axis_part_of_the_pupil_is_a_lens_at_its_place():
     scene, radius, place = lb.builtin_scene(STILL), 8.9, (0.5, -0.25)
     part = lb.picture_through(small(), scene, place, 0.4, 512)
     moved = np.eye(4)
@@ -191,7 +191,7 @@ def waves(views=(9, 9), dtype=np.float32):
     return blank
 
 
-def test_the_slice_of_the_spectrum_is_shear_and_add():
+def test_the_slice_of_the_spectrum_is_shift_and_add():
     field = waves()
     for distance in (900.0, 1000.0, 1700.0):
         sheared, sliced = field.refocus(distance), field.slice(distance)
@@ -199,7 +199,7 @@ def test_the_slice_of_the_spectrum_is_shear_and_add():
         assert np.sqrt(np.mean((sheared[inside] - sliced[inside]) ** 2)) < 1e-3
 
 
-def test_where_the_waves_are_in_focus_they_are_as_they_were():
+def test_waves_in_focus_keep_their_contrast():
     y, x = np.mgrid[0:160, 0:240]
     wave = 0.5 + 0.4 * np.cos(2.0 * math.pi * (15 * x / 240 - 10 * y / 160))
     # Half floats have 11 bits; the filter's ripple is the rest
@@ -208,7 +208,7 @@ def test_where_the_waves_are_in_focus_they_are_as_they_were():
         assert np.abs(got - wave[EDGE:-EDGE, EDGE:-EDGE]).max() < 2e-3
 
 
-def test_what_passes_no_light_is_known(ideal_field, real_field):
+def test_cells_that_pass_no_light_are_known(ideal_field, real_field):
     # On the axis the disk fills π/4 of the square, less what cos⁴ takes: ∫ cos⁴ dA = π sin² z² of a disk
     tangent = 8.9 / perspective(1200.0).film_distance
     expected = math.pi / 4.0 / (1.0 + tangent**2)
@@ -244,7 +244,7 @@ def test_views_lie_a_pixel_apart_where_the_clear_range_ends(real_field):
             assert real_field.apart(end) == pytest.approx(1.0, rel=1e-6)
 
 
-def test_what_cannot_be_is_said():
+def test_invalid_arguments_are_refused():
     camera, scene = perspective(1200.0), lb.builtin_scene(STILL)
     for views in ((0, 9), (9, -1), (2.5, 2)):
         with pytest.raises(lb.LightFieldError, match="whole numbers of at least 1"):

@@ -1,4 +1,4 @@
-"""Lumigraphs: between its pinholes, and before them, an array sees what a camera there would have seen."""
+"""Lumigraphs: novel views between the pinholes and before them are those of a camera there."""
 
 import math
 from dataclasses import replace
@@ -105,7 +105,7 @@ def test_a_wall_is_where_it_is_by_similar_triangles(depth):
     assert (off.max() < 5e-4) == (depth == 1200.0)
 
 
-def test_what_leaves_the_array_is_not_covered():
+def test_rays_beside_the_array_are_not_covered():
     made = waving(1200.0)
     assert made.seen_by(pinhole((4.9, 0.0, 0.0))).covered.mean() > 0.95
     assert not made.seen_by(pinhole((5.1, 0.0, 0.0))).covered.any()
@@ -131,7 +131,7 @@ def test_the_middle_of_a_lens_is_where_its_entrance_pupil_is():
 
 
 
-def test_what_cannot_be_is_said():
+def test_invalid_arguments_are_refused():
     camera = pinhole()
     for arguments, says in (({"views": (0, 3)}, "whole numbers"), ({"spacing": 0.0}, "positive number"),
                             ({"distance": math.inf}, "finite distance"), ({"samples": 0}, "at least 1")):

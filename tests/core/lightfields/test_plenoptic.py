@@ -1,4 +1,4 @@
-"""The plenoptic camera: what microlenses sort, closed forms of their pictures, and what is made of them afterwards."""
+"""The plenoptic camera: closed forms of the pictures behind microlenses, and the decoded light field."""
 
 import math
 from dataclasses import replace
@@ -80,7 +80,7 @@ def test_all_light_that_falls_on_the_film_falls_on_the_sensor():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("distance, least", [(1200.0, 43.0), (900.0, 33.0), (2500.0, 38.0)])
-def test_its_field_is_focused_afterwards_at_the_microlenses_resolution(field, distance, least):
+def test_its_light_field_refocuses_at_the_resolution_of_the_microlenses(field, distance, least):
     film = lb.Film(14.4, 9.6, 120, 80)
     direct = lb.render(camera(distance, film), lb.builtin_scene("room"), 512)
     again = field.refocus(distance)
@@ -105,7 +105,7 @@ def test_its_field_is_what_a_lens_records(field):
     assert psnr(field.refocus(1200.0, 8.0), recorded.refocus(1200.0, 8.0)) > 36.0
 
 
-def test_behind_a_microlens_what_is_beyond_the_focus_lies_upside_down():
+def test_behind_a_microlens_things_beyond_the_focus_are_upside_down():
     """A wall, white to the right of the axis: from beyond the focus it is seen by the left of the pupil."""
     # From far off, so that a microlens's place in the scene is small beside the pupil
     plenoptic = PlenopticCamera(camera(film=lb.Film(15.0, 10.2, 25, 17), fov=0.0192), 9)
@@ -129,7 +129,7 @@ def test_a_real_lens_vignettes_the_pictures_at_the_edge():
     assert psnr(raw.decoded().refocus(1200.0), direct, 3) > 38.0
 
 
-def test_what_cannot_be_is_said():
+def test_invalid_arguments_are_refused():
     for wrong, says in (({"pixels": 0}, "whole number"), ({"pixels": 2.5}, "whole number"),
                         ({"f_number": -1.0}, "positive number")):
         with pytest.raises(lb.LightFieldError, match=says):
