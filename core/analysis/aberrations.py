@@ -1,10 +1,12 @@
 """Aberrations of a lens for an object at infinity: Seidel sums, first-order colour, and the foci along the chief ray.
 
-Lengths in mm, angles in radians. Seidel sums are Welford's S_I to S_V (of the
-wavefront, in mm), colour his C_L and C_T; a conic and the r⁴ term count, an r²
-term is curvature, and an r³ term, whose aberration is of the second order and has no
-place among the sums, is refused; higher terms do not count. Sources: Welford, Aberrations of Optical Systems, ch. 8 and
-10; Coddington's equations, ch. 9.
+Lengths in mm, angles in radians, lens frame. Seidel sums are Welford's S_I to S_V (of the wavefront, in mm), colour
+his C_L and C_T. Of an aspheric surface the conic, the r² term (curvature) and the r⁴ term contribute; higher terms do
+not. An r³ term is refused: its aberration is of the second order, for which there is no sum.
+
+References
+----------
+Welford, "Aberrations of Optical Systems": ch. 8 and 10 (sums), ch. 9 (Coddington's equations).
 """
 
 from dataclasses import dataclass
@@ -18,8 +20,8 @@ from lensbench.optics.paraxial import first_order, ray_matrix
 from lensbench.optics.prescription import Lens, LensError, Surface
 from lensbench.optics.scalar_trace import BACKWARD, PASSED, Fate, surface_table, trace_ray, trace_rays
 
-_FIELD_STEP = 0.02              # rad near the axis, between the rays from the stop that are looked at
-_LEAST_STEP = 1e-3              # and at the stop
+_FIELD_STEP = 0.02              # rad in the scene, between the rays from the stop that bracket a field angle
+_LEAST_STEP = 1e-3              # rad at the stop, at the least
 _HALVINGS = 50
 _ENDS = {Fate.MISSED: "miss", Fate.CLIPPED: "meet the rim of", Fate.TOTAL_REFLECTION: "be totally reflected at",
          Fate.BACKWARD: "be turned back at"}
@@ -27,10 +29,16 @@ _ENDS = {Fate.MISSED: "miss", Fate.CLIPPED: "meet the rim of", Fate.TOTAL_REFLEC
 
 @dataclass(frozen=True, eq=False)
 class Seidel:
-    """Third-order sums, mm. surfaces (n, 5): S_I … S_V of each surface; total (5,).
+    """Third-order aberrations of a lens, from `seidel`.
 
-    axial_colour, lateral_colour (n,): C_L and C_T of each surface, the shorter
-    wavelength less the longer; None where they were not asked for. invariant: Lagrange's, n (ū y − u ȳ).
+    Parameters
+    ----------
+    surfaces
+        (n, 5) S_I … S_V of each surface, mm.
+    axial_colour, lateral_colour
+        (n,) C_L and C_T of each surface, mm, the shorter wavelength less the longer; None without two wavelengths.
+    invariant
+        Lagrange's invariant n (ū y − u ȳ), mm.
     """
 
     surfaces: np.ndarray
@@ -40,15 +48,24 @@ class Seidel:
 
     @property
     def total(self) -> np.ndarray:
-        """The sums over all surfaces: spherical aberration, coma, astigmatism, Petzval curvature, distortion."""
+        """(5,) sums over all surfaces, mm: spherical aberration, coma, astigmatism, Petzval curvature, distortion."""
         return self.surfaces.sum(axis=0)
 
 
 @dataclass(frozen=True, eq=False)
 class ChiefRay:
-    """The real ray through the middle of the stop. points (surfaces, 3) mm, lens frame; direction (3,) after the lens.
+    """A real ray through the middle of the stop, from `chief_ray`.
 
-    pupil_z: where it crosses the axis in the scene, the real entrance pupil (lens frame, mm).
+    Parameters
+    ----------
+    field_angle
+        Angle from the axis in the scene, radians.
+    pupil_z
+        z at which the ray crosses the axis in the scene, the real entrance pupil; mm, lens frame.
+    points
+        (n, 3) points on the surfaces, mm, lens frame.
+    direction
+        (3,) unit direction after the lens, lens frame.
     """
 
     field_angle: float
@@ -59,11 +76,33 @@ class ChiefRay:
 
 def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wavelength: float = D_LINE,
            colour: tuple[float, float] | None = None) -> Seidel:
-    """Seidel sums for an object at infinity, field_angle (rad) from the axis.
+    """Seidel sums for an object at infinity.
 
-    pupil_radius: of the entrance pupil (mm), None: as the stop gives it. colour: two
-    wavelengths, the shorter first, such as (lb.F_LINE, lb.C_LINE), for C_L and C_T. LensError where the
-    lens has a cylinder, a toroid or an r³ term, the entrance pupil lies at infinity, or the angle reaches 90°.
+    Parameters
+    ----------
+    lens
+        Rotationally symmetric lens.
+    field_angle
+        Angle of the object from the axis, radians, below π/2.
+    pupil_radius
+        Radius of the entrance pupil, mm; None: the paraxial image of the stop.
+    wavelength
+        µm.
+    colour
+        Two wavelengths, µm, the shorter first, such as (lb.F_LINE, lb.C_LINE), for C_L and C_T; None: without colour.
+
+    Returns
+    -------
+    Seidel
+
+    Raises
+    ------
+    LensError
+        For a lens with a cylinder, a toroid or an r³ term, an entrance pupil at infinity, and angles from 90° on.
+
+    References
+    ----------
+    Welford, "Aberrations of Optical Systems", ch. 8 and 10.
     """
     _check_symmetry(lens)
     if not abs(field_angle) < 0.5 * pi:
@@ -78,20 +117,21 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
     n = lens.indices(wavelength)
     spread = np.subtract(lens.indices(colour[0]), lens.indices(colour[1])) if colour else None
 
-    # A marginal ray (y, w = n u) and a chief ray (ȳ, w̄)
+    # Start a marginal ray (y, w = n u) and a chief ray (ȳ, w̄)
     y, w = pupil.radius if pupil_radius is None else pupil_radius, 0.0
     y_bar, w_bar = -pupil.z * tan(field_angle), n[0] * tan(field_angle)
     invariant = w_bar * y - w * y_bar
     sums, axial, lateral = np.zeros((len(lens.surfaces), 5)), np.zeros(len(n) - 1), np.zeros(len(n) - 1)
     for i, surface in enumerate(lens.surfaces):
+        # Sums of the surface: A = n i, Ā = n ī, Δ(u / n)
         c, before, after = surface.vertex_curvature, n[i], n[i + 1]
         a, a_bar = w + before * y * c, w_bar + before * y_bar * c
         inverse, inverse2 = 1.0 / after - 1.0 / before, after**-2 - before**-2
-        bend = a * inverse2 - y * c * inverse                           # Δ(u / n)
+        delta = a * inverse2 - y * c * inverse
         petzval = -(invariant**2) * c * inverse
-        # S_V without a quotient, for A may be 0
+        # S_V without a quotient, since A may be 0
         distortion = a_bar * (c * y_bar * (a_bar * y + invariant) * inverse - a_bar**2 * y * inverse2)
-        sums[i] = -a * a * y * bend, -a * a_bar * y * bend, -a_bar**2 * y * bend, petzval, distortion
+        sums[i] = -a * a * y * delta, -a * a_bar * y * delta, -a_bar**2 * y * delta, petzval, distortion
         figure = 8.0 * _fourth_power(surface) * (after - before)
         sums[i] += figure * y * np.array([y**3, y * y * y_bar, y * y_bar**2, 0.0, y_bar**3])
         if spread is not None:
@@ -107,12 +147,31 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
 
 
 def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: bool = False) -> ChiefRay:
-    """The real ray from a far object, field_angle (rad) from the axis, through the middle of the stop.
+    """The real ray from an object at infinity through the middle of the stop.
 
-    It lies in the plane y–z and rises with a positive angle, 90° and more included where a lens
-    sees that far. clip: whether rims end it; by default they do not. It is found from the stop
-    outwards, to the rounding of its angle. LensError where no ray gets through: it names the surface
-    that ends the field, and at what angle.
+    It lies in the plane y–z and rises towards the film with a positive angle. The search traces from the stop
+    outwards, so that the ray is exact to the rounding of its angle.
+
+    Parameters
+    ----------
+    lens
+        Rotationally symmetric lens.
+    field_angle
+        Angle of the object from the axis, radians; its size below π, beyond π/2 where the lens sees that far.
+    wavelength
+        µm.
+    clip
+        Whether the rims of the surfaces end the ray.
+
+    Returns
+    -------
+    ChiefRay
+
+    Raises
+    ------
+    LensError
+        For a lens with a cylinder or toroid, an entrance pupil at infinity, and where no ray passes: the message
+        names the surface that ends the field and the angle at which it does.
     """
     _check_symmetry(lens)
     if not abs(field_angle) < pi:
@@ -131,9 +190,30 @@ def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: 
 
 
 def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) -> tuple[float, float]:
-    """Where, in z (mm, lens frame), the tangential and sagittal foci lie on a far object's chief ray, by Coddington.
+    """Tangential and sagittal foci along the chief ray of an object at infinity.
 
-    inf where the rays leave parallel. LensError as `chief_ray`.
+    Parameters
+    ----------
+    lens
+        Rotationally symmetric lens.
+    field_angle
+        Angle of the object from the axis, radians.
+    wavelength
+        µm.
+
+    Returns
+    -------
+    tuple of float
+        z of the tangential and of the sagittal focus, mm, lens frame; inf where the rays leave parallel.
+
+    Raises
+    ------
+    LensError
+        As `chief_ray`.
+
+    References
+    ----------
+    Coddington's equations, in Welford, "Aberrations of Optical Systems", ch. 9.
     """
     ray = chief_ray(lens, field_angle, wavelength)
     n, at = lens.indices(wavelength), ray.points
@@ -141,15 +221,18 @@ def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) 
     way = np.array([0.0, sin(field_angle), cos(field_angle)])
     for i, surface in enumerate(lens.surfaces):
         y, before, after = float(at[i, 1]), n[i], n[i + 1]
+        # Refract
         slope, across, along = _curvatures(surface, y)
         size = hypot(1.0, slope)
-        # Angles with the normal; refraction itself gives the direction after, so that no gap divides
+        # The direction after comes from refraction itself, so that no short gap divides
         cos_in = (way[2] - slope * way[1]) / size
         cos_out = sqrt(1.0 - (before / after) ** 2 * (1.0 - cos_in**2))
         power = after * cos_out - before * cos_in
         way = (before * way + power * np.array([0.0, -slope, 1.0]) / size) / after
         sagittal = sagittal + power * across
         tangential = (tangential * cos_in**2 + power * along) / cos_out**2
+
+        # Transfer along the chief ray
         if i < len(lens.surfaces) - 1:
             gap = float((at[i + 1] - at[i]) @ way) / after
             sagittal, tangential = sagittal / (1.0 - sagittal * gap), tangential / (1.0 - tangential * gap)
@@ -159,7 +242,7 @@ def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) 
 
 
 def _chief_ray(lens: Lens, field_angle: float, wavelength: float, clip: bool) -> ChiefRay | str:
-    """The chief ray, or what would become of it: traced from the stop to both sides, so that it loses no digits."""
+    """The chief ray, traced from the stop to both sides so that no digits are lost; or why it ends, in words."""
     z, angle = first_order(lens, wavelength).entrance_pupil.z, 0.0
     if field_angle:
         found = _aim(lens, abs(field_angle), wavelength)
@@ -183,70 +266,74 @@ def _chief_ray(lens: Lens, field_angle: float, wavelength: float, clip: bool) ->
 
 
 def _end(fate: int, surface: int, order: int, first: int, last: int) -> str:
-    """What becomes of a ray that is lost among the surfaces from first to before last; surface counts from first."""
+    """Why a ray ends among the surfaces first … last − 1, in words; surface counts from first."""
     if fate == Fate.MISSED:
         surface = surface + order if surface >= 0 else (0 if order > 0 else last - first - 1)
     return f"{_ENDS[Fate(fate)]} surface {first + surface}"
 
 
 def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | str:
-    """Where on the axis (z, mm) the chief ray of this angle crosses in the scene, and its angle at the stop.
+    """The place on the axis (z, mm) that the chief ray of an angle crosses in the scene, and its angle at the stop.
 
-    Or what would become of it.
-    Rays leave the middle of the stop for the scene, ever steeper, until one comes out beyond the wanted
-    angle; the root between the last two is taken. A field ends where these rays do, or where
-    what they see turns back.
+    Rays leave the middle of the stop for the scene, ever steeper, until one leaves the lens beyond the wanted
+    angle; the root lies between the last two. The field ends where these rays end, or where the angle at which they
+    leave the lens decreases again: then the reason, in words.
     """
     stop = lens.stop_index
     table, start, n = surface_table(lens, wavelength)[:stop], lens.vertices[stop], lens.indices(wavelength)
-    magnified = ray_matrix(lens, 0, stop, wavelength)[0] * n[stop] / n[0]       # object's angle over the stop's
+    magnified = ray_matrix(lens, 0, stop, wavelength)[0] * n[stop] / n[0]       # scene angle over angle at stop
     turn = -1.0 if magnified > 0.0 else 1.0
 
     def leave(angle: float) -> tuple[float, float, float, str]:
-        """Height, z and object's angle of a ray from the stop; NaN where it is lost, and why."""
+        """Height, z and angle in the scene of a ray from the stop; NaN where it ends, and why."""
         if not stop:
             return 0.0, start, angle, ""
         _, y, z, _, dy, dz, fate, surface = trace_ray(table, False, 0.0, 0.0, start, 0.0, turn * sin(angle),
                                                       -cos(angle), None, 0, -1)
-        if fate == PASSED or (fate == BACKWARD and surface == 0):       # beyond 90° it runs backwards when it has left
+        if fate == PASSED or (fate == BACKWARD and surface == 0):       # beyond 90° it leaves running backwards
             return y, z, atan2(-dy, -dz), ""
         return nan, nan, nan, _end(fate, surface, -1, 0, stop)
 
     def short(angle: float) -> float:
         return leave(angle)[2] - wanted
 
+    # Bracket the wanted angle
     step = max(_FIELD_STEP / max(1.0, abs(magnified)), _LEAST_STEP)
     before, low, high, why = 0.0, 0.0, 0.0, f"not meet surface {stop} from the scene"
     while short(high) < 0.0 and high < 0.5 * pi:
         before, low, high = low, high, min(high + step, 0.5 * pi)
         if isnan(short(high)) or short(high) <= short(low):
             break
+    # Where the last ray is lost, find the steepest one that passes
     if isnan(short(high)):
         good = low
         for _ in range(_HALVINGS):
             middle = 0.5 * (good + high)
             good, high = (good, middle) if isnan(short(middle)) else (middle, high)
         why, high = leave(high)[3], good
+    # Where the angle turns back, find its maximum
     if not short(high) >= 0.0:
         top = find_minimum(lambda angle: -short(angle), before, high)
         if short(top) > short(high):
             low, high, why = before, top, "see no more of the scene"
         if not short(high) >= 0.0:
             return why
+
+    # Find the root between
     angle = find_root(short, low, high)
-    angle = high if isnan(short(angle)) else angle                      # at the very end some rays are lost by rounding
+    angle = high if isnan(short(angle)) else angle                      # rounding loses some rays at the field's end
     y, z, seen, _ = leave(angle)
     return z - y * cos(seen) / sin(seen), -turn * angle
 
 
 def _fourth_power(surface: Surface) -> float:
-    """Coefficient of r⁴ beyond that of the sphere of the same curvature at the vertex."""
+    """Coefficient of r⁴ less that of the sphere with the same vertex curvature, mm⁻³."""
     c = surface.curvature
     return ((1.0 + surface.conic) * c**3 - surface.vertex_curvature**3) / 8.0 + dict(surface.aspheric).get(4, 0.0)
 
 
 def _curvatures(surface: Surface, y: float) -> tuple[float, float, float]:
-    """At height y: dz/dy, and the curvatures across and along the meridian (1/mm)."""
+    """dz/dy at height y, and the curvatures across and along the meridian, 1/mm."""
     c, r = surface.curvature, abs(y)
     root = sqrt(1.0 - (1.0 + surface.conic) * (c * r) ** 2)
     over_r, second = c / root, c / root**3              # dz/dr / r, d²z/dr²
@@ -259,4 +346,4 @@ def _curvatures(surface: Surface, y: float) -> tuple[float, float, float]:
 
 def _check_symmetry(lens: Lens) -> None:
     if not lens.is_rotationally_symmetric:
-        raise LensError("aberrations are known for rotationally symmetric lenses: this one has a cylinder or toroid")
+        raise LensError("aberrations are computed for rotationally symmetric lenses: this one has a cylinder or toroid")

@@ -1,9 +1,9 @@
-"""Distortion: where the real chief rays fall, against where a projection without error has them.
+"""Distortion: the real image radius against that of an ideal projection.
 
-The chief ray of a film point runs through the middle of the stop. It is followed from the film to the
-plane that the film is focused on (or to infinity), and the ideal image of what it meets there is compared with the
-film point: at f tan θ, and for a film nearer than infinity focus by the paraxial magnification. A fisheye is
-measured against the projection of fisheyes that it follows best. Lengths in mm, angles in radians.
+The chief ray of a film point, through the middle of the stop, is traced from the film to the
+plane on which the film is focused (or to infinity), and the ideal image of the point that it meets is compared with
+the film point: f tan θ at infinity, otherwise the paraxial magnification. A fisheye can be measured against the
+fisheye projection that it follows best. Lengths in mm, angles in radians.
 """
 
 import math
@@ -21,17 +21,28 @@ from lensbench.pupils.region import exit_pupil
 
 RECTILINEAR = "rectilinear"
 KINDS = ("none", "barrel", "pincushion", "moustache")
-SLIGHT = 0.05           # percent: below it there is none
-POINTS = 33             # of the rims that the search begins from
+SLIGHT = 0.05           # percent, below which the kind is "none"
+POINTS = 33             # of the exit-pupil regions in which the search starts
 STEPS = 12              # of the secant rule
-DENSE = 65              # film radii of a grid
+GRID_RADII = 65         # film radii from which a grid is interpolated
 
 
 @dataclass(frozen=True, eq=False)
 class Distortion:
-    """At film radii (n,) mm: the angle (rad) at which the chief ray leaves for the scene, and the ideal radius (mm).
+    """Distortion at n film radii, from `distortion`; NaN where no light falls.
 
-    NaN where no light falls. projection: what is ideal, "rectilinear" or one of a fisheye's; focal_length: its scale.
+    Parameters
+    ----------
+    projection
+        The ideal projection, "rectilinear" or one of a FisheyeCamera's.
+    focal_length
+        Scale of the projection, mm.
+    radii
+        (n,) film radii, mm.
+    angles
+        (n,) angles from the axis at which the chief rays leave for the scene, radians.
+    ideal
+        (n,) ideal film radii of the same object points, mm.
     """
 
     projection: str
@@ -42,19 +53,19 @@ class Distortion:
 
     @property
     def percent(self) -> np.ndarray:
-        """(n,) of the ideal radius: negative where the image is too small (barrel), positive where it is too large."""
+        """(n,) percent of the ideal radius: negative for barrel, positive for pincushion distortion."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.radii > 0.0, 100.0 * (self.radii / self.ideal - 1.0), 0.0)
 
     @property
     def rms(self) -> float:
-        """Of the radial errors (mm); inf where some angle has no ideal image."""
+        """Root mean square of the radial errors, mm; inf where some angle has no ideal image."""
         error = (self.radii - self.ideal)[~np.isnan(self.angles)]
         return float(np.sqrt((error**2).mean())) if np.isfinite(error).all() and error.size else math.inf
 
     @property
     def kind(self) -> str:
-        """One of KINDS: straight lines bulge outwards, or inwards, or first the one and then the other."""
+        """One of KINDS: none, barrel, pincushion, or moustache: barrel near the axis and pincushion beyond."""
         percent = self.percent[np.isfinite(self.percent)]
         if not percent.size or np.abs(percent).max() < SLIGHT:
             return "none"
@@ -64,7 +75,18 @@ class Distortion:
         return "barrel" if -low > high else "pincushion"
 
     def displaced(self, points) -> np.ndarray:
-        """Where the lens puts ideal film points (…, 2), in mm from the axis: NaN beyond the greatest radius."""
+        """Real images of ideal film points.
+
+        Parameters
+        ----------
+        points
+            (…, 2) film points, mm from the axis.
+
+        Returns
+        -------
+        ndarray
+            (…, 2) mm from the axis; NaN beyond the greatest radius.
+        """
         points = np.asarray(points, float)
         r = np.hypot(points[..., 0], points[..., 1])
         known = np.isfinite(self.ideal)
@@ -77,11 +99,30 @@ class Distortion:
 
 def distortion(lens: Lens, film_distance: float, film_radii, projection: str = RECTILINEAR,
                wavelength: float = D_LINE) -> Distortion:
-    """The distortion of a lens with its film `film_distance` mm behind the last vertex, at film radii (n,) mm.
+    """The distortion of a lens.
 
-    Objects stand where the film is focused, or at infinity where it is nearer to the lens than the rear focus.
-    projection: "rectilinear", one of a FisheyeCamera's, or "best", that of all five with the least rms error.
-    LensError for one that is none, and for an afocal lens.
+    Parameters
+    ----------
+    lens
+        The lens.
+    film_distance
+        From the last vertex to the film, mm. Objects lie where the film is focused, at infinity where the film is
+        nearer to the lens than the rear focus.
+    film_radii
+        (n,) film radii, mm.
+    projection
+        "rectilinear", one of a FisheyeCamera's, or "best": the one of these with the least rms error.
+    wavelength
+        µm.
+
+    Returns
+    -------
+    Distortion
+
+    Raises
+    ------
+    LensError
+        For an unknown projection and an afocal lens.
     """
     if projection not in (RECTILINEAR, *PROJECTIONS, "best"):
         raise LensError(f"projection {projection!r}: choose one of {', '.join((RECTILINEAR, *PROJECTIONS, 'best'))}")
@@ -93,7 +134,7 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
     angles = np.arctan2(-ways[:, 0], -ways[:, 2]) + 0.0          # no −0
     extension = film_distance - fo.bfl
     far = extension < 1e-9 * fo.efl
-    # Of a paraxial chief ray, height on the film over the tangent at the entrance pupil: f where that is the rear focus
+    # Paraxial height on the film over the tangent at the entrance pupil: f for a film at the rear focus
     n = lens.front_index
     away = 0.0 if math.isinf(fo.entrance_pupil.z) else fo.entrance_pupil.z - fo.ffl
     scale = n * fo.efl + away * extension / fo.efl
@@ -117,9 +158,30 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
 
 def distortion_grid(lens: Lens, film_distance: float, film: Film, lines: int = 9, projection: str = RECTILINEAR,
                     wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
-    """Crossings of a grid over the film: ideal and real, (rows, columns, 2) each, in mm from the axis.
+    """Crossings of a square grid over the film, ideal and as the lens images them.
 
-    `lines` along the film's shorter side, as far apart along the longer one. NaN where no light falls.
+    Parameters
+    ----------
+    lens
+        The lens.
+    film_distance
+        From the last vertex to the film, mm.
+    film
+        The film that the grid covers.
+    lines
+        Grid lines along the film's shorter side, at least 2; those along the longer side have nearly the same spacing.
+    projection, wavelength
+        As for `distortion`.
+
+    Returns
+    -------
+    tuple of ndarray
+        Ideal and real crossings, (rows, columns, 2) each, mm from the axis; NaN where no light falls.
+
+    Raises
+    ------
+    LensError
+        For fewer than 2 lines, and as `distortion`.
     """
     if lines < 2:
         raise LensError(f"a grid of {lines} lines: at least 2 are needed")
@@ -128,15 +190,15 @@ def distortion_grid(lens: Lens, film_distance: float, film: Film, lines: int = 9
     x, y = (np.linspace(-side / 2.0, side / 2.0, count)
             for side, count in ((film.width, across), (film.height, down)))
     ideal = np.stack(np.meshgrid(x, y), -1)
-    radii = np.linspace(0.0, 0.75 * film.diagonal, DENSE)       # pincushion may put a corner beyond the film's
+    radii = np.linspace(0.0, 0.75 * film.diagonal, GRID_RADII)  # pincushion can put a corner beyond the film's
     return ideal, distortion(lens, film_distance, radii, projection, wavelength).displaced(ideal)
 
 
 def chief_rays(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE):
-    """The rays from film points (r, 0) through the middle of the stop: where they leave the first surface, and how.
+    """Chief rays from film points (r, 0): points on the first surface and unit directions into the scene, (n, 3) each.
 
-    Points and unit directions (n, 3), lens frame. They ignore rims, and are NaN where no light falls. By the secant
-    rule along the meridian, from the middle of each exit-pupil region.
+    Lens frame, mm. Rims do not end them; NaN where no light falls. Found by the secant rule along the meridian, from
+    the middle of each exit-pupil region.
     """
     radii = np.atleast_1d(np.asarray(film_radii, float))
     pupil = exit_pupil(lens, film_distance, radii, wavelength, points=POINTS)

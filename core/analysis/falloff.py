@@ -1,9 +1,9 @@
-"""How the light falls off over the film, the natural part and the lens's own apart.
+"""Falloff of light over the film, separated into natural falloff and vignetting.
 
 The irradiance of a film point under a scene of radiance 1 is E = (1/z²) ∫ cos⁴θ dA over its
-exit-pupil region, on the plane of the last vertex at the distance z. That is the mean of cos⁴θ over the
-region times its area: the first falls off as for any opening (natural falloff), and the second says
-what rims cut off, and what pupils gain or lose by their aberrations (vignetting). mm; both sides in air.
+exit-pupil region, on the plane of the last vertex at the distance z: the mean of cos⁴θ over the
+region times the region's area. The mean falls off as for any opening (natural falloff); the area shows
+what rims cut off, and what pupil aberrations add or take (vignetting). mm; both sides in air.
 """
 
 from dataclasses import dataclass
@@ -17,9 +17,18 @@ from lensbench.pupils.region import exit_pupil
 
 @dataclass(frozen=True, eq=False)
 class Falloff:
-    """At film radii (n,) mm: parts of what the axis gets, 1 there; their product is `total`. 0 where no light falls.
+    """Falloff at n film radii relative to the axis, from `falloff`; 0 where no light falls.
 
-    irradiance: (n,) of a scene of radiance 1, π sin²θ′ on the axis.
+    Parameters
+    ----------
+    radii
+        (n,) film radii, mm.
+    natural
+        (n,) mean of cos⁴θ over the exit-pupil region, over that on the axis.
+    vignetting
+        (n,) area of the exit-pupil region, over that on the axis.
+    irradiance
+        (n,) irradiance under a scene of radiance 1; π sin²θ′ on the axis.
     """
 
     radii: np.ndarray
@@ -29,20 +38,38 @@ class Falloff:
 
     @property
     def total(self) -> np.ndarray:
-        """(n,) relative illumination."""
+        """(n,) relative illumination, natural × vignetting."""
         return self.natural * self.vignetting
 
     @property
     def stops(self) -> np.ndarray:
-        """(n,) of the total, 0 on the axis and negative where it is darker; −inf where no light falls."""
+        """(n,) total in stops: 0 on the axis, negative where it is darker, −inf where no light falls."""
         with np.errstate(divide="ignore"):
             return np.log2(self.total)
 
 
 def falloff(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE) -> Falloff:
-    """The falloff of a lens with its film `film_distance` mm behind the last vertex, at film radii (n,) mm.
+    """The falloff of a lens; the stop counts as the circle about its blades.
 
-    The stop counts as the circle about its blades. LensError for radii and distances that cannot be.
+    Parameters
+    ----------
+    lens
+        The lens.
+    film_distance
+        From the last vertex to the film, mm.
+    film_radii
+        (n,) film radii, mm.
+    wavelength
+        µm.
+
+    Returns
+    -------
+    Falloff
+
+    Raises
+    ------
+    LensError
+        For invalid radii and distances.
     """
     radii = np.atleast_1d(np.asarray(film_radii, float))
     pupil = exit_pupil(lens, film_distance, np.append(0.0, radii), wavelength)

@@ -1,7 +1,7 @@
-"""The simplest camera model that will do for a picture: its error below a tolerance, in pixels and stops.
+"""Model choice: the simplest camera model whose picture errors lie below tolerances, in pixels and stops.
 
-"Simplest" goes by the order of a ladder, from the pinhole to the full trace, and not by timings, so that the
-choice is the same on every machine and day. How each rung is judged: see `judge`.
+Models are ordered by a fixed ladder, from the pinhole to the full trace, and not by timings, so that the
+choice is the same on every machine. `model_error` computes the errors of each rung.
 """
 
 import math
@@ -21,17 +21,28 @@ from lensbench.kernels.sampling import sampling_steps
 from lensbench.lens_models.polynomial import DEGREES
 from lensbench.scenery.scene import Scene
 
-KEEP = 0.8                                  # of a tolerance: a simpler model must be this good to take over
+KEEP = 0.8                                  # share of a tolerance in which a simpler model must lie to replace one
 LADDER = (("pinhole", 0), ("thin", 0), ("thick", 0), *(("polynomial", degree) for degree in DEGREES), ("trace", 0))
-CLOSE = 0.1                                 # of the nearest depth: no camera is taken to have come nearer
-BLOCKS, TIMES = 4, 7                        # of rays for a timing, and how often: the least counts
+CLOSEST = 0.1                               # share of the nearest depth: the least for a camera off the origin
+BLOCKS, TIMES = 4, 7                        # of rays for a timing, and repetitions: the least counts
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The simplest model within the tolerances, and what was looked at on the way: the ladder's rungs in order.
+    """The simplest model within the tolerances, from `choose_model`.
 
-    degree: of the polynomial, otherwise 0. Errors in pixels and stops.
+    Parameters
+    ----------
+    model
+        "pinhole", "thin", "thick", "polynomial" or "trace".
+    degree
+        Degree of the polynomial, otherwise 0.
+    error_px, error_stops
+        Errors of the model, pixels of the film and stops.
+    table
+        The rungs of the ladder that were tried, in order; the last is the chosen one.
+    errors
+        The errors of all models of this camera, for further rungs.
     """
 
     model: str
@@ -48,24 +59,34 @@ class Choice:
 
     @property
     def reason(self) -> str:
-        """Why the next simpler model was refused; "" where there is none."""
+        """Why the next simpler model is refused; "" where there is none."""
         return f"{self.table[-2].name}: {self.table[-2].worst}" if len(self.table) > 1 else ""
 
     def applied(self, camera: LensCamera) -> LensCamera:
-        """The camera with this model."""
+        """The camera with this model.
+
+        Parameters
+        ----------
+        camera
+            Any LensCamera.
+
+        Returns
+        -------
+        LensCamera
+        """
         return replace(camera, model=self.model, degree=self.degree or camera.degree)
 
     @property
     def ns_per_ray(self) -> float:
-        """What a ray of this model takes on this machine, from the film to before the lens: measured when first asked.
+        """Time per ray of this model on this machine, ns, from the film to before the lens; measured when first asked.
 
-        In float32 on one thread, the pupil's sampling included; so does `trace_ns_per_ray`.
+        In float32 on one thread, pupil sampling included, as `trace_ns_per_ray`.
         """
         return self._times[0]
 
     @property
     def trace_ns_per_ray(self) -> float:
-        """What a ray of the full trace takes, measured in turn with that."""
+        """Time per ray of the full trace, ns, measured in turn with `ns_per_ray`."""
         return self._times[1]
 
     @cached_property
@@ -76,20 +97,40 @@ class Choice:
 
 def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = 0.5, tolerance_stops: float = 0.05,
                  previous: Choice | None = None) -> Choice:
-    """The first model of the ladder whose picture of this scene is within the tolerances of the traced lens.
+    """The first model of the ladder whose picture of a scene is within tolerances of the traced lens.
 
-    For the camera's film, focus and aperture, and for the depths of the scene (`depth_range`, which is told from the
-    world's origin: of a camera that stands elsewhere, as much nearer and farther). previous: the choice for settings
-    just before; where it is still good, a simpler model takes over only when it is well within the tolerances,
-    so that the choice does not flicker. A lens without rotational symmetry is traced, and no polynomial is
-    fitted to one with blades. CameraError for tolerances that are not positive.
+    A lens without rotational symmetry is always traced, and no polynomial is fitted to a lens with blades.
+
+    Parameters
+    ----------
+    camera
+        LensCamera of any model; its film, focus and aperture count.
+    scene
+        Its `depth_range` counts, which is from the world's origin; for a camera elsewhere it is widened by the
+        camera's distance from the origin.
+    tolerance_px
+        Tolerance of places and sizes of blurs, pixels of the film.
+    tolerance_stops
+        Tolerance of brightness, stops.
+    previous
+        The choice for the settings just before; a simpler model then replaces it only when well within the
+        tolerances, so that the choice does not flicker.
+
+    Returns
+    -------
+    Choice
+
+    Raises
+    ------
+    CameraError
+        For tolerances that are not positive.
     """
     if not (tolerance_px > 0.0 and tolerance_stops > 0.0):
         raise CameraError("tolerances must be positive: pixels, and stops")
     near, far = scene.depth_range
     away = max(float(np.linalg.norm(camera.world_from_camera_at(time)[:3, 3]))
                for time in (camera.shutter_open, camera.shutter_close))
-    errors = ModelErrors(camera, (max(near - away, CLOSE * near), far + away))
+    errors = ModelErrors(camera, (max(near - away, CLOSEST * near), far + away))
     held = -1 if previous is None else LADDER.index((previous.model, previous.degree))
     table: list[Rung] = []
     for place, (model, degree) in enumerate(LADDER):
@@ -103,14 +144,14 @@ def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = 0.5, to
 
 
 def resolved(camera: Camera, scene: Scene) -> Camera:
-    """The camera with the model that this scene needs where it is a LensCamera of the model "auto"; else as it is."""
+    """The camera, a LensCamera of the model "auto" with the model that the scene needs."""
     if isinstance(camera, LensCamera) and camera.model == "auto":
         return choose_model(camera, scene).applied(camera)
     return camera
 
 
 def ray_times(cameras: list[LensCamera]) -> tuple[float, ...]:
-    """What a ray of each camera takes, ns: float32, one thread, from raster and pupil to the camera frame."""
+    """Time per ray of each camera, ns: float32, one thread, from raster and pupil to the camera frame."""
     film = cameras[0].film
     before = sampling_steps(film.pixels_x, film.pixels_y, lit=False)
     programs = [Program(before), *(Program([*before, camera.film_step, *camera.camera_steps()]) for camera in cameras)]

@@ -1,10 +1,10 @@
-"""How far a camera model is from the traced lens, in the picture.
+"""Model error: the difference of a camera model from the traced lens, in the picture.
 
-A point of the scene is imaged as a blur: where its middle lies, how wide it is along the radius and across it, and
-how bright it is are what a model can get wrong. For some film radii and distances of the scene, rays of the model
-and of the lens through the solved exit-pupil regions (with Gauss's nodes along the radius of a region and even steps
-around it) say where both see the scene; the difference, by the lens's own derivative with respect to the film point,
-is in pixels of the film. Where pictures are traced in colours, ideal models are held against red and blue light too.
+A point of the scene is imaged as a blur. A model can displace its middle, change its width along and across the
+radius, and its brightness. For some film radii and scene distances, rays of the model and of the lens through the
+solved exit-pupil regions (Gauss–Legendre nodes along the radius of a region, even steps around it) are compared where
+they meet the scene; the lens's own derivative with respect to the film point converts the difference into pixels
+of the film. Where pictures are traced in colours, ideal models are compared with red and blue light too.
 """
 
 import math
@@ -28,20 +28,20 @@ from lensbench.optics.prescription import LensError
 from lensbench.pupils.radial_sampler import PupilTable
 
 FIELDS = np.array([0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.98])    # film radii, of half the diagonal
-TURNS, REACHES = 12, 4                      # rays of one region: around it, and from its centre to its rim
-STEP = 1e-4                                 # of half the diagonal: for the derivative along the film
-STEEPEST = 0.2                              # cosine: beyond it a depth along the axis counts as a distance
-RIM = 1.01                                  # (r / semi-diameter)² up to which a ray of a region is not beyond its edge
-BETWEEN = 1.1, 1.1                          # pixels and stops there, over those at the fields that are looked at
-COARSE = 0.045                              # of a region's half width: where they move less, no ray is traced again
-LIT = 0.98                                  # of the radius where the light ends: so far out a model is judged
+AZIMUTHS, RADII = 12, 4                     # rays of one region: around it, and from its centre to its rim
+STEP = 1e-4                                 # half diagonals, for the derivative along the film
+STEEPEST = 0.2                              # cosine, below which a depth along the axis counts as a distance
+RIM = 1.01                                  # (r / semi-diameter)² up to which a ray of a region still passes
+BETWEEN = 1.1, 1.1                          # margin on pixels and stops for the fields between FIELDS
+COARSE = 0.045                              # region half widths by which tabulated regions may move unseen
+LIT = 0.98                                  # of the radius where the light ends, to which errors are computed
 HUES = (D_LINE, WAVELENGTHS[RED][4], WAVELENGTHS[BLUE][4])
 
 NAMES = {"pinhole": "pinhole", "thin": "thin lens", "thick": "thick lens", "trace": "full trace"}
 
 
 class Rung(NamedTuple):
-    """One model of the ladder: its errors in pixels and stops, and which of them is the worst and where."""
+    """One model of the ladder, its errors in pixels and stops, and which error is worst and where."""
 
     model: str
     degree: int                             # of the polynomial, otherwise 0
@@ -51,12 +51,12 @@ class Rung(NamedTuple):
 
     @property
     def name(self) -> str:
-        """In words."""
+        """The model in words."""
         return f"polynomial of degree {self.degree}" if self.degree else NAMES[self.model]
 
 
 class Moments(NamedTuple):
-    """Of blurs (…, depths, fields), in mm of the film: middles along the radius, and 2 σ along it and across."""
+    """Moments of blurs, (depths, fields) each, mm on the film: middle along the radius, and 2 σ along and across it."""
 
     middle: np.ndarray
     along: np.ndarray
@@ -65,7 +65,7 @@ class Moments(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModelErrors:
-    """The traced lens's blurs, against which models are held.
+    """The errors of camera models against the traced lens.
 
     camera: a LensCamera of any model; depths: nearest and farthest of the scene, mm from the film along the axis.
     """
@@ -74,7 +74,7 @@ class ModelErrors:
     depths: tuple[float, float]
 
     def rung(self, model: str, degree: int = 0, limits: tuple[float, float] = (math.inf, math.inf)) -> Rung:
-        """The errors of a model. limits: pixels and stops beyond which it need not be known by how much it fails."""
+        """The errors of a model. limits: pixels and stops, beyond which an error may be a lower bound."""
         if model == "trace":
             return Rung(model, 0, 0.0, 0.0, "")
         if why := self._refusal(model):
@@ -104,11 +104,11 @@ class ModelErrors:
         return rung._replace(worst=f"in {'red' if wavelength == HUES[1] else 'blue'} light, {rung.worst}")
 
     def _refusal(self, model: str) -> str:
-        """Why the model cannot be had at all; "" where it can."""
+        """Why the model cannot be used at all; "" where it can."""
         if not self.camera.lens.is_rotationally_symmetric:
             return "the lens has a cylinder or toroid"
         if model == "polynomial" and not self.camera.lens.iris.is_round:
-            return "no polynomial knows where rays meet the blades of the stop"
+            return "a polynomial does not give the place at the stop that its blades need"
         if not self._true_weights[0].sum() > 0.0:
             return "no light comes through this lens"
         if model == "polynomial" and self.table.coarseness > COARSE:
@@ -119,18 +119,18 @@ class ModelErrors:
 
     @cached_property
     def table(self) -> PupilTable:
-        """The exit-pupil regions, of their own size."""
+        """The exit-pupil regions, without the usual widening."""
         return PupilTable.of(self.camera.lens, self.camera.film_distance, self.camera.film.diagonal / 2.0, D_LINE,
                              widened=False)
 
     @cached_property
     def _radii(self) -> np.ndarray:
-        """Of the film points that are judged, mm; as far out as the lens lights the film."""
+        """Film radii at which errors are computed, mm; only as far as the lens lights the film."""
         return FIELDS * min(self.camera.film.diagonal / 2.0, LIT * self.table.dark_beyond)
 
     @cached_property
     def _film(self) -> np.ndarray:
-        """(fields, 3) x of the film points: each, a little outwards and a little inwards, for the derivative."""
+        """(fields, 3) x of the film points, mm: each, a little outwards and a little inwards, for the derivative."""
         return self._radii[:, None] + self._step * np.array([0.0, 1.0, -1.0])
 
     @property
@@ -139,7 +139,7 @@ class ModelErrors:
 
     @cached_property
     def _aims(self) -> np.ndarray:
-        """(5, rays) film x, direction and weight of every ray of the lens: those of the regions, then the middles."""
+        """(5, rays) film x, direction and weight: all rays of the regions, then the middle ray of each film point."""
         turn, area, _ = NODES
         film = np.concatenate([np.repeat(self._radii, len(turn)), self._film.ravel()])
         u = np.concatenate([np.tile(turn * 0.5, len(FIELDS)), np.zeros(self._film.size)])
@@ -155,24 +155,24 @@ class ModelErrors:
         return {X: film, L: l, M: m, N: n, WEIGHT: weight}
 
     def _lines(self, wavelength: float) -> np.ndarray:
-        """(7, rays) the rays of the lens in front of it, camera frame, and the CLEARANCE by which they came there."""
+        """(7, rays) the rays of the lens before the lens, camera frame, and their CLEARANCE."""
         steps = round_stop_steps(self.camera.lens, self.camera.film_distance, wavelength)
         return Program(steps, np.float64).run(self._given, [X, Y, Z, L, M, N, CLEARANCE], self._aims.shape[1])
 
     @cached_property
     def _weights(self) -> np.ndarray:
-        """(fields, rays) of the light that the regions promise."""
+        """(fields, rays) weights of the rays of the regions."""
         share = NODES[2]
         return self._aims[4, :len(FIELDS) * len(share)].reshape(len(FIELDS), -1) * share
 
     @cached_property
     def _true_weights(self) -> np.ndarray:
-        """(fields, rays) of the light that comes through."""
+        """(fields, rays) weights of the rays that pass the lens."""
         return np.where(self._true_lines[6, :self._weights.size].reshape(self._weights.shape) <= RIM, self._weights,
                         0.0)
 
     def _rays_of(self, lens: Gaussian) -> tuple[np.ndarray, np.ndarray]:
-        """Rays of an ideal lens by like nodes of its disk, and its middles, and their weights."""
+        """Rays of an ideal lens through the same nodes of its disk, then the middle rays; and weights."""
         turn, area, share = NODES
         a, b = np.sqrt(area) * np.cos(math.pi * turn), np.sqrt(area) * np.sin(math.pi * turn)
         film = np.concatenate([np.repeat(self._radii, len(turn)), self._film.ravel()])
@@ -186,7 +186,7 @@ class ModelErrors:
         return lines, cos4[:len(FIELDS) * len(turn)].reshape(len(FIELDS), -1) * share
 
     def _offset(self, model: str, lens: Gaussian) -> float:
-        """Stops by which an ideal lens is brighter on the axis: nothing where weights are relative."""
+        """Stops by which an ideal lens is brighter on the axis; 0 with relative weights."""
         camera = self.camera
         if camera.weights == "relative":
             return 0.0
@@ -219,9 +219,9 @@ class ModelErrors:
 
     @cached_property
     def _scales(self) -> tuple[np.ndarray, np.ndarray]:
-        """What a mm of film is there: (2, depths, fields) along the radius over its square, (depths, fields) across.
+        """Film and scene: mm along the radius per change of direction (2, depths, fields), change per mm across.
 
-        By the derivative along the radius, and by the turn about the axis.
+        Along from the derivative along the radius, across from the rotation about the axis.
         """
         x, _, z = self._seen(self._true_lines[:6, -self._film.size:], 3)
         along = np.stack([x[..., 1] - x[..., 2], z[..., 1] - z[..., 2]]) / (2.0 * self._step)
@@ -230,14 +230,14 @@ class ModelErrors:
         return along / square, across
 
     def _seen(self, lines: np.ndarray, rays: int) -> np.ndarray:
-        """(3, depths, fields, rays) where lines lead at the depths, as directions from the entrance pupil."""
+        """(3, depths, fields, rays) directions from the entrance pupil to where the rays cross the depths."""
         away = lines[:3] - np.array([0.0, 0.0, self._eye])[:, None]
         foot = away - (away * lines[3:]).sum(0) * lines[3:]
         foot, direction = (part.reshape(3, 1, -1, rays) for part in (foot, lines[3:]))
         return direction + foot * self._nearness[:, :, None]
 
     def _moments(self, lines: np.ndarray, weights: np.ndarray) -> Moments:
-        """Of the blurs that these rays of the regions make."""
+        """Moments of the blurs of these rays."""
         rays = weights.shape[1]
         x, y, z = self._seen(lines[:6, :weights.size], rays)
         per_mm, across = self._scales
@@ -253,7 +253,7 @@ class ModelErrors:
 
     @cached_property
     def _hues(self) -> list[Moments]:
-        """Of red and blue light, where the camera's pictures are traced in colours."""
+        """Moments in red and blue light, where the camera's pictures are traced in colours."""
         camera = self.camera if self.camera.follows_rays else replace(self.camera, model="trace")
         if not camera.disperses:
             return []
@@ -261,7 +261,7 @@ class ModelErrors:
 
     def _compared(self, model: str, degree: int, lines: np.ndarray, weights: np.ndarray, truths: list[Moments],
                   offset: float = 0.0) -> Rung:
-        """The errors of rays with these weights; the first of the truths is that of their own wavelength."""
+        """The errors of rays with these weights; the first of the truths is that of the rays' own wavelength."""
         blur = self._moments(lines, weights)
         worst_px, said = 0.0, ""
         for k, true in enumerate(truths):
@@ -289,9 +289,9 @@ class ModelErrors:
         return Rung(model, degree, worst_px, worst_stops, said)
 
     def _stretched(self, shift: np.ndarray) -> np.ndarray:
-        """(depths, fields) log2 of how much larger the lens shows what a model shows with its middles shifted so (mm).
+        """(depths, fields) log2 of image area, lens over model, from the shift of the middles (mm).
 
-        Along the radius by what the shift adds from field to field, and around the axis by its part of the radius.
+        Along the radius from the change of the shift between fields, around the axis from the shift over the radius.
         """
         r = self._radii
         along = np.gradient(shift, r, axis=1, edge_order=2)
@@ -308,10 +308,10 @@ def _within(rung: Rung, limits: tuple[float, float]) -> bool:
 
 
 def _nodes() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of one region: turn 0 … 1 around the upper half, the share of the area within, and weights of the rays."""
-    node, weight = np.polynomial.legendre.leggauss(REACHES)
-    turn, area = np.meshgrid((np.arange(TURNS) + 0.5) / TURNS, 0.5 * (node + 1.0), indexing="ij")
-    return turn.ravel(), area.ravel(), np.tile(0.5 * weight / TURNS, TURNS)
+    """Quadrature over one region: turns around its upper half, 0 to 1; share of the area within; weights."""
+    node, weight = np.polynomial.legendre.leggauss(RADII)
+    turn, area = np.meshgrid((np.arange(AZIMUTHS) + 0.5) / AZIMUTHS, 0.5 * (node + 1.0), indexing="ij")
+    return turn.ravel(), area.ravel(), np.tile(0.5 * weight / AZIMUTHS, AZIMUTHS)
 
 
 NODES = _nodes()

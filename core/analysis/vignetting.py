@@ -1,8 +1,8 @@
-"""Vignetting: how much of the beam of one object point the rims of a lens let pass, and which rims end it.
+"""Vignetting: the part of an object point's beam that passes the rims of a lens, and the rims that limit it.
 
-Lengths in mm, angles in radians. A ray is named by its height across the beam: where it goes through the plane that
-contains the first vertex and stands at right angles to the direction of the field. So the beam has a height at every
-field angle, 90° and beyond included; `Vignetting.on_plane` turns it into heights on a plane z = constant, such as
+Lengths in mm, angles in radians, lens frame. A ray is named by its height across the beam: its place on the plane
+through the first vertex perpendicular to the direction of the field. So a beam has heights at every
+field angle, 90° and beyond included; `Vignetting.on_plane` converts them into heights on a plane z = constant, such as
 that of the first vertex or of the entrance pupil.
 """
 
@@ -15,19 +15,30 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.scalar_trace import MISSED, PASSED, trace
 
-_PROFILE = 513          # points along the first surface, whose shadow says where the beam can be
-_SCAN = 1025            # heights in one look for it
-_ZOOMS = 5              # looks about the height that comes closest to passing
-_PARTS, _SPLITS = 32, 12                        # 32¹² is beyond the rounding of any height
+_PROFILE = 513          # points along the first surface, whose shadow contains the beam
+_SCAN = 1025            # heights in one scan for the beam
+_ZOOMS = 5              # scans about the height that comes closest to passing
+_PARTS, _SPLITS = 32, 12                        # 32¹² is finer than the rounding of any height
 
 
 @dataclass(frozen=True)
 class Vignetting:
-    """The beam of an object point in the plane y–z that passes: from `low` to `high` (mm, across the beam).
+    """The beam of an object point in the plane y–z that passes a lens, from `vignetting`.
 
-    low_surface, high_surface: what ends it there, by its rim or because rays beyond miss it or are
-    reflected at it. half_width: half the beam's extent in x where the height is in the middle between low and
-    high; half_width_surface ends it.
+    Parameters
+    ----------
+    field_angle
+        Angle of the object point from the axis, radians.
+    distance
+        From the first vertex to the object point, mm; may be math.inf.
+    low, high
+        Lowest and highest height across the beam that passes, mm.
+    low_surface, high_surface
+        Surfaces that limit the beam there: by their rims, or because rays beyond miss them or are totally reflected.
+    half_width
+        Half the beam's extent in x, midway between low and high, mm.
+    half_width_surface
+        Surface that limits this extent.
     """
 
     field_angle: float
@@ -40,7 +51,18 @@ class Vignetting:
     half_width_surface: int
 
     def on_plane(self, z: float) -> tuple[float, float]:
-        """Heights y (mm) at which the rays `low` and `high` cross the plane z (mm, lens frame) on their way in."""
+        """Heights of the limiting rays on a plane before the lens.
+
+        Parameters
+        ----------
+        z
+            Of the plane, mm, lens frame.
+
+        Returns
+        -------
+        tuple of float
+            y of the rays `low` and `high` on the plane, before refraction, mm.
+        """
         rays = (_rays(self.field_angle, self.distance, np.zeros(1), np.array([height])) for height in
                 (self.low, self.high))
         low, high = (float(origin[0, 1] + (z - origin[0, 2]) * way[0, 1] / way[0, 2]) for origin, way in rays)
@@ -48,24 +70,66 @@ class Vignetting:
 
 
 def vignetting(lens: Lens, field_angle: float, distance: float = inf, wavelength: float = D_LINE) -> Vignetting:
-    """What passes of the beam of a point `distance` mm from the first vertex, field_angle (rad) from the axis.
+    """The beam of an object point that passes a lens.
 
-    A positive angle is that of light that rises towards the film; it may reach 90° and more. The edges are exact
-    to rounding. Of a beam that falls in pieces the widest counts, if it is wider than a thousandth of the first
-    surface's shadow; the stop counts as the circle about its blades. LensError where nothing passes, or for an
-    angle of 180° or a distance that cannot be.
+    The edges are exact to rounding. Of a beam in several pieces the widest counts, if it is wider than a thousandth
+    of the first surface's shadow; the stop counts as the circle about its blades.
+
+    Parameters
+    ----------
+    lens
+        The lens.
+    field_angle
+        Angle of the object point from the axis, radians, its size below π; positive for light that rises towards the
+        film.
+    distance
+        From the first vertex to the object point, mm; may be math.inf.
+    wavelength
+        µm.
+
+    Returns
+    -------
+    Vignetting
+
+    Raises
+    ------
+    LensError
+        Where no light passes, for an angle from 180° on, and for a distance that is not positive.
     """
     if not abs(field_angle) < pi:
         raise LensError(f"field angle {np.degrees(field_angle):.4g}°: it must lie below 180°")
     if not distance > 0.0:
         raise LensError(f"distance {distance:g} mm: it must be positive, or math.inf")
 
-    rims = np.array([surface.semi_diameter for surface in lens.surfaces])
+    beam = _Beam(lens, field_angle, distance, wavelength)
+    heights, passing = beam.scan()
+    if not passing.size:
+        raise LensError(f"no light of a point at {np.degrees(field_angle):.4g}° passes this lens")
+    piece = max(np.split(passing, np.flatnonzero(np.diff(passing) > 1) + 1), key=len)
+    spacing = float(heights[1] - heights[0])
+    (_, low), low_surface = beam.edge(np.array([0.0, heights[piece[0]]]), np.array([0.0, -spacing]))
+    (_, high), high_surface = beam.edge(np.array([0.0, heights[piece[-1]]]), np.array([0.0, spacing]))
+    middle = np.array([0.0, 0.5 * (low + high)])
+    (half, _), half_surface = beam.edge(middle, np.array([lens.surfaces[0].semi_diameter, 0.0]))
+    return Vignetting(field_angle, distance, float(low), float(high), low_surface, high_surface, float(half),
+                      half_surface)
 
-    def margins(x: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distance from the axis over the rim, the greatest of all surfaces; and which surface ends the ray, or −1."""
-        t = trace(lens, *_rays(field_angle, distance, x, height), wavelength, clip=False, record=True, forward=True)
+
+@dataclass(frozen=True, eq=False)
+class _Beam:
+    """The rays of an object point, at places (x, height) across the beam."""
+
+    lens: Lens
+    field_angle: float
+    distance: float
+    wavelength: float
+
+    def clearances(self, x: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Greatest distance from the axis over the rim, of all surfaces; and the surface that ends the ray, or −1."""
+        origins, directions = _rays(self.field_angle, self.distance, x, height)
+        t = trace(self.lens, origins, directions, self.wavelength, clip=False, record=True, forward=True)
         assert t.paths is not None
+        rims = np.array([surface.semi_diameter for surface in self.lens.surfaces])
         share = np.hypot(t.paths[:, 1:, 0], t.paths[:, 1:, 1]) / rims
         share = np.where(np.isnan(share), 0.0, share)
         lost = t.fate != PASSED
@@ -74,47 +138,36 @@ def vignetting(lens: Lens, field_angle: float, distance: float = inf, wavelength
         ends = np.where(outside.any(1), outside.argmax(1), ends)
         return np.where(lost, inf, share.max(1)), ends
 
-    def edge(inside: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, int]:
-        """From a place (x, height) that passes, the last one in the direction of step that does, and what ends it."""
+    def scan(self) -> tuple[np.ndarray, np.ndarray]:
+        """Heights (n,) of a scan that finds the beam, and the indices of those that pass; none for no beam."""
+        low, high = _shadow(self.lens, self.field_angle, self.distance)
+        width = high - low
+        for _ in range(_ZOOMS):
+            heights = np.linspace(low - 1e-3 * width, high + 1e-3 * width, _SCAN)
+            clearance, ends = self.clearances(0.0 * heights, heights)
+            if (ends < 0).any() or isinf(clearance.min()):
+                break
+            nearest = heights[int(np.argmin(clearance))]
+            width *= 8.0 / _SCAN
+            low, high = nearest - 0.5 * width, nearest + 0.5 * width
+        return heights, np.flatnonzero(ends < 0)
+
+    def edge(self, inside: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, int]:
+        """The last place (2,) from one that passes in the direction of a step, and the surface that ends the beam."""
         outside = inside + step
-        while margins(outside[:1], outside[1:])[1][0] < 0:
+        while self.clearances(outside[:1], outside[1:])[1][0] < 0:
             inside, step = outside, 2.0 * step
             outside = inside + step
         for _ in range(_SPLITS):
             places = inside + np.linspace(0.0, 1.0, _PARTS + 1)[:, None] * (outside - inside)
-            ends = margins(places[:, 0], places[:, 1])[1]
+            ends = self.clearances(places[:, 0], places[:, 1])[1]
             first = 1 + int(np.argmax(ends[1:] >= 0))
             inside, outside, end = places[first - 1], places[first], int(ends[first])
         return inside, end
 
-    # Where the beam is
-    low, high = _shadow(lens, field_angle, distance)
-    width = high - low
-    for _ in range(_ZOOMS):
-        heights = np.linspace(low - 1e-3 * width, high + 1e-3 * width, _SCAN)
-        margin, ends = margins(0.0 * heights, heights)
-        if (ends < 0).any() or isinf(margin.min()):
-            break
-        nearest = heights[int(np.argmin(margin))]
-        width *= 8.0 / _SCAN
-        low, high = nearest - 0.5 * width, nearest + 0.5 * width
-    passing = np.flatnonzero(ends < 0)
-    if not passing.size:
-        raise LensError(f"no light of a point at {np.degrees(field_angle):.4g}° passes this lens")
-    piece = max(np.split(passing, np.flatnonzero(np.diff(passing) > 1) + 1), key=len)
-
-    # Its edges
-    spacing = float(heights[1] - heights[0])
-    (_, low), low_surface = edge(np.array([0.0, heights[piece[0]]]), np.array([0.0, -spacing]))
-    (_, high), high_surface = edge(np.array([0.0, heights[piece[-1]]]), np.array([0.0, spacing]))
-    middle = np.array([0.0, 0.5 * (low + high)])
-    (half, _), half_surface = edge(middle, np.array([lens.surfaces[0].semi_diameter, 0.0]))
-    return Vignetting(field_angle, distance, float(low), float(high), low_surface, high_surface, float(half),
-                      half_surface)
-
 
 def _rays(field_angle: float, distance: float, x: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions (n, 3) of the rays at x and height (n,) across the beam."""
+    """Origins and directions (n, 3) of the rays at places x and height (n,) across the beam."""
     along = np.array([0.0, sin(field_angle), cos(field_angle)])
     across = np.array([0.0, cos(field_angle), -sin(field_angle)])
     origins = x[:, None] * [1.0, 0.0, 0.0] + height[:, None] * across
@@ -124,7 +177,7 @@ def _rays(field_angle: float, distance: float, x: np.ndarray, height: np.ndarray
 
 
 def _shadow(lens: Lens, field_angle: float, distance: float) -> tuple[float, float]:
-    """The least and the greatest height across the beam of the points of the first surface."""
+    """Lowest and highest point of the first surface, as heights across the beam."""
     y = np.linspace(-1.0, 1.0, _PROFILE) * lens.surfaces[0].semi_diameter
     z = lens.surfaces[0].sag(0.0, y)
     y, z = y[np.isfinite(z)], z[np.isfinite(z)]

@@ -141,7 +141,7 @@ def test_a_fisheyes_chief_rays_run_back_from_the_stop_into_their_angle_beyond_a_
                                rtol=0.0, atol=1e-12)
 
 
-def test_the_foci_of_a_fisheye_go_on_smoothly_beyond_a_right_angle():
+def test_the_foci_of_a_fisheye_continue_smoothly_beyond_a_right_angle():
     fisheye = lenses.load("lib-miyamoto-fisheye-1964")
     before, at, after = (np.array(lb.astigmatic_foci(fisheye, 0.5 * pi + e)) for e in (-1e-5, 0.0, 1e-5))
     np.testing.assert_allclose(before + after, 2.0 * at, rtol=0.0, atol=1e-2 * np.abs(after - before).min())
@@ -167,7 +167,7 @@ def test_a_term_of_the_third_power_has_no_seidel_sums():
     assert lb.seidel(replace(figured, surfaces=(replace(figured.stop, aspheric=((4, 1e-6), (5, 1e-4))),)), 0.1)
 
 
-def test_what_has_no_chief_ray_or_no_symmetry_is_refused():
+def test_lenses_without_chief_ray_or_symmetry_are_refused():
     with pytest.raises(lb.LensError, match="below 90°"):
         lb.seidel(biconvex(), 0.5 * pi)
     with pytest.raises(lb.LensError, match="cylinder or toroid"):

@@ -1,4 +1,4 @@
-"""The choice of a model: what it promises is what point lights look like through the model and through the lens."""
+"""Model choice: images of point lights through the chosen model are within the tolerances of those through the lens."""
 
 import math
 from dataclasses import replace
@@ -75,7 +75,7 @@ def test_an_ideal_lens_of_thin_glass_needs_no_trace():
     assert choice.model in ("thin", "thick")
 
 
-def test_every_judgement_is_a_number_or_says_why_not():
+def test_every_error_is_a_number_or_has_a_reason():
     camera = lb.LensCamera(lenses.load("pbrt-fisheye-10mm"), FILM, 1200.0)
     judge = ModelErrors(camera, (400.0, 8000.0))
     for model, degree in LADDER[:-1]:
@@ -87,7 +87,7 @@ def test_every_judgement_is_a_number_or_says_why_not():
         lb.choose_model(camera, lb.builtin_scene("room"), 0.0)
 
 
-def test_a_camera_that_has_come_nearer_is_judged_nearer():
+def test_a_camera_nearer_to_the_scene_has_nearer_depths():
     camera, scene = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, 1200.0, 16.0), lb.builtin_scene("still-life")
     there = np.eye(4)
     there[2, 3] = -300.0

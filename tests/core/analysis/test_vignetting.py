@@ -106,6 +106,6 @@ def test_a_thin_plate_shows_its_own_rim_as_the_cosine_of_the_field():
 @pytest.mark.parametrize(("angle", "distance", "message"), [
     (1.2, inf, "no light of a point at 68.75° passes"), (2.0, inf, "no light"), (3.2, inf, "below 180°"),
     (0.1, 0.0, "must be positive"), (0.1, -1.0, "must be positive")])
-def test_what_is_dark_or_cannot_be_is_refused_in_one_line(angle, distance, message):
+def test_dark_fields_and_invalid_arguments_are_refused_in_one_line(angle, distance, message):
     with pytest.raises(lb.LensError, match=message):
         lb.vignetting(lens("dgauss") if distance else biconvex(), angle, distance)
