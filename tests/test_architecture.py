@@ -12,6 +12,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 ROOMS = {"core": "lensbench", "lenses": "lensbench.lenses", "app": "lensbench.app"}
 PACKAGES = ROOMS | {"shaders": "lensbench.shaders"}
+SETTINGS = "lensbench.app.state.settings"
 GRAPHICS = {"moderngl", "glfw", "imgui_bundle", "glcontext", "OpenGL"}
 
 # The rooms of core and app in layers, the lowest first: a room imports rooms of lower layers alone
@@ -51,14 +52,10 @@ def module(path):
 
 @cache
 def imports(path):
-    """Dotted names of the modules that a file imports, anywhere in it; of our own, down to the file."""
+    """Dotted names of the modules that a file imports, anywhere in it, types too; of our own, down to the file."""
     found = set()
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    hints = {inner for node in ast.walk(tree) if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-             for inner in ast.walk(node)}
     for node in ast.walk(tree):
-        if node in hints:
-            continue
         if isinstance(node, ast.Import):
             found |= {name.name for name in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -67,6 +64,14 @@ def imports(path):
             ours = {name for name in inside if name in modules()}
             found |= ours or {node.module}
     return found
+
+
+def typed_settings(path):
+    """Whether a file of app.state names Settings in types alone, as makers do that settings.py itself imports."""
+    hints = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+             if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
+    return path.parent == ROOT / "app" / "state" and any(
+        isinstance(inner, ast.ImportFrom) and inner.module == SETTINGS for hint in hints for inner in hint.body)
 
 
 @cache
@@ -172,8 +177,8 @@ def test_no_room_is_named_that_does_not_exist(layers):
 
 
 def test_no_files_import_each_other_in_a_circle():
-    graph = {module(path): imports(path) & modules() for name in ROOMS for path in files(name)
-             if path != ROOT / "core" / "__init__.py"}
+    graph = {module(path): imports(path) & modules() - ({SETTINGS} if typed_settings(path) else set())
+             for name in ROOMS for path in files(name) if path != ROOT / "core" / "__init__.py"}
     assert circles(graph) == []
 
 
@@ -235,3 +240,23 @@ def test_the_library_and_the_lenses_load_no_graphics_and_no_picture_formats():
 def test_the_help_of_the_command_loads_no_graphics_no_formats_and_no_lens_files():
     loaded = loaded_by("from lensbench.app.command.main import main; main(['render', '--help'])")
     assert not loaded & (GRAPHICS | {"PIL", "OpenEXR", "lensbench.app.window.window", "lensbench.app.files.export"})
+
+
+# What the window owns
+
+
+@pytest.mark.parametrize("path", [path for name in ("widgets", "display", "panels", "window")
+                                  for path in files(f"app/{name}")], ids=module)
+def test_no_state_of_the_window_is_global(path):
+    """Modules hold constants; a mutable dataclass, a class instance of state or a cache of what is drawn does not."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    assert not [node for node in ast.walk(tree) if isinstance(node, ast.Global)]
+    mutable = {node.name for node in tree.body if isinstance(node, ast.ClassDef) and not any(
+        "frozen=True" in ast.unparse(decorator) for decorator in node.decorator_list)
+        and not {ast.unparse(base) for base in node.bases} & {"NamedTuple", "Enum"}}
+    made = {ast.unparse(node.value.func) for node in tree.body
+            if isinstance(node, ast.Assign | ast.AnnAssign) and isinstance(node.value, ast.Call)}
+    assert not made & mutable
+    cached = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
+              and any("cache" in ast.unparse(decorator) for decorator in node.decorator_list)]
+    assert not [node.name for node in cached if "ImVec2" in ast.unparse(node) or "imgui." in ast.unparse(node)]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lensbench.app.state.comparison import Difference
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 
 
@@ -71,7 +72,7 @@ class View:
     covered: tuple[float, float, float, float] | None = None    # by the picture: left, top, right, bottom on the screen
     pinned: Settings | None = None                  # those of the picture A
     dragged: bool = False
-    requests: set[str] = field(default_factory=set)     # asked of the window: pause, restart, screenshot, export
+    requests: set[Request] = field(default_factory=set) # of the window
     messages: list[str] = field(default_factory=list)   # what went wrong or was done, until it is dismissed
     done: set[str] = field(default_factory=set)         # those of them that tell of something done
 

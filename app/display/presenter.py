@@ -1,4 +1,4 @@
-"""The picture on its way to the screen: the worker's news in, a developed texture and what is known of it out."""
+"""Presents render updates as tone-mapped textures, with histogram, difference and depth."""
 
 import math
 from dataclasses import replace
@@ -19,6 +19,7 @@ from lensbench.app.state.light_field_query import note, picture_settings
 from lensbench.app.state.pixel_coc import Blur
 from lensbench.app.state.settings import LOOK, Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.memo import Memo
 from lensbench.app.workers.light_field_worker import FieldPicture
 from lensbench.app.workers.render_worker import RenderUpdate, RenderWorker
 
@@ -33,17 +34,17 @@ class Presenter:
         self.field_picture: FieldPicture | None = None  # of a light field, shown in place of the camera's picture
         self.pinned: RenderUpdate | None = None                 # the picture A
         self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # what is on the screen, before its tone
-        self._light_of: Any = None
-        self._exposing: tuple[Any, Exposing | None] = (None, None)
+        self._light_of: Any = None                      # what that is made of
+        self._exposing = Memo(1)
         self._worker = worker
         self._screen: Screen | None = None
         self._pinned_screen: Screen | None = None
         self._strip_screen: Screen | None = None
         self._strip_of: Any = None                      # what that screen holds
-        self._difference: tuple[Any, Difference | None] = (None, None)     # what it is of, and itself
+        self._difference, self._histogram = Memo(1), Memo(1)
+        self._pins = 0                                  # counts the pictures A
         self._deep: RenderUpdate | None = None                  # the newest with a depth map
         self._loaded: Any = None                        # what the screen holds
-        self._shares: tuple[Any, Any] = (None, None)    # the histogram, and what it was made of
 
     def open(self) -> None:
         """Begin to draw, in the GL context that is current now."""
@@ -69,12 +70,11 @@ class Presenter:
 
     def exposing(self, settings: Settings) -> Exposing | None:
         """What the exposure of the picture comes to; None before the first."""
-        if self.update is None or self.update.raw:
+        update = self.update
+        if update is None or update.raw:
             return None
-        of = (id(self.update.image), look(settings), settings.shutter, settings.iso)
-        if self._exposing[0] != of:
-            self._exposing = (of, exposing(settings, self.update.image))
-        return self._exposing[1]
+        key = (update.key, look(settings), settings.shutter, settings.iso)
+        return self._exposing.of(key, lambda: exposing(settings, update.image))
 
     def strip(self, image: NDArray[np.float32], of: Any, settings: Settings) -> int:
         """The GL name of a texture with a small linear picture for a panel, developed as these settings say.
@@ -103,6 +103,7 @@ class Presenter:
 
     def _keep(self, update: RenderUpdate) -> None:
         self.pinned = update
+        self._pins += 1
         self._pinned_screen = self._pinned_screen or Screen(moderngl.get_context())
         self._pinned_screen.load(update.image)
 
@@ -113,7 +114,8 @@ class Presenter:
             return self.update
         field_picture = self.field_picture
         return RenderUpdate(0, field_picture.image, field_picture.recording.settings.samples, field_picture.seconds,
-                    picture_settings(field_picture.recording, field_picture.look), 0.0, coded=field_picture.look.coded)
+                            picture_settings(field_picture.recording, field_picture.look), 0.0,
+                            coded=field_picture.look.coded, field_picture=field_picture.number)
 
     def picture(self, settings: Settings, view: View) -> Picture:
         """What the render panel shows in this frame."""
@@ -121,27 +123,26 @@ class Presenter:
         if update is None or screen is None:
             return Picture(waiting=waiting, first=True)
         depth = self._distances(settings, update)
-        of = (id(update.image), update.settings.view, look(settings))
+        of = (update.key, update.settings.view, look(settings))
         if of != self._light_of:
             self._light_of, self.light = of, _light(update, settings)
-        if (of, id(depth)) != self._loaded:
-            self._loaded = (of, id(depth))
+        deep = None if depth is None or self._deep is None else self._deep.generation
+        if (of, deep) != self._loaded:
+            self._loaded = (of, deep)
             screen.load(self.light, depth)
         texture = screen.developed(self._development(settings, view, update, depth is not None))
         pinned, difference = None, None
         if settings.compare != "off" and self.pinned is not None and self._pinned_screen is not None:
             pinned = self._other(self.pinned, self._pinned_screen, settings, view)
             if settings.compare == "difference" and screen.size == pinned.size:
-                difference = self._difference_of(self.pinned.image, self.light)
+                a, b = self.pinned.image, self.light
+                difference = self._difference.of((self._pins, of), lambda: Difference.of(a, b))
                 texture = screen.apart(self._pinned_screen, difference.scale)
         screen.draw_at(view.scale)
         shares = None
         if view.histogram:
-            curve = "raw" if update.raw else settings.tone
-            key = (id(self.light), settings.exposure, curve, settings.noise)
-            if self._shares[0] != key:
-                self._shares = (key, histogram(self.light, *key[1:]))
-            shares = self._shares[1]
+            tone = (settings.exposure, "raw" if update.raw else settings.tone, settings.noise)
+            shares = self._histogram.of((of, tone), lambda: histogram(self.light, *tone))
         if self.field_picture is not None:
             return Picture(texture, screen.size, update.samples, update.seconds, histogram=shares, pinned=pinned,
                            difference=difference, recorded=update.settings, note=note(*self.field_picture[:2]))
@@ -160,14 +161,6 @@ class Presenter:
         texture = screen.developed(Development(own.exposure, "raw" if update.raw else own.tone, sensor=own.noise))
         screen.draw_at(view.scale)
         return Pinned(texture, screen.size, update.samples, own)
-
-    def _difference_of(self, a: NDArray[np.float32], b: NDArray[np.float32]) -> Difference:
-        key = (id(a), id(b))
-        if self._difference[0] != key or self._difference[1] is None:
-            self._difference = (key, Difference.of(a, b))
-        found = self._difference[1]
-        assert found is not None
-        return found
 
     def _distances(self, settings: Settings, update: RenderUpdate) -> NDArray[np.float32] | None:
         """The depth map that the shaders need: for overlays, and to hide the noise of the first passes."""

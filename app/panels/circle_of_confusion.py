@@ -6,8 +6,7 @@ focus and can be dragged.
 """
 
 import math
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
@@ -17,6 +16,7 @@ from lensbench.app.state.figures import Readings, optical, readings
 from lensbench.app.state.scales import format_distance, format_f_number
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, pieces, text
 
 NEAR_END = 0.7                  # of the plot's width: focused beyond it, lines are named on the left
@@ -24,20 +24,19 @@ THIN, THICK = (1.5, 3.0), (6.0, 3.0)             # dashes and gaps, pixels
 
 
 @dataclass
-class Frame:
-    """What the plot was fitted to, and its right axis; no part of any settings."""
+class CocState:
+    """What the panel keeps between frames: the limits of its plot, and the line that is dragged."""
 
     fitted_to: tuple = ()
     fit: bool = False
     y0: float = 1.0
     y1: float = 1000.0
     grip: float = 0.0           # pixels from the mouse to the line while it is dragged
+    memo: Memo = field(default_factory=lambda: Memo(4))    # the curves in pixels
 
 
-_frame = Frame()
 
-
-def coc_panel(settings: Settings) -> Settings:
+def coc_panel(settings: Settings, state: CocState) -> Settings:
     """Draw the plot in what is left of the window; settings, with another focus where its line was dragged."""
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
@@ -53,31 +52,32 @@ def coc_panel(settings: Settings) -> Settings:
         return settings
 
     key = (settings.lens, settings.focal_length, settings.lensless, low, high, top, size.x, size.y)
-    refit = _frame.fit or _frame.fitted_to != key
-    _frame.fitted_to, _frame.fit = key, False
+    refit = state.fit or state.fitted_to != key
+    state.fitted_to, state.fit = key, False
     corner = imgui.get_cursor_screen_pos()
     theme.small()
     plot = None
     if implot.begin_plot("Circle of confusion plot", size, PLOT_FLAGS):
-        _set_axes(size, (low, high, bottom, top), settings.film.pitch * 1000.0, refit)
+        _set_axes(size, (low, high, bottom, top), settings.film.pitch * 1000.0, refit, state)
         plot = PlotMap.current(log=True)
-        _frame.y0, _frame.y1 = 10.0**plot.y0, 10.0**plot.y1
+        state.y0, state.y1 = 10.0**plot.y0, 10.0**plot.y1
         implot.push_plot_clip_rect()
-        _draw(implot.get_plot_draw_list(), plot, settings, got, shown)
+        _draw(implot.get_plot_draw_list(), plot, settings, got, shown, state)
         implot.pop_plot_clip_rect()
         if implot.is_plot_hovered():
-            _frame.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+            state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
             _tell(plot, settings, shown)
         implot.end_plot()
     imgui.pop_font()
     if plot is not None and plot.bottom > plot.top:
-        settings = _dragged(settings, got, plot)
+        settings = _dragged(settings, got, plot, state)
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(size)
     return settings
 
 
-def _set_axes(size: ImVec2, ranges: tuple[float, float, float, float], pitch: float, refit: bool) -> None:
+def _set_axes(size: ImVec2, ranges: tuple[float, float, float, float], pitch: float, refit: bool,
+              state: CocState) -> None:
     low, high, bottom, top = ranges
     x, y, pixels = implot.ImAxis_.x1, implot.ImAxis_.y1, implot.ImAxis_.y2
     roomy = size.x > theme.em(13) and size.y > theme.em(10)
@@ -91,8 +91,8 @@ def _set_axes(size: ImVec2, ranges: tuple[float, float, float, float], pitch: fl
     implot.setup_axis_limits(x, low, high, condition)
     implot.setup_axis_limits(y, bottom, top, condition)
     if refit:
-        _frame.y0, _frame.y1 = bottom, top
-    implot.setup_axis_limits(pixels, _frame.y0 / pitch, _frame.y1 / pitch, implot.Cond_.always)
+        state.y0, state.y1 = bottom, top
+    implot.setup_axis_limits(pixels, state.y0 / pitch, state.y1 / pitch, implot.Cond_.always)
     implot.setup_axis_limits_constraints(x, 1e-3, 1e5)
     implot.setup_axis_limits_constraints(y, 1e-3, 1e6)
     line = imgui.get_text_line_height()
@@ -105,7 +105,8 @@ def _set_axes(size: ImVec2, ranges: tuple[float, float, float, float], pitch: fl
         implot.setup_axis_ticks(axis, values, labels, False)
 
 
-def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readings, shown: Curves) -> None:
+def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readings, shown: Curves,
+          state: CocState) -> None:
     colour, pixel, line = theme.colours(), theme.scale(), imgui.get_text_line_height()
     limit, pitch = 1000.0 * (got.limit or 0.0), 1000.0 * settings.film.pitch
     right = plot.right - 3.0 * pixel
@@ -142,7 +143,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
 
     # Curves
     assert got.f_number is not None
-    for tone, weight, strokes in _strokes(shown, plot, pixel):
+    for tone, weight, strokes in state.memo.of((shown, plot, pixel), lambda: _strokes(shown, plot, pixel)):
         packed = theme.packed(getattr(colour, tone))
         for stroke in strokes:
             draw.add_polyline(stroke, packed, weight * pixel, imgui.ImDrawFlags_.none)
@@ -187,7 +188,6 @@ def _clear_row(plot: PlotMap, shown: Curves, left: float, right: float) -> float
     return next((top for top in rows if (heights < top).all() or (heights > top + line).all()), rows[0])
 
 
-@lru_cache(maxsize=4)
 def _strokes(shown: Curves, plot: PlotMap, pixel: float) -> list[tuple[str, float, list[list[ImVec2]]]]:
     """Colour, weight and pieces of every curve: other stops faint, thin in dots, thick in dashes, the main one full."""
     found = [("faint", 1.0, pieces(plot.pixels(shown.distances, diameters))) for _, diameters in shown.neighbours]
@@ -266,7 +266,7 @@ def _focus_column(settings: Settings, plot: PlotMap) -> float:
     return math.floor(min(max(x, plot.left + 1.0), plot.right - 1.0))
 
 
-def _dragged(settings: Settings, got: Readings, plot: PlotMap) -> Settings:
+def _dragged(settings: Settings, got: Readings, plot: PlotMap, state: CocState) -> Settings:
     """The focus line as an item over the plot; beyond the right edge lies infinity."""
     x, half = _focus_column(settings, plot), 5.0 * theme.scale()
     imgui.set_cursor_screen_pos(ImVec2(x - half, plot.top))
@@ -277,9 +277,9 @@ def _dragged(settings: Settings, got: Readings, plot: PlotMap) -> Settings:
             imgui.set_item_tooltip("Plane in focus: drag to focus")
     mouse = imgui.get_mouse_pos().x
     if imgui.is_item_activated():
-        _frame.grip = x - mouse
+        state.grip = x - mouse
     elif imgui.is_item_active() and imgui.get_io().mouse_delta.x != 0.0:
-        column = mouse + _frame.grip
+        column = mouse + state.grip
         focus = math.inf if column >= plot.right - 1.0 else 1000.0 * plot.x_at(column)
         nearest = got.nearest_focus if got.nearest_focus is not None else 1.01 * (got.efl or 0.0)
         return replace(settings, focus_distance=max(focus, nearest))

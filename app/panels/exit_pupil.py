@@ -5,8 +5,8 @@ last vertex.
 """
 
 import math
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
@@ -20,6 +20,7 @@ from lensbench.app.state.scales import format_area, radius_scale
 from lensbench.app.state.settings import REAL, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
 
 FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the film that the lens lights
@@ -30,19 +31,18 @@ SAME = 0.004                    # of the film's radius: so close a film point co
 
 
 @dataclass
-class Frame:
-    """What the plot was fitted to; no part of any settings."""
+class PupilState:
+    """What the panel keeps between frames: the limits and the shape of its plot."""
 
     fitted_to: tuple = ()
     fit: bool = False
     span: float = 20.0          # mm shown across
     shape: tuple[int, int] = (1, 1)     # pixels
+    memo: Memo = field(default_factory=lambda: Memo(20))   # outlines and samples in pixels
 
 
-_frame = Frame()
 
-
-def pupil_panel(settings: Settings, film_radius: float, hover_radius: float | None = None) -> float:
+def pupil_panel(settings: Settings, film_radius: float, state: PupilState, hover_radius: float | None = None) -> float:
     """Draw the panel in what is left of the window; film_radius (mm), changed by its ring.
 
     hover_radius: of the film point under the mouse in the picture, shown instead while there is one.
@@ -76,7 +76,7 @@ def pupil_panel(settings: Settings, film_radius: float, hover_radius: float | No
         imgui.pop_font()
         imgui.set_item_tooltip("This lens has cylinders: film points beside the axis see other regions than those "
                                "above it, which are shown. Pictures follow the true ones all over the film")
-    _plot(stand, fields, seen, samples, reach)
+    _plot(stand, fields, seen, samples, reach, state)
     return film_radius
 
 
@@ -86,34 +86,35 @@ def _say(reason: str) -> None:
     imgui.pop_text_wrap_pos()
 
 
-def _plot(stand: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float) -> None:
+def _plot(stand: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,
+          state: PupilState) -> None:
     corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     if size.y < 40.0:
         return
     rear = stand.lens.surfaces[-1].semi_diameter
-    key = (rear, stand.lens.length, size.x, size.y, _frame.shape)
-    refit = _frame.fit or _frame.fitted_to != key
-    _frame.fitted_to, _frame.fit = key, False
+    key = (rear, stand.lens.length, size.x, size.y, state.shape)
+    refit = state.fit or state.fitted_to != key
+    state.fitted_to, state.fit = key, False
     roomy = size.x > theme.em(11) and size.y > theme.em(9)
     theme.small()
     if implot.begin_plot("Exit pupil plot", size, PLOT_FLAGS | implot.Flags_.equal):
         implot.setup_axes("x (mm)" if roomy else "", "y (mm)" if roomy else "", AXIS_FLAGS, AXIS_FLAGS)
         condition = implot.Cond_.always if refit else implot.Cond_.once
-        x0, x1, y0, y1 = _limits(rear, *_frame.shape)
+        x0, x1, y0, y1 = _limits(rear, *state.shape)
         implot.setup_axes_limits(x0, x1, y0, y1, condition)
         if refit:
-            _frame.span = x1 - x0
+            state.span = x1 - x0
         for axis in (implot.ImAxis_.x1, implot.ImAxis_.y1):
-            implot.setup_axis_ticks(axis, *_ticks(_frame.span, rear), False)
+            implot.setup_axis_ticks(axis, *_ticks(state.span, rear), False)
         plot = PlotMap.current(log=False)
-        _frame.span = plot.x1 - plot.x0
-        _frame.shape = (round(plot.right - plot.left), round(plot.bottom - plot.top))
+        state.span = plot.x1 - plot.x0
+        state.shape = (round(plot.right - plot.left), round(plot.bottom - plot.top))
         draw = implot.get_plot_draw_list()
         implot.push_plot_clip_rect()
-        _draw(draw, plot, rear, fields, seen, samples, reach)
+        _draw(draw, plot, rear, fields, seen, samples, reach, state)
         implot.pop_plot_clip_rect()
         if implot.is_plot_hovered():
-            _frame.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+            state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
             _tell(plot, stand.lens, stand.film_distance, seen)
         implot.end_plot()
     imgui.pop_font()
@@ -137,7 +138,7 @@ def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
 
 
 def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Region], seen: Region,
-          samples: BoxSamples, reach: float) -> None:
+          samples: BoxSamples, reach: float, state: PupilState) -> None:
     colour, pixel = theme.colours(), theme.scale()
     turn = np.linspace(0.0, 2.0 * math.pi, 97)[:-1]
     polyline(draw, plot.pixels(rear * np.cos(turn), rear * np.sin(turn)), theme.packed(colour.faint), 1.0, closed=True)
@@ -153,12 +154,13 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
         if abs(seen.film_radius - part * reach) <= SAME * reach:
             own = pair[0]
     if seen.area > 0.0:
-        outline = _outline(seen, plot)
+        outline = state.memo.of((seen, plot), lambda: _outline(seen, plot))
         draw.add_convex_poly_filled(outline[::2], theme.packed(own, 0.22))
-    for (name_, _), (tint, tint_text), field in zip(FIELDS, tints, fields, strict=True):
-        if field.area > 0.0:
-            draw.add_polyline(_outline(field, plot), theme.packed(tint), pixel, imgui.ImDrawFlags_.closed)
-            _name(draw, plot, name_, field, tint_text)
+    for (name_, _), (tint, tint_text), one in zip(FIELDS, tints, fields, strict=True):
+        if one.area > 0.0:
+            its_outline = state.memo.of((one, plot), partial(_outline, one, plot))
+            draw.add_polyline(its_outline, theme.packed(tint), pixel, imgui.ImDrawFlags_.closed)
+            _name(draw, plot, name_, one, tint_text)
     if seen.area <= 0.0:
         return
     draw.add_polyline(outline, theme.packed(own), 2.0 * pixel, imgui.ImDrawFlags_.closed)
@@ -176,7 +178,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
     else:
         text(draw, ImVec2(a.x, max(a.y - height - pixel, plot.top)), colour.text, "pbrt's box")
     shown = min(int(abs(b.x - a.x) * abs(b.y - a.y) / (DENSITY * pixel) ** 2), len(samples.points))
-    dots, crosses = _marks(samples, shown, plot, pixel)
+    dots, crosses = state.memo.of((samples, shown, plot), lambda: _marks(samples, shown, plot, pixel))
     dot, cross = theme.packed(colour.strong, 0.75), theme.packed(colour.dead, 0.9)
     for corners in dots:
         draw.add_rect_filled(*corners, dot)
@@ -184,13 +186,11 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
         draw.add_line(*ends, cross, pixel)
 
 
-@lru_cache(maxsize=16)
 def _outline(field: Region, plot: PlotMap) -> list[ImVec2]:
     """Every second point of a region's outline, in pixels."""
     return [ImVec2(x, y) for x, y in plot.pixels(field.outline[::2, 0], field.outline[::2, 1]).tolist()]
 
 
-@lru_cache(maxsize=4)
 def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tuple[list, list]:
     """Of the first samples the corners of dots for those that pass, and the ends of crosses' arms for the others."""
     places, radius, arm = plot.pixels(*samples.points[:shown].T).tolist(), 0.75 * pixel, 2.0 * pixel

@@ -31,16 +31,14 @@ NATURAL, RIMS = (6.0, 3.0), (1.5, 3.0)          # dashes and gaps, pixels
 
 
 @dataclass
-class Frame:
-    """What the lower plot shows; no part of any settings."""
+class FalloffState:
+    """What the lower plot shows; no part of the settings."""
 
     shown: str = "curve"
 
 
 EVERY_WAY = "These plots go by the distance from the film's centre. This lens has a cylinder or toroid: its light " \
             "and its shape change with the direction as well"
-
-_frame = Frame()
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +63,7 @@ def falling(stand: Setup) -> Falling:
     return Falling(light, shape, ideal, real)
 
 
-def falloff_panel(settings: Settings) -> None:
+def falloff_panel(settings: Settings, state: FalloffState) -> None:
     """Draw both plots in what is left of the window."""
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
@@ -87,9 +85,9 @@ def falloff_panel(settings: Settings) -> None:
     room = imgui.get_content_region_avail()
     below = imgui.get_frame_height_with_spacing()
     _light_plot(found.light, ImVec2(room.x, 0.52 * (room.y - below)))
-    _frame.shown = toggles("Distortion", SHOWN, _frame.shown, TIPS, 5.6)
+    state.shown = toggles("Distortion", SHOWN, state.shown, TIPS, 5.6)
     room = imgui.get_content_region_avail()
-    (_shape_plot if _frame.shown == "curve" else _grid)(found, room)
+    (_shape_plot if state.shown == "curve" else _grid)(found, room)
     imgui.pop_font()
 
 

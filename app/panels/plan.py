@@ -21,18 +21,16 @@ FARTHEST = 1e6                  # mm: focused beyond it, the line has no place
 
 
 @dataclass
-class Frame:
-    """What the plot was fitted to; no part of any settings."""
+class PlanState:
+    """What the panel keeps between frames: the limits of its plot, and the line that is dragged."""
 
     fitted_to: tuple = ()
     fit: bool = False
     grip: float = 0.0           # mm from the mouse to the plane in focus while its line is dragged
 
 
-_frame = Frame()
 
-
-def plan_panel(settings: Settings) -> Settings:
+def plan_panel(settings: Settings, state: PlanState) -> Settings:
     """Draw the plan in what is left of the window; settings, with another focus where its line was dragged."""
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
@@ -49,8 +47,8 @@ def plan_panel(settings: Settings) -> Settings:
         return settings
 
     key = (settings.scene, settings.model, size.x, size.y)
-    refit = _frame.fit or _frame.fitted_to != key
-    _frame.fitted_to, _frame.fit = key, False
+    refit = state.fit or state.fitted_to != key
+    state.fitted_to, state.fit = key, False
     corner = imgui.get_cursor_screen_pos()
     theme.small()
     plot = None
@@ -68,12 +66,12 @@ def plan_panel(settings: Settings) -> Settings:
         _draw(implot.get_plot_draw_list(), plot, shown, around)
         implot.pop_plot_clip_rect()
         if implot.is_plot_hovered():
-            _frame.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+            state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
             _tell(plot, shown)
         implot.end_plot()
     imgui.pop_font()
     if plot is not None and plot.bottom > plot.top:
-        settings = _dragged(settings, shown, plot)
+        settings = _dragged(settings, shown, plot, state)
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(size)
     return settings
@@ -152,7 +150,7 @@ def _camera(draw: imgui.ImDrawList, plot: PlotMap, shown: Plan) -> None:
                              theme.packed(colour.strong))
 
 
-def _dragged(settings: Settings, shown: Plan, plot: PlotMap) -> Settings:
+def _dragged(settings: Settings, shown: Plan, plot: PlotMap, state: PlanState) -> Settings:
     """A handle on the middle of the line in focus, to be dragged along the camera's axis."""
     length = float(np.hypot(*shown.ahead))
     if shown.focus is None or shown.distance >= FARTHEST or length < 0.05:
@@ -179,14 +177,14 @@ def _dragged(settings: Settings, shown: Plan, plot: PlotMap) -> Settings:
     away = np.array([plot.x_at(mouse.x), y]) - shown.place
     along = 1000.0 * float(away @ shown.ahead) / length**2
     if imgui.is_item_activated():
-        _frame.grip = settings.focus_distance - along
+        state.grip = settings.focus_distance - along
         return settings
     delta = imgui.get_io().mouse_delta
     if delta.x == 0.0 and delta.y == 0.0:
         return settings
     got = readings(settings)
     nearest = (got.nearest_focus or 1.01 * abs(got.efl or 10.0)) * (1.0 + 1e-6)
-    return replace(settings, focus_distance=max(along + _frame.grip, nearest))
+    return replace(settings, focus_distance=max(along + state.grip, nearest))
 
 
 def _tell(plot: PlotMap, shown: Plan) -> None:

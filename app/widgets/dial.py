@@ -1,19 +1,19 @@
-"""The engraved scale: one widget for focus, aperture, exposure and every other ring of the bench.
+"""The ring, an engraved scale: one widget for focus, aperture, exposure and every other continuous setting.
 
-Drag turns it continuously (with Shift at a tenth of the speed), a click and the
-wheel go to the stops where the scale has them, ctrl-click or Enter takes a
-typed value, a double click brings back the scale's own. The widget is one imgui
-item named by its label.
+A drag turns it continuously (with Shift at a tenth of the speed), a click and the
+wheel go to the engraved stops if the scale has them, ctrl-click or Enter takes a
+typed value, a double click resets. The widget is one imgui item named by its label.
 """
 
 import math
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from contextvars import ContextVar
+from dataclasses import dataclass, field, replace
 
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.state.scales import Scale, figures_that_fit
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.memo import Memo
 
 DRAG_THRESHOLD = 3.0            # pixels at a scale of 1, before a press becomes a drag
 GRAB = 7.0                      # pixels at a scale of 1: this close to the index line it is taken without a jump
@@ -43,15 +43,23 @@ class Entry:
 
 
 @dataclass
-class Hand:
-    """What the one mouse and the one keyboard are doing with rings; no part of any value."""
+class RingState:
+    """What mouse and keyboard do with the rings of one window, and what is drawn of them in every frame."""
 
     grip: Grip | None = None
     entry: Entry | None = None
-    known: int = 0              # the ring that was turned while the mouse is on it: it explains itself no more
+    known: int = 0              # the ring that was turned while the mouse is on it: it shows no tooltip
+    figures: Memo = field(default_factory=lambda: Memo(256))
+    ticks: Memo = field(default_factory=lambda: Memo(256))
 
 
-_hand = Hand()
+# As imgui has its current context: the state belongs to the window, which names it before it draws
+_state: ContextVar[RingState] = ContextVar("rings")
+
+
+def use_rings(state: RingState) -> None:
+    """Draw the rings with this state from now on; call it for each window before the first ring."""
+    _state.set(state)
 
 
 def ring(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[float, float] | None = None,
@@ -61,6 +69,7 @@ def ring(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[
     zone: from and to which value is in focus, as an amber zone. width in pixels,
     otherwise all that is left.
     """
+    state = _state.get()
     imgui.push_id(label)
     pixel = theme.scale()
     width = max(width if width is not None else imgui.get_content_region_avail().x, 8.0 * pixel)
@@ -74,23 +83,23 @@ def ring(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[
     imgui.set_cursor_screen_pos(ImVec2(corner.x, top))
     imgui.invisible_button(label, bar, imgui.ButtonFlags_.enable_nav)
     hovered, focused = imgui.is_item_hovered(), imgui.is_item_focused()
-    value = _turned(item, value, scale, corner.x + margin, max(width - 2.0 * margin, 1.0))
-    value = _keyed(item, value, scale, focused)
+    value = _turned(state, item, value, scale, corner.x + margin, max(width - 2.0 * margin, 1.0))
+    value = _keyed(state, item, value, scale, focused)
     active = imgui.is_item_active()
     if active:
-        _hand.known = item
-    elif not hovered and _hand.known == item:
-        _hand.known = 0
-    if tooltip and _hand.known != item and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        state.known = item
+    elif not hovered and state.known == item:
+        state.known = 0
+    if tooltip and state.known != item and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         _explain(tooltip, scale)
     after = imgui.get_cursor_screen_pos()
 
     text_at = ImVec2(corner.x, corner.y)
     draw, colour = imgui.get_window_draw_list(), theme.colours()
     draw.add_text(text_at, theme.packed(colour.dim), label)
-    _draw_bar(draw, ImVec2(corner.x, top), bar, margin, value, scale, zone, hovered or active, focused)
-    if _hand.entry is not None and _hand.entry.item == item:
-        value = _typed(value, scale, corner, width)
+    _draw_bar(state, draw, ImVec2(corner.x, top), bar, margin, value, scale, zone, hovered or active, focused)
+    if state.entry is not None and state.entry.item == item:
+        value = _typed(state, value, scale, corner, width)
     else:
         text = scale.format(value)
         strong = colour.amber_text if scale.amber else colour.strong
@@ -119,27 +128,27 @@ def _explain(tooltip: str, scale: Scale) -> None:
         imgui.end_tooltip()
 
 
-def _turned(item: int, value: float, scale: Scale, left: float, length: float) -> float:
+def _turned(state: RingState, item: int, value: float, scale: Scale, left: float, length: float) -> float:
     """The value after this frame's mouse on the item just submitted."""
     io, pixel = imgui.get_io(), theme.scale()
     mouse = imgui.get_mouse_pos().x
     under = (mouse - left) / length
 
     if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
-        _hand.grip = None
+        state.grip = None
         return value if scale.reset is None or io.key_ctrl else scale.reset
     if imgui.is_item_activated() and imgui.is_mouse_clicked(imgui.MouseButton_.left):
         if io.key_ctrl:
-            _hand.entry = Entry(item, _plain(scale.format(value)))
+            state.entry = Entry(item, _plain(scale.format(value)))
             return value
         on_index = abs(scale.to_unit(value) - under) * length <= GRAB * pixel
-        _hand.grip = Grip(item, scale.to_unit(value) if on_index else under, mouse, mouse, jumped=not on_index)
+        state.grip = Grip(item, scale.to_unit(value) if on_index else under, mouse, mouse, jumped=not on_index)
         return value if on_index else scale.snapped(scale.from_unit(under))
 
-    grip = _hand.grip
+    grip = state.grip
     if grip is not None and grip.item == item:
         if not imgui.is_item_active():
-            _hand.grip = None
+            state.grip = None
             if not grip.dragged and not grip.jumped and scale.snaps:
                 return scale.snapped(scale.from_unit(under))
             return value
@@ -147,7 +156,7 @@ def _turned(item: int, value: float, scale: Scale, left: float, length: float) -
             return value
         if mouse != grip.x or not grip.dragged:
             u = grip.u + (mouse - grip.x) / length * (FINE if io.key_shift else 1.0)
-            _hand.grip = replace(grip, u=u, x=mouse, dragged=True)
+            state.grip = replace(grip, u=u, x=mouse, dragged=True)
             return scale.from_unit(u)
         return value
 
@@ -158,16 +167,16 @@ def _turned(item: int, value: float, scale: Scale, left: float, length: float) -
     return value
 
 
-def _keyed(item: int, value: float, scale: Scale, focused: bool) -> float:
+def _keyed(state: RingState, item: int, value: float, scale: Scale, focused: bool) -> float:
     """The value after this frame's keys, while the ring has the keyboard."""
-    if not focused or _hand.entry is not None or not imgui.get_io().nav_visible:
+    if not focused or state.entry is not None or not imgui.get_io().nav_visible:
         return value
     for key, step in ((imgui.Key.left_arrow, -1), (imgui.Key.right_arrow, 1)):
         imgui.internal.set_key_owner(key, item)
         if imgui.internal.is_key_pressed(key, imgui.InputFlags_.repeat, item):
             return scale.stepped(value, step)
     if imgui.is_key_pressed(imgui.Key.enter, False):
-        _hand.entry = Entry(item, _plain(scale.format(value)))
+        state.entry = Entry(item, _plain(scale.format(value)))
     return value
 
 
@@ -175,9 +184,9 @@ def _plain(text: str) -> str:
     return text.replace("−", "-").replace("∞", "inf")
 
 
-def _typed(value: float, scale: Scale, corner: ImVec2, width: float) -> float:
+def _typed(state: RingState, value: float, scale: Scale, corner: ImVec2, width: float) -> float:
     """The entry in place of the value; Enter takes it, Escape or a click elsewhere leaves the ring as it was."""
-    entry = _hand.entry
+    entry = state.entry
     assert entry is not None
     field = min(theme.em(7.0), width)
     padding = imgui.get_style().frame_padding
@@ -187,31 +196,29 @@ def _typed(value: float, scale: Scale, corner: ImVec2, width: float) -> float:
         imgui.set_keyboard_focus_here()
     flags = imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.auto_select_all
     entered, text = imgui.input_text("##entry", entry.text, flags)
-    _hand.entry = replace(entry, text=text, fresh=False, error="" if text != entry.text else entry.error)
+    state.entry = replace(entry, text=text, fresh=False, error="" if text != entry.text else entry.error)
     if entered:
         try:
             value = scale.parse(text)
-            _hand.entry = None
+            state.entry = None
         except ValueError as error:
-            _hand.entry = Entry(entry.item, text, True, str(error))
+            state.entry = Entry(entry.item, text, True, str(error))
     elif not entry.fresh and imgui.is_item_deactivated():
-        _hand.entry = None
-    if _hand.entry is not None and _hand.entry.error:
+        state.entry = None
+    if state.entry is not None and state.entry.error:
         imgui.set_next_window_pos(ImVec2(corner.x, corner.y - theme.em(2.2)))
         if imgui.begin_tooltip():
-            imgui.text_colored(theme.colours().warning, _hand.entry.error)
+            imgui.text_colored(theme.colours().warning, state.entry.error)
             imgui.end_tooltip()
     return value
 
 
-@lru_cache(maxsize=256)
 def _fitting(scale: Scale, length: float, font_size: float) -> tuple[tuple[float, str], ...]:
-    """The figures that do not touch, measured in the font in use; kept, for a ring is drawn in every frame."""
+    """The figures that do not touch, measured in the font in use."""
     widths = tuple(imgui.calc_text_size(text).x for _, text in scale.figures)
     return figures_that_fit(scale, length, widths, 0.3 * font_size)
 
 
-@lru_cache(maxsize=256)
 def _ticks(scale: Scale, left: float, length: float, apart: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Whole pixels of the long ticks, where a figure may stand, and of the short between, none closer than `apart`."""
     def place(of: float) -> float:
@@ -226,8 +233,8 @@ def _ticks(scale: Scale, left: float, length: float, apart: float) -> tuple[tupl
     return tuple(long), tuple(taken[len(long):])
 
 
-def _draw_bar(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: float, value: float, scale: Scale,
-              zone: tuple[float, float] | None, lit: bool, focused: bool) -> None:
+def _draw_bar(state: RingState, draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: float, value: float,
+              scale: Scale, zone: tuple[float, float] | None, lit: bool, focused: bool) -> None:
     """Background, zone, ticks, figures, and the triangle with its index line."""
     colour, pixel = theme.colours(), theme.scale()
     end = ImVec2(corner.x + size.x, corner.y + size.y)
@@ -248,14 +255,16 @@ def _draw_bar(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: floa
         draw.add_rect_filled(ImVec2(middle - half, corner.y), ImVec2(middle + half, end.y),
                              theme.packed(colour.amber, 0.32))
 
-    long, short = _ticks(scale, corner.x + margin, length, 3.5 * pixel)
+    left, apart = corner.x + margin, 3.5 * pixel
+    long, short = state.ticks.of((scale, left, length, apart), lambda: _ticks(scale, left, length, apart))
     for ticks, height, ink in ((long, 0.265, colour.text), (short, 0.15, colour.dim)):
         bottom, ink_packed = corner.y + round(height * size.y), theme.packed(ink, 0.85)
         for x in ticks:
             draw.add_rect_filled(ImVec2(x, corner.y), ImVec2(x + weight, bottom), ink_packed)
 
     theme.small()
-    for figure, text in _fitting(scale, length, imgui.get_font_size()):
+    font_size = imgui.get_font_size()
+    for figure, text in state.figures.of((scale, length, font_size), lambda: _fitting(scale, length, font_size)):
         extent = imgui.calc_text_size(text)
         x = min(max(place(figure) + 0.5 * weight - 0.5 * extent.x, corner.x + 2.0 * pixel),
                 end.x - extent.x - 2.0 * pixel)
@@ -268,7 +277,7 @@ def _draw_bar(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: floa
     x, half, depth = place(value) + 0.5 * weight, 5.0 * pixel, 7.0 * pixel
     y = corner.y - pixel
     line = max(2.0, round(2.0 * pixel)) if weight > 1.0 else 2.0
-    left = math.floor(x - 0.5 * line + 0.5)
-    draw.add_rect_filled(ImVec2(left, y + 0.5 * depth), ImVec2(left + line, corner.y + round(0.5 * size.y)), mark)
-    x = left + 0.5 * line
+    index = math.floor(x - 0.5 * line + 0.5)
+    draw.add_rect_filled(ImVec2(index, y + 0.5 * depth), ImVec2(index + line, corner.y + round(0.5 * size.y)), mark)
+    x = index + 0.5 * line
     draw.add_triangle_filled(ImVec2(x - half, y), ImVec2(x + half, y), ImVec2(x, y + depth), mark)

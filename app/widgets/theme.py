@@ -94,25 +94,24 @@ _TINTS = {True: tuple(map(_c, ("ee7a24", "cc79a7", "56b4e9", "22b98d", "b9b53a",
 # Over the picture, in either theme: what lies before and behind the focus
 NEARER, FARTHER = DARK.field0, _c("cc79a7")
 
-_chosen = DARK
+def palette(dark: bool) -> Palette:
+    """The palette of a theme."""
+    return DARK if dark else LIGHT
 
 
 def colours() -> Palette:
-    """The palette of the theme in use."""
-    return _chosen
+    """The palette of the theme in use: of the window's imgui style, which alone remembers it."""
+    return palette(imgui.get_style().color_(imgui.Col_.text).x > 0.5)
 
 
 def tints() -> tuple[Colour, ...]:
     """Eight colours for the curves of a chart."""
-    return _TINTS[_chosen.dark]
+    return _TINTS[colours().dark]
 
 
 def choose(dark: bool) -> None:
-    """Take the dark or the light theme, and restyle imgui and implot where a window is open."""
-    global _chosen
-    _chosen = DARK if dark else LIGHT
-    if imgui.get_current_context() is not None:
-        colour_imgui()
+    """Restyle the open window, dark or light."""
+    colour_imgui(palette(dark))
     if implot.get_current_context() is not None:
         colour_implot()
 
@@ -156,7 +155,7 @@ def load_font() -> None:
     hello_imgui.load_font("fonts/Font_Awesome_6_Free-Solid-900.otf", FONT_SIZE, icons)
 
 
-def style_imgui() -> None:
+def style_imgui(dark: bool) -> None:
     """Sizes and colours of imgui; hello_imgui scales the sizes to the screen afterwards."""
     style = imgui.get_style()
     style.window_padding = ImVec2(10, 8)
@@ -179,17 +178,16 @@ def style_imgui() -> None:
     style.window_menu_button_position = imgui.Dir.none
     style.disabled_alpha = 0.45
     style.anti_aliased_lines = style.anti_aliased_fill = True
-    colour_imgui()
+    colour_imgui(palette(dark))
 
 
-def colour_imgui() -> None:
+def colour_imgui(c: Palette) -> None:
     """The colours of imgui's own items.
 
     A window has no ground of its own: the screen is cleared to the colour of the panels, which costs a processor that
     draws less than to fill them again and again. What floats above others has to fill itself.
     """
-    c, style = colours(), imgui.get_style()
-    col = imgui.Col_
+    style, col = imgui.get_style(), imgui.Col_
     clear: Colour = (0.0, 0.0, 0.0, 0.0)
     veil = (0.0, 0.0, 0.0, 0.45) if c.dark else (0.0, 0.0, 0.0, 0.25)
     table = {

@@ -18,6 +18,7 @@ from imgui_bundle import portable_file_dialogs as native
 from lensbench.app.files.export import export_render
 from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.state.constraints import with_longer_side
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.workers.task import Task
@@ -44,11 +45,10 @@ def has_native_dialog() -> bool:
 
 @dataclass(frozen=True)
 class Question:
-    """What file is asked for, and why: `purpose` comes back with the answer."""
+    """The file that is asked for."""
 
-    purpose: str
     title: str
-    what: str                               # of the files, for people
+    kind: str                               # of the files, in words
     suffixes: tuple[str, ...]
     save: bool = False
     name: str = ""                          # proposed for saving
@@ -59,6 +59,7 @@ class FilePrompt:
 
     def __init__(self, use_native: bool | None = None):
         self._native = has_native_dialog() if use_native is None else use_native
+        self._request: Request | None = None
         self._question: Question | None = None
         self._dialog: Any = None
         self._folder = Path.home() if os.access(Path.home(), os.R_OK) else Path("/")
@@ -66,21 +67,21 @@ class FilePrompt:
         self._open = False
         self._problem = ""
 
-    def ask(self, question: Question) -> None:
-        """Ask; a question that is still open is dropped."""
-        self._question, self._text, self._problem = question, question.name, ""
+    def ask(self, request: Request, question: Question) -> None:
+        """Ask; a question that is still open is dropped. The request comes back with the answer."""
+        self._request, self._question, self._text, self._problem = request, question, question.name, ""
         if self._native:
             pattern = " ".join(f"*{suffix}" for suffix in question.suffixes)
-            filters = [question.what, pattern, "All files", "*"]
+            filters = [question.kind, pattern, "All files", "*"]
             start = str(self._folder / question.name)
-            kind = native.save_file if question.save else native.open_file
-            self._dialog = kind(question.title, start, filters)
+            dialog = native.save_file if question.save else native.open_file
+            self._dialog = dialog(question.title, start, filters)
         else:
             self._open = True
 
-    def answer(self) -> tuple[str, Path] | None:
-        """Purpose and path, once, when they are known. Draws the window's own dialog; call it in every frame."""
-        if self._question is None:
+    def answer(self) -> tuple[Request, Path] | None:
+        """Request and path, once, when the path is known. Draws the window's own dialog; call it in every frame."""
+        if self._question is None or self._request is None:
             return None
         path = self._native_answer() if self._dialog is not None else self._own_answer(self._question)
         if path is None:
@@ -89,7 +90,7 @@ class FilePrompt:
         self._folder = path.parent
         if question.save and path.suffix.lower() not in question.suffixes:
             path = path.with_name(path.name + question.suffixes[0])
-        return question.purpose, path
+        return self._request, path
 
     def _native_answer(self) -> Path | None:
         if not self._dialog.ready(0):

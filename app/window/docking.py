@@ -4,29 +4,27 @@ import math
 import sys
 import traceback
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from imgui_bundle import ImVec2, hello_imgui, imgui, implot
 
-from lensbench.app.panels.circle_of_confusion import coc_panel
+from lensbench.app.panels.circle_of_confusion import CocState, coc_panel
 from lensbench.app.panels.controls.controls import controls_panel
-from lensbench.app.panels.exit_pupil import pupil_panel
-from lensbench.app.panels.falloff import falloff_panel
+from lensbench.app.panels.exit_pupil import PupilState, pupil_panel
+from lensbench.app.panels.falloff import FalloffState, falloff_panel
 from lensbench.app.panels.image.image_panel import render_panel
-from lensbench.app.panels.lens_section.panel import section_panel
+from lensbench.app.panels.lens_section.panel import SectionState, section_panel
 from lensbench.app.panels.light_field.panel import light_field_panel
 from lensbench.app.panels.models import ModelsState, chart_panel
-from lensbench.app.panels.plan import plan_panel
+from lensbench.app.panels.plan import PlanState, plan_panel
 from lensbench.app.panels.readouts import Status, readouts_panel
 from lensbench.app.panels.spaces import spaces_panel
 from lensbench.app.state.image_circle import lit
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
-from lensbench.app.window.menus import about
+from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
-
-if TYPE_CHECKING:
-    from lensbench.app.window.session import Session
 
 PANELS = ("Controls", "Read-outs", "Spaces", "Render", "Section", "Circle of confusion", "Plan", "Exit pupil",
           "Falloff", "Models", "Light field", "Stability")
@@ -49,11 +47,12 @@ def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSp
 class Panels:
     """Draws the panels of a bench; one that breaks is said, and never ends the window."""
 
-    def __init__(self, session: "Session"):
-        self._session = session
+    def __init__(self, window: WindowState):
+        self._window_state = window
         self._stability_worker: Any = None              # from when the panel is first looked at
         self._stability_state: Any = None
-        self._models_state = ModelsState()
+        self._coc_state, self._falloff_state, self._models_state = CocState(), FalloffState(), ModelsState()
+        self._plan_state, self._pupil_state, self._section_state = PlanState(), PupilState(), SectionState()
         self._field = 0.7                               # the film point that looks at the lens, part of the lit film
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
@@ -83,7 +82,7 @@ class Panels:
                                            can_be_closed_=False)
         panel.call_begin_end = False
         panel.focus_window_at_next_frame = first
-        panel.remember_is_visible = self._session.remember
+        panel.remember_is_visible = self._window_state.remember
         return panel
 
     def guarded(self, name: str, draw: Callable[[], None]) -> Callable[[], None]:
@@ -92,10 +91,10 @@ class Panels:
         A panel that broke is left alone until the settings change.
         """
         def call() -> None:
-            if name in PANELS and name != "Render" and not self._session.prepared:
+            if name in PANELS and name != "Render" and not self._window_state.prepared:
                 return
             if name in self._failed:
-                if self._failed[name] == self._session.edited:
+                if self._failed[name] == self._window_state.edited:
                     imgui.text_disabled("Nothing can be shown for these settings")
                     return
                 del self._failed[name]
@@ -109,14 +108,14 @@ class Panels:
                 if drawing:
                     _recover(state)
                 if name in PANELS:
-                    self._failed[name] = self._session.edited
+                    self._failed[name] = self._window_state.edited
                 message = f"{name}: {type(error).__name__}: {error}"
                 if message not in self._logged:
                     self._logged.add(message)
-                    self._session.view.say(message)
+                    self._window_state.view.say(message)
                     traceback.print_exc(file=sys.stderr)
             if name in PANELS:
-                self._session.hurry()
+                self._window_state.hurry()
         return call
 
     def _window(self, name: str, draw: Callable[[], None], padding: float | None) -> None:
@@ -145,64 +144,65 @@ class Panels:
         imgui.end()
 
     def _render(self) -> None:
-        session = self._session
-        session.worker.await_first()
-        session.light_field.await_field_picture()
-        session.presenter.take(session.view)    # the first picture of this frame's change may be there already
-        picture = session.presenter.picture(session.edited, session.view)
-        session.edited = render_panel(session.edited, picture, session.view)
+        window = self._window_state
+        window.worker.await_first()
+        window.light_field.await_field_picture()
+        window.presenter.take(window.view)    # the first picture of this frame's change may be there already
+        picture = window.presenter.picture(window.edited, window.view)
+        window.edited = render_panel(window.edited, picture, window.view)
 
     def _controls(self) -> None:
-        session = self._session
-        session.chooser.exposing = session.presenter.exposing(session.edited)
-        session.edited = controls_panel(session.edited, session.chooser)
+        window = self._window_state
+        window.chooser.exposing = window.presenter.exposing(window.edited)
+        window.edited = controls_panel(window.edited, window.chooser)
 
     def _readouts(self) -> None:
-        update = self._session.presenter.update
-        readouts_panel(self._session.edited, Status(update.rate if update else 0.0, hello_imgui.frame_rate(),
+        update = self._window_state.presenter.update
+        readouts_panel(self._window_state.edited, Status(update.rate if update else 0.0, hello_imgui.frame_rate(),
                                                   update.samples if update else 0))
 
     def _spaces(self) -> None:
-        session, film = self._session, self._session.edited.film
-        update, view = session.presenter.update, session.view
+        window, film = self._window_state, self._window_state.edited.film
+        update, view = window.presenter.update, window.view
         at = view.pointed or (film.pixels_x / 2.0, film.pixels_y / 2.0)
         at = (min(at[0], float(film.pixels_x)), min(at[1], float(film.pixels_y)))
-        if spaces_panel(session.edited, at, session.presenter.depth(session.edited), update.image if update else None):
-            session.files.ask("intrinsics")
+        if spaces_panel(window.edited, at, window.presenter.depth(window.edited), update.image if update else None):
+            window.requests.add(Request.SAVE_INTRINSICS)
 
     def _plan(self) -> None:
-        self._session.edited = plan_panel(self._session.edited)
+        self._window_state.edited = plan_panel(self._window_state.edited, self._plan_state)
 
     def _section(self) -> None:
-        self._session.edited = section_panel(self._session.edited, self._field * lit(self._session.edited))
+        self._window_state.edited = section_panel(self._window_state.edited, self._section_state,
+                                                  self._field * lit(self._window_state.edited))
 
     def _confusion(self) -> None:
-        self._session.edited = coc_panel(self._session.edited)
+        self._window_state.edited = coc_panel(self._window_state.edited, self._coc_state)
 
     def _pupil(self) -> None:
-        settings, at, hover = self._session.edited, self._session.view.hover, None
+        settings, at, hover = self._window_state.edited, self._window_state.view.hover, None
         if at is not None:
             film = settings.film
             hover = math.hypot((0.5 - at[0] / film.pixels_x) * film.width, (at[1] / film.pixels_y - 0.5) * film.height)
         full = lit(settings)
-        radius = pupil_panel(settings, self._field * full, hover)
+        radius = pupil_panel(settings, self._field * full, self._pupil_state, hover)
         if radius != self._field * full and full > 0.0:
             self._field = radius / full
 
     def _falloff(self) -> None:
-        falloff_panel(self._session.edited)
+        falloff_panel(self._window_state.edited, self._falloff_state)
 
     def _models(self) -> None:
-        session, update = self._session, self._session.presenter.update
+        window, update = self._window_state, self._window_state.presenter.update
         choice = update.choice if update is not None else None
-        session.edited = chart_panel(session.edited, session.charts, self._models_state,
+        window.edited = chart_panel(window.edited, window.charts, self._models_state,
                                      choice and (choice.model, choice.degree))
 
     def _light_field(self) -> None:
-        session = self._session
-        controller = session.light_field
-        controller.look = light_field_panel(session.edited, controller.look, controller.form, controller.worker,
-                                            session.presenter.strip)
+        window = self._window_state
+        controller = window.light_field
+        controller.look = light_field_panel(window.edited, controller.look, controller.form, controller.worker,
+                                            window.presenter.strip)
         controller.ask()                              # at once: the other panels take their time to follow
 
     def _stability(self) -> None:
@@ -210,7 +210,7 @@ class Panels:
         from lensbench.app.workers.stability_worker import StabilityWorker
 
         if self._stability_worker is None:
-            self._stability_worker, self._stability_state = StabilityWorker(self._session.wake), StabilityState()
+            self._stability_worker, self._stability_state = StabilityWorker(self._window_state.wake), StabilityState()
         stability_panel(self._stability_worker, self._stability_state)
 
     def closed(self) -> None:
@@ -218,21 +218,10 @@ class Panels:
         if self._stability_worker is not None:
             self._stability_worker.stop()
 
-    def dialogs(self) -> None:
-        """What stands over the panels."""
-        session = self._session
-        said = session.export.draw()
-        if said is not None:
-            session.view.say(*said)
-        if session.export.wants_path:
-            session.export.wants_path = False
-            session.files.ask("export")
-        about(session)
-
     def status(self) -> None:
         """The line at the bottom."""
-        session = self._session
-        status_bar(session.edited, session.presenter.update, session.view)
+        window = self._window_state
+        status_bar(window.edited, window.presenter.update, window.view)
 
 
 def _in_the_dock(name: str) -> bool:

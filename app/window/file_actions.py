@@ -1,82 +1,83 @@
 """Opening and saving from the window: dialogs, recent and dropped files, pictures of the render and of the window.
 
-Whatever cannot be opened is said above the picture, and the settings stay as they were.
+A message above the picture says what cannot be opened; the settings then stay as they were.
 """
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from imgui_bundle import hello_imgui
 
 from lensbench import lenses
 from lensbench.app.state.build import design
 from lensbench.app.state.constraints import constrained, with_model
 from lensbench.app.state.pose import at_home
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import LOOK, MOTION, Settings
-from lensbench.app.window.dialogs import Question
+from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
+from lensbench.app.window.state import WindowState
 from lensbench.lenses import READERS, WRITERS
-
-if TYPE_CHECKING:
-    from lensbench.app.window.session import Session
 
 RECENT = 8                      # files that are remembered
 PICTURES = (".png", ".exr", ".ppm")                      # that carry their settings
 SAVED = (*PICTURES, ".pfm")
 QUESTIONS = {
-    "lens": Question("lens", "Open lens", "Lens files", tuple(READERS)),
-    "save lens": Question("save lens", "Save the lens", "Lens files", tuple(WRITERS), True, "lens.toml"),
-    "scene": Question("scene", "Open scene", "Scene files", (".toml",)),
-    "picture": Question("picture", "Open the settings of a picture", "Pictures by lensbench", PICTURES),
-    "settings": Question("settings", "Open settings", "Settings", (".toml",)),
-    "save settings": Question("save settings", "Save the settings", "Settings", (".toml",), True, "settings.toml"),
-    "intrinsics": Question("intrinsics", "Save the intrinsics", "JSON", (".json",), True, "camera.json"),
-    "screenshot": Question("screenshot", "Save the picture", "Pictures", SAVED, True, "lensbench.png"),
-    "window": Question("window", "Save a picture of the window", "PNG", (".png",), True, "lensbench-window.png"),
-    "light field": Question("light field", "Open a light field", "Light fields", (".npz",)),
-    "save light field": Question("save light field", "Save the light field", "Light fields", (".npz",), True,
-                                 "field.npz"),
-    "refocused": Question("refocused", "Save the picture of the light field", "Pictures", SAVED, True,
-                          "refocused.png"),
-    "export": Question("export", "Export to", "Pictures", SAVED, True, "lensbench.png"),
+    Request.OPEN_LENS: Question("Open lens", "Lens files", tuple(READERS)),
+    Request.SAVE_LENS: Question("Save the lens", "Lens files", tuple(WRITERS), True, "lens.toml"),
+    Request.OPEN_SCENE: Question("Open scene", "Scene files", (".toml",)),
+    Request.OPEN_PICTURE: Question("Open the settings of a picture", "Pictures by lensbench", PICTURES),
+    Request.OPEN_SETTINGS: Question("Open settings", "Settings", (".toml",)),
+    Request.SAVE_SETTINGS: Question("Save the settings", "Settings", (".toml",), True, "settings.toml"),
+    Request.SAVE_INTRINSICS: Question("Save the intrinsics", "JSON", (".json",), True, "camera.json"),
+    Request.SAVE_RENDER: Question("Save the picture", "Pictures", SAVED, True, "lensbench.png"),
+    Request.SAVE_WINDOW: Question("Save a picture of the window", "PNG", (".png",), True, "lensbench-window.png"),
+    Request.OPEN_LIGHT_FIELD: Question("Open a light field", "Light fields", (".npz",)),
+    Request.SAVE_LIGHT_FIELD: Question("Save the light field", "Light fields", (".npz",), True, "field.npz"),
+    Request.SAVE_REFOCUSED: Question("Save the picture of the light field", "Pictures", SAVED, True, "refocused.png"),
+    Request.CHOOSE_EXPORT_PATH: Question("Export to", "Pictures", SAVED, True, "lensbench.png"),
 }
+KINDS = {Request.OPEN_LENS: "lens", Request.OPEN_SCENE: "scene", Request.OPEN_PICTURE: "picture",
+         Request.OPEN_SETTINGS: "settings", Request.OPEN_LIGHT_FIELD: "light field"}
 
 
 class Files:
     """What the window does with files."""
 
-    def __init__(self, session: "Session"):
-        self._session = session
-        self.recent: list[Path] = []
+    def __init__(self, state: WindowState, export: ExportDialog):
+        self._state, self._export = state, export
+        self._prompt = FilePrompt()
 
-    def ask(self, kind: str) -> None:
-        """Ask for a file: a key of QUESTIONS."""
-        self._session.prompt.ask(QUESTIONS[kind])
+    def ask(self, request: Request) -> None:
+        """Ask for the file of a request, one of QUESTIONS."""
+        self._prompt.ask(request, QUESTIONS[request])
 
     def answer(self) -> None:
-        """Do what was asked for, once there is an answer."""
-        answer = self._session.prompt.answer()
+        """Do what was requested, once the file is known."""
+        answer = self._prompt.answer()
         if answer is None:
             return
-        purpose, path = answer
-        if purpose == "screenshot":
+        request, path = answer
+        if request in KINDS:
+            self.open(path, KINDS[request])
+        elif request is Request.SAVE_RENDER:
             self.save_picture(path)
-        elif purpose == "window":
-            self._session.photograph(path)
-        elif purpose == "save light field":
-            self._session.light_field.worker.save(path)
-        elif purpose == "refocused":
-            self._session.light_field.save_picture(path)
-        elif purpose == "export":
-            self._session.export.take_path(path)
-        elif purpose == "save lens":
+        elif request is Request.SAVE_WINDOW:
+            self._state.screenshot = path
+        elif request is Request.SAVE_LIGHT_FIELD:
+            self._state.light_field.worker.save(path)
+        elif request is Request.SAVE_REFOCUSED:
+            self._state.light_field.save_picture(path, self._state.history.present)
+        elif request is Request.CHOOSE_EXPORT_PATH:
+            self._export.take_path(path)
+        elif request is Request.SAVE_LENS:
             self.save_lens(path)
-        elif purpose == "save settings":
+        elif request is Request.SAVE_SETTINGS:
             self.save_settings(path)
-        elif purpose == "intrinsics":
+        elif request is Request.SAVE_INTRINSICS:
             self.save_intrinsics(path)
-        else:
-            self.open(path, purpose)
 
     def drop(self, paths: Sequence[str]) -> None:
         """Files have been dropped on the window: each is opened as what it is."""
@@ -85,28 +86,27 @@ class Files:
 
     def open(self, path: Path, kind: str | None = None) -> None:
         """Take a lens, a scene, a light field, settings or those of a picture; without a kind, by what it is."""
-        session, path = self._session, path.expanduser().resolve()
+        state, path = self._state, path.expanduser().resolve()
         if (kind or path.suffix.lower()) in ("light field", ".npz"):
-            session.light_field.worker.open(path)
+            state.light_field.worker.open(path)
             self._remember(path)
             return
         try:
-            settings = self._opened(path, kind or self._kind(path), session.history.present)
+            settings = self._opened(path, kind or self._kind(path), state.history.present)
         except (ValueError, OSError) as error:
             text = str(error) if not isinstance(error, OSError) else f"{path}: {error.strerror or error}"
-            session.view.say(text)
+            state.view.say(text)
             return
-        if settings.lens != session.history.present.lens:
-            session.say_findings(settings)
-        settings = session.showable(settings)
-        session.edited = settings
-        session.history.edit(settings, False, 0.0)
-        session.apply()
+        if settings.lens != state.history.present.lens:
+            state.say_findings(settings)
+        state.take(state.showable(settings))
         self._remember(path)
 
     def _remember(self, path: Path) -> None:
-        self.recent = [path, *(other for other in self.recent if other != path)][:RECENT]
-        self._session.keep_recent()
+        state = self._state
+        state.recent = [path, *(other for other in state.recent if other != path)][:RECENT]
+        if state.remember:
+            hello_imgui.save_lasting_pref("recent", json.dumps([str(each) for each in state.recent]))
 
     @staticmethod
     def _kind(path: Path) -> str:
@@ -138,9 +138,9 @@ class Files:
 
     def save_lens(self, path: Path) -> None:
         """Save the lens, as it is scaled and zoomed, in the format of the suffix; what that cannot hold is said."""
-        say = self._session.view.say
+        say = self._state.view.say
         try:
-            remarks = lenses.save(design(self._session.history.present), path)
+            remarks = lenses.save(design(self._state.history.present), path)
         except (ValueError, OSError) as error:
             say(str(error))
             return
@@ -153,9 +153,9 @@ class Files:
         from lensbench.app.files.settings_file import save_settings
 
         try:
-            save_settings(path, self._session.history.present)
+            save_settings(path, self._state.history.present)
         except (ValueError, OSError) as error:
-            self._session.view.say(str(error))
+            self._state.view.say(str(error))
 
     def save_intrinsics(self, path: Path) -> None:
         """Save the camera's intrinsics and pose as JSON."""
@@ -164,26 +164,26 @@ class Files:
         from lensbench.app.state.intrinsics import intrinsics
 
         try:
-            text = intrinsics(camera(self._session.history.present))
+            text = intrinsics(camera(self._state.history.present))
             if text is None:
                 raise ExportError("This camera has no intrinsics: it is not projective")
             with replacing(path) as part:
                 part.write_text(text + "\n", encoding="utf-8")
         except (ValueError, OSError) as error:
-            self._session.view.say(str(error))
+            self._state.view.say(str(error))
 
     def save_picture(self, path: Path) -> None:
         """Save the picture that is shown, as far as it has come, with its settings."""
         from lensbench.app.files.export import save_picture
 
-        update = self._session.worker.newest()
+        update = self._state.worker.newest()
         if update is None:
-            self._session.view.say("There is no picture yet")
+            self._state.view.say("There is no picture yet")
             return
-        present = self._session.history.present
+        present = self._state.history.present
         settings = replace(update.settings, **{name: getattr(present, name) for name in (*LOOK, *MOTION)})
         settings = replace(settings, samples=update.samples)
         try:
             save_picture(path, update.image, settings, choice=update.choice)
         except (ValueError, OSError) as error:
-            self._session.view.say(str(error))
+            self._state.view.say(str(error))

@@ -2,18 +2,16 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from imgui_bundle import hello_imgui, imgui
 
 from lensbench.app.state.pose import at_home
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import VIEWS, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.window.dialogs import centre_next
+from lensbench.app.window.state import WindowState
 from lensbench.lenses import WRITERS
-
-if TYPE_CHECKING:
-    from lensbench.app.window.session import Session
 
 KEYS = (
     ("Click in the picture", "focus there"),
@@ -33,33 +31,34 @@ NOTHING_PINNED = "Nothing to compare with yet: keep a picture as A first (A)"
 CTRL, SHIFT, KEY = imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key
 
 
-def menus(session: "Session") -> None:
+def menus(state: WindowState) -> None:
     """File, Edit, View and Help in the menu bar."""
-    history = session.history
+    history = state.history
     if imgui.begin_menu("File"):
-        for name, kind, key in (("Open lens…", "lens", "Ctrl+O"), ("Open scene…", "scene", ""),
-                                ("Open picture…", "picture", ""), ("Open settings…", "settings", ""),
-                                ("Open light field…", "light field", "")):
+        for name, request, key in (("Open lens…", Request.OPEN_LENS, "Ctrl+O"), ("Open scene…", Request.OPEN_SCENE, ""),
+                                   ("Open picture…", Request.OPEN_PICTURE, ""),
+                                   ("Open settings…", Request.OPEN_SETTINGS, ""),
+                                   ("Open light field…", Request.OPEN_LIGHT_FIELD, "")):
             if _item(name, key):
-                session.files.ask(kind)
-        if imgui.begin_menu("Recent", bool(session.files.recent)):
-            for path in list(session.files.recent):
+                state.requests.add(request)
+        if imgui.begin_menu("Recent", bool(state.recent)):
+            for path in list(state.recent):
                 if _item(_short(path)):
-                    session.files.open(path)
+                    state.reopened = path
                 imgui.set_item_tooltip(str(path))
             imgui.end_menu()
         imgui.separator()
         if _item("Save lens…", enabled=not history.present.lensless):
-            session.files.ask("save lens")
+            state.requests.add(Request.SAVE_LENS)
         imgui.set_item_tooltip(f"In the format of the suffix: {' '.join(WRITERS)}")
         if _item("Save settings…"):
-            session.files.ask("save settings")
+            state.requests.add(Request.SAVE_SETTINGS)
         if _item("Export…", "Ctrl+E"):
-            session.export.open(history.present)
+            state.requests.add(Request.EXPORT)
         if _item("Screenshot of render…", "Ctrl+S"):
-            session.files.ask("screenshot")
+            state.requests.add(Request.SAVE_RENDER)
         if _item("Screenshot of window…"):
-            session.files.ask("window")
+            state.requests.add(Request.SAVE_WINDOW)
         imgui.separator()
         if _item("Quit", "Ctrl+Q"):
             hello_imgui.get_runner_params().app_shall_exit = True
@@ -67,14 +66,14 @@ def menus(session: "Session") -> None:
 
     if imgui.begin_menu("Edit"):
         if _item("Undo", "Ctrl+Z", history.can_undo):
-            undo(session)
+            undo(state)
         if _item("Redo", "Ctrl+Shift+Z", history.can_redo):
-            redo(session)
+            redo(state)
         imgui.separator()
         if _item("Reset all"):
-            session.edited = replace(Settings(), lens=history.present.lens, scene=history.present.scene)
-            session.edited = _reachable(session.edited)
-            session.history.edit(session.edited, False, 0.0)
+            state.edited = replace(Settings(), lens=history.present.lens, scene=history.present.scene)
+            state.edited = _reachable(state.edited)
+            state.history.edit(state.edited, False, 0.0)
         imgui.end_menu()
 
     if imgui.begin_menu("View"):
@@ -84,22 +83,22 @@ def menus(session: "Session") -> None:
                 panel.is_visible = not panel.is_visible
         imgui.separator()
         if _item("Reset camera", "Home"):
-            session.edited = at_home(session.edited)
+            state.edited = at_home(state.edited)
         imgui.separator()
-        if _item("Dark theme", "", True, session.dark):
-            session.choose_theme(True)
-        if _item("Light theme", "", True, not session.dark):
-            session.choose_theme(False)
+        if _item("Dark theme", "", True, state.dark):
+            state.choose_theme(True)
+        if _item("Light theme", "", True, not state.dark):
+            state.choose_theme(False)
         imgui.separator()
         if _item("Reset layout"):
             for panel in runner.docking_params.dockable_windows:
                 panel.is_visible = True
-            session.lay_out()
+            state.requests.add(Request.RESET_LAYOUT)
         imgui.end_menu()
 
     if imgui.begin_menu("Help"):
         if _item("Keys and mouse", "F1"):
-            session.about = True
+            state.requests.add(Request.SHOW_HELP)
         imgui.end_menu()
 
 
@@ -120,19 +119,19 @@ def _reachable(settings: Settings) -> Settings:
         return Settings()
 
 
-def undo(session: "Session") -> None:
+def undo(state: WindowState) -> None:
     """Take the latest gesture back, unless one is under way."""
     if not any(imgui.is_mouse_down(button) for button in range(3)) or imgui.is_popup_open(
             "", imgui.PopupFlags_.any_popup_id):
-        session.edited = session.history.undo()
+        state.edited = state.history.undo()
 
 
-def redo(session: "Session") -> None:
+def redo(state: WindowState) -> None:
     """Bring back what was taken back."""
-    session.edited = session.history.redo()
+    state.edited = state.history.redo()
 
 
-def shortcuts(session: "Session") -> None:
+def shortcuts(state: WindowState) -> None:
     """The keys, as long as nobody types."""
     io = imgui.get_io()
     if imgui.is_key_pressed(KEY.escape) and imgui.internal.get_top_most_popup_modal() is None:
@@ -141,63 +140,71 @@ def shortcuts(session: "Session") -> None:
         return
     held = any(imgui.is_mouse_down(button) for button in range(3))
 
-    def pressed(chord: int, repeat: bool = False) -> bool:
-        return imgui.is_key_chord_pressed(chord) if not repeat else imgui.is_key_chord_pressed(chord)
-
+    pressed = imgui.is_key_chord_pressed
     if not held and pressed(CTRL | KEY.z):
-        undo(session)
+        undo(state)
     if not held and (pressed(CTRL | SHIFT | KEY.z) or pressed(CTRL | KEY.y)):
-        redo(session)
-    view, wanted = session.view, session.view.requests
-    for chord, request in ((KEY.space, "pause"), (KEY.r, "restart"), (CTRL | KEY.s, "screenshot"),
-                           (CTRL | KEY.e, "export"), (CTRL | KEY.o, "open lens"), (KEY.a, "pin")):
+        redo(state)
+    view = state.view
+    for chord, request in ((KEY.space, Request.PAUSE), (KEY.r, Request.RESTART), (CTRL | KEY.s, Request.SAVE_RENDER),
+                           (CTRL | KEY.e, Request.EXPORT), (CTRL | KEY.o, Request.OPEN_LENS), (KEY.a, Request.PIN)):
         if pressed(chord):
-            wanted.add(request)
+            state.requests.add(request)
     if pressed(KEY.f):
         view.zoom, view.centre = None, (0.5, 0.5)
     if pressed(KEY._1):
         view.zoom = 1.0
     if pressed(KEY.home):
-        session.edited = at_home(session.edited)
+        state.edited = at_home(state.edited)
     if pressed(KEY.h):
         view.histogram = not view.histogram
     for chord, overlay in ((KEY.p, "peaking"), (KEY.c, "coc"), (KEY.z, "clipping")):
         if pressed(chord):
-            session.edited = replace(session.edited, overlay="none" if session.edited.overlay == overlay else overlay)
+            state.edited = replace(state.edited, overlay="none" if state.edited.overlay == overlay else overlay)
     for chord, way in ((KEY.s, "side"), (KEY.w, "wipe"), (KEY.d, "difference")):
         if pressed(chord) and view.pinned is None:
             view.say(NOTHING_PINNED)
         elif pressed(chord):
-            session.edited = replace(session.edited, compare="off" if session.edited.compare == way else way)
+            state.edited = replace(state.edited, compare="off" if state.edited.compare == way else way)
     if pressed(KEY.v):
         views = list(VIEWS)
-        session.edited = replace(session.edited, view=views[(views.index(session.edited.view) + 1) % len(views)])
+        state.edited = replace(state.edited, view=views[(views.index(state.edited.view) + 1) % len(views)])
     if pressed(KEY.f1):
-        session.about = True
+        state.requests.add(Request.SHOW_HELP)
     if pressed(CTRL | KEY.q):
         hello_imgui.get_runner_params().app_shall_exit = True
 
 
-def about(session: "Session") -> None:
+class Help:
     """The dialog of keys and mouse."""
-    if session.about:
-        imgui.open_popup("Keys and mouse")
-        session.about = False
-    column = max(imgui.calc_text_size(key).x for key, _ in KEYS) + theme.em(2.0)
-    words = max(imgui.calc_text_size(what).x for _, what in KEYS)
-    centre_next((column + words) / theme.em(1.0) + 1.5)
-    shown, _ = imgui.begin_popup_modal("Keys and mouse", True, imgui.WindowFlags_.no_saved_settings
-                                       | imgui.WindowFlags_.no_resize)
-    if not shown:
-        return
-    for key, what in KEYS:
-        imgui.text_disabled(key)
-        imgui.same_line(column)
-        imgui.text_unformatted(what)
-    imgui.separator()
-    from importlib.metadata import version
 
-    imgui.text_disabled(f"lensbench {version('lensbench')}. Lenses, cameras, their rays and their pictures.")
-    if imgui.is_key_pressed(imgui.Key.escape):
-        imgui.close_current_popup()
-    imgui.end_popup()
+    def __init__(self) -> None:
+        self._open = False
+
+    def open(self) -> None:
+        """Show the dialog from the next `draw` on."""
+        self._open = True
+
+    def draw(self) -> None:
+        """Call it in every frame."""
+        if self._open:
+            imgui.open_popup("Keys and mouse")
+            self._open = False
+        column = max(imgui.calc_text_size(key).x for key, _ in KEYS) + theme.em(2.0)
+        words = max(imgui.calc_text_size(what).x for _, what in KEYS)
+        centre_next((column + words) / theme.em(1.0) + 1.5)
+        shown, _ = imgui.begin_popup_modal("Keys and mouse", True, imgui.WindowFlags_.no_saved_settings
+                                           | imgui.WindowFlags_.no_resize)
+        if not shown:
+            return
+        for key, what in KEYS:
+            imgui.text_disabled(key)
+            imgui.same_line(column)
+            imgui.text_unformatted(what)
+        imgui.separator()
+        from importlib.metadata import version
+
+        imgui.text_disabled(f"lensbench {version('lensbench')}. Lenses, cameras, their rays and their pictures.")
+        if imgui.is_key_pressed(imgui.Key.escape):
+            imgui.close_current_popup()
+        imgui.end_popup()

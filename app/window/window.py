@@ -20,7 +20,7 @@ SCREENSHOT_SECONDS = 120.0          # after which a screenshot shows what there 
 
 
 def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.RunnerParams:
-    """Everything that hello_imgui needs to run the bench."""
+    """Everything that hello_imgui needs to run the window."""
     runner = hello_imgui.RunnerParams()
     runner.app_window_params.window_title = TITLE
     runner.app_window_params.window_geometry.size = size
@@ -43,12 +43,12 @@ def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.Ru
     window.config_windows_move_from_title_bar_only = True
 
     def end() -> None:
-        session.panels.dialogs()
+        session.dialogs()
         session.end()
 
     call, guarded = runner.callbacks, session.panels.guarded
     call.load_additional_fonts = theme.load_font
-    call.setup_imgui_style = theme.style_imgui
+    call.setup_imgui_style = lambda: theme.style_imgui(session.dark)
     call.post_init = session.opened
     call.before_exit = session.closed
     call.show_menus = guarded("Menus", lambda: menus(session))
@@ -71,9 +71,9 @@ def without_display() -> None:
 
 
 def run(settings: Settings, screenshot: Path | str | None = None) -> int:
-    """Open the bench and return when it is closed; with `screenshot`, on no display, save a picture of it and return.
+    """Open the window and return when it is closed.
 
-    OSError where the picture cannot be written.
+    screenshot: open it on no display, save a picture of it there, and return; OSError if it cannot be written.
     """
     session = Session(settings, remember=screenshot is None)
     try:

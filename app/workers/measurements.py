@@ -48,6 +48,11 @@ class Measurements(Generic[Key, Result]):
             self._replaced = True
             self.task.cancel()
 
+    def forget(self) -> None:
+        """Drop all results: what they were measured of has changed."""
+        self.give_way()
+        self.found, self.problems, self.declined = {}, {}, None
+
     def stop(self) -> None:
         """Cancel the task."""
         if self.task is not None:

@@ -39,9 +39,15 @@ class RenderUpdate(NamedTuple):
     rate: float                                 # samples a second, over the whole picture
     depth: NDArray[np.float32] | None = None    # (h, w) mm from the film along the axis, inf for the sky
     choice: Any = None                          # of the automatic model: the Choice
-    speeds: tuple[float, float] | None = None   # ns that a ray takes by that model, and traced in full
-    is_provisional: bool = False                # that choice is of settings just before: this picture may be taken anew
-    coded: bool = False                         # the image is of codes of the screen, neither exposed nor toned
+    speeds: tuple[float, float] | None = None   # ns a ray by that model, and by the full trace
+    is_provisional: bool = False                # the choice is of earlier settings: the picture may begin anew
+    coded: bool = False                         # the image holds codes of the screen, neither exposed nor toned
+    field_picture: int = 0                      # of a light field: its number
+
+    @property
+    def key(self) -> tuple[int, int, bool, int]:
+        """What tells the image from every other image of the window."""
+        return self.generation, self.samples, self.is_provisional, self.field_picture
 
     @property
     def raw(self) -> bool:
@@ -101,6 +107,7 @@ class RenderWorker:
         self._started = perf_counter()
         self._first_seconds = math.inf          # from the restart to the first picture, the last time
         self._chosen: Chosen | None = None      # the automatic model, as it was chosen last
+        self._reloaded = False                  # the automatic model was chosen for an older file
         self._choosing: Future | None = None    # that is being chosen, perhaps for settings that have gone by
         self._speeds: dict[tuple, tuple[float, float]] = {}     # by lens and choice
         with self._change:      # runs until it is cancelled; at full priority, for somebody waits for the first pass
@@ -124,6 +131,15 @@ class RenderWorker:
     def again(self) -> None:
         """Begin the same picture anew."""
         with self._change:
+            self._generation += 1
+            self._started = perf_counter()
+            self._change.notify_all()
+
+    def reload(self, settings: Settings) -> None:
+        """Render these settings anew, for a file that they name has changed."""
+        with self._change:
+            self._settings, self._target = settings, settings.samples
+            self._reloaded = True
             self._generation += 1
             self._started = perf_counter()
             self._change.notify_all()
@@ -280,6 +296,11 @@ class RenderWorker:
     def _begun(self, generation: int, settings: Settings, light_tracing: bool) -> _Job:
         camera, scene = prepare(settings.checked())
         job = _Job(generation, settings, camera, scene, None, light_tracing=light_tracing)
+        with self._change:
+            reloaded, self._reloaded = self._reloaded, False
+        if reloaded:
+            self._chosen = self._choosing = None
+            self._speeds.clear()
         if self._choosing is not None and self._choosing.done() and self._choosing.exception() is None:
             self._chosen, self._choosing = self._choosing.result(), None
         if is_automatic(settings):

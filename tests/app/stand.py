@@ -8,6 +8,7 @@ from imgui_bundle.immapp import testing
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.dial import RingState, use_rings
 
 
 def drive(gui: Callable[[], None], test: Callable, size: tuple[int, int] = (400, 300), picture: str | None = None,
@@ -20,6 +21,7 @@ def drive(gui: Callable[[], None], test: Callable, size: tuple[int, int] = (400,
     glfw.init()
     glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.EGL_CONTEXT_API)
     errors: list[BaseException] = []
+    use_rings(RingState())
 
     def guarded() -> None:
         if errors:
@@ -44,14 +46,13 @@ def drive(gui: Callable[[], None], test: Callable, size: tuple[int, int] = (400,
         theme.style_implot()
         imgui.get_io().config_flags |= imgui.ConfigFlags_.nav_enable_keyboard
 
-    theme.choose(dark)
     parameters = hello_imgui.RunnerParams()
     parameters.app_window_params.window_geometry.size = size
     parameters.ini_disable = True
     parameters.fps_idling.enable_idling = False
     parameters.callbacks.show_gui = guarded
     parameters.callbacks.load_additional_fonts = theme.load_font
-    parameters.callbacks.setup_imgui_style = theme.style_imgui
+    parameters.callbacks.setup_imgui_style = lambda: theme.style_imgui(dark)
     parameters.callbacks.post_init = opened
     parameters.imgui_window_params.default_imgui_window_type = (
         hello_imgui.DefaultImGuiWindowType.provide_full_screen_window)

@@ -29,6 +29,7 @@ from lensbench.app.state.constraints import (
 )
 from lensbench.app.state.exposure import Exposing
 from lensbench.app.state.pose import at_home
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, REAL, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.toggles import Key, angle
@@ -66,7 +67,7 @@ class Chooser:
     film: tuple[float, float] = (36.0, 24.0)
     equivalent: bool = False                                # another film keeps field and depth of field
     exposing: Exposing | None = None                        # what the exposure of the picture came to
-    requests: set[str] = field(default_factory=set)         # open lens, open scene
+    requests: set[Request] = field(default_factory=set)     # of the window
 
 
 def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
@@ -208,7 +209,7 @@ def _lens(settings: Settings, chooser: Chooser) -> Settings:
             imgui.text_disabled("No lens of that name")
         imgui.separator()
         if imgui.selectable("Open…", False)[0]:
-            chooser.requests.add("open lens")
+            chooser.requests.add(Request.OPEN_LENS)
             imgui.close_current_popup()
 
     used = not settings.lensless
@@ -266,7 +267,7 @@ def _scene(settings: Settings, chooser: Chooser) -> Settings:
                 chosen = at_home(replace(settings, scene=name))
         imgui.separator()
         if imgui.selectable("Open…", False)[0]:
-            chooser.requests.add("open scene")
+            chooser.requests.add(Request.OPEN_SCENE)
 
     _combo("Scene", scene_title(settings.scene), "What the camera looks at", content)
     return chosen

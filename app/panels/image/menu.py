@@ -6,6 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.display.frame import View
 from lensbench.app.state.constraints import with_longer_side
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import COMPARISONS, TONES, VIEWS, Settings
 from lensbench.app.widgets import theme
 
@@ -74,7 +75,7 @@ def comparison_menu(settings: Settings, pinned: Settings | None, view: View) -> 
     pinned: those of the picture A, where there is one.
     """
     if imgui.menu_item("Pin as A", "A", False)[0]:
-        view.requests.add("pin")
+        view.requests.add(Request.PIN)
     imgui.set_item_tooltip("Keep the picture as it stands, to compare what comes with it")
     imgui.separator()
     for key, name in COMPARISONS.items():

@@ -6,6 +6,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 from lensbench.app.display.frame import Picture, View
 from lensbench.app.panels.image.menu import comparison_menu, picture_menu, view_menu
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 
@@ -74,13 +75,13 @@ def _render_tools(picture: Picture, view: View) -> None:
     """What is done with the render."""
     if _tool((fa.ICON_FA_PLAY if picture.paused else fa.ICON_FA_PAUSE) + "###Pause",
              "Go on rendering (Space)" if picture.paused else "Hold the render (Space)", picture.paused):
-        view.requests.add("pause")
+        view.requests.add(Request.PAUSE)
     if _tool(fa.ICON_FA_ROTATE_LEFT + "###Restart", "Begin the render anew (R)", False):
-        view.requests.add("restart")
+        view.requests.add(Request.RESTART)
     if _tool(fa.ICON_FA_CAMERA + "###Screenshot", "Save the picture as it stands, with its settings (Ctrl + S)", False):
-        view.requests.add("screenshot")
+        view.requests.add(Request.SAVE_RENDER)
     if _tool(fa.ICON_FA_FLOPPY_DISK + "###Export", "Export at any size and number of samples (Ctrl + E)", False):
-        view.requests.add("export")
+        view.requests.add(Request.EXPORT)
 
 
 def _told(settings: Settings, picture: Picture, corner: ImVec2, width: float, height: float) -> Settings:

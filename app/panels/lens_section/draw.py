@@ -4,8 +4,7 @@ Geometry is kept in pixels as long as neither lens nor view changes. Line
 weights and lengths in pixels are those of a plain screen, scaled to this one.
 """
 
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
 from math import floor
 
 import numpy as np
@@ -17,6 +16,7 @@ from lensbench.app.state.element_outline import elements
 from lensbench.app.state.ray_fans import Fan
 from lensbench.app.state.section_geometry import Sketch
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.memo import Memo
 
 LIVE_ALPHA, DEAD_ALPHA = 0.55, 0.45
 CROSS = 3.0
@@ -25,13 +25,14 @@ OPEN = imgui.ImDrawFlags_.none
 
 @dataclass(frozen=True)
 class Canvas:
-    """Where a section is drawn: corner and size of its panel (pixels) and the view."""
+    """Where a section is drawn: corner and size of its panel (pixels), and the view."""
 
     x: float
     y: float
     width: float
     height: float
     view: View
+    memo: Memo = field(default_factory=lambda: Memo(16), compare=False)     # of the panel: geometry in pixels
 
     @property
     def corner(self) -> ImVec2:
@@ -53,15 +54,18 @@ class Canvas:
         return np.clip(xy, -1e6, 1e6)
 
 
-@lru_cache(maxsize=4)
 def _glass(lens: lb.Lens, canvas: Canvas) -> list[tuple[lb.Glass, list[list[ImVec2]], list[ImVec2]]]:
     """Each element's glass, its strips and its outline, in pixels."""
-    return [(e.glass, [canvas.places(strip) for strip in e.strips], canvas.places(e.outline)) for e in elements(lens)]
+    return canvas.memo.of((lens, canvas), lambda: [
+        (e.glass, [canvas.places(strip) for strip in e.strips], canvas.places(e.outline)) for e in elements(lens)])
 
 
-@lru_cache(maxsize=12)
 def _paths(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
     """The rays of a fan in pixels, the first stretch cut at the left edge of the panel."""
+    return canvas.memo.of((fan, canvas), lambda: _paths_in_pixels(fan, canvas))
+
+
+def _paths_in_pixels(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
     found = []
     for ray in fan.rays:
         path, left = ray.path, canvas.view.to_lens(canvas.corner, ImVec2(canvas.x - 2.0, 0.0))[0]
@@ -128,8 +132,8 @@ def draw_rays(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, dead: bool
                     draw.add_polyline(path, line, pixel, OPEN)
                     _cross(draw, path[-1], theme.packed(colour.dead, 0.9))
     for kind, alpha, weight in (("", LIVE_ALPHA, 1.0), ("marginal", 0.85, 1.0), ("chief", 1.0, 1.6)):
-        for fan, (field, _) in zip(sketch.fans, field_colours(), strict=True):
-            line = theme.packed(field, alpha)
+        for fan, (tint, _) in zip(sketch.fans, field_colours(), strict=True):
+            line = theme.packed(tint, alpha)
             for ray, path in zip(fan.rays, _paths(fan, canvas), strict=True):
                 if ray.kind != kind:
                     continue

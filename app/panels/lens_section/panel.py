@@ -6,7 +6,7 @@ mouse's way.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
@@ -23,6 +23,7 @@ from lensbench.app.state.scales import format_distance, format_f_number
 from lensbench.app.state.section_geometry import Sketch, sketch
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.memo import Memo
 
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
 FINE = 0.1
@@ -31,7 +32,7 @@ ONE_OF_TWO = "Section y–z, up the picture"
 
 @dataclass
 class SectionState:
-    """What the section keeps between frames, no part of any settings: its view, and what hand holds what."""
+    """What the panel keeps between frames: its view, and the handle that is dragged."""
 
     view: View | None = None
     fitted_to: tuple = ()
@@ -39,12 +40,11 @@ class SectionState:
     dead_rays: bool = True
     held: float = 0.0               # stop radius or film z (mm) under the mouse while a handle is dragged
     mouse: float = 0.0
+    memo: Memo = field(default_factory=lambda: Memo(16))   # glass and rays in pixels
 
 
-_state = SectionState()
 
-
-def section_panel(settings: Settings, film_radius: float | None = None) -> Settings:
+def section_panel(settings: Settings, state: SectionState, film_radius: float | None = None) -> Settings:
     """Draw the section in what is left of the window; settings, changed by a drag of the stop or the film.
 
     film_radius: of the film point (mm) whose exit-pupil region is marked on the rear plane.
@@ -62,12 +62,12 @@ def section_panel(settings: Settings, film_radius: float | None = None) -> Setti
         _reason(draw, corner, size, str(error))
         return settings
 
-    canvas = _canvas(settings, shown, corner, size)
+    canvas = _canvas(settings, shown, corner, size, state)
     stop_handle, film_handle = _handles(shown, canvas)
     imgui.set_next_item_allow_overlap()
     imgui.invisible_button("Section canvas", size, imgui.ButtonFlags_.mouse_button_left
                            | imgui.ButtonFlags_.mouse_button_middle)
-    canvas = _looked_around(canvas)
+    canvas = _looked_around(canvas, state)
     hovered = imgui.is_item_hovered()
 
     # The handles, over the canvas; then the drawing, that shows what they did in the next frame
@@ -78,37 +78,37 @@ def section_panel(settings: Settings, film_radius: float | None = None) -> Setti
             half = 7.0 * theme.scale()
             imgui.set_cursor_screen_pos(ImVec2(at.x - half, at.y - half))
             imgui.invisible_button(name, ImVec2(2.0 * half, 2.0 * half))
-            changed = _dragged_stop(changed, shown, canvas, 1.0 if at is stop_handle else -1.0)
+            changed = _dragged_stop(changed, shown, canvas, 1.0 if at is stop_handle else -1.0, state)
             stop_lit = stop_lit or imgui.is_item_hovered() or imgui.is_item_active()
     if film_handle is not None:
         pad = 3.0 * theme.scale()
         imgui.set_cursor_screen_pos(ImVec2(film_handle[0].x - pad, film_handle[0].y - pad))
         imgui.invisible_button("Film plane", ImVec2(film_handle[1].x + 2.0 * pad, film_handle[1].y + 2.0 * pad))
-        changed = _dragged_film(changed, shown, canvas)
+        changed = _dragged_film(changed, shown, canvas, state)
         film_lit = imgui.is_item_hovered() or imgui.is_item_active()
 
     draw.push_clip_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), True)
     theme.small()
-    _draw(draw, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None)
+    _draw(draw, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None, state)
     if shown.lens is not None and not shown.lens.is_rotationally_symmetric:
         extent = imgui.calc_text_size(ONE_OF_TWO)
         draw.add_text(ImVec2(corner.x + size.x - extent.x - theme.em(0.8), corner.y + theme.em(0.4)),
                       theme.packed(colour.dim), ONE_OF_TWO)
-    over_toggle = not shown.ideal and _dead_ray_toggle(corner, size)
+    over_toggle = not shown.ideal and _dead_ray_toggle(corner, size, state)
     imgui.pop_font()
     draw.pop_clip_rect()
     if hovered and not (stop_lit or film_lit or over_toggle) and not imgui.is_mouse_down(imgui.MouseButton_.left):
-        _explain(shown, canvas)
+        _explain(shown, canvas, state)
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(size)
     return changed
 
 
 def _draw(draw: imgui.ImDrawList, shown: Sketch, canvas: Canvas, film_radius: float | None, stop_lit: bool,
-          film_lit: bool, movable: bool) -> None:
+          film_lit: bool, movable: bool, state: SectionState) -> None:
     drawing.draw_axis(draw, canvas)
     drawing.draw_glass(draw, shown, canvas)
-    drawing.draw_rays(draw, shown, canvas, _state.dead_rays)
+    drawing.draw_rays(draw, shown, canvas, state.dead_rays)
     drawing.draw_outlines(draw, shown, canvas)
     if film_radius is not None and shown.lens is not None and not shown.ideal:
         bounds = _region_bounds(shown.lens, shown.film_z - shown.rear_z, film_radius)
@@ -131,36 +131,36 @@ def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> 
     draw.add_text(imgui.get_font(), imgui.get_font_size(), at, theme.packed(theme.colours().dim), text, wrap)
 
 
-def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2) -> Canvas:
+def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2, state: SectionState) -> Canvas:
     """The view kept, or fitted anew where lens, film or panel are others than before, or focusing took the film out."""
     line = imgui.get_text_line_height()
     key = (settings.lens, settings.focal_length, settings.model == "perspective", settings.film_width,
            settings.film_height, size.x, size.y)
-    if _state.film_z != shown.film_z and _state.view is not None and not imgui.is_mouse_down(0):
-        if not 0.0 < _state.view.to_screen(ImVec2(0.0, 0.0), shown.film_z, 0.0).x < size.x:
-            _state.fitted_to = ()
-        _state.film_z = shown.film_z
-    if _state.view is None or _state.fitted_to != key:
+    if state.film_z != shown.film_z and state.view is not None and not imgui.is_mouse_down(0):
+        if not 0.0 < state.view.to_screen(ImVec2(0.0, 0.0), shown.film_z, 0.0).x < size.x:
+            state.fitted_to = ()
+        state.film_z = shown.film_z
+    if state.view is None or state.fitted_to != key:
         front = min([0.0, *(float(ray.path[1][0]) for fan in shown.fans for ray in fan.rays)])
         half = max(shown.film_height / settings.crop, 1.1 * shown.glass_radius)
-        _state.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line)
-        _state.fitted_to = key
-    return Canvas(corner.x, corner.y, size.x, size.y, _state.view)
+        state.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line)
+        state.fitted_to = key
+    return Canvas(corner.x, corner.y, size.x, size.y, state.view, state.memo)
 
 
-def _looked_around(canvas: Canvas) -> Canvas:
+def _looked_around(canvas: Canvas, state: SectionState) -> Canvas:
     """Wheel, drag and double click on the canvas item."""
     io, mouse = imgui.get_io(), imgui.get_mouse_pos()
-    assert _state.view is not None
+    assert state.view is not None
     if imgui.is_item_hovered():
         imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
         if io.mouse_wheel:
-            _state.view = _state.view.zoomed(io.mouse_wheel, mouse.x - canvas.x, mouse.y - canvas.y)
+            state.view = state.view.zoomed(io.mouse_wheel, mouse.x - canvas.x, mouse.y - canvas.y)
         if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
-            _state.fitted_to = ()
+            state.fitted_to = ()
     if imgui.is_item_active() and (io.mouse_delta.x or io.mouse_delta.y):
-        _state.view = _state.view.moved(io.mouse_delta.x, io.mouse_delta.y)
-    return replace(canvas, view=_state.view)
+        state.view = state.view.moved(io.mouse_delta.x, io.mouse_delta.y)
+    return replace(canvas, view=state.view)
 
 
 def _handles(shown: Sketch, canvas: Canvas) -> tuple[ImVec2 | None, tuple[ImVec2, ImVec2] | None]:
@@ -171,17 +171,17 @@ def _handles(shown: Sketch, canvas: Canvas) -> tuple[ImVec2 | None, tuple[ImVec2
     return stop, drawing.film_handle(shown, canvas)
 
 
-def _pull(value: float, along: float, scale: float) -> float:
+def _pull(value: float, along: float, scale: float, state: SectionState) -> float:
     """The dragged value (mm) after this frame's way of the mouse along an axis (pixels)."""
     if imgui.is_item_activated():
-        _state.held, _state.mouse = value, along
-    step = (along - _state.mouse) / scale * (FINE if imgui.get_io().key_shift else 1.0)
-    _state.held += step
-    _state.mouse = along
-    return _state.held
+        state.held, state.mouse = value, along
+    step = (along - state.mouse) / scale * (FINE if imgui.get_io().key_shift else 1.0)
+    state.held += step
+    state.mouse = along
+    return state.held
 
 
-def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float) -> Settings:
+def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float, state: SectionState) -> Settings:
     """The item just submitted is an edge of the stop: its height is the stop's radius."""
     assert shown.stop_radius is not None
     if imgui.is_item_hovered() or imgui.is_item_active():
@@ -189,9 +189,9 @@ def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float
         _tell("Aperture stop: drag to change the f-number", format_f_number(readings(settings).f_number or 0.0))
     if not imgui.is_item_active():
         return settings
-    before = _state.mouse
-    radius = _pull(shown.stop_radius, -side * imgui.get_mouse_pos().y, canvas.view.scale)
-    if imgui.is_item_activated() or _state.mouse == before:
+    before = state.mouse
+    radius = _pull(shown.stop_radius, -side * imgui.get_mouse_pos().y, canvas.view.scale, state)
+    if imgui.is_item_activated() or state.mouse == before:
         return settings
     if shown.lens is None or shown.open_radius is None:     # the perspective camera's, as wide as f/0.5
         open_radius, widest = shown.film_z, 0.5
@@ -201,7 +201,7 @@ def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float
     return replace(settings, f_number=widest * open_radius / radius)
 
 
-def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas) -> Settings:
+def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas, state: SectionState) -> Settings:
     """The item just submitted is the film: its place decides what is in focus."""
     assert shown.lens is not None
     if imgui.is_item_hovered() or imgui.is_item_active():
@@ -210,14 +210,14 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas) -> Settings
                                            f"film {shown.film_z - shown.rear_z:.2f} mm behind the lens")
     if not imgui.is_item_active():
         return settings
-    before = _state.mouse
+    before = state.mouse
     # Focus groups move in place of the film: it is drawn to where it would focus the lens as a whole, paraxially
     whole = replace(shown.lens.at(close=0.0), positions=None)
     try:
         nearest = max(lb.nearest_focus(shown.lens), lb.nearest_focus(whole))
         now = whole.length + lb.film_distance(whole, max(settings.focus_distance, nearest))
-        film_z = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale)
-        if imgui.is_item_activated() or _state.mouse == before:
+        film_z = _pull(now, imgui.get_mouse_pos().x, canvas.view.scale, state)
+        if imgui.is_item_activated() or state.mouse == before:
             return settings
         film_distance = min(film_z - whole.length, lb.film_distance(whole, nearest))
         focus = max(lb.focused_distance(whole, film_distance), nearest)
@@ -233,10 +233,10 @@ def _tell(what: str, value: str) -> None:
         imgui.end_tooltip()
 
 
-def _dead_ray_toggle(corner: ImVec2, size: ImVec2) -> bool:
+def _dead_ray_toggle(corner: ImVec2, size: ImVec2, state: SectionState) -> bool:
     """A small switch in the upper left corner, where the fewest rays run; whether the mouse is over it."""
     colour = theme.colours()
-    icon = icons_fontawesome_6.ICON_FA_EYE if _state.dead_rays else icons_fontawesome_6.ICON_FA_EYE_SLASH
+    icon = icons_fontawesome_6.ICON_FA_EYE if state.dead_rays else icons_fontawesome_6.ICON_FA_EYE_SLASH
     text = f"{icon}  Dead rays"
     extent, pad = imgui.calc_text_size(text), theme.em(0.4)
     if size.x < extent.x + 4.0 * pad:
@@ -244,15 +244,15 @@ def _dead_ray_toggle(corner: ImVec2, size: ImVec2) -> bool:
     at = ImVec2(corner.x + 2.0 * pad, corner.y + pad)
     imgui.set_cursor_screen_pos(ImVec2(at.x - pad, at.y - 0.5 * pad))
     if imgui.invisible_button("Dead rays", ImVec2(extent.x + 2.0 * pad, extent.y + pad)):
-        _state.dead_rays = not _state.dead_rays
+        state.dead_rays = not state.dead_rays
     hovered = imgui.is_item_hovered()
     imgui.set_item_tooltip("Show the rays that do not arrive, each to the place where it dies")
     tint = colour.text if hovered else colour.dim
-    imgui.get_window_draw_list().add_text(at, theme.packed(tint, 1.0 if _state.dead_rays else 0.7), text)
+    imgui.get_window_draw_list().add_text(at, theme.packed(tint, 1.0 if state.dead_rays else 0.7), text)
     return hovered
 
 
-def _explain(shown: Sketch, canvas: Canvas) -> None:
+def _explain(shown: Sketch, canvas: Canvas, state: SectionState) -> None:
     """What lies under the mouse: a ray and its fate, a cardinal point, or a piece of glass."""
     mouse, pixel = imgui.get_mouse_pos(), theme.scale()
     z, y = canvas.view.to_lens(canvas.corner, mouse)
@@ -261,7 +261,7 @@ def _explain(shown: Sketch, canvas: Canvas) -> None:
         if abs(at.x - mouse.x) < 4.0 * pixel and abs(at.y - mouse.y) < 7.0 * pixel:
             _tell(f"{mark.sign}  {mark.meaning}", f"z = {mark.z:.2f} mm from the first vertex")
             return
-    found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, _state.dead_rays)
+    found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, state.dead_rays)
     if found is not None:
         fan, i = found
         ray = fan.rays[i]

@@ -6,6 +6,7 @@ from lensbench.app.panels.light_field.capture_settings import KINDS, Form
 from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.state import scales, time_scales
 from lensbench.app.state.light_field_query import match
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import ring
@@ -60,11 +61,11 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
         task_progress(task)
     else:
         if imgui.button(fa.ICON_FA_CIRCLE_DOT + "  Record###Record"):
-            form.requests.add("record")
+            form.requests.add(Request.RECORD)
         imgui.set_item_tooltip("Record what the camera sees now")
         imgui.same_line()
         if imgui.button(fa.ICON_FA_FOLDER_OPEN + "  Open…###Open light field"):
-            form.requests.add("open")
+            form.requests.add(Request.OPEN_LIGHT_FIELD)
         imgui.set_item_tooltip("Open a recorded light field (.npz)")
     if can_go_back:
         if task is None:

@@ -8,6 +8,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.build import camera
 from lensbench.app.state.constraints import with_longer_side
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 
 KINDS = {"lens": "Lens", "microlenses": "Microlenses", "array": "Array"}
@@ -26,7 +27,7 @@ class Form:
     moments: int = 1                                    # parts of the exposure that are kept apart
     spacing: float = 5.0                                # mm from pinhole to pinhole
     open: bool = False                                  # shown though there is a recording
-    requests: set[str] = field(default_factory=set)     # record, cancel, open, save, picture, depth, compare
+    requests: set[Request] = field(default_factory=set) # of the window
 
     def settings(self, present: Settings) -> Settings:
         """What the camera sees now, with the form's pixels and samples."""

@@ -12,6 +12,7 @@ from lensbench.app.panels.light_field.pupil_pad import figures
 from lensbench.app.state.constraints import MARGIN
 from lensbench.app.state.depth_colours import colour, ends
 from lensbench.app.state.light_field_query import DEEP, Look, Recording
+from lensbench.app.state.request import Request
 from lensbench.app.state.scales import format_distance
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.toggles import toggles
@@ -36,7 +37,7 @@ def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form:
         imgui.pop_text_wrap_pos()
         imgui.begin_disabled(worker.task is not None)
         if imgui.button(fa.ICON_FA_MAGNIFYING_GLASS + "  Find the depth###Find the depth"):
-            form.requests.add("depth")
+            form.requests.add(Request.FIND_DEPTH)
         imgui.end_disabled()
         return look
     look = replace(look, deep=toggles("Of it", DEEP, look.deep, DEEP_TIPS))

@@ -31,6 +31,7 @@ from lensbench.app.state.light_field_query import (
     opened,
     place,
 )
+from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.tone import develop
 from lensbench.app.widgets import theme
@@ -87,17 +88,20 @@ def _head(recording: Recorded, form: Form) -> None:
     imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
     width = theme.em(1.75)
     imgui.same_line(right - 4.0 * width)
-    for icon, request, tip in (
-            (fa.ICON_FA_CIRCLE_DOT, "new", "Record another"), (fa.ICON_FA_FOLDER_OPEN, "open", "Open a light field"),
-            (fa.ICON_FA_FLOPPY_DISK, "save", "Save the light field (.npz)"),
-            (fa.ICON_FA_IMAGE, "picture", "Save the picture that it shows (.png, .exr …)")):
-        if imgui.button(f"{icon}###Light field {request}", ImVec2(width, 0.0)):
-            form.requests.add(request)
+    for icon, name, request, tip in (
+            (fa.ICON_FA_CIRCLE_DOT, "new", None, "Record another"),
+            (fa.ICON_FA_FOLDER_OPEN, "open", Request.OPEN_LIGHT_FIELD, "Open a light field"),
+            (fa.ICON_FA_FLOPPY_DISK, "save", Request.SAVE_LIGHT_FIELD, "Save the light field (.npz)"),
+            (fa.ICON_FA_IMAGE, "picture", Request.SAVE_REFOCUSED, "Save the picture that it shows (.png, .exr …)")):
+        if imgui.button(f"{icon}###Light field {name}", ImVec2(width, 0.0)):
+            if request is None:
+                form.open = True
+            else:
+                form.requests.add(request)
         imgui.set_item_tooltip(tip)
         imgui.same_line(0.0, 0.0)
     imgui.pop_style_color()
     imgui.new_line()
-    form.open = "new" in form.requests
 
 
 # Looking at it
@@ -150,7 +154,7 @@ def _comparison(look: Look, recording: Recording, worker: LightFieldWorker, form
              and look.show == "focus")
     imgui.begin_disabled(not ready)
     if imgui.button("Compare with the camera"):
-        form.requests.add("compare")
+        form.requests.add(Request.COMPARE)
     imgui.end_disabled()
     if imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled | imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Render with the camera what is shown here, focused the same, through the same part of its "

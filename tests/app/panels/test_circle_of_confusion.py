@@ -116,10 +116,10 @@ def test_ticks_thin_out_on_a_short_axis():
 
 class Panel:
     def __init__(self, settings: Settings = START):
-        self.settings = settings
+        self.settings, self.state = settings, circle_of_confusion.CocState()
 
     def show(self) -> None:
-        self.settings = circle_of_confusion.coc_panel(self.settings)
+        self.settings = circle_of_confusion.coc_panel(self.settings, self.state)
 
 
 def test_the_focus_line_is_dragged_to_focus():

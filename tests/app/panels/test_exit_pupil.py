@@ -81,9 +81,10 @@ def test_a_film_point_without_light_has_no_region_and_no_samples():
 class Panel:
     def __init__(self, settings: Settings = START, film_radius: float = 15.1, hover: float | None = None):
         self.settings, self.film_radius, self.hover = settings, film_radius, hover
+        self.state = exit_pupil.PupilState()
 
     def show(self) -> None:
-        self.film_radius = exit_pupil.pupil_panel(self.settings, self.film_radius, self.hover)
+        self.film_radius = exit_pupil.pupil_panel(self.settings, self.film_radius, self.state, self.hover)
 
 
 def test_the_film_radius_is_turned_and_the_mouse_in_the_picture_does_not_change_it():

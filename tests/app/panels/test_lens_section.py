@@ -192,10 +192,10 @@ def test_the_scale_bar_is_round(most, length):
 
 class Panel:
     def __init__(self, settings: Settings = START, film_radius: float | None = None):
-        self.settings, self.film_radius = settings, film_radius
+        self.settings, self.film_radius, self.state = settings, film_radius, panel.SectionState()
 
     def show(self) -> None:
-        self.settings = panel.section_panel(self.settings, self.film_radius)
+        self.settings = panel.section_panel(self.settings, self.state, self.film_radius)
 
 
 def drag(ctx, start: ImVec2, dx: float, dy: float) -> None:

@@ -192,7 +192,7 @@ def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(dr
         x, y = controller.look.pixel
         assert controller.look.distance == found.distance[y, x] > START.focus_distance
         shown(hand)
-        controller.save_picture(tmp_path / "there.exr")
+        controller.save_picture(tmp_path / "there.exr", hand.settings)
         saved = read_settings(tmp_path / "there.exr")
         assert (saved.focus_distance, saved.pixels_x) == (controller.look.distance, 320)
         # What was recorded of the pixel and its line

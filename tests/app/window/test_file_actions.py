@@ -10,6 +10,7 @@ from PIL.PngImagePlugin import PngInfo
 
 from lensbench import lenses
 from lensbench.app.state.build import design
+from lensbench.app.state.request import Request
 from lensbench.app.window.file_actions import QUESTIONS
 from tests.app.conftest import SMALL
 
@@ -33,7 +34,7 @@ def test_a_dropped_lens_is_opened_and_a_broken_one_is_said_and_changes_nothing(d
         hand.session.dropped(None, [str(good)])
         hand.picture()
         assert hand.settings.lens == str(good) and not hand.session.view.messages
-        assert hand.session.files.recent == [good]
+        assert hand.session.recent == [good]
         for path in (bad, empty, tmp_path / "missing.toml", other, newer):
             before = hand.settings
             hand.session.dropped(None, [str(path)])
@@ -136,7 +137,7 @@ def test_a_lens_is_saved_in_the_format_of_its_suffix_and_opened_again(drive, tmp
         assert hand.settings.lens == str(path) and hand.settings.focal_length is None
 
     drive(use, scaled)
-    assert set(lenses.READERS) == set(QUESTIONS["lens"].suffixes)       # what can be read can be chosen
+    assert set(lenses.READERS) == set(QUESTIONS[Request.OPEN_LENS].suffixes)       # what can be read can be chosen
 
 
 def test_settings_are_saved_and_opened_by_the_menu(drive, tmp_path):

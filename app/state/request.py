@@ -1,0 +1,39 @@
+"""What panels, menus and keys ask of the window."""
+
+from enum import Enum, auto
+
+
+class Request(Enum):
+    """The window answers a request at the beginning of its next frame."""
+
+    # The render
+    PAUSE = auto()                      # or go on
+    RESTART = auto()
+    PIN = auto()                        # keep the picture as A
+    EXPORT = auto()
+
+    # Files to open
+    OPEN_LENS = auto()
+    OPEN_SCENE = auto()
+    OPEN_PICTURE = auto()
+    OPEN_SETTINGS = auto()
+    OPEN_LIGHT_FIELD = auto()
+
+    # Files to save
+    SAVE_LENS = auto()
+    SAVE_SETTINGS = auto()
+    SAVE_INTRINSICS = auto()
+    SAVE_RENDER = auto()
+    SAVE_WINDOW = auto()
+    SAVE_LIGHT_FIELD = auto()
+    SAVE_REFOCUSED = auto()
+    CHOOSE_EXPORT_PATH = auto()
+
+    # The light field
+    RECORD = auto()
+    FIND_DEPTH = auto()
+    COMPARE = auto()                    # render the same picture with the camera
+
+    # The window
+    RESET_LAYOUT = auto()
+    SHOW_HELP = auto()

@@ -1,0 +1,56 @@
+"""Notices when the lens or the scene file of the settings changes on disk."""
+
+import sys
+from pathlib import Path
+
+from lensbench import lenses
+from lensbench.app.state.file_stamp import Stamp, file_stamp
+from lensbench.app.state.scene_file import find_scene
+from lensbench.app.state.settings import Settings
+
+SECONDS = 1.0                   # between two looks at the disk
+
+
+class FileWatch:
+    """Compares the stamps of the files with those of the last look."""
+
+    def __init__(self) -> None:
+        self._stamps: dict[str, Stamp] = {}
+        self._next = 0.0
+        self.unreadable: set[str] = set()       # files whose present content cannot be read
+
+    def changed(self, settings: Settings, now: float) -> tuple[list[str], list[str]]:
+        """Names of the files that have changed and can be read, and messages about those that cannot; at most once a
+        second. A file that the settings have not named before counts as unchanged.
+        """
+        if now < self._next:
+            return [], []
+        self._next = now + SECONDS
+        found, problems = [], []
+        for name, load in ((settings.lens, lenses.load), (settings.scene, find_scene)):
+            stamp = file_stamp(name)
+            if self._stamps.setdefault(name, stamp) == stamp:
+                continue
+            self._stamps[name] = stamp
+            try:
+                load(name)
+            except (ValueError, OSError) as error:
+                self.unreadable.add(name)
+                problems.append(f"{Path(name).name} has changed and cannot be read; the last picture stays: {error}")
+            else:
+                self.unreadable.discard(name)
+                found.append(name)
+        return found, problems
+
+    def look_now(self) -> None:
+        """Let the next `changed` look at the disk, however soon."""
+        self._next = 0.0
+
+
+def forget_derived() -> None:
+    """Clear the caches that are keyed by settings: they hold what was derived from the old content of a file."""
+    for name, module in list(sys.modules.items()):
+        if name.startswith(("lensbench.app.state.", "lensbench.app.panels.")):
+            for value in list(vars(module).values()):
+                if hasattr(value, "cache_clear"):
+                    value.cache_clear()

@@ -1,0 +1,109 @@
+"""What the panels, the menus and the file actions of one window share.
+
+Settings and their history, the picture and its view, the background workers, and the requests of panels. `Session`
+adds the life of the window and its frames.
+"""
+
+from contextlib import suppress
+from pathlib import Path
+from time import monotonic
+
+from imgui_bundle import hello_imgui
+
+import glfw  # isort: skip - after imgui_bundle, so that both share one library
+
+from lensbench.app.display.frame import View
+from lensbench.app.display.presenter import Presenter
+from lensbench.app.panels.controls.controls import Chooser
+from lensbench.app.panels.light_field.controller import LightFieldController
+from lensbench.app.state.build import design
+from lensbench.app.state.constraints import showable
+from lensbench.app.state.request import Request
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.undo import History
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.dial import RingState
+from lensbench.app.workers.chart_worker import ChartWorker
+from lensbench.app.workers.render_worker import RenderWorker
+
+
+class WindowState:
+    """Lives as long as the window."""
+
+    def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
+        self.requests: set[Request] = set()
+        self.view, self.chooser, self.rings = View(requests=self.requests), Chooser(requests=self.requests), RingState()
+        settings = self.showable(settings)
+        with suppress(ValueError, OSError):             # the worker reports a lens that cannot be read
+            self.say_findings(settings)
+        self.history = History(settings)
+        self.edited = settings                          # the settings on their way through this frame's panels
+        self.worker = RenderWorker(settings, self.wake, threads)
+        self.presenter = Presenter(self.worker)
+        self.charts = ChartWorker(self.wake)
+        self.light_field = LightFieldController(self.view, self.presenter, settings, self.requests, self.wake)
+        self.remember = remember                        # layout, theme and recent files, beyond this session
+        self.dark = True
+        self.recent: list[Path] = []                    # files that were opened, the newest first
+        self.reopened: Path | None = None               # a recent file that is to be opened
+        self.screenshot: Path | None = None             # where a picture of the window is to be saved
+        self.prepared = False                           # the panels can be drawn without waiting for a compiler
+
+    def wake(self) -> None:
+        """From any thread: there is something new to show."""
+        hello_imgui.request_refresh()
+        with suppress(glfw.GLFWError):
+            glfw.post_empty_event()
+
+    # Settings
+
+    def take(self, settings: Settings) -> None:
+        """Set other settings at once, as one step of undo, and render them."""
+        self.edited = settings
+        self.history.edit(settings, False, 0.0)
+        self.apply()
+
+    def apply(self) -> None:
+        """Let the render worker follow the present settings."""
+        settings = self.history.present
+        self.worker.restart(settings)
+        self.worker.want_depth(settings.overlay in ("coc", "peaking") or self.view.pending is not None)
+
+    def hurry(self) -> None:
+        """Start the render as soon as one panel has changed the picture; the others are drawn beside its first pass."""
+        if self.edited.picture != self.history.present.picture:
+            with suppress(ValueError):
+                self.worker.restart(self.edited.checked())
+                self.worker.await_set_up()
+
+    def keep(self, held: bool) -> None:
+        """Note what the panels of this frame have changed; held: a mouse button or an item is."""
+        if self.edited != self.history.present:
+            try:
+                self.edited = self.edited.checked()
+            except ValueError as error:
+                self.view.say(str(error))
+                self.edited = self.history.present
+        self.history.edit(self.edited, held, monotonic())
+
+    def showable(self, settings: Settings) -> Settings:
+        """The settings with as many pixels as a window can show; a message says if that is fewer."""
+        shown = showable(settings)
+        if shown != settings:
+            self.view.say(f"{settings.pixels_x} × {settings.pixels_y} pixels are more than the window can show: "
+                          f"it renders {shown.pixels_x} × {shown.pixels_y}; an export takes more")
+        return shown
+
+    def say_findings(self, settings: Settings) -> None:
+        """Show what the reader of the lens file had to assume."""
+        for finding in design(settings).findings:
+            self.view.say(f"{Path(settings.lens).name}: {finding}")
+
+    # The window
+
+    def choose_theme(self, dark: bool) -> None:
+        """Dark or light, from now on."""
+        self.dark = dark
+        theme.choose(dark)
+        if self.remember:
+            hello_imgui.save_lasting_pref("theme", "dark" if dark else "light")
