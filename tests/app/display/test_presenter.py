@@ -1,0 +1,83 @@
+"""The presenter shows the image of the newest update, however the memory of older ones is used again."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from lensbench.app.display.frame import View
+from lensbench.app.display.presenter import Presenter
+from lensbench.app.state.comparison import Difference
+from lensbench.app.state.histogram import histogram
+from lensbench.app.state.settings import Settings
+from lensbench.app.workers.light_field_worker import FieldPicture
+from lensbench.app.workers.render_worker import RenderUpdate
+
+SETTINGS = replace(Settings(), pixels_x=6, pixels_y=4, compare="difference")
+
+
+class Screen:
+    """A screen without a graphics card, that remembers what was loaded."""
+
+    size = (6, 4)
+
+    def load(self, image, depth=None):
+        self.loaded = image.copy()
+
+    def developed(self, development):
+        return 1
+
+    def apart(self, other, scale):
+        return 2
+
+    def draw_at(self, scale):
+        pass
+
+
+@pytest.fixture
+def presenter():
+    found = Presenter(SimpleNamespace(waiting=0.0, paused=False))
+    found._screen, found._pinned_screen = Screen(), Screen()
+    return found
+
+
+def assert_shows(presenter, image):
+    picture = presenter.picture(SETTINGS, View(histogram=True))
+    np.testing.assert_array_equal(presenter._screen.loaded, image)
+    np.testing.assert_array_equal(presenter.light, image)
+    np.testing.assert_array_equal(picture.histogram, histogram(image, SETTINGS.exposure, SETTINGS.tone, SETTINGS.noise))
+    assert picture.difference == Difference.of(presenter.pinned.image, image)
+
+
+@pytest.mark.parametrize(("generation", "samples"), [(1, 2), (2, 1)])
+def test_a_new_image_at_the_address_of_an_old_one_is_shown_and_counted_anew(presenter, generation, samples):
+    random = np.random.default_rng(5)
+    image = random.random((4, 6, 3), np.float32)
+    presenter._keep(RenderUpdate(1, np.zeros((4, 6, 3), np.float32), 1, 0.0, SETTINGS, 0.0))
+    presenter.update = RenderUpdate(1, image, 1, 0.0, SETTINGS, 0.0)
+    assert_shows(presenter, image)
+    image[:] = random.random((4, 6, 3), np.float32)         # the same id
+    presenter.update = RenderUpdate(generation, image, samples, 0.0, SETTINGS, 0.0)
+    assert_shows(presenter, image)
+
+
+def test_another_picture_a_at_the_address_of_an_old_one_is_compared_with_anew(presenter):
+    image, pinned = (np.full((4, 6, 3), value, np.float32) for value in (0.5, 0.25))
+    presenter.update = RenderUpdate(1, image, 1, 0.0, SETTINGS, 0.0)
+    for value in (0.25, 1.0):
+        pinned[:] = value                                   # the same id
+        presenter._keep(RenderUpdate(0, pinned, 1, 0.0, SETTINGS, 0.0))
+        assert_shows(presenter, image)
+
+
+def test_pictures_of_a_light_field_are_told_apart_by_their_number(presenter, monkeypatch):
+    monkeypatch.setattr("lensbench.app.display.presenter.picture_settings", lambda recording, look: SETTINGS)
+    monkeypatch.setattr("lensbench.app.display.presenter.note", lambda recording, look: "")
+    presenter._keep(RenderUpdate(1, np.zeros((4, 6, 3), np.float32), 1, 0.0, SETTINGS, 0.0))
+    image = np.empty((4, 6, 3), np.float32)
+    recording, look = SimpleNamespace(settings=SETTINGS), SimpleNamespace(coded=False)
+    for number in (1, 2):
+        image[:] = 0.3 * number                             # the same id
+        presenter.field_picture = FieldPicture(recording, look, image, 0.0, 1.0, number)
+        assert_shows(presenter, image)
