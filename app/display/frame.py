@@ -1,4 +1,4 @@
-"""The picture as the render panel gets it, and what the panel remembers of its view."""
+"""The picture that the render panel shows, and the state of its view."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ from lensbench.app.state.settings import Settings
 
 @dataclass(frozen=True)
 class Mark:
-    """Where the picture was focused, as parts of its width and height, at which distance, and what it looked at."""
+    """The place that was focused on (parts of width and height), its distance, and the aim of the camera then."""
 
     x: float
     y: float
@@ -20,13 +20,13 @@ class Mark:
     aim: Settings
 
     def holds(self, settings: Settings) -> bool:
-        """Whether what was focused on still stands there, in focus."""
+        """Whether the camera still aims and focuses there."""
         return settings.focuses and self.distance == settings.focus_distance and self.aim == settings.aim
 
 
 @dataclass(frozen=True)
 class Pinned:
-    """The picture that is kept as A: its texture, as it was developed then."""
+    """The picture A: its texture, tone-mapped by its own settings."""
 
     texture: int                                    # GL name
     size: tuple[int, int]
@@ -36,26 +36,26 @@ class Pinned:
 
 @dataclass(frozen=True)
 class Picture:
-    """What there is to be shown in this frame."""
+    """What the render panel shows in one frame."""
 
     texture: int = 0                                # GL name, 0: nothing yet
     size: tuple[int, int] = (0, 0)                  # pixels across and down
     samples: int = 0
     seconds: float = 0.0
     paused: bool = False
-    waiting: float = 0.0                            # seconds since the settings changed without a picture of them
-    first: bool = False                             # the kernels are not known to be compiled yet
+    waiting: float = 0.0                            # seconds since the settings changed, until their first picture
+    first: bool = False                             # no picture yet: the kernels may be compiling
     depth: NDArray[np.float32] | None = None        # (h, w) mm from the film along the axis
     histogram: NDArray[np.float64] | None = None    # (4, bins) red, green, blue, luminance
-    pinned: Pinned | None = None                    # the picture A, where it is compared with
-    difference: Difference | None = None            # from A, where `texture` shows it
-    recorded: Settings | None = None                # of a light field's picture: the camera's that would be focused so
-    note: str = ""                                  # what such a picture is
+    pinned: Pinned | None = None                    # the picture A, while it is compared
+    difference: Difference | None = None            # from A, while `texture` shows it
+    recorded: Settings | None = None                # of a light field's picture: of a camera with this focus
+    note: str = ""                                  # describes such a picture
 
 
 @dataclass
 class View:
-    """What the panel remembers from frame to frame; no part of the settings."""
+    """State of the render panel between frames; no part of the settings."""
 
     zoom: float | None = None                       # screen pixels for a pixel of the picture; None: all that fits
     centre: tuple[float, float] = (0.5, 0.5)        # the part of the picture in the middle of the panel
@@ -63,21 +63,21 @@ class View:
     histogram: bool = False
     mark: Mark | None = None
     pending: tuple[float, float] | None = None      # a click that waits for the depth map, parts of the picture
-    cross: tuple[int, int] | None = None            # the pixel of a light field that is looked at
-    line: bool = False                              # and whether its line is, too
+    cross: tuple[int, int] | None = None            # the chosen pixel of a light field
+    line: bool = False                              # and whether its line is marked
     hover: tuple[float, float] | None = None        # the raster point under the mouse
     picked: tuple[int, int] | None = None           # a pixel of a light field that was clicked on, across and down
-    pointed: tuple[float, float] | None = None      # the raster point that the mouse was on last
+    pointed: tuple[float, float] | None = None      # the last raster point under the mouse
     scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last
-    covered: tuple[float, float, float, float] | None = None    # by the picture: left, top, right, bottom on the screen
+    covered: tuple[float, float, float, float] | None = None    # by the picture on the screen: left, top, right, bottom
     pinned: Settings | None = None                  # those of the picture A
     dragged: bool = False
-    requests: set[Request] = field(default_factory=set) # of the window
-    messages: list[str] = field(default_factory=list)   # what went wrong or was done, until it is dismissed
-    done: set[str] = field(default_factory=set)         # those of them that tell of something done
+    requests: set[Request] = field(default_factory=set)     # to the window
+    messages: list[str] = field(default_factory=list)   # until they are dismissed
+    done: set[str] = field(default_factory=set)         # those of them that report a success
 
     def say(self, message: str, done: bool = False) -> None:
-        """Show a message until it is dismissed; the same one only once. done: nothing went wrong."""
+        """Show a message until it is dismissed; the same one only once. done: it reports a success."""
         if message not in self.messages:
             self.messages.append(message)
         (self.done.add if done else self.done.discard)(message)

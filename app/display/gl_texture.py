@@ -17,8 +17,8 @@ from lensbench.app.state import tone
 TONES = {"none": 0, "filmic": 1, "agx": 2, "raw": 3}
 OVERLAYS = {"none": 0, "coc": 1, "peaking": 2, "clipping": 3}
 SOFTENING = 0.35            # radius of the first passes' softening, of the circle of confusion's diameter
-SOFTENED_SAMPLES = 16       # from here on the picture is shown as it is
-SQUARES = 2.0               # pixels of the screen: from this size on those of the picture are squares
+SOFTENED_SAMPLES = 16       # from here on the picture is not softened
+SQUARES = 2.0               # screen pixels: from this size on the picture's pixels are drawn as squares
 
 RGB = np.dtype("V12")       # three float32 that are copied as one
 
@@ -44,7 +44,7 @@ class Development:
     amber: Rgb = (0.91, 0.64, 0.24)
     nearer: Rgb = (0.34, 0.71, 0.91)
     farther: Rgb = (0.80, 0.47, 0.65)
-    sensor: bool = False        # recorded it: 1 saturates, and becomes white
+    sensor: bool = False        # a sensor recorded it: 1 is saturated, and white
     share: float = 0.0          # of the softening, see `softening`
 
 
@@ -59,7 +59,7 @@ class _Target:
     def __init__(self, context: moderngl.Context, size: tuple[int, int], components: int, dtype: str):
         self.texture = _texture(context, size, components, dtype)
         self.framebuffer = context.framebuffer([self.texture])
-        self.is_reduced = False                 # there are smaller copies of what is in it
+        self.is_reduced = False                 # it has smaller copies
 
 
 class Screen:
@@ -153,7 +153,7 @@ class Screen:
         return self._read(self._shown)
 
     def read_apart(self) -> NDArray[np.uint8]:
-        """The difference as it is shown (h, w, 3)."""
+        """The difference as shown (h, w, 3)."""
         return self._read(self._apart)
 
     @staticmethod
@@ -165,7 +165,7 @@ class Screen:
         return np.frombuffer(pixels, np.uint8).reshape(height, width, 3)
 
     def draw_at(self, scale: float) -> None:
-        """Be drawn with so many pixels of the screen for each of the picture's: far enlarged they are squares."""
+        """Draw each pixel of the picture with this many screen pixels: as squares if far enlarged."""
         above = moderngl.NEAREST if scale >= SQUARES else moderngl.LINEAR
         for target in (self._shown, self._apart):
             if target is None:
@@ -207,7 +207,7 @@ class Screen:
 
 
 def _resized(depth: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """A depth map of another size: of each pixel that of the nearest."""
+    """A depth map of another size, by the nearest pixels."""
     rows, columns = ((2 * np.arange(n) + 1) * m // (2 * n) for n, m in zip(shape, depth.shape, strict=True))
     return depth if depth.shape == shape else depth[np.ix_(rows, columns)]
 

@@ -23,42 +23,42 @@ from lensbench.app.widgets.memo import Memo
 from lensbench.app.workers.light_field_worker import FieldPicture
 from lensbench.app.workers.render_worker import RenderUpdate, RenderWorker
 
-OFF_CENTRE = 0.35               # of the picture: farther from its middle nothing is marked as being in focus
+OFF_CENTRE = 0.35               # of the picture: farther from its middle nothing is marked as in focus
 
 
 class Presenter:
-    """Holds the newest picture; an older one stays until there is a newer."""
+    """Holds the newest picture; it stays until a newer one is there."""
 
     def __init__(self, worker: RenderWorker):
         self.update: RenderUpdate | None = None
         self.field_picture: FieldPicture | None = None  # of a light field, shown in place of the camera's picture
         self.pinned: RenderUpdate | None = None                 # the picture A
-        self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # what is on the screen, before its tone
-        self._light_of: Any = None                      # what that is made of
+        self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # on the screen, before the tone curve
+        self._light_of: Any = None                      # the key of that light
         self._exposing = Memo(1)
         self._worker = worker
         self._screen: Screen | None = None
         self._pinned_screen: Screen | None = None
         self._strip_screen: Screen | None = None
-        self._strip_of: Any = None                      # what that screen holds
+        self._strip_of: Any = None                      # the key of its picture
         self._difference, self._histogram = Memo(1), Memo(1)
         self._pins = 0                                  # counts the pictures A
         self._deep: RenderUpdate | None = None                  # the newest with a depth map
-        self._loaded: Any = None                        # what the screen holds
+        self._loaded: Any = None                        # the key of the loaded picture
 
     def open(self) -> None:
-        """Begin to draw, in the GL context that is current now."""
+        """Begin to draw in the current GL context."""
         moderngl.init_context()
         self._screen = Screen(moderngl.get_context())
 
     @property
     def software(self) -> bool:
-        """Whether the processor draws, in place of a graphics card."""
+        """Whether the processor draws, instead of a graphics card."""
         name = moderngl.get_context().info["GL_RENDERER"].lower()
         return any(renderer in name for renderer in ("llvmpipe", "softpipe", "swrast"))
 
     def take(self, view: View) -> None:
-        """The newest picture goes to the screen."""
+        """Take the newest update of the render worker."""
         update = self._worker.newest()
         if update is None or self._screen is None or update is self.update:
             return
@@ -69,7 +69,7 @@ class Presenter:
                 view.mark = _first_mark(update)
 
     def exposing(self, settings: Settings) -> Exposing | None:
-        """What the exposure of the picture comes to; None before the first."""
+        """The exposure of the picture in figures; None before the first picture."""
         update = self.update
         if update is None or update.raw:
             return None
@@ -77,9 +77,9 @@ class Presenter:
         return self._exposing.of(key, lambda: exposing(settings, update.image))
 
     def strip(self, image: NDArray[np.float32], of: Any, settings: Settings) -> int:
-        """The GL name of a texture with a small linear picture for a panel, developed as these settings say.
+        """The GL name of a texture with a small linear picture for a panel, tone-mapped by these settings.
 
-        of: what it shows; equal ones give the same.
+        of: its key; the texture is loaded again when the key changes.
         """
         self._strip_screen = self._strip_screen or Screen(moderngl.get_context())
         if self._strip_of != of:
@@ -90,7 +90,7 @@ class Presenter:
         return texture
 
     def pin(self, present: Settings) -> bool:
-        """Keep the picture that is shown as A, as `present` exposes and develops it; False where there is none yet."""
+        """Keep the shown picture as A, exposed and tone-mapped by `present`; False if there is none yet."""
         if self.shown is None or self._screen is None:
             return False
         settings = replace(self.shown.settings, **{name: getattr(present, name) for name in LOOK})
@@ -109,7 +109,7 @@ class Presenter:
 
     @property
     def shown(self) -> RenderUpdate | None:
-        """What stands in the picture: the newest of the camera, or what a light field shows."""
+        """The shown picture: the newest of the camera, or that of the light field."""
         if self.field_picture is None:
             return self.update
         field_picture = self.field_picture
@@ -150,13 +150,13 @@ class Presenter:
                        self.depth(settings), shares, pinned, difference)
 
     def depth(self, settings: Settings) -> NDArray[np.float32] | None:
-        """The depth map (h, w) mm, where there is one of what these settings look at."""
+        """The depth map (h, w) mm; None if there is none for the aim of these settings."""
         deep = self._deep
         return deep.depth if deep is not None and deep.settings.aim == settings.aim else None
 
     @staticmethod
     def _other(update: RenderUpdate, screen: Screen, settings: Settings, view: View) -> Pinned:
-        """The picture A, with its own look."""
+        """The picture A, tone-mapped by its own settings."""
         own = update.settings
         texture = screen.developed(Development(own.exposure, "raw" if update.raw else own.tone, sensor=own.noise))
         screen.draw_at(view.scale)
@@ -170,7 +170,7 @@ class Presenter:
         return self._deep.depth if wanted else None
 
     def _development(self, settings: Settings, view: View, update: RenderUpdate, deep: bool) -> Development:
-        """What the shaders need: the look as it is set, the blur of the settings that the picture was made with."""
+        """What the shaders need: the look of the present settings, the blur of the picture's own settings."""
         if update.raw:
             return Development(0.0, "raw")
         if self.field_picture is not None:
@@ -189,14 +189,14 @@ def _stripe(view: View) -> float:
 
 
 def _light(update: RenderUpdate, settings: Settings) -> NDArray[np.float32]:
-    """What goes to the screen: linear light as these settings expose it, or the codes of what is no light."""
+    """The image for the screen: linear light, exposed by these settings, or codes of other quantities."""
     if update.coded:
         return update.image
     return codes(update.image, update.settings) if update.settings.sample_view else exposed(settings, update.image)
 
 
 def _first_mark(update: RenderUpdate) -> Mark | None:
-    """A place near the middle of the picture that is in focus, with much around it that is."""
+    """A place near the middle of the picture that is in focus, among many that are."""
     focus, depth = update.settings.focus_distance, update.depth
     if depth is None or not math.isfinite(focus):
         return None
@@ -206,7 +206,7 @@ def _first_mark(update: RenderUpdate) -> Mark | None:
     off = np.hypot(x / columns - 0.5, y / rows - 0.5)
     if not len(x) or off.min() > OFF_CENTRE:
         return None
-    # The part that is in focus of a square about each place
+    # The part of a square about each place that is in focus
     half = max(columns // 20, 1)
     sums = np.pad(np.pad(sharp, half).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
     side = 2 * half + 1
@@ -216,7 +216,7 @@ def _first_mark(update: RenderUpdate) -> Mark | None:
 
 
 def save_window(path: Path, size: tuple[int, int]) -> None:
-    """Save what the window shows, so many pixels across and down, as PNG."""
+    """Save a picture of the window as PNG; size: pixels across and down."""
     from PIL import Image
 
     screen = moderngl.get_context().screen

@@ -192,7 +192,7 @@ def checked_place(path: Path, text: bool = False) -> str:
 
 @contextmanager
 def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
-    """A place beside `path` to write to; what stands there at the end becomes `path`, unless it is not to be kept."""
+    """A temporary file beside `path`; at the end it replaces `path`, unless keep is false."""
     path = path.resolve()               # a link stays, and what it points to is replaced
     part = path.with_name(f".lensbench-{secrets.token_hex(4)}.part")
     if not path.parent.is_dir():
@@ -213,7 +213,7 @@ def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Bring the new name to the disk too, where the system can."""
+    """Write the new name to the disk too, if the system can."""
     if os.name == "posix":
         handle = os.open(folder, os.O_RDONLY)
         with suppress(OSError):         # some network folders cannot
@@ -222,7 +222,7 @@ def _sync_folder(folder: Path) -> None:
 
 
 def _note(settings: Settings, choice: lb.Choice | None) -> str:
-    """The settings as JSON, with what the automatic model came to."""
+    """The settings as JSON, with the choice of the automatic model."""
     chosen = {} if choice is None else {CHOSEN: record(choice)}
     return json.dumps({**settings.to_dict(), **chosen}, ensure_ascii=True, allow_nan=False)
 

@@ -25,7 +25,7 @@ OPTIONAL = ("fill", "moments")
 
 
 def save_light_field(path: str | Path, recording: Recording) -> None:
-    """Write what was recorded; ExportError where that cannot be."""
+    """Write a recording; ExportError if it cannot be written."""
     raw, field = recording.raw, recording.field
     if raw is None:
         apart = {} if field.moments is None else {"moments": field.moments}

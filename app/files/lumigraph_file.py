@@ -18,7 +18,7 @@ ARRAYS = ("pictures", "nearness", "spacing", "distance")
 
 
 def save_lumigraph(path: str | Path, lumigraph: lb.Lumigraph, settings: Settings) -> None:
-    """Write a lumigraph and the settings that it was captured with; ExportError where that cannot be."""
+    """Write a lumigraph and the settings of its capture; ExportError if they cannot be written."""
     save_arrays(path, settings, pictures=lumigraph.pictures, nearness=lumigraph.nearness, spacing=lumigraph.spacing,
                 distance=lumigraph.distance)
 

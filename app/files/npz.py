@@ -22,7 +22,7 @@ def checked_suffix(path: str | Path) -> Path:
 
 
 def save_arrays(path: str | Path, settings: Settings, **arrays) -> None:
-    """Write arrays and numbers with the settings; ExportError where that cannot be."""
+    """Write arrays and numbers with the settings; ExportError if they cannot be written."""
     path = checked_suffix(path)
     text = np.array(json.dumps(settings.to_dict(), allow_nan=False))
     with replacing(path) as part, part.open("wb") as file:

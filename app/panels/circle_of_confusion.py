@@ -261,7 +261,7 @@ def _name_models(draw: imgui.ImDrawList, plot: PlotMap, shown: Curves, focus: fl
 
 
 def _focus_column(settings: Settings, plot: PlotMap) -> float:
-    """Where the focus line stands: at the right edge for infinity."""
+    """The column of the focus line: at the right edge for infinity."""
     x = plot.at(min(settings.focus_distance, 1e12) / 1000.0, 1.0).x
     return math.floor(min(max(x, plot.left + 1.0), plot.right - 1.0))
 

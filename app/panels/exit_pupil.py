@@ -61,7 +61,7 @@ def pupil_panel(settings: Settings, film_radius: float, state: PupilState, hover
         corner, reach = 0.5 * stand.film.diagonal, lit_radius(stand)
         if size.y > theme.em(14):
             film_radius = ring("Film radius", min(film_radius, corner), radius_scale(corner, 0.7 * reach),
-                               "Distance from the axis of the film point that looks at the lens")
+                               "Distance of the film point from the axis")
         shown = min(hover_radius if hover_radius is not None else film_radius, 2.0 * corner)
         fields = [region(stand.lens, stand.film_distance, part * reach) for _, part in FIELDS]
         seen = region(stand.lens, stand.film_distance, shown)
@@ -165,7 +165,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
         return
     draw.add_polyline(outline, theme.packed(own), 2.0 * pixel, imgui.ImDrawFlags_.closed)
 
-    # pbrt's box, and samples of it: dots that pass, crosses that do not
+    # pbrt's box and its samples: dots pass, crosses do not
     x0, y0, x1, y1 = seen.box
     a, b = plot.at(x0, y1), plot.at(x1, y0)
     line = theme.packed(colour.text, 0.8)

@@ -1,4 +1,4 @@
-"""Falloff and distortion of the real lens as it stands, over the film's radius.
+"""Falloff and distortion of the real lens at its present focus and stop, over the film radius.
 
 Above, how much light of the axis reaches the film: the natural falloff, cos⁴ over the
 pupil, and the vignetting of the rims, whose product is the total. Below, by how much images are too small or too large,
@@ -26,7 +26,7 @@ RADII = 49
 WIDE = math.radians(55.0)       # from the axis: a lens that sees farther is measured against a fisheye's projection
 SHOWN = {"curve": "Curve", "grid": "Grid"}
 TIPS = {"curve": "Distortion in percent of the ideal radius, over the film's radius",
-        "grid": "What becomes of a square grid; the ideal one is faint"}
+        "grid": "The image of a square grid; the ideal one is faint"}
 NATURAL, RIMS = (6.0, 3.0), (1.5, 3.0)          # dashes and gaps, pixels
 
 

@@ -54,8 +54,8 @@ def chart_panel(settings: Settings, worker: ChartWorker, state: ModelsState,
         if worker.problem and worker.of == charted(settings):
             _say(worker.problem)
         elif worker.task is None:
-            _say("Leave the settings alone for a moment, or press the arrow above: each model of this lens will stand "
-                 "here by its cost and its error.")
+            _say("Leave the settings unchanged for a moment, or press the arrow above: the chart then shows each model "
+                 "of this lens by its cost and its error.")
         return settings
     return _plotted(settings, chart, state.shown, chosen, worker.of == charted(settings))
 

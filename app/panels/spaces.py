@@ -22,7 +22,7 @@ from lensbench.scenery.intersect.planar import plate_frame
 fa = icons_fontawesome_6
 NONE = "–"
 NEAR, FAR = 100.0, 100_000.0    # mm: the planes between which the screen's z runs
-TOUCH = 0.5                     # mm off a surface that still counts as on it
+TOUCH = 0.5                     # mm from a surface that count as on it
 DIGITS = {"raster": 1, "ndc": 4, "screen": 3, "film": 3, "camera": 3, "world": 3}
 
 
@@ -59,7 +59,7 @@ def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | No
         ("Raster", found.raster[0], DIGITS["raster"], "px", "Pixels from the upper left corner; their middles at +½"),
         ("NDC", found.ndc[0], DIGITS["ndc"], "", "Normalised device coordinates: 0 to 1 across and down the picture"),
         ("Screen", found.screen[0], DIGITS["screen"], "", "The shorter side of the picture spans −1 to 1, y up"),
-        ("Film", found.film[0][:2], DIGITS["film"], "mm", "Where it falls on the film, upside down as optics does it"),
+        ("Film", found.film[0][:2], DIGITS["film"], "mm", "Point on the film; the image is upside down"),
     )
     table = [(name, tuple(number(value, digits) for value in values), unit, meaning)
              for name, values, digits, unit, meaning in flat]
@@ -73,12 +73,12 @@ def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | No
         table.append((name, numbers, "m", meaning))
     table += _screen_z(of, float(points.camera[0, 2]) if deep is not None else math.nan)
     table.append(("Distance", (NONE if deep is None else number(deep / 1000.0, 3),), "m",
-                  "From where the ray leaves the camera to what it meets"))
+                  "Along the ray, from the camera to what it meets"))
     return table
 
 
 def _object(settings: Settings, of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> list[Row]:
-    """The point in the frame of the thing that it lies on."""
+    """The point in the frame of the object that it lies on."""
     scene, deep = cached_scene(settings.scene), along(of, at, depth)
     ray = of.generate_rays([at], [of.pupil_centre])
     if deep is not None and not settings.moves and of.medium is None:       # to the last digit, and not to a pixel
@@ -87,10 +87,10 @@ def _object(settings: Settings, of: lb.Camera, at: tuple[float, float], depth: N
     if deep is not None and math.isfinite(deep):
         found = thing_at(scene, ray.origins[0] + deep * ray.directions[0], settings.moment)
     if found is None:
-        return [("Object", (NONE,), "m", "Frame of a thing in the scene: there is none here but sky or floor")]
+        return [("Object", (NONE,), "m", "Frame of an object of the scene: only sky or floor is seen here")]
     name, point = found
     return [("Object", tuple(number(value / 1000.0, 3) for value in point), "m",
-             f"Frame of the {name} that is seen here: its middle is the origin")]
+             f"Frame of the {name} that is seen here; its centre is the origin")]
 
 
 def thing_at(scene: lb.Scene, point: NDArray[np.float64], moment: float) -> tuple[str, NDArray[np.float64]] | None:
@@ -115,13 +115,13 @@ def thing_at(scene: lb.Scene, point: NDArray[np.float64], moment: float) -> tupl
 
 
 def _screen_z(of: lb.Camera, z: float) -> list[Row]:
-    """What a perspective matrix makes of the point's depth, and how finely a 32-bit buffer tells it there."""
+    """The point's depth by a perspective matrix, and the resolution of a 32-bit buffer there."""
     try:
         spaces = of.spaces(NEAR, FAR)
     except lb.CameraError:
         return []
     meaning = (f"Depth as the perspective matrix has it: 0 at {NEAR / 1000.0:g} m from the eye, 1 at "
-               f"{FAR / 1000.0:g} m; and the smallest step that 32 bits of it tell here")
+               f"{FAR / 1000.0:g} m; and the smallest step that 32 bits resolve here")
     depth = spaces.eye - z
     if not NEAR <= depth <= FAR:
         return [("Screen z", (NONE,), "", meaning)]

@@ -1,4 +1,4 @@
-"""The panel *Stability*: a sweep of the atlas, its methods' curves of error, and what becomes of each.
+"""The panel *Stability*: the error curves of the methods of a sweep, and where each method fails.
 
 Errors upwards, both axes logarithmic unless the sweep is linear; the hard values lie to the right whichever way its
 quantity runs. Single precision is dashed, what the program relies on is thick; a cross marks where a method fails.
@@ -29,7 +29,7 @@ class StabilityState:
 
     family: str = next(iter(FAMILIES))
     title: str = next(iter(next(iter(FAMILIES.values()))))
-    method: str = ""            # chosen in the list: what becomes of it is written into the plot
+    method: str = ""            # chosen in the list: the plot says where it fails
     fitted_to: tuple = ()
 
 
@@ -71,7 +71,7 @@ def _choice(room: float, state: StabilityState) -> Key:
         state.title = next(iter(FAMILIES[state.family]))
     imgui.same_line()
     state.title = _list("Stress", state.title, list(FAMILIES[state.family]), room - family - gap,
-                         "What puts the methods to the test")
+                         "The quantity that makes the problem harder")
     if state.title != before:
         state.method = ""
     return state.family, state.title
@@ -93,7 +93,7 @@ def _list(label: str, value: str, names: list[str], width: float, tip: str) -> s
 
 
 def _waiting(worker: StabilityWorker, key: Key) -> None:
-    """Progress with Cancel, or what went wrong, or a button to measure what was cancelled."""
+    """Progress with Cancel, or an error, or a button to measure what was cancelled."""
     if key in worker.problems:
         imgui.push_text_wrap_pos(0.0)
         imgui.text_disabled(worker.problems[key])
@@ -101,7 +101,7 @@ def _waiting(worker: StabilityWorker, key: Key) -> None:
     elif key == worker.declined:
         if imgui.button("Measure"):
             worker.again(key)
-        imgui.set_item_tooltip("Measure this stress after all")
+        imgui.set_item_tooltip("Measure this sweep after all")
     elif worker.task is not None:
         task_progress(worker.task)
 
@@ -112,7 +112,7 @@ def tints(sweep: Sweep) -> dict[str, theme.Colour]:
 
 
 def _methods(sweep: Sweep, state: StabilityState) -> None:
-    """A line for each method: its mark, its name, where it fails; chosen by a click."""
+    """A line for each method: its stroke, its name, where it fails; a click chooses it."""
     colour, tinted, draw = theme.colours(), tints(sweep), imgui.get_window_draw_list()
     pixel, line = theme.scale(), imgui.get_text_line_height_with_spacing()
     for curve in sweep.curves:
@@ -136,7 +136,7 @@ def _methods(sweep: Sweep, state: StabilityState) -> None:
 
 
 def _tell(sweep: Sweep, curve: Curve) -> None:
-    """What becomes of a method, under the mouse."""
+    """A tooltip: up to where a method is safe, and what it returns beyond."""
     verdict = sweep.verdict(curve)
     safe, fails, returns = sweep.words(curve)
     if not imgui.begin_tooltip():

@@ -17,12 +17,12 @@ from lensbench.app.widgets.memo import Memo
 
 DRAG_THRESHOLD = 3.0            # pixels at a scale of 1, before a press becomes a drag
 GRAB = 7.0                      # pixels at a scale of 1: this close to the index line it is taken without a jump
-FINE = 0.1                      # of the mouse's way, with Shift
+FINE = 0.1                      # of the mouse's movement, with Shift
 
 
 @dataclass(frozen=True)
 class Grip:
-    """A press on a ring: where the mouse was last, at which u the ring stands under it, and whether it has moved."""
+    """A press on a ring: the last place of the mouse (pixels), the ring's u under it, and whether it has moved."""
 
     item: int
     u: float
@@ -168,7 +168,7 @@ def _turned(state: RingState, item: int, value: float, scale: Scale, left: float
 
 
 def _keyed(state: RingState, item: int, value: float, scale: Scale, focused: bool) -> float:
-    """The value after this frame's keys, while the ring has the keyboard."""
+    """The value after this frame's keys, while the ring has the keyboard focus."""
     if not focused or state.entry is not None or not imgui.get_io().nav_visible:
         return value
     for key, step in ((imgui.Key.left_arrow, -1), (imgui.Key.right_arrow, 1)):
@@ -185,7 +185,7 @@ def _plain(text: str) -> str:
 
 
 def _typed(state: RingState, value: float, scale: Scale, corner: ImVec2, width: float) -> float:
-    """The entry in place of the value; Enter takes it, Escape or a click elsewhere leaves the ring as it was."""
+    """The text entry over the value. Enter sets the value, Escape or a click elsewhere cancels."""
     entry = state.entry
     assert entry is not None
     field = min(theme.em(7.0), width)
@@ -220,7 +220,7 @@ def _fitting(scale: Scale, length: float, font_size: float) -> tuple[tuple[float
 
 
 def _ticks(scale: Scale, left: float, length: float, apart: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Whole pixels of the long ticks, where a figure may stand, and of the short between, none closer than `apart`."""
+    """Whole pixels of the long ticks, which may have figures, and of the short ones, `apart` from all others."""
     def place(of: float) -> float:
         return math.floor(left + scale.to_unit(of) * length)
 

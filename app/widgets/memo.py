@@ -14,7 +14,7 @@ class Memo:
     def of(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """The value of this key, made where it is new."""
         if key in self._values:
-            self._values[key] = self._values.pop(key)           # the newest stands last
+            self._values[key] = self._values.pop(key)           # the newest is last
         else:
             self._values[key] = make()
             while len(self._values) > self._size:

@@ -1,4 +1,4 @@
-"""What the plots share: one map from plot coordinates to pixels, curves with joins and dashes, engraved log axes."""
+"""Parts that plots share: the map from plot coordinates to pixels, curves with dashes, ticks of logarithmic axes."""
 
 from dataclasses import dataclass
 from math import floor
@@ -11,12 +11,12 @@ from lensbench.app.widgets import theme
 PLOT_FLAGS = (implot.Flags_.no_title | implot.Flags_.no_legend | implot.Flags_.no_menus | implot.Flags_.no_box_select
               | implot.Flags_.no_mouse_text)
 AXIS_FLAGS = implot.AxisFlags_.no_menus | implot.AxisFlags_.no_side_switch | implot.AxisFlags_.no_highlight
-FAR = 1e5                       # pixels, to which what lies far outside is bounded
+FAR = 1e5                       # pixels, to which points far outside are clipped
 
 
 @dataclass(frozen=True)
 class PlotMap:
-    """The plot being drawn: where its corners lie and what they stand for (logarithms where an axis is one)."""
+    """The plot being drawn: its corners in pixels and in plot coordinates (their logarithms on logarithmic axes)."""
 
     left: float
     top: float

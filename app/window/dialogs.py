@@ -1,6 +1,6 @@
-"""Asking for a file, and the export with its progress.
+"""The dialogs for files and for the export.
 
-A file is asked for with the system's own dialog where there is one, else in the
+The system's own file dialog is used if there is one, otherwise a dialog in the
 window. Both answer in a later frame.
 """
 
@@ -25,18 +25,18 @@ from lensbench.app.workers.task import Task
 
 fa = icons_fontawesome_6
 HELPERS = ("zenity", "kdialog", "matedialog", "qarma")
-FORMATS = {                     # suffix, bits, and what else there is to say
+FORMATS = {                     # suffix, bits, tooltip
     "PNG, 8 bits": (".png", 8, "As the window shows it, with its settings"),
-    "PNG, 16 bits": (".png", 16, "As the window shows it, finely graded, with its settings"),
-    "PPM, 16 bits": (".ppm", 16, "The same without compression, for simple programs"),
-    "EXR, linear": (".exr", 16, "The light itself, neither exposed nor toned, with its settings"),
-    "PFM, linear": (".pfm", 16, "The light itself, for simple programs; holds no settings"),
+    "PNG, 16 bits": (".png", 16, "As the window shows it, in finer steps, with its settings"),
+    "PPM, 16 bits": (".ppm", 16, "As PNG of 16 bits, without compression, for simple programs"),
+    "EXR, linear": (".exr", 16, "Linear light, without exposure and tone curve, with its settings"),
+    "PFM, linear": (".pfm", 16, "Linear light, for simple programs; holds no settings"),
 }
 LONGEST = 20_000                # pixels of an exported picture's longer side
 
 
 def has_native_dialog() -> bool:
-    """Whether the system can ask for a file itself."""
+    """Whether the system has a file dialog."""
     if sys.platform in ("win32", "darwin"):
         return True
     shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
@@ -103,7 +103,7 @@ class FilePrompt:
         return Path(chosen)
 
     def _own_answer(self, question: Question) -> Path | None:
-        """The dialog in the window: a folder's content, and a line for a name or a path."""
+        """The dialog in the window: the content of a folder, and a line for a name or a path."""
         title = f"{question.title}###File"
         if self._open:
             imgui.open_popup(title)
@@ -145,7 +145,7 @@ class FilePrompt:
                         self._text = path.name
         imgui.end_child()
 
-        # The name, and what to do with it
+        # The name, and the buttons
         imgui.set_next_item_width(-1.0)
         if imgui.is_window_appearing():
             imgui.set_keyboard_focus_here()
@@ -170,7 +170,7 @@ class FilePrompt:
 
 
 def _content(folder: Path, suffixes: Sequence[str]) -> list[Path]:
-    """Folders, then files of these kinds; hidden ones left out."""
+    """Folders, then files of these kinds, without hidden ones."""
     try:
         paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
     except OSError:
@@ -181,7 +181,7 @@ def _content(folder: Path, suffixes: Sequence[str]) -> list[Path]:
 
 
 def centre_next(width: float) -> None:
-    """Put the next dialog, so many em wide, in the middle of the window."""
+    """Put the next dialog, `width` em wide, in the middle of the window."""
     viewport = imgui.get_main_viewport()
     middle = viewport.get_center()
     imgui.set_next_window_pos(middle, imgui.Cond_.always, ImVec2(0.5, 0.5))
@@ -211,7 +211,7 @@ class ExportDialog:
         self._settings, self._open = settings, True
 
     def take_path(self, path: Path) -> None:
-        """The place that was chosen by Browse."""
+        """Export to the path that was chosen by Browse."""
         self.path = path
         suffix = path.suffix.lower()
         if suffix != FORMATS[self._format][0]:
@@ -224,7 +224,7 @@ class ExportDialog:
             self._task.cancel()
 
     def draw(self) -> tuple[str, bool] | None:
-        """Call it in every frame; says once how an export ended, and whether well."""
+        """Call it in every frame. Returns once, when an export ends, a message and whether it is a success."""
         if self._settings is None:
             return None
         if self._open:
@@ -281,7 +281,7 @@ class ExportDialog:
             imgui.close_current_popup()
         self._settings = settings
 
-        # Do it, or not
+        # The buttons
         imgui.dummy(ImVec2(0.0, theme.em(0.3)))
         if imgui.button("Export", ImVec2(theme.em(6.0), 0.0)):
             suffix, bits, _ = FORMATS[self._format]

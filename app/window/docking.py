@@ -1,4 +1,4 @@
-"""The docked panels: where they stand, and how each gets the settings and hands them on."""
+"""The docked panels: their places, and how the settings pass through them."""
 
 import math
 import sys
@@ -26,8 +26,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
 
-PANELS = ("Controls", "Read-outs", "Spaces", "Render", "Section", "Circle of confusion", "Plan", "Exit pupil",
-          "Falloff", "Models", "Light field", "Stability")
+RENDER = "Render"               # the panel in the middle: it needs none of the panels' kernels
 
 
 def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSplit]:
@@ -45,20 +44,20 @@ def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSp
 
 
 class Panels:
-    """Draws the panels of a bench; one that breaks is said, and never ends the window."""
+    """Draws the panels of a window; an error in one becomes a message, and never ends the window."""
 
     def __init__(self, window: WindowState):
-        self._window_state = window
+        self._state = window
         self._stability_worker: Any = None              # from when the panel is first looked at
         self._stability_state: Any = None
         self._coc_state, self._falloff_state, self._models_state = CocState(), FalloffState(), ModelsState()
         self._plan_state, self._pupil_state, self._section_state = PlanState(), PupilState(), SectionState()
-        self._field = 0.7                               # the film point that looks at the lens, part of the lit film
+        self._field = 0.7                   # the film point of the exit pupil, as a part of the illuminated film
         self._logged: set[str] = set()
-        self._failed: dict[str, Settings] = {}          # panels, and the settings that they broke at
+        self._failed: dict[str, Settings] = {}          # panels, and the settings at which they failed
 
     def windows(self) -> list[hello_imgui.DockableWindow]:
-        """All of them, for hello_imgui."""
+        """All panels, for hello_imgui: a row for each."""
         return [
             self._docked("Controls", "Left", self._controls),
             self._docked("Read-outs", "LeftBottom", self._readouts, first=True),
@@ -71,31 +70,31 @@ class Panels:
             self._docked("Falloff", "RightBottom", self._falloff),
             self._docked("Models", "RightBottom", self._models),
             self._docked("Light field", "RightBottom", self._light_field),
-            self._docked("Render", "MainDockSpace", self._render, padding=0.0),
+            self._docked(RENDER, "MainDockSpace", self._render, padding=0.0),
         ]
 
     def _docked(self, label: str, dock: str, draw: Callable[[], None], first: bool = False,
                 padding: float | None = None) -> hello_imgui.DockableWindow:
-        """A panel. first: of the tabs there; padding: a margin of its own, and then it does not scroll."""
-        shown = self.guarded(label, draw)
+        """A panel. first: it is the front tab of its dock. padding: a margin of its own; it then does not scroll."""
+        shown = self.guarded(label, draw, panel=True)
         panel = hello_imgui.DockableWindow(label, dock, lambda: self._window(label, shown, padding),
                                            can_be_closed_=False)
         panel.call_begin_end = False
         panel.focus_window_at_next_frame = first
-        panel.remember_is_visible = self._window_state.remember
+        panel.remember_is_visible = self._state.remember
         return panel
 
-    def guarded(self, name: str, draw: Callable[[], None]) -> Callable[[], None]:
-        """A callback that cannot end the window: what goes wrong in it is shown, and logged once.
+    def guarded(self, name: str, draw: Callable[[], None], panel: bool = False) -> Callable[[], None]:
+        """A callback that cannot end the window: an error is shown, and logged once.
 
-        A panel that broke is left alone until the settings change.
+        A panel waits for its kernels, and after an error it is not drawn again until the settings change.
         """
         def call() -> None:
-            if name in PANELS and name != "Render" and not self._window_state.prepared:
+            if panel and name != RENDER and not self._state.prepared:
                 return
             if name in self._failed:
-                if self._failed[name] == self._window_state.edited:
-                    imgui.text_disabled("Nothing can be shown for these settings")
+                if self._failed[name] == self._state.edited:
+                    imgui.text_disabled("This panel has failed for these settings")
                     return
                 del self._failed[name]
             drawing = imgui.get_current_context() is not None and imgui.internal.get_current_window_read() is not None
@@ -107,29 +106,29 @@ class Panels:
             except Exception as error:
                 if drawing:
                     _recover(state)
-                if name in PANELS:
-                    self._failed[name] = self._window_state.edited
+                if panel:
+                    self._failed[name] = self._state.edited
                 message = f"{name}: {type(error).__name__}: {error}"
                 if message not in self._logged:
                     self._logged.add(message)
-                    self._window_state.view.say(message)
+                    self._state.view.say(message)
                     traceback.print_exc(file=sys.stderr)
-            if name in PANELS:
-                self._window_state.hurry()
+            if panel:
+                self._state.hurry()
         return call
 
     def _window(self, name: str, draw: Callable[[], None], padding: float | None) -> None:
-        """A panel in its window: the render's, in the central node, has no tab; see `_docked`."""
+        """A panel in its window. The render lies in the central node and has no tab."""
         panel = hello_imgui.get_runner_params().docking_params.dockable_window_of_name(name)
         if panel is not None and panel.focus_window_at_next_frame:      # hello_imgui does so in windows it begins alone
             panel.focus_window_at_next_frame = False
             imgui.set_next_window_focus()
-        if name == "Render":
+        if name == RENDER:
             one = imgui.WindowClass()
             one.dock_node_flags_override_set = imgui.internal.DockNodeFlagsPrivate_.no_tab_bar
             imgui.set_next_window_class(one)
         c, flags = theme.colours(), imgui.WindowFlags_.no_collapse
-        own = name == "Render" or _in_the_dock(name)    # the render fills its ground itself
+        own = name == RENDER or _in_the_dock(name)    # the render fills its background itself
         imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*c.panel[:3], 0.0 if own else 1.0))
         margin = imgui.get_style().window_padding
         if padding is not None:
@@ -144,7 +143,7 @@ class Panels:
         imgui.end()
 
     def _render(self) -> None:
-        window = self._window_state
+        window = self._state
         window.worker.await_first()
         window.light_field.await_field_picture()
         window.presenter.take(window.view)    # the first picture of this frame's change may be there already
@@ -152,17 +151,17 @@ class Panels:
         window.edited = render_panel(window.edited, picture, window.view)
 
     def _controls(self) -> None:
-        window = self._window_state
+        window = self._state
         window.chooser.exposing = window.presenter.exposing(window.edited)
         window.edited = controls_panel(window.edited, window.chooser)
 
     def _readouts(self) -> None:
-        update = self._window_state.presenter.update
-        readouts_panel(self._window_state.edited, Status(update.rate if update else 0.0, hello_imgui.frame_rate(),
+        update = self._state.presenter.update
+        readouts_panel(self._state.edited, Status(update.rate if update else 0.0, hello_imgui.frame_rate(),
                                                   update.samples if update else 0))
 
     def _spaces(self) -> None:
-        window, film = self._window_state, self._window_state.edited.film
+        window, film = self._state, self._state.edited.film
         update, view = window.presenter.update, window.view
         at = view.pointed or (film.pixels_x / 2.0, film.pixels_y / 2.0)
         at = (min(at[0], float(film.pixels_x)), min(at[1], float(film.pixels_y)))
@@ -170,17 +169,17 @@ class Panels:
             window.requests.add(Request.SAVE_INTRINSICS)
 
     def _plan(self) -> None:
-        self._window_state.edited = plan_panel(self._window_state.edited, self._plan_state)
+        self._state.edited = plan_panel(self._state.edited, self._plan_state)
 
     def _section(self) -> None:
-        self._window_state.edited = section_panel(self._window_state.edited, self._section_state,
-                                                  self._field * lit(self._window_state.edited))
+        self._state.edited = section_panel(self._state.edited, self._section_state,
+                                                  self._field * lit(self._state.edited))
 
     def _confusion(self) -> None:
-        self._window_state.edited = coc_panel(self._window_state.edited, self._coc_state)
+        self._state.edited = coc_panel(self._state.edited, self._coc_state)
 
     def _pupil(self) -> None:
-        settings, at, hover = self._window_state.edited, self._window_state.view.hover, None
+        settings, at, hover = self._state.edited, self._state.view.hover, None
         if at is not None:
             film = settings.film
             hover = math.hypot((0.5 - at[0] / film.pixels_x) * film.width, (at[1] / film.pixels_y - 0.5) * film.height)
@@ -190,42 +189,42 @@ class Panels:
             self._field = radius / full
 
     def _falloff(self) -> None:
-        falloff_panel(self._window_state.edited, self._falloff_state)
+        falloff_panel(self._state.edited, self._falloff_state)
 
     def _models(self) -> None:
-        window, update = self._window_state, self._window_state.presenter.update
+        window, update = self._state, self._state.presenter.update
         choice = update.choice if update is not None else None
         window.edited = chart_panel(window.edited, window.charts, self._models_state,
                                      choice and (choice.model, choice.degree))
 
     def _light_field(self) -> None:
-        window = self._window_state
+        window = self._state
         controller = window.light_field
         controller.look = light_field_panel(window.edited, controller.look, controller.form, controller.worker,
                                             window.presenter.strip)
-        controller.ask()                              # at once: the other panels take their time to follow
+        controller.ask()                        # at once: drawing the other panels takes time
 
     def _stability(self) -> None:
         from lensbench.app.panels.stability import StabilityState, stability_panel  # loads every study
         from lensbench.app.workers.stability_worker import StabilityWorker
 
         if self._stability_worker is None:
-            self._stability_worker, self._stability_state = StabilityWorker(self._window_state.wake), StabilityState()
+            self._stability_worker, self._stability_state = StabilityWorker(self._state.wake), StabilityState()
         stability_panel(self._stability_worker, self._stability_state)
 
     def closed(self) -> None:
-        """The window is about to go: nothing is measured any more."""
+        """The window is about to close: cancel what is measured."""
         if self._stability_worker is not None:
             self._stability_worker.stop()
 
     def status(self) -> None:
         """The line at the bottom."""
-        window = self._window_state
+        window = self._state
         status_bar(window.edited, window.presenter.update, window.view)
 
 
 def _in_the_dock(name: str) -> bool:
-    """Whether a panel lies in the window's own dock, and does not float above others."""
+    """Whether a panel is docked in the window, and does not float above others."""
     window = imgui.internal.find_window_by_name(name)
     if window is None:
         return True
@@ -233,7 +232,7 @@ def _in_the_dock(name: str) -> bool:
 
 
 def _recover(state: imgui.internal.ErrorRecoveryState) -> None:
-    """End what a panel had begun when it broke."""
+    """End what a panel had begun when its error occurred."""
     if implot.internal.get_current_plot() is not None:
         implot.end_plot()
     io = imgui.get_io()

@@ -80,12 +80,12 @@ class Files:
             self.save_intrinsics(path)
 
     def drop(self, paths: Sequence[str]) -> None:
-        """Files have been dropped on the window: each is opened as what it is."""
+        """Open files that were dropped on the window, each by its kind."""
         for path in paths:
             self.open(Path(path))
 
     def open(self, path: Path, kind: str | None = None) -> None:
-        """Take a lens, a scene, a light field, settings or those of a picture; without a kind, by what it is."""
+        """Open a lens, a scene, a light field, settings, or the settings of a picture; kind: None detects it."""
         state, path = self._state, path.expanduser().resolve()
         if (kind or path.suffix.lower()) in ("light field", ".npz"):
             state.light_field.worker.open(path)
@@ -126,7 +126,7 @@ class Files:
             from lensbench.app.files.settings_file import load_settings
 
             settings = read_settings(path) if kind == "picture" else load_settings(path)
-            constrained(settings)              # where its lens is gone, that is said here
+            constrained(settings)              # raises if the lens file is gone
             return settings
         if kind == "scene":
             from lensbench.app.state.scene_file import load_scene
@@ -137,7 +137,7 @@ class Files:
         return constrained(with_model(replace(present, lens=str(path), focal_length=None, zoom=0.0), model))
 
     def save_lens(self, path: Path) -> None:
-        """Save the lens, as it is scaled and zoomed, in the format of the suffix; what that cannot hold is said."""
+        """Save the lens, scaled and zoomed, in the format of the suffix; messages name what the format cannot hold."""
         say = self._state.view.say
         try:
             remarks = lenses.save(design(self._state.history.present), path)
@@ -173,7 +173,7 @@ class Files:
             self._state.view.say(str(error))
 
     def save_picture(self, path: Path) -> None:
-        """Save the picture that is shown, as far as it has come, with its settings."""
+        """Save the picture with its present samples, and with its settings."""
         from lensbench.app.files.export import save_picture
 
         update = self._state.worker.newest()

@@ -1,4 +1,4 @@
-"""The menus, the keys, and what Help says about both."""
+"""The menus, the keys, and the help on both."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +27,7 @@ KEYS = (
     ("On a ring", "drag, click, wheel; Ctrl + click types, double click resets"),
     ("In a plot", "drag to pan, wheel to zoom, double click to fit"),
 )
-NOTHING_PINNED = "Nothing to compare with yet: keep a picture as A first (A)"
+NOTHING_PINNED = "Nothing to compare with yet: pin a picture as A first (A)"
 CTRL, SHIFT, KEY = imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key
 
 
@@ -120,19 +120,19 @@ def _reachable(settings: Settings) -> Settings:
 
 
 def undo(state: WindowState) -> None:
-    """Take the latest gesture back, unless one is under way."""
+    """Take back the latest change, unless a mouse button is held."""
     if not any(imgui.is_mouse_down(button) for button in range(3)) or imgui.is_popup_open(
             "", imgui.PopupFlags_.any_popup_id):
         state.edited = state.history.undo()
 
 
 def redo(state: WindowState) -> None:
-    """Bring back what was taken back."""
+    """Bring back the change that `undo` took back."""
     state.edited = state.history.redo()
 
 
 def shortcuts(state: WindowState) -> None:
-    """The keys, as long as nobody types."""
+    """The keys, unless text is being typed."""
     io = imgui.get_io()
     if imgui.is_key_pressed(KEY.escape) and imgui.internal.get_top_most_popup_modal() is None:
         imgui.internal.close_popups_except_modals()

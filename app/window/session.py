@@ -255,7 +255,7 @@ class Session(WindowState):
             self.view.say(self.shot_problem)
 
     def settled(self, samples: int) -> bool:
-        """Whether the present settings are on the screen with so many samples."""
+        """Whether the picture of the present settings is on the screen with this many samples."""
         update = self.presenter.update
         if (update is None or update.generation != self.worker.generation or update.depth is None
                 or update.is_provisional):
@@ -264,5 +264,5 @@ class Session(WindowState):
 
 
 def _difference(good: Settings, bad: Settings) -> dict[str, Any]:
-    """The fields in which settings that failed differ from those that did not."""
+    """The good values of the fields in which settings that failed differ from good ones."""
     return {f.name: getattr(good, f.name) for f in fields(Settings) if getattr(good, f.name) != getattr(bad, f.name)}

@@ -1,4 +1,4 @@
-"""The line at the bottom of the window: what is rendered, how far, how fast, and what the mouse points at."""
+"""The status bar: camera model, samples, speed, and the pixel under the mouse."""
 
 import math
 
@@ -15,7 +15,7 @@ from lensbench.app.workers.render_worker import RenderUpdate
 
 
 def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> None:
-    """Draw the status into the bar that hello_imgui has begun."""
+    """Draw into the bar that hello_imgui has begun."""
     colour, dot = theme.colours(), theme.em(0.9)
     theme.small()
     corner = imgui.get_cursor_screen_pos()
@@ -24,7 +24,7 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
     y = window.y + round(0.5 * (imgui.get_window_height() - imgui.get_text_line_height()))
     draw = imgui.get_window_draw_list()
 
-    # From the right: the lens, and what the mouse points at
+    # From the right: the lens, and the pixel under the mouse
     left, right = window.x + theme.em(0.78), window.x + width - theme.em(0.9)
     told = headline(update.choice, update.speeds) if update is not None and update.choice is not None else []
     parts = [told[0] if told else MODELS[settings.model], *_progress(update)]
@@ -41,7 +41,7 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
         draw.add_text(ImVec2(round(right), y), theme.packed(colour.dim), text)
         right -= 3.0 * dot
 
-    # From the left: model, samples, speed; of an automatic model its error, what it saves and what was refused
+    # From the left: model, samples, speed; of an automatic model also its error, its gain and the refused models
     x = left
     for i, text in enumerate([*parts, *told[1:]]):
         if i:
@@ -63,7 +63,7 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
 
 
 def _progress(update: RenderUpdate | None) -> list[str]:
-    """How far the picture is, and how fast."""
+    """Samples and speeds."""
     frames = f"{hello_imgui.frame_rate():.0f} fps"
     if update is None:
         return [frames]
@@ -82,7 +82,7 @@ def _lens(settings: Settings) -> str:
 
 
 def _pointed(hover: tuple[float, float], update: RenderUpdate) -> str:
-    """The pixel under the mouse and how far away it lies."""
+    """The pixel under the mouse, and the distance of what it shows."""
     assert update.depth is not None
     x, y = int(hover[0]), int(hover[1])
     rows, columns = update.depth.shape

@@ -1,4 +1,4 @@
-"""The window: opened on a screen, or on none for a picture of it."""
+"""The window, on a display or, for a screenshot, on none."""
 
 from pathlib import Path
 from time import monotonic
@@ -16,7 +16,7 @@ from lensbench.app.window.session import Session
 TITLE = "lensbench"
 SIZE = (1280, 720)
 SCREENSHOT_SAMPLES = 64
-SCREENSHOT_SECONDS = 120.0          # after which a screenshot shows what there is
+SCREENSHOT_SECONDS = 120.0          # after which the screenshot is taken with fewer samples
 
 
 def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.RunnerParams:
@@ -64,7 +64,7 @@ def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.Ru
 
 
 def without_display() -> None:
-    """Have the next window made on no display, by GLFW's null platform and EGL. Call it before every such window."""
+    """Create the next window on no display, by GLFW's null platform and EGL; call it before each such window."""
     glfw.init_hint(glfw.PLATFORM, glfw.PLATFORM_NULL)
     glfw.init()
     glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.EGL_CONTEXT_API)
@@ -90,7 +90,7 @@ def run(settings: Settings, screenshot: Path | str | None = None) -> int:
 
 
 def _photograph(session: Session, runner: hello_imgui.RunnerParams, path: Path) -> None:
-    """Have the window photographed when there are samples enough, or time is up, and closed then."""
+    """Take the screenshot when there are enough samples, or time is up, and close the window then."""
     runner.fps_idling.enable_idling = False
     runner.fps_idling.fps_max = 30.0
     end = monotonic() + SCREENSHOT_SECONDS

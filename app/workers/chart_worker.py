@@ -1,4 +1,4 @@
-"""The chart of the present lens's models, measured in the background once the settings have come to rest."""
+"""The chart of the present lens's models, measured in the background once the settings have stopped changing."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -145,7 +145,7 @@ class LightFieldWorker:
             return
         with self._change:
             self._wanted, self._since = wanted, perf_counter()
-            if self._viewer is None:                # at full priority: a hand waits for its picture
+            if self._viewer is None:                # at full priority: the user waits for the picture
                 self._viewer = Task("Refocusing", self._show, self._wake, lowered=False)
             self._change.notify_all()
 
@@ -155,7 +155,7 @@ class LightFieldWorker:
         Not beyond HOLD_SECONDS after it was asked for, and not at all if pictures take twice as long.
         """
         with self._change:
-            if self._seconds < 2.0 * HOLD_SECONDS:       # frames drawn beside a picture make it so slow
+            if self._seconds < 2.0 * HOLD_SECONDS:       # frames drawn at the same time make pictures that slow
                 self._change.wait_for(lambda: self._done == self._wanted or self._stopped,
                                       max(0.0, self._since + HOLD_SECONDS - perf_counter()))
 

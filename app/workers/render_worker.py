@@ -22,14 +22,14 @@ from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import lower_priority, thread_count
 
 PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
-FIRST_SECONDS = 0.15        # a first pass may take, once begun: a hand that never rests sees pictures all the same
+FIRST_SECONDS = 0.15        # for a first pass once begun, so that pictures appear even during a drag
 HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its first picture
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
 
 
 class RenderUpdate(NamedTuple):
-    """A picture as far as it has come."""
+    """A picture with its samples so far."""
 
     generation: int                             # counts the restarts
     image: NDArray[np.float32]                  # (h, w, 3) linear
@@ -46,7 +46,7 @@ class RenderUpdate(NamedTuple):
 
     @property
     def key(self) -> tuple[int, int, bool, int]:
-        """What tells the image from every other image of the window."""
+        """Distinguishes the image from all other images of the window."""
         return self.generation, self.samples, self.is_provisional, self.field_picture
 
     @property
@@ -56,7 +56,7 @@ class RenderUpdate(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """Settings from which no picture can be made, and why."""
+    """Settings that cannot be rendered, and why."""
 
     generation: int
     settings: Settings
@@ -65,7 +65,7 @@ class Failure(NamedTuple):
 
 @dataclass
 class _Job:
-    """One picture on its way."""
+    """One picture under way."""
 
     generation: int
     settings: Settings
@@ -110,7 +110,7 @@ class RenderWorker:
         self._reloaded = False                  # the automatic model was chosen for an older file
         self._choosing: Future | None = None    # that is being chosen, perhaps for settings that have gone by
         self._speeds: dict[tuple, tuple[float, float]] = {}     # by lens and choice
-        with self._change:      # runs until it is cancelled; at full priority, for somebody waits for the first pass
+        with self._change:      # runs until it is cancelled; at full priority, for the user waits for the first pass
             self._task: Task[None] = Task("Rendering", self._work, wake, lowered=False)
 
     # The window's side
@@ -150,21 +150,21 @@ class RenderWorker:
 
     @property
     def generation(self) -> int:
-        """Counts the restarts; news of another generation are of older settings."""
+        """Counts the restarts; updates of another generation are of older settings."""
         return self._generation
 
     @property
     def error(self) -> Failure | None:
-        """Why there is no picture of the present generation; None while all is well."""
+        """Why the present generation cannot be rendered; None without an error."""
         failure = self._failure
         return failure if failure is not None and failure.generation == self._generation else None
 
     def await_set_up(self) -> None:
-        """Hold the frame until the first pass of the present settings is under way: both are Python until then."""
+        """Hold the frame until the first pass of the present settings is under way: its set-up needs the GIL."""
         self._await(lambda: self._set_up_for == self._generation)
 
     def await_first(self) -> None:
-        """Hold the frame for the first picture of the present settings, where it is about to come."""
+        """Hold the frame for the first picture of the present settings, if it is about to come."""
         self._await(lambda: False)
 
     def _await(self, enough: Callable[[], bool]) -> None:
@@ -178,7 +178,7 @@ class RenderWorker:
                                       max(0.0, self._started + HOLD_SECONDS - perf_counter()))
 
     def shown(self, update: RenderUpdate | None) -> None:
-        """The window has this news on its screen: the next pass need not hold back any more."""
+        """The window has this update on its screen: the next pass may begin."""
         self._note(_shown=update)
 
     @property
@@ -212,11 +212,11 @@ class RenderWorker:
         self._note(_paused=False)
 
     def hold(self, held: bool) -> None:
-        """Leave the processor to others: new settings get as many samples as while the render is paused."""
+        """Leave the processor to other work: new settings get as many samples as in a pause."""
         self._note(_held=held)
 
     def want_depth(self, wanted: bool) -> None:
-        """Whether the depth map shall come with the first sample, and not a little later."""
+        """Whether the depth map is needed with the first sample, and not a little later."""
         self._note(_depth_wanted=wanted)
 
     @property
@@ -248,7 +248,7 @@ class RenderWorker:
         from lensbench.scenery.small_lights import small_lights
 
         helper = compile_ahead(self._settings.scene)
-        # Somebody waits for the first pass, the others step back behind the window
+        # The user waits for the first pass; the others run behind the window
         with ThreadPoolExecutor(4, "lensbench pass") as passes, \
                 ThreadPoolExecutor(self._threads, "lensbench first") as first, \
                 ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:
@@ -265,12 +265,12 @@ class RenderWorker:
                         job = self._begun(generation, settings, helper is None)
                         self._note(_set_up_for=generation)
                     elif helper is not None and helper.poll() is not None:
-                        helper = None                           # now small lights can be traced from their own side
+                        helper = None                           # now the kernels of light tracing are there
                         if small_lights(job.scene.objects):
                             self.again()
                             continue
                     self._advance(job, passes, pool if job.rendering.samples else first)
-                except Exception as error:              # whatever it was, the window has to say so and live on
+                except Exception as error:              # any error: the window shows it and goes on
                     self._failure = Failure(generation, settings, error)
                     job = None
                     self._wake()
@@ -321,7 +321,7 @@ class RenderWorker:
                                      light_tracing=job.light_tracing and job.settings.splats)
 
     def _choose(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
-        """Have the automatic model chosen; where it is another than that of the first pass, begin anew with it."""
+        """Choose the automatic model; if it is another than that of the first pass, begin anew with it."""
         self._choosing = passes.submit(judged, job.settings, job.automatic, job.scene, self._chosen)
         if not self._finished(self._choosing, wanted):
             return
@@ -335,7 +335,7 @@ class RenderWorker:
             self._wake()
 
     def _said(self, job: _Job) -> dict[str, Any]:
-        """What news say of the automatic model."""
+        """The fields of an update that describe the automatic model."""
         if not is_automatic(job.settings):
             return {}
         known = self._chosen is not None and self._chosen.of.lens == job.settings.lens
@@ -407,12 +407,12 @@ class RenderWorker:
                 self._update = update
                 self._change.notify_all()
             self._wake()
-            if job.rendering.samples == count:          # the processor may have to draw the window: not beside it
+            if job.rendering.samples == count:          # the next pass must not slow the frame down
                 with self._change:
                     self._change.wait_for(lambda: self._shown is update or not wanted(), HOLD_SECONDS)
 
     def _finished(self, work: Future, wanted: Callable[[], bool]) -> bool:
-        """Wait for some work, but no longer than it is wanted: its threads, of low priority, may be slow to give up."""
+        """Wait for work while it is wanted: its threads, of low priority, may be slow to stop."""
         def tell(_: Future) -> None:
             with self._change:
                 self._change.notify_all()

@@ -8,11 +8,11 @@ NICE = 10                   # of the rendering threads, so that the window keeps
 
 
 def lower_priority() -> None:
-    """Let the calling thread alone step back behind the window, where the system can do that."""
+    """Lower the priority of the calling thread, below the window's, if the system allows it."""
     if sys.platform == "linux":
         try:
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
-        except OSError:                         # not allowed here: as it was
+        except OSError:                         # not allowed here: unchanged
             pass
 
 

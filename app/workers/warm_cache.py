@@ -1,10 +1,10 @@
-"""The first start ever: a second process compiles the scene's kernels while this one compiles the camera's.
+"""Cache warm-up at the very first start: a second process compiles the scene's kernels beside this one.
 
-Numba compiles one function at a time in a process. The scene's kernels are met
-last, so the helper begins at their end and leaves them in the common cache,
-where this process finds them. Then it takes a picture of its own with the light of small
-lights traced from their side, which the first picture does without: it need not wait for
-those kernels. `python -m lensbench.app.workers.warm_cache SCENE` is the helper.
+Numba compiles one function at a time in a process. This process reaches the scene's kernels last, so the helper
+begins with the last of them and leaves them in the common cache. Then it renders a picture with light tracing, which
+the first picture leaves out so that it need not wait for those kernels.
+
+The helper is `python -m lensbench.app.workers.warm_cache SCENE`.
 """
 
 import subprocess
@@ -22,7 +22,7 @@ def cold() -> bool:
 
 
 def compile_ahead(scene: str) -> subprocess.Popen | None:
-    """The helper, started where it is of use; what goes wrong in it, this process does itself."""
+    """The helper, started if nothing is compiled yet. If it fails, this process compiles the kernels itself."""
     if cold():
         with suppress(OSError):
             return subprocess.Popen([sys.executable, "-m", "lensbench.app.workers.warm_cache", scene],

@@ -1,7 +1,7 @@
-"""The kernels that the panels use, compiled before the first of them is drawn.
+"""Cache warm-up of the kernels that the panels use, before the first panel is drawn.
 
-Compiling takes seconds on the first start ever: call `prepare` from a thread of
-its own, or behind a progress bar, and draw the panels when it is done.
+Compiling takes seconds at the very first start: call `prepare` from a thread of its own, and draw the panels when it
+is done.
 """
 
 from lensbench.app.state.coc_curves import curves, plot_range
@@ -12,7 +12,7 @@ from lensbench.app.state.settings import Settings
 
 
 def prepare(settings: Settings) -> None:
-    """Compute once what every panel shows of these settings; what cannot be computed the panels explain."""
+    """Compute once what every panel shows of these settings; the panels show the errors."""
     try:
         got = readings(settings)
         sketch(settings)

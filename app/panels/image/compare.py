@@ -38,7 +38,7 @@ def draw_pinned(draw: imgui.ImDrawList, pinned: Pinned, upper: ImVec2, lower: Im
 
 def draw_plate(draw: imgui.ImDrawList, name: str, own: Settings, other: Settings, samples: int, corner: ImVec2,
                right: bool = False) -> None:
-    """What a picture is, and in what its settings differ from the other's; right: `corner` is the text's right end."""
+    """The name of a picture, and how its settings differ from the other's; right: `corner` is the text's right end."""
     theme.small()
     text = f"{name}   {told_apart(own, other)[0]}   {samples} samples"
     draw_note(draw, ImVec2(corner.x - right * imgui.calc_text_size(text).x, corner.y), text)
@@ -46,7 +46,7 @@ def draw_plate(draw: imgui.ImDrawList, name: str, own: Settings, other: Settings
 
 
 def told_apart(a: Settings, b: Settings) -> tuple[str, str]:
-    """In a few words each, in what two settings differ."""
+    """The differences between two settings, each in a few words."""
     from lensbench.app.state.figures import readings
 
     def angle(settings: Settings) -> str:
@@ -86,7 +86,7 @@ def _plainly(name: str, settings: Settings) -> str:
 
 
 def wiped(settings: Settings, upper: ImVec2, lower: ImVec2, corner: ImVec2, room: ImVec2) -> Settings:
-    """The line between A and B over a picture, to be dragged, after the picture's item; the settings with its place."""
+    """The line of the wipe over a picture, after the picture's item; returns the settings with its dragged place."""
     pixel = theme.scale()
     x = upper.x + settings.wipe * (lower.x - upper.x)
     half = 6.0 * pixel
@@ -116,7 +116,7 @@ def wiped(settings: Settings, upper: ImVec2, lower: ImVec2, corner: ImVec2, room
 
 
 def draw_scale(draw: imgui.ImDrawList, found: Difference, corner: ImVec2) -> None:
-    """What the difference's greys mean, above the picture's lower left corner, with its RMS and maximum."""
+    """The legend of the difference, above the picture's lower left corner, with its RMS and maximum."""
     pixel = theme.scale()
     theme.small()
     line = imgui.get_text_line_height()

@@ -1,4 +1,4 @@
-"""The picture with its tools: focus by a click, orbit, pan and dolly by the mouse, what is laid over it.
+"""The picture with its tools: focus by a click, orbit, pan and dolly by the mouse, and the overlays.
 
 The panel gets the picture as a texture's name and returns the settings that a
 hand has made of it. A raster point (x, y) is in pixels of the picture, (0, 0)
@@ -34,11 +34,11 @@ CLICK = 4.0                     # pixels at a scale of 1: a press that moves far
 TURN = math.radians(0.25)       # of an orbit, per such pixel
 DOLLY = 0.06                    # of the way to the pivot, per click of the wheel
 ZOOMS = (0.1, 16.0)
-SLOW = 0.5                      # seconds without a picture, before that is said
+SLOW = 0.5                      # seconds without a picture, after which a note appears
 
 
 def render_panel(settings: Settings, picture: Picture, view: View) -> Settings:
-    """Draw the tools and the picture into the current window; the settings as the mouse has left them."""
+    """Draw the tools and the picture into the current window; returns the settings after the mouse's changes."""
     draw = imgui.get_window_draw_list()
     view.covered = None
     draw.channels_split(2)
@@ -52,7 +52,7 @@ def render_panel(settings: Settings, picture: Picture, view: View) -> Settings:
 
 
 def _ground(draw: imgui.ImDrawList, covered: tuple[float, float, float, float] | None) -> None:
-    """Fill the window around what the picture covers: a processor that draws would fill that for nothing."""
+    """Fill the window around the picture alone: a processor that draws would fill the rest in vain."""
     corner, size = imgui.get_window_pos(), imgui.get_window_size()
     end = ImVec2(corner.x + size.x, corner.y + size.y)
     left, top, right, bottom = covered if covered is not None else (end.x, end.y, end.x, end.y)
@@ -119,7 +119,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
         _progress(picture, corner, room)
         return settings
 
-    # Where it stands
+    # Its place
     width, height = picture.size
     view.scale, upper, lower = _frame(picture.size, view, corner, room)
     extent = ImVec2(max(lower.x - upper.x, 1.0), max(lower.y - upper.y, 1.0))
@@ -139,7 +139,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     settings = _handled(settings, picture, view, at, inside, extent)
     settings = _focused(settings, picture, view)
 
-    # What is laid over it
+    # The overlays
     if view.mark is not None and view.mark.holds(settings) and not picture.recorded:
         draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
     if picture.recorded is not None and view.cross is not None:
@@ -171,7 +171,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
 
 
 def _say_below(draw: imgui.ImDrawList, corner: ImVec2, text: str) -> None:
-    """A note above the picture's lower left corner, where there is anything to say."""
+    """A note above the picture's lower left corner."""
     if text:
         theme.small()
         place = ImVec2(corner.x + 14.0 * theme.scale(),
@@ -182,7 +182,7 @@ def _say_below(draw: imgui.ImDrawList, corner: ImVec2, text: str) -> None:
 
 def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, lower: ImVec2,
               panel: tuple[ImVec2, ImVec2]) -> Settings:
-    """A over the left part of the present picture, where they are wiped; and what each of them is."""
+    """A over the left part of the present picture, for a wipe; and the plates of both."""
     pinned, (corner, room), pixel = picture.pinned, panel, theme.scale()
     own = picture.recorded or settings
     assert pinned is not None
@@ -196,7 +196,7 @@ def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, l
         settings = wiped(settings, upper, lower, corner, room)
     elif way == "difference" and picture.difference is None:
         _say_below(draw, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)),
-                   f"A has {pinned.size[0]} × {pinned.size[1]} pixels: a difference needs as many")
+                   f"A has {pinned.size[0]} × {pinned.size[1]} pixels: a difference needs the same number")
     top = max(upper.y, corner.y) + 10.0 * pixel
     a = ImVec2(max(upper.x, corner.x) + 14.0 * pixel, top)
     b = ImVec2(min(lower.x, end.x) - 14.0 * pixel, top)
@@ -251,7 +251,7 @@ def _unit(value: float) -> float:
 
 
 def _zoom(view: View, at: tuple[float, float], factor: float) -> None:
-    """Zoom about a point of the picture, which stays where it is."""
+    """Zoom about a fixed point of the picture."""
     before = view.zoom or view.scale
     view.zoom = min(max(before * factor, ZOOMS[0]), ZOOMS[1])
     part = before / view.zoom
@@ -259,7 +259,7 @@ def _zoom(view: View, at: tuple[float, float], factor: float) -> None:
 
 
 def _length_per_pixel(settings: Settings, extent: ImVec2) -> float:
-    """How many mm in the plane of the pivot stand for a pixel of the screen."""
+    """Mm in the plane of the pivot for a pixel of the screen."""
     view = readings(settings).fov_horizontal or 0.7
     return 2.0 * pivot_distance(settings) * math.tan(0.5 * view) / max(extent.x, 1.0)
 
@@ -283,11 +283,11 @@ def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
     return replace(settings, focus_distance=distance)
 
 
-# What is said over it
+# Messages over it
 
 
 def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
-    """Say that a picture is on its way, where it takes longer than a moment."""
+    """A note that a picture is being prepared, if that takes longer than a moment."""
     if picture.waiting < (0.15 if picture.first else SLOW):
         return
     pixel, colour, draw = theme.scale(), theme.colours(), imgui.get_window_draw_list()
@@ -310,7 +310,7 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
 
 
 def _messages(view: View, corner: ImVec2, room: ImVec2) -> None:
-    """What went wrong, over the top of the picture, each until it is dismissed."""
+    """The messages, over the top of the picture, each until it is dismissed."""
     if not view.messages:
         return
     pixel, colour = theme.scale(), theme.colours()

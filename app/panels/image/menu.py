@@ -1,4 +1,4 @@
-"""The menus of the render's tools: the picture's size and look, what of it is shown, and what it is compared with."""
+"""The menus of the render's tools: size and look of the picture, its views, and the comparison."""
 
 from dataclasses import replace
 
@@ -61,7 +61,7 @@ def picture_menu(settings: Settings) -> Settings:
 
 
 def view_menu(settings: Settings) -> Settings:
-    """Draw the menu of what is shown into the popup that is open; the settings as chosen."""
+    """Draw the menu of the views into the open popup; returns the settings as chosen."""
     for key, name in VIEWS.items():
         if imgui.selectable(f"{name}###{key}", key == settings.view)[0]:
             settings = replace(settings, view=key)
@@ -70,13 +70,13 @@ def view_menu(settings: Settings) -> Settings:
 
 
 def comparison_menu(settings: Settings, pinned: Settings | None, view: View) -> Settings:
-    """Draw the menu of A and B into the popup that is open; the settings as chosen.
+    """Draw the menu of the comparison into the open popup; returns the settings as chosen.
 
-    pinned: those of the picture A, where there is one.
+    pinned: the settings of the picture A; None if there is none.
     """
     if imgui.menu_item("Pin as A", "A", False)[0]:
         view.requests.add(Request.PIN)
-    imgui.set_item_tooltip("Keep the picture as it stands, to compare what comes with it")
+    imgui.set_item_tooltip("Keep the present picture, to compare later ones with it")
     imgui.separator()
     for key, name in COMPARISONS.items():
         if imgui.menu_item(f"{name}###{key}", COMPARISON_KEYS[key], key == settings.compare, pinned is not None)[0]:
@@ -85,7 +85,7 @@ def comparison_menu(settings: Settings, pinned: Settings | None, view: View) -> 
     imgui.separator()
     if imgui.menu_item("Take A's settings", "", False, pinned is not None)[0] and pinned is not None:
         settings = replace(pinned, compare=settings.compare, wipe=settings.wipe, overlay=settings.overlay)
-    imgui.set_item_tooltip("Set everything as it was when A was pinned; undo brings the present settings back")
+    imgui.set_item_tooltip("Take over all settings of the picture A; undo brings the present ones back")
     return settings
 
 

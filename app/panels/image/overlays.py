@@ -18,7 +18,7 @@ from lensbench.app.widgets import theme
 
 
 def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
-    """Four corners around the place in focus, and its distance."""
+    """Four corners around the focused place, and its distance."""
     pixel = theme.scale()
     half, leg = round(16.0 * pixel), round(7.0 * pixel)
     amber, shade = theme.DARK.amber, (0.0, 0.0, 0.0, 0.45)
@@ -41,7 +41,7 @@ def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
 
 
 def draw_cross(draw: imgui.ImDrawList, at: ImVec2, line: tuple[float, float] | None) -> None:
-    """A cross about a pixel; line: the ends of the picture's line that it lies on."""
+    """A cross about a pixel; line: the ends of its line of pixels."""
     pixel, x, y = theme.scale(), round(at.x), round(at.y)
     for offset, tint in ((pixel, (0.0, 0.0, 0.0, 0.55)), (0.0, (1.0, 1.0, 1.0, 0.9))):
         cx, cy = x + offset, y + offset
@@ -85,7 +85,7 @@ def draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner: 
 
 
 def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
-    """What the false colours mean, above the picture's lower left corner."""
+    """The legend of the false colours, above the picture's lower left corner."""
     pixel = theme.scale()
     theme.small()
     line = imgui.get_text_line_height()

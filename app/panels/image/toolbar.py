@@ -1,4 +1,4 @@
-"""The row of tools above the picture, with its menus: what a click does, what is shown, how the render goes."""
+"""The row of tools above the picture: zoom, overlays, views, comparison and the render, with their menus."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ fa = icons_fontawesome_6
 
 
 def picture_tools(settings: Settings, picture: Picture, view: View) -> Settings:
-    """Draw the row; the settings as its tools have left them."""
+    """Draw the row; returns the settings after the changes of its tools."""
     corner, width = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
     height = round(theme.em(1.9))
     imgui.set_cursor_screen_pos(ImVec2(corner.x + 8.0 * theme.scale(),
@@ -33,7 +33,7 @@ def picture_tools(settings: Settings, picture: Picture, view: View) -> Settings:
 
 
 def _size_tools(view: View) -> None:
-    """How large the picture is shown."""
+    """The zoom of the picture."""
     if _tool(fa.ICON_FA_EXPAND + "  Fit###Fit", "Show the whole picture (F)", view.zoom is None):
         view.zoom, view.centre = None, (0.5, 0.5)
     if _tool("100 %###100 %", "One pixel of the picture for one of the screen (1)\n"
@@ -42,7 +42,7 @@ def _size_tools(view: View) -> None:
 
 
 def _looking_tools(settings: Settings, view: View) -> Settings:
-    """What a click does, what is laid over the picture and what is shown; the settings as chosen."""
+    """Click to focus, overlays, histogram, views, comparison; returns the settings as chosen."""
     if _tool(fa.ICON_FA_CROSSHAIRS + "###Focus pick", "Click in the picture to focus there\n\n"
              "Drag to orbit about what is in focus, Shift or right drag to pan, wheel to dolly", view.focus_pick):
         view.focus_pick = not view.focus_pick
@@ -54,9 +54,9 @@ def _looking_tools(settings: Settings, view: View) -> Settings:
              "Clipping: stripes where the picture is fully white (orange) or black (blue) (Z)")):
         if _tool(f"{icon}###{name}", tooltip, settings.overlay == key):
             settings = replace(settings, overlay="none" if settings.overlay == key else key)
-    if _tool(fa.ICON_FA_CHART_AREA + "###Histogram", "Histogram of the developed picture (H)", view.histogram):
+    if _tool(fa.ICON_FA_CHART_AREA + "###Histogram", "Histogram of the tone-mapped picture (H)", view.histogram):
         view.histogram = not view.histogram
-    if _tool(fa.ICON_FA_LAYER_GROUP + "###Views", "What is shown: the picture, or what its samples are (V)",
+    if _tool(fa.ICON_FA_LAYER_GROUP + "###Views", "The picture, or another quantity of its samples (V)",
              settings.view != "picture"):
         imgui.open_popup("View menu")
     if _below_tool("View menu", 12.0):
@@ -72,20 +72,20 @@ def _looking_tools(settings: Settings, view: View) -> Settings:
 
 
 def _render_tools(picture: Picture, view: View) -> None:
-    """What is done with the render."""
+    """Pause, restart, screenshot and export."""
     if _tool((fa.ICON_FA_PLAY if picture.paused else fa.ICON_FA_PAUSE) + "###Pause",
-             "Go on rendering (Space)" if picture.paused else "Hold the render (Space)", picture.paused):
+             "Go on rendering (Space)" if picture.paused else "Pause the render (Space)", picture.paused):
         view.requests.add(Request.PAUSE)
     if _tool(fa.ICON_FA_ROTATE_LEFT + "###Restart", "Begin the render anew (R)", False):
         view.requests.add(Request.RESTART)
-    if _tool(fa.ICON_FA_CAMERA + "###Screenshot", "Save the picture as it stands, with its settings (Ctrl + S)", False):
+    if _tool(fa.ICON_FA_CAMERA + "###Screenshot", "Save the picture as it is now, with its settings (Ctrl + S)", False):
         view.requests.add(Request.SAVE_RENDER)
     if _tool(fa.ICON_FA_FLOPPY_DISK + "###Export", "Export at any size and number of samples (Ctrl + E)", False):
         view.requests.add(Request.EXPORT)
 
 
 def _told(settings: Settings, picture: Picture, corner: ImVec2, width: float, height: float) -> Settings:
-    """What is shown, from the right as far as there is room; a click opens the menu that sets it."""
+    """Size, samples and tone curve at the right, if there is room; a click opens their menu."""
     pixel = theme.scale()
     left = imgui.get_item_rect_max().x + 12.0 * pixel
     theme.small()
@@ -115,7 +115,7 @@ def _told(settings: Settings, picture: Picture, corner: ImVec2, width: float, he
 
 
 def _below_tool(popup: str, width: float) -> bool:
-    """Begin the popup, so many em wide, below the tool just drawn, where it is open."""
+    """Begin the popup, `width` em wide, below the tool just drawn, if it is open."""
     lower = imgui.get_item_rect_min().x, imgui.get_item_rect_max().y
     imgui.set_next_window_pos(ImVec2(lower[0], lower[1] + 4.0 * theme.scale()), imgui.Cond_.appearing)
     imgui.set_next_window_size(ImVec2(theme.em(width), 0.0))
@@ -127,7 +127,7 @@ def _seconds(seconds: float) -> str:
 
 
 def _tool(label: str, tooltip: str, on: bool) -> bool:
-    """A flat button of the row; `on` as it is switched on."""
+    """A flat button of the row; on: it is drawn as switched on."""
     colour = theme.colours()
     imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(*(colour.frame if on else (0.0, 0.0, 0.0, 0.0))))
     imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if on else colour.dim)))

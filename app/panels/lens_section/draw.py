@@ -1,7 +1,7 @@
-"""How the section is drawn: a sketch onto imgui's draw list, through a view.
+"""Drawing of the section: a sketch on imgui's draw list, through a view.
 
-Geometry is kept in pixels as long as neither lens nor view changes. Line
-weights and lengths in pixels are those of a plain screen, scaled to this one.
+Geometry in pixels is cached as long as neither lens nor view changes. Line
+weights and lengths in pixels hold at a scale of 1, and are scaled to the screen.
 """
 
 from dataclasses import dataclass, field
@@ -106,7 +106,7 @@ def draw_glass(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
 
 
 def draw_outlines(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
-    """Surfaces, shoulders and edges of the glass, or the stroke that stands for an ideal thin lens."""
+    """Surfaces, shoulders and edges of the glass, or the stroke of an ideal thin lens."""
     colour, pixel = theme.colours(), theme.scale()
     line = theme.packed(colour.glass_outline, 0.4 if sketch.ideal else 0.85)
     if sketch.lens is not None:
@@ -221,7 +221,7 @@ def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool,
 
 
 def film_handle(sketch: Sketch, canvas: Canvas) -> tuple[ImVec2, ImVec2]:
-    """Corner and size of the film's handle, at the film's lower end or at the panel's edge if that is out of it."""
+    """Corner and size of the film's handle: at the film's lower end, or at the panel's edge if that lies outside."""
     pixel = theme.scale()
     size = ImVec2(9.0 * pixel, 12.0 * pixel)
     x = floor(canvas.place(sketch.film_z, 0.0).x)
@@ -230,7 +230,7 @@ def film_handle(sketch: Sketch, canvas: Canvas) -> tuple[ImVec2, ImVec2]:
 
 
 def draw_region(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, low: float, high: float, height: float) -> None:
-    """The extent of the exit-pupil region on the rear plane for a film point, with the cone that it sends there."""
+    """The extent of the exit-pupil region of a film point on the rear plane, with its cone of light."""
     colour, pixel = theme.packed(theme.colours().strong), theme.scale()
     film, faint = canvas.place(sketch.film_z, height), theme.packed(theme.colours().text, 0.5)
     ends = [canvas.place(sketch.rear_z, y) for y in (high, low)]
@@ -251,7 +251,7 @@ def _dashed(draw: imgui.ImDrawList, a: ImVec2, b: ImVec2, colour: int) -> None:
 
 
 def draw_scale_bar(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
-    """A round length in the lower right corner, or before the film that stands there."""
+    """A round length in the lower right corner, or left of the film if that is there."""
     colour, pixel = theme.colours(), theme.scale()
     length = round_length(max(60.0 * pixel / canvas.view.scale, 1e-9))
     width = length * canvas.view.scale

@@ -1,8 +1,8 @@
-"""The section: the lens to scale with its rays; its stop and its film can be taken and dragged.
+"""The section: the lens to scale with its rays; its stop and its film can be dragged.
 
 Wheel and drag zoom and pan, a double click fits. Dragging the edge of the stop
 changes the f-number, dragging the film the focus; with Shift at a tenth of the
-mouse's way.
+speed.
 """
 
 import math
@@ -36,7 +36,7 @@ class SectionState:
 
     view: View | None = None
     fitted_to: tuple = ()
-    film_z: float = 0.0             # where the film stood in the frame before
+    film_z: float = 0.0             # of the frame before
     dead_rays: bool = True
     held: float = 0.0               # stop radius or film z (mm) under the mouse while a handle is dragged
     mouse: float = 0.0
@@ -124,7 +124,7 @@ def _draw(draw: imgui.ImDrawList, shown: Sketch, canvas: Canvas, film_radius: fl
 
 
 def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> None:
-    """Why there is nothing, or not quite what was asked for."""
+    """The reason why there is nothing to draw, or why it differs from the settings."""
     wrap = max(size.x - theme.em(1.5), 1.0)
     extent = imgui.calc_text_size(text, False, wrap)
     at = ImVec2(corner.x + 0.5 * (size.x - extent.x), corner.y + 0.5 * (size.y - extent.y))
@@ -164,7 +164,7 @@ def _looked_around(canvas: Canvas, state: SectionState) -> Canvas:
 
 
 def _handles(shown: Sketch, canvas: Canvas) -> tuple[ImVec2 | None, tuple[ImVec2, ImVec2] | None]:
-    """Where the upper edge of the stop can be taken, and the film; None where they cannot."""
+    """Places of the handles of the stop's upper edge and of the film; None for what cannot be dragged."""
     stop = canvas.place(shown.stop_z, shown.stop_radius) if shown.stop_radius else None
     if shown.lens is None or not math.isfinite(lb.first_order(shown.lens).efl):
         return stop, None
@@ -246,14 +246,14 @@ def _dead_ray_toggle(corner: ImVec2, size: ImVec2, state: SectionState) -> bool:
     if imgui.invisible_button("Dead rays", ImVec2(extent.x + 2.0 * pad, extent.y + pad)):
         state.dead_rays = not state.dead_rays
     hovered = imgui.is_item_hovered()
-    imgui.set_item_tooltip("Show the rays that do not arrive, each to the place where it dies")
+    imgui.set_item_tooltip("Show the rays that do not reach the film, each up to its end")
     tint = colour.text if hovered else colour.dim
     imgui.get_window_draw_list().add_text(at, theme.packed(tint, 1.0 if state.dead_rays else 0.7), text)
     return hovered
 
 
 def _explain(shown: Sketch, canvas: Canvas, state: SectionState) -> None:
-    """What lies under the mouse: a ray and its fate, a cardinal point, or a piece of glass."""
+    """A tooltip for the ray, the cardinal point or the element under the mouse."""
     mouse, pixel = imgui.get_mouse_pos(), theme.scale()
     z, y = canvas.view.to_lens(canvas.corner, mouse)
     for mark in shown.marks:

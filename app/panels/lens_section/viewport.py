@@ -45,7 +45,7 @@ def fitted(width: float, height: float, z0: float, z1: float, half_height: float
     scale = min((1.0 - LEFT - RIGHT) * width / length, height / (2.0 * MARGIN * max(half_height, 1e-6)))
     scale = min(max(scale, MIN_SCALE), MAX_SCALE)
     spare = width - length * scale
-    # Where room is left the incoming rays have the most of it
+    # Spare room goes to the incoming rays for the most part
     return View(scale, 0.6 * spare - z0 * scale, 0.5 * height + 0.15 * label)
 
 

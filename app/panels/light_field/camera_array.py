@@ -1,4 +1,4 @@
-"""What an array of pinholes recorded, in the panel *Light field*: a viewpoint to be dragged about it, and before it."""
+"""The light field of an array of pinholes in the panel *Light field*: a viewpoint to drag beside and before it."""
 
 import math
 from dataclasses import replace
@@ -16,15 +16,15 @@ from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.light_field_worker import FieldPicture
 
 SHOWN_TIPS = {"camera": "The picture is the camera's",
-              "novel": "The picture is what a pinhole at the place below sees, by what the array recorded"}
-SURFACE_TIPS = {"recorded": "Things are where the pinholes saw them: what they see of one is one",
-                "plane": "Things are all on one plane, which is sharp: what is not there is seen double"}
-ROOM = 1.5                      # of the array's half side: as far as the viewpoint goes beside its middle
+              "novel": "The picture is that of a pinhole at the place below, computed from the array"}
+SURFACE_TIPS = {"recorded": "Objects are at their recorded distances",
+                "plane": "All objects are taken to be on one plane, which is sharp: others are seen double"}
+ROOM = 1.5                      # of the array's half side: the range of the viewpoint beside its middle
 AHEAD = 500.0                   # mm, forwards and back
 
 
 def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPicture | None) -> Look:
-    """Draw the pad and the rings; the look as a hand has left it."""
+    """Draw the pad and the rings; returns the look after the user's changes."""
     before = look
     look = replace(look, show=toggles("Show", ELSEWHERE, look.show, SHOWN_TIPS, 0.0))
     look = _pad(look, recording)
@@ -74,7 +74,7 @@ def _cube(u: float) -> float:
 
 
 def _pad(look: Look, recording: ArrayRecording) -> Look:
-    """The pinholes as dots, and the viewpoint among them; the look with it where a hand has dragged it."""
+    """The pinholes as dots with the viewpoint; returns the look with the dragged viewpoint."""
     side = min(round(theme.em(SIDE)), max(imgui.get_content_region_avail().x, 20.0))
     corner, draw, pixel = imgui.get_cursor_screen_pos(), imgui.get_window_draw_list(), theme.scale()
     imgui.invisible_button("Array pad", ImVec2(side, side))

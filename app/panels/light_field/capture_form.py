@@ -17,22 +17,22 @@ fa = icons_fontawesome_6
 MOMENTS = (1, 2, 4, 8)
 VIEWS, SAMPLES, SIDES, MICROLENSES = (5, 9, 13, 17), (1, 4, 16, 64), (320, 480, 640, 960), (120, 160, 240, 320)
 KIND_TIPS = {
-    "lens": "Each cell of the pupil has a whole picture of its own taken: the best light field there is",
-    "array": "Pinholes in a plane about the middle of the pupil: views from elsewhere, also from before them",
+    "lens": "One picture through each cell of the pupil: the best light field",
+    "array": "Pinholes in a plane about the middle of the pupil: views from other places, also nearer to the scene",
     "microlenses": "As a camera can do it in one exposure: microlenses on the film sort the light\n"
                    "by where in the pupil it comes from",
 }
 
 
 def words(text: str, strong: bool = False) -> None:
-    """A text that is broken where the panel ends; dim, or strong."""
+    """A text wrapped at the edge of the panel; dim, or strong."""
     imgui.push_text_wrap_pos(0.0)
     (imgui.text_unformatted if strong else imgui.text_disabled)(text)
     imgui.pop_text_wrap_pos()
 
 
 def recording_form(settings: Settings, form: Form, task: Task | None, can_go_back: bool) -> None:
-    """What to record, what memory it takes, and the buttons."""
+    """What to record, the memory that it takes, and the buttons."""
     if form.kind == "lens":
         words("Record the light through every part of the pupil; choose focus, aperture and viewpoint afterwards.")
     form.kind = toggles("By", KINDS, form.kind, KIND_TIPS, 4.4)
@@ -76,7 +76,7 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
 
 
 def _microlenses(settings: Settings, form: Form) -> None:
-    """How many microlenses, their f-number, and how it meets the lens's."""
+    """The number of microlenses, their f-number, and its match with the lens."""
     form.microlenses = toggles("Lenses", {n: f"{n}" for n in MICROLENSES}, form.microlenses, dict.fromkeys(
         MICROLENSES, "Microlenses along the longer side of the film: so many pixels a view has"), 4.4)
     try:

@@ -1,4 +1,4 @@
-"""The depth that a recorded light field tells, in the panel *Light field*: found, shown, and read off."""
+"""The depth of a light field in the panel *Light field*: estimated, shown and read."""
 
 import math
 from dataclasses import replace
@@ -21,7 +21,7 @@ from lensbench.app.workers.light_field_worker import LightFieldWorker
 fa = icons_fontawesome_6
 DEEP_TIPS = {
     "sharp": "Each pixel in focus at its own depth: the views are added up along the slopes that were found",
-    "depth": "The distance as a colour; what is not sure is dark",
+    "depth": "The distance as a colour; uncertain pixels are dark",
     "sure": "White where the views agree at one distance alone, black where they agree at any: where nothing changes "
             "from pixel to pixel",
 }
@@ -29,11 +29,11 @@ STEPS = 64                      # of the colours of the scale
 
 
 def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form: Form) -> Look:
-    """Draw the button, or what was found; the look as a hand has left it."""
+    """Draw the button, or the depth; returns the look after the user's changes."""
     found = worker.found
     if found is None:
         imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled("The views see everything shifted by its distance, which tells how far away it is.")
+        imgui.text_disabled("Between the views objects shift by their distance: from this parallax the depth follows.")
         imgui.pop_text_wrap_pos()
         imgui.begin_disabled(worker.task is not None)
         if imgui.button(fa.ICON_FA_MAGNIFYING_GLASS + "  Find the depth###Find the depth"):
@@ -55,7 +55,7 @@ def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form:
 
 
 def _scale(found: lb.Depth) -> None:
-    """The colours with their distances, even in the reciprocal: in parallax."""
+    """The scale of the colours, linear in the reciprocal distance, which is the parallax."""
     far, near = ends(found)
     corner, pixel = imgui.get_cursor_screen_pos(), theme.scale()
     width, bar = imgui.get_content_region_avail().x, round(theme.em(0.7))

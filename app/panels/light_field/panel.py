@@ -42,15 +42,15 @@ from lensbench.app.workers.light_field_worker import LightFieldWorker
 fa = icons_fontawesome_6
 SHOWN_TIPS = {
     "camera": "The picture is the camera's",
-    "focus": "The picture is the light field's, focused and stopped as it is set here",
+    "focus": "The picture is computed from the light field, with this focus and aperture",
     "view": "The picture is one view: what a single cell of the pupil sees",
-    "rays": "What was recorded of the pixel clicked on, direction by direction, and of its line, view by view",
-    "depth": "How far away everything is, by the views' parallax; and everything in focus",
+    "rays": "The light of the clicked pixel by direction, and of its line by view",
+    "depth": "The distance of every pixel, by the parallax of the views; and a picture with everything in focus",
 }
 
 
 def light_field_panel(settings: Settings, look: Look, form: Form, worker: LightFieldWorker, strip: Strip) -> Look:
-    """Draw the panel; the look as a hand has left it. strip: makes a texture of a small linear picture."""
+    """Draw the panel; returns the look after the user's changes. strip: makes a texture of a small linear picture."""
     recording = worker.recording
     if recording is None or form.open:
         recording_form(settings, form, worker.task, recording is not None)
@@ -74,11 +74,11 @@ def light_field_panel(settings: Settings, look: Look, form: Form, worker: LightF
     return look
 
 
-# What is recorded
+# The recording
 
 
 def _head(recording: Recorded, form: Form) -> None:
-    """What is recorded, and what can be done with it."""
+    """The size of the recording, and its buttons."""
     (across, down), film = recording.views, recording.settings.film
     right = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x
     imgui.align_text_to_frame_padding()
@@ -104,21 +104,21 @@ def _head(recording: Recorded, form: Form) -> None:
     imgui.new_line()
 
 
-# Looking at it
+# Its pictures
 
 
 def _focus(look: Look, recording: Recording, worker: LightFieldWorker, form: Form) -> Look:
-    """Focus, aperture and viewpoint; what came of them, and how near it is to the camera's own picture."""
+    """Focus, aperture and viewpoint, their figures, and the comparison with the camera's own picture."""
     field = recording.field
     nearest = max(field.nearest, 10.0)
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
     distance = ring("Refocus", look.distance, scales.focus_scale(nearest * 1.0001, recording.settings.focus_distance),
-                    "Distance to what is to be in focus, measured as the camera measures; the amber zone is where "
+                    "Focus distance, measured as the camera measures it; in the amber zone "
                     "neighbouring views\nlie at most a pixel apart: beyond it blur falls into dots", field.clear_range)
     look = replace(look, distance=distance)
     shown = look.f_number or field.f_number
     f_number = ring("Synthetic aperture", shown, scales.aperture_scale(field.f_number, field.f_number),
-                    "A part of the recorded aperture, put together from its views; it cannot be wider")
+                    "A part of the recorded aperture, summed from its views; it cannot be wider")
     if f_number != shown:
         look = opened(look, f_number, field)
     imgui.pop_style_var()
@@ -130,15 +130,15 @@ def _focus(look: Look, recording: Recording, worker: LightFieldWorker, form: For
 
 
 def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None:
-    """At the right of the pad: the viewpoint, how many views, how far they are apart."""
+    """At the right of the pad: viewpoint, number of views, their shift, time."""
     field = recording.field
     apart, (near, far) = field.apart(look.distance), field.clear_range
     field_picture = worker.field_picture
     taken = float(field.shares(look.f_number, look.view).sum())
     figures((
-        ("From", place(look.view), "The middle of the aperture in the pupil, in radii of it: right and up"),
-        ("Views", f"{taken:.3g} of {field.places[..., 0].size}", "How many views the aperture takes"),
-        ("Apart", f"{apart:.2f} px", "How far neighbouring views are shifted against each other"),
+        ("From", place(look.view), "The middle of the aperture in the pupil, in pupil radii: right and up"),
+        ("Views", f"{taken:.3g} of {field.places[..., 0].size}", "Number of views within the aperture"),
+        ("Apart", f"{apart:.2f} px", "Shift between neighbouring views"),
         ("Time", "–" if field_picture is None else f"{1000.0 * field_picture.seconds:.0f} ms",
          "To compute the picture")))
     if not near <= look.distance <= far:
@@ -167,7 +167,7 @@ def _comparison(look: Look, recording: Recording, worker: LightFieldWorker, form
 
 
 def _sensor(look: Look, recording: Recording, raw: lb.RawPicture, settings: Settings) -> None:
-    """What the sensor of a plenoptic camera saw behind one microlens, and how its f-number meets the lens's."""
+    """The sensor of a plenoptic camera behind one microlens, and the match of the f-numbers."""
     x, y = look.pixel
     behind = develop(raw.behind(x, y)[::-1], settings.exposure, settings.tone)
     pupil_picture(behind)
@@ -186,7 +186,7 @@ def _view(look: Look, recording: Recording, settings: Settings) -> Look:
             _sensor(look, recording, recording.raw, settings)
             return look
     look = moment_chooser(look, recording)
-    words("What each cell passes to the pixel clicked on")
+    words("Light that each cell passes to the clicked pixel")
     look = pupil_grid(look, recording, coverage_greys(recording, look.pixel))
     i, j = look.cell
     u, v = field.places[j, i]
@@ -194,10 +194,10 @@ def _view(look: Look, recording: Recording, settings: Settings) -> Look:
     covered = field.coverage[j, i]
     figures((
         ("View", f"{i + 1}, {j + 1}", "Across from the left, up from below"),
-        ("At", place((u, v)), "The cell's middle in the pupil, in radii of it"),
+        ("At", place((u, v)), "The cell's middle in the pupil, in pupil radii"),
         ("", millimetres((u * recording.pupil_radius, v * recording.pupil_radius)),
          "The same in mm, on the plane of the exit pupil"),
         ("Here", f"{100.0 * float(covered[y, x]):.1f} %",
-         "Coverage: what of the light of a full cell reaches the pixel clicked on, times cos⁴θ"),
+         "Coverage: the part of a full cell's light that reaches the clicked pixel, times cos⁴θ"),
         ("Most", f"{100.0 * float(covered.max()):.1f} %", "The greatest coverage of any pixel")))
     return look

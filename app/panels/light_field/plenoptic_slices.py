@@ -29,7 +29,7 @@ LINE = 0.62                     # em of a view's line in the epipolar image
 
 
 def moment_chooser(look: Look, recording: Recording) -> Look:
-    """Which moment of the exposure is looked at, where moments were kept apart; the look with it."""
+    """The choice of the moment, if the exposure was recorded in moments; returns the look with it."""
     moments = recording.field.moments
     if moments is None:
         return look
@@ -40,7 +40,7 @@ def moment_chooser(look: Look, recording: Recording) -> Look:
 
 
 def rays_body(look: Look, recording: Recording, settings: Settings, strip: Strip) -> Look:
-    """Draw both slices; the look with the cell and the pixel that were clicked on."""
+    """Draw both slices; returns the look with the clicked cell and pixel."""
     over_time = radiance_over_time(recording, look.pixel)
     look = replace(look, band=toggles("Band", BANDS, look.band, BAND_TIPS, 4.0))
     look = moment_chooser(look, recording)
@@ -61,14 +61,14 @@ def rays_body(look: Look, recording: Recording, settings: Settings, strip: Strip
         ("Pupil", millimetres(in_pupil), "Where the chosen ray meets the plane of the paraxial exit pupil (u, v)"),
         ("Light", f"{red:.2f} {green:.2f} {blue:.2f}", "Radiance in the three bands, red, green and blue, over the "
                                                          "whole of the exposure, or the moment that is chosen"),
-        ("Share", f"{100.0 * covered:.1f} %", "Coverage: what of the light of a full cell comes through")))
+        ("Share", f"{100.0 * covered:.1f} %", "Coverage: the part of a full cell's light that passes")))
     if len(over_time) > 1:
         _over_time(over_time[:, j, i], look.moment)
     return _epipolar(look, recording, settings, strip)
 
 
 def _over_time(seen: NDArray[np.float32], moment: int) -> None:
-    """The radiance of the chosen ray in three bands (n, 3), moment by moment; the one looked at is strong."""
+    """The radiance of the chosen ray in three bands (n, 3) over the moments; the chosen moment is strong."""
     theme.small()
     imgui.text_disabled(f"Radiance of the ray over the exposure, 0 to {seen.max():.3g}")
     imgui.pop_font()
@@ -91,7 +91,7 @@ def _over_time(seen: NDArray[np.float32], moment: int) -> None:
 
 
 def _epipolar(look: Look, recording: Recording, settings: Settings, strip: Strip) -> Look:
-    """The chosen line of the picture as the views of the chosen cell's row see it, the rightmost above."""
+    """The chosen line of the picture in each view of the chosen cell's row, the rightmost view at the top."""
     field = recording.field
     (across, _), (x, y), down = field.views, look.pixel, look.cell[1]
     w = recording.settings.pixels_x
@@ -110,9 +110,9 @@ def _epipolar(look: Look, recording: Recording, settings: Settings, strip: Strip
         look = replace(look, pixel=(min(max(at, 0), w - 1), y))
     elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Epipolar image: the line as each view of a row of the pupil sees it, the leftmost below.\n"
-                          "What leans as the amber line does is in focus. Click: another pixel of the line")
+                          "Lines parallel to the amber line are in focus. Click: another pixel of the line")
 
-    # How a point in focus runs through it
+    # The slope of a point in focus
     shifts = field.shifts(field.shear(look.distance)[1])[down, :, 0]
     draw.push_clip_rect(corner, end, True)
     points = [ImVec2(corner.x + (x + 0.5 + shift) / w * size.x, end.y - (i + 0.5) / across * size.y)

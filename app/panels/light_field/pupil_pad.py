@@ -1,4 +1,4 @@
-"""The pupil of a light field as a pad: an aperture to be dragged about in it, or one cell of it to be chosen.
+"""The pupil of a light field as a pad: drag an aperture in it, or choose one of its cells.
 
 Seen as the camera looks: u runs to the right and v up, in radii of the paraxial exit pupil.
 """
@@ -15,11 +15,11 @@ from lensbench.app.state.light_field_query import Look, Recording, moved, radius
 from lensbench.app.widgets import theme
 
 SIDE = 8.6                      # em
-REST = 0.06                     # of the pupil's radius: so near the middle an aperture goes to it
+REST = 0.06                     # of the pupil's radius: this close to the middle the aperture snaps to it
 
 
 class Pad(NamedTuple):
-    """Where the pupil stands on the screen."""
+    """The place of the pupil on the screen."""
 
     centre: ImVec2
     unit: float                 # pixels for a radius of the pupil
@@ -35,10 +35,10 @@ class Pad(NamedTuple):
 
 
 def pupil_pad(look: Look, recording: Recording) -> Look:
-    """The aperture as a circle in the pupil; the look with its middle where a hand has dragged it."""
+    """The aperture as a circle in the pupil; returns the look with its dragged middle."""
     field, draw = recording.field, imgui.get_window_draw_list()
     pad = _pad("Pupil pad", field)
-    tip = ("Drag: the viewpoint, which is the middle of the aperture; a wide aperture gives way.\n"
+    tip = ("Drag: the viewpoint, which is the middle of the aperture; a wide aperture is stopped down.\n"
            "Double click: back to the middle. Greys: what the cells let through to the pixel clicked on")
     if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
         look = replace(look, view=(0.0, 0.0))
@@ -61,7 +61,7 @@ def pupil_pad(look: Look, recording: Recording) -> Look:
 
 
 def pupil_grid(look: Look, recording: Recording, colours: NDArray[np.floating]) -> Look:
-    """The cells of the pupil in colours (down, across, 3) of the screen; the look with the one that was clicked on."""
+    """The cells of the pupil in colours (down, across, 3) of the screen; returns the look with the clicked cell."""
     field, draw = recording.field, imgui.get_window_draw_list()
     pad = _pad("Pupil grid", field)
     across, down = field.views
@@ -92,7 +92,7 @@ def pupil_picture(colours: NDArray[np.floating]) -> None:
 
 
 def coverage_greys(recording: Recording, pixel: tuple[int, int]) -> NDArray[np.floating]:
-    """(down, across, 3) the brighter, the more each cell lets through to a pixel of the views."""
+    """(down, across, 3) greys: how much light each cell passes to a pixel of the views."""
     x, y = pixel
     shares = recording.field.coverage[:, :, y, x].astype(np.float64)
     part = 0.06 + 0.34 * shares[..., None] / max(float(shares.max()), 1e-9)
