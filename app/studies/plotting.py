@@ -1,6 +1,6 @@
-"""How charts look in files: a light sheet, the window's font, and colours that every eye can tell apart.
+"""Plots in files: a light sheet, the font of the window, and colours for every kind of colour vision.
 
-Inches and points, as matplotlib has them; it is loaded by the functions that draw, never at a start.
+Inches and points. Only functions that draw import matplotlib, so that the program starts without it.
 
     with look():
         figure = sheet(8.0, 5.0)
@@ -19,12 +19,15 @@ from lensbench.app.files.export import ExportError, replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 SUFFIXES = (".svg", ".png")
-RESOLUTION = 160                # dots an inch of a PNG
+RESOLUTION = 160                # dots per inch of a PNG
+SHORT = 300.0                   # ratio of the ends of an axis that is ticked finely
 INK, DIM, FAINT, GRID, PAPER = "#262626", "#5a5a5a", "#8a8a8a", "#e6e6e6", "#ffffff"
-# Okabe and Ito's, darker where they stand as lines on white; amber is kept for what is in focus
+AMBER = "#c98a1b"               # of what is in focus
+# Okabe and Ito's colours, darker where they are drawn as lines on white
 COLOURS = {"blue": "#0072b2", "sky": "#3d9fd3", "green": "#007f5c", "vermilion": "#d55e00", "purple": "#b5588f",
            "olive": "#7d7a12", "black": "#262626", "grey": "#7a7a7a"}
 STYLE: Any = {
@@ -39,7 +42,7 @@ STYLE: Any = {
 
 @contextmanager
 def look() -> Iterator[None]:
-    """Whatever is drawn and saved within has the sheet's font, sizes and colours."""
+    """Context in which figures are drawn and saved with the font, sizes and colours of the sheet."""
     import matplotlib
 
     _load_font()
@@ -48,7 +51,7 @@ def look() -> Iterator[None]:
 
 
 def _load_font() -> None:
-    """The window's font, which comes with its library; matplotlib's own stands in where that is not installed."""
+    """Register the font of the window, which imgui_bundle ships; without it matplotlib uses its own."""
     from matplotlib import font_manager
 
     found = find_spec("imgui_bundle")
@@ -86,13 +89,13 @@ def plot(axes: "Axes", x: str, y: str, title: str = "", log: bool | tuple[bool, 
     return axes
 
 
-def tick_finely(axes: "Axes") -> None:
-    """Ticks at 1, 2 and 5 of each decade along x, where an axis is so short that decades alone say little."""
+def tick_finely(axis: "Axis") -> None:
+    """Ticks at 1, 2 and 5 of each decade on a logarithmic axis of less than two and a half decades."""
     from matplotlib.ticker import LogLocator
 
-    low, high = axes.get_xlim()
-    if high < 300.0 * low:
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    low, high = axis.get_view_interval()
+    if high < SHORT * low:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
 
 
 def _plainly(value: float, _: Any = None) -> str:
@@ -107,7 +110,7 @@ def _nothing(_: float, __: Any = None) -> str:
 
 
 def checked_suffix(path: str | Path) -> Path:
-    """The path of a chart; ExportError where its suffix is none that charts have."""
+    """The path of a chart; ExportError unless its suffix is one of SUFFIXES."""
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise ExportError(f"{path}: a chart is written as {' or '.join(SUFFIXES)}: choose one of these suffixes")
@@ -115,7 +118,10 @@ def checked_suffix(path: str | Path) -> Path:
 
 
 def save(figure: "Figure", path: str | Path) -> None:
-    """Write a figure as its suffix says, the same bytes for the same figure; ExportError where it cannot be."""
+    """Write a figure as its suffix says, the same bytes for the same figure.
+
+    ExportError where the path cannot be written.
+    """
     path = checked_suffix(path)
     suffix = path.suffix.lower()[1:]
     with replacing(path) as part:

@@ -21,6 +21,7 @@ from lensbench import lenses
 from lensbench.app.state import tone
 from lensbench.app.studies.charts.samplers import DEFAULT, WHITE, samplers
 from lensbench.app.studies.charts.sampling import COUNTS, gains, scenes, squares
+from lensbench.app.studies.even_points import even_points
 from lensbench.app.studies.timing import BLOCKS, FILM, LENS, least_times, machine, streamed
 from lensbench.cameras.environment import LAYOUTS
 from lensbench.cameras.fisheye import PROJECTIONS
@@ -136,7 +137,7 @@ def pupil() -> Iterator[tuple[str, float, str]]:
         radii = np.linspace(0.0, table.radius, 24)
         exact = lb.exit_pupil(lens, distance, radii, points=1025)
         n = 1 << 16
-        uv = np.column_stack([(np.arange(n) + 0.5) / n, np.arange(n) * 0.6180339887498949 % 1.0])
+        uv = even_points(n)
         passing = light = kept = 0.0
         for r, area in zip(radii[:-1], exact.area[:-1], strict=True):
             points, areas = exact.sample(np.tile([r, 0.0], (n, 1)), uv)

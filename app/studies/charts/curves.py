@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lensbench.app.studies.charts.table import aligned, figure_text
 from lensbench.app.studies.plotting import COLOURS, DIM, FAINT, INK, PAPER, look, plot, save, sheet, tick_finely
 
 if TYPE_CHECKING:
@@ -12,7 +13,6 @@ if TYPE_CHECKING:
 
 ACROSS = 3                      # panels in a row
 SIZE = (3.2, 2.75)              # of one, inches; alone it is half as large again
-SHORT = 300.0                   # an axis whose ends have a smaller ratio is ticked at 1, 2 and 5
 DOTS = (1.0, 2.2)
 
 
@@ -20,7 +20,7 @@ DOTS = (1.0, 2.2)
 class Curve:
     """One method: its points by x, and figures by their name and unit, as "to 1 %, s".
 
-    tint: a name of `drawing.COLOURS`. dotted: drawn as a dotted line, for a variant of the method of the same tint.
+    tint: a key of `plotting.COLOURS`. dotted: drawn as a dotted line, for a variant of the method of the same tint.
     """
 
     name: str
@@ -77,9 +77,7 @@ def _line(figure: Any, curve: Curve) -> Any:
 
 
 def _draw(axes: "Axes", panel: Panel) -> None:
-    """The curves, and the levels that they are to reach."""
-    from matplotlib.ticker import LogLocator
-
+    """The curves and the levels of a panel."""
     for curve in panel.curves:
         if curve.points:
             x, y = zip(*curve.points, strict=True)
@@ -89,10 +87,8 @@ def _draw(axes: "Axes", panel: Panel) -> None:
     if panel.ticks:
         axes.set_xticks(panel.ticks)
     else:
-        tick_finely(axes)
-    low, high = axes.get_ylim()
-    if high < SHORT * low:
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        tick_finely(axes.xaxis)
+    tick_finely(axes.yaxis)
     for value, words in panel.levels:
         axes.axhline(value, color=FAINT, linewidth=1.0, linestyle=":")
         axes.annotate(words, (0.01, value), (0, 2), xycoords=("axes fraction", "data"), textcoords="offset points",
@@ -101,17 +97,10 @@ def _draw(axes: "Axes", panel: Panel) -> None:
 
 def panel_table(panel: Panel) -> str:
     """A panel as lines of text: each curve with its figures."""
-    from lensbench.app.studies.charts.table import figure_text
-
     heads = list(dict.fromkeys(head for curve in panel.curves for head in curve.figures))
     rows = [["", *heads], *([curve.name, *(figure_text(curve.figures.get(head)) for head in heads)]
                             for curve in panel.curves)]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(heads) + 1)]
-    lines = [panel.title, panel.conditions]
-    for name, *cells in rows:
-        lines.append("  ".join([name.ljust(widths[0]), *(cell.rjust(width) for cell, width in
-                                                         zip(cells, widths[1:], strict=True))]).rstrip())
-    return "\n".join(line for line in lines if line)
+    return "\n".join(line for line in (panel.title, panel.conditions, *aligned(rows)) if line)
 
 
 def plain_panels(panels: list[Panel]) -> list[dict[str, Any]]:

@@ -13,7 +13,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.comparison import decibels
-from lensbench.app.studies.plotting import COLOURS, DIM, look, plot, save, sheet
+from lensbench.app.studies.plotting import AMBER, COLOURS, DIM, look, plot, save, sheet
 
 VIEWS = (3, 5, 9, 17)
 NEARER = tuple(0.25 * k for k in range(1, 11))          # the recorded focus over the distances that are tried
@@ -73,8 +73,8 @@ def draw(curves: list[Curve], focus: float, title: str, conditions: str, path: P
             for end in (1e3 / curve.near, 1e3 / curve.far):
                 if x.min() < end < x.max():
                     axes.axvline(end, color=colour, linewidth=0.9, linestyle=(0, (4, 3)))
-        axes.axvline(1e3 / focus, color="#c98a1b", linewidth=1.2)
-        axes.text(1e3 / focus, 1.0, " recorded", transform=axes.get_xaxis_transform(), color="#c98a1b", va="top",
+        axes.axvline(1e3 / focus, color=AMBER, linewidth=1.2)
+        axes.text(1e3 / focus, 1.0, " recorded", transform=axes.get_xaxis_transform(), color=AMBER, va="top",
                   fontsize=8.5)
         ticks = [d for d in (0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)
                  if x.min() <= 1.0 / d <= x.max()]

@@ -63,7 +63,7 @@ def _one(chart: Chart, measured: str) -> "Figure":
         axes = plot(figure.add_subplot(grid[0, i]), over.cost, over.error if i == 0 else "", log=True)
         axes.set_ylim(*errors)
         _draw(axes, over)
-        tick_finely(axes)
+        tick_finely(axes.xaxis)
         drawn.append((axes, over))
     _write_table(figure.add_subplot(grid[1, :]), chart, heads, notes, height)
     figure.draw_without_rendering()                     # where things stand is known from here on
@@ -208,7 +208,7 @@ def _many(charts: list[Chart], summary: bool, measured: str) -> "Figure":
                     axes.plot(mark.cost, max(mark.error, chart.floor), ".", color=KINDS[mark.kind].colour, alpha=0.35,
                               markersize=3.5, markeredgewidth=0.0, zorder=1.2)
         _draw(axes, over, 7.5)
-        tick_finely(axes)
+        tick_finely(axes.xaxis)
         drawn.append((axes, over))
     if below:
         _small_ones(below[0], charts, _limits(marks, floor))

@@ -1,4 +1,4 @@
-"""The figures of charts as a table for readers and as JSON for programs."""
+"""The figures of charts as a table of text and as JSON."""
 
 import math
 from typing import Any
@@ -13,7 +13,7 @@ def columns(chart: Chart) -> list[str]:
 
 
 def figure_text(value: float | None) -> str:
-    """A figure in few digits; one of nothing but rounding as 0."""
+    """A figure in few digits; one of mere rounding as 0."""
     if value is None or math.isnan(value):
         return ""
     if math.isinf(value):
@@ -25,18 +25,22 @@ def figure_text(value: float | None) -> str:
     return f"{value:.{max(2 - math.floor(math.log10(abs(value))), 0) if abs(value) >= 0.01 else 5}f}"
 
 
+def aligned(rows: list[list[str]]) -> list[str]:
+    """The rows of a table as lines of text: the first column to the left, the others to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join([first.ljust(widths[0]), *(cell.rjust(width) for cell, width in
+                                                 zip(cells, widths[1:], strict=True))]).rstrip()
+            for first, *cells in rows]
+
+
 def table(chart: Chart) -> str:
-    """A chart as lines of text: its marks with their figures, * at those that no other one beats; what is invalid."""
+    """A chart as lines of text: its marks with their figures, * at the Pareto front; then why marks are invalid."""
     heads, ahead = columns(chart), chart.front
     rows = [["", *(head.split(", ")[0] for head in heads)], ["", *(head.split(", ")[-1] for head in heads)]]
     for mark in chart.marks:
         name = f"{mark.name}{' *' if mark in ahead else ''}{' (not valid)' if mark.why else ''}"
         rows.append([name, *(figure_text(mark.figures.get(head)) for head in heads)])
-    widths = [max(len(row[i]) for row in rows) for i in range(len(heads) + 1)]
-    lines = [chart.title, chart.conditions]
-    for first, *others in rows:
-        cells = [first.ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True))]
-        lines.append("  ".join(cells).rstrip())
+    lines = [chart.title, chart.conditions, *aligned(rows)]
     lines += [f"Not valid: {mark.name}: {mark.why}" for mark in chart.marks if mark.why]
     return "\n".join([*(line for line in lines if line), *chart.notes])
 

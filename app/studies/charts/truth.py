@@ -17,6 +17,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.studies.charts.ladder import Model
+from lensbench.app.studies.even_points import even_points
 from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.pupils.radial_sampler import PupilTable
@@ -218,8 +219,7 @@ class Truth:
     def _light(self, steps: list[Step], real, radii: np.ndarray) -> np.ndarray:
         """The mean weight of rays over the pupil, of film points on the diagonal at radii (mm)."""
         film = self.camera.film
-        k = np.arange(SAMPLES)
-        u0, u1 = (k + 0.5) / SAMPLES, k * 0.6180339887498949 % 1.0
+        u0, u1 = even_points(SAMPLES).T
         r = np.repeat(radii, SAMPLES) / film.diagonal
         given = {X: r * film.width, Y: r * film.height, U0: np.tile(u0, len(radii)), U1: np.tile(u1, len(radii))}
         return Program(steps, real).run(given, [WEIGHT], len(r))[0].astype(float).reshape(len(radii), -1).mean(1)

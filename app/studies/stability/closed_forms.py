@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.studies.stability.sweep import Curve, Sweep, curve
+from lensbench.app.studies.stability.sweep import PRECISIONS, Curve, Sweep, curve
 from lensbench.cameras.ideal_lens import thin
 from lensbench.kernels.block import RED, WEIGHT, B, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
@@ -16,7 +16,6 @@ from lensbench.kernels.program import Program
 FOCAL_LENGTH, F_NUMBER, BLUR = 50.0, 2.0, 0.03125       # mm, and a limit of the CoC in mm
 THOUSANDTH = "a digit more than is shown"
 OWN = "the program's, float64"
-REALS = ((np.float32, "float32"), (np.float64, "float64"))
 
 
 def relative(found: float, truth: Fraction) -> float | str:
@@ -203,7 +202,7 @@ def weights() -> Sweep:
 
     forms = {f"{name}, {precision}": form(real) for name, form in
              (("cosine of the angle", by_the_angle), ("1 − sin²", by_the_sine), ("by the tangent", stage))
-             for real, precision in REALS}
+             for real, precision in PRECISIONS}
     return Sweep("cos⁴ near 90°", "Angle between ray and film", "°", left, "Weight", "%", 0.1,
                   "a thousandth of a stop", _rows(left.tolist(), forms, cos4, own="by the tangent"),
                   "The cosine of an angle near 90° is a small difference; from the tangent it is a quotient.")

@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.stability.focus_baselines import bracketing_search, school_formula
 from lensbench.app.studies.stability.high_precision import exact, exactly
-from lensbench.app.studies.stability.sweep import Curve, Sweep, curve
+from lensbench.app.studies.stability.sweep import PRECISIONS, Curve, Sweep, curve
 
 Focus = Callable[[lb.Lens, float], float | str]
 
@@ -21,7 +21,6 @@ LIMIT = 1e-3                    # mm
 WHY = "a quarter of a pixel of 4 µm"
 RAYS = 200                      # of the bundle that says where the blur is least
 PIXEL = 4e-3                    # mm
-PRECISIONS: tuple[tuple[type, str], ...] = ((np.float32, "float32"), (np.float64, "float64"))
 
 
 def conjugate(lens: lb.Lens, distance: float) -> Decimal:

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.studies.stability import baselines
+from lensbench.app.studies.stability import intersection_baselines as baselines
 from lensbench.app.studies.stability.high_precision import distance, exact, exactly, floats, root
-from lensbench.app.studies.stability.sweep import LOST, Curve, Sweep, curve, with_progress
+from lensbench.app.studies.stability.sweep import LOST, PRECISIONS, Curve, Sweep, curves_of, with_progress
 from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_step
@@ -23,7 +23,6 @@ Exact = Callable[[np.ndarray, np.ndarray, lb.Surface], np.ndarray]
 RAYS = 24                       # for each value, over the whole aperture and from all sides
 LIMIT = 1e-3                    # mm
 WHY = "a quarter of a pixel of 4 µm"
-PRECISIONS = ((np.float32, "float32"), (np.float64, "float64"))
 GLASS = lb.Surface(1.0 / 50.0, 0.0, 20.0)       # radius 50 mm, 40 mm across
 TILT = math.radians(20.0)
 AWAY = 50.0                     # mm from the surface, where a ray begins
@@ -107,8 +106,7 @@ def measured(surfaces: Sequence[lb.Surface], rays: Sequence[Rays], methods: dict
                 for name, method in {**methods, **own}.items():
                     found = method(origins, directions, surface)
                     results.setdefault(f"{name}, {precision}", []).append(worst(found, right, meant))
-    return tuple(curve(name, given, name.rpartition(",")[0] in own, switch if name.rpartition(",")[0] in own else "")
-                 for name, given in results.items())
+    return curves_of(results, own, switch)
 
 
 def _pbrt(origins, directions, surface):

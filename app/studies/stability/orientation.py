@@ -7,7 +7,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.studies.stability.high_precision import PI, exact, exactly, floats, root, sine_cosine
-from lensbench.app.studies.stability.sweep import Sweep, curve
+from lensbench.app.studies.stability.sweep import PRECISIONS, Sweep, curve
 from lensbench.imaging.animated_transform import quaternion, rotation_matrix
 from lensbench.kernels.block import TIME, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
@@ -130,7 +130,7 @@ def pole() -> Sweep:
     results: dict[str, list[float | str]] = {}
     with exactly():
         for angle in values:
-            for real, precision in ((np.float32, "float32"), (np.float64, "float64")):
+            for real, precision in PRECISIONS:
                 x = np.asarray(-32.0 * TURNS, real)
                 y = np.full(len(TURNS), real(16.0 * (angle / 180.0 - 0.5)))
                 truth = _directions(PI * (exact(y) / 16 + exact(np.float64(0.5))), -exact(x) / 32)

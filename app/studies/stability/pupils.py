@@ -13,6 +13,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.studies.even_points import even_points
 from lensbench.app.studies.stability.sweep import Curve, Sweep, curve
 from lensbench.kernels.block import CLEARANCE, U0, U1, WEIGHT, L, M, N, X, Y
 from lensbench.kernels.program import Program
@@ -110,14 +111,9 @@ def _nearest(place: Place, u: np.ndarray, v: np.ndarray) -> np.ndarray | None:
     return np.array([u[best], v[best]]) if math.isfinite(share[best]) else None
 
 
-def _uv() -> np.ndarray:
-    k = np.arange(SAMPLES)
-    return np.column_stack([(k + 0.5) / SAMPLES, k * 0.6180339887498949 % 1.0])
-
-
 def result(place: Place, aim: Aim) -> Result:
     """What the samples of a method are worth."""
-    points, area = aim(_uv())
+    points, area = aim(even_points(SAMPLES))
     passed = passing(place, points) & (area > 0.0)
     truth, found = true_area(place), float((area * passed).mean())
     if truth == 0.0:

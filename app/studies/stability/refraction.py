@@ -7,8 +7,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.studies.stability.high_precision import exact, exactly, floats, root
-from lensbench.app.studies.stability.intersection import PRECISIONS
-from lensbench.app.studies.stability.sweep import LOST, Curve, Sweep, curve, with_progress
+from lensbench.app.studies.stability.sweep import LOST, PRECISIONS, Curve, Sweep, curves_of, with_progress
 from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_step
@@ -113,8 +112,7 @@ def measured(incidences: np.ndarray) -> tuple[Curve, ...]:
                 truth = snell(directions)
                 for name, method in METHODS.items():
                     results.setdefault(f"{name}, {precision}", []).append(worst(method(directions), truth, directions))
-    return tuple(curve(name, given, name.rpartition(",")[0] in OWN, switch if name.rpartition(",")[0] in OWN else "")
-                 for name, given in results.items())
+    return curves_of(results, OWN, switch)
 
 
 def to_the_critical_angle() -> Sweep:

@@ -9,6 +9,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.studies.even_points import even_points
 from lensbench.app.studies.stability.pupils import Place, passing, sampled
 from lensbench.app.studies.stability.sweep import LOST, Sweep, curve
 from lensbench.kernels.block import PITCH, U0, U1, B, Step, lane_buffer
@@ -50,17 +51,12 @@ def _light(radius: float, size: float, uv: np.ndarray, turn: float | None) -> tu
     return area * passed_light, passed
 
 
-def _even(n: int = EVEN) -> np.ndarray:
-    k = np.arange(n)
-    return np.column_stack([(k + 0.5) / n, k * 0.6180339887498949 % 1.0])
-
-
 def lost_light() -> Sweep:
     """Regions drawn too small."""
     values = np.geomspace(1e-4, 0.3, 15)
 
     def lost(radius: float, less: float) -> float:
-        whole, part = (_light(radius, size, _even(), None)[0].mean() for size in (1.03, 1.0 - less))
+        whole, part = (_light(radius, size, even_points(EVEN), None)[0].mean() for size in (1.03, 1.0 - less))
         return abs(1.0 - float(part / whole))
 
     curves = [curve(name, [lost(radius, less) for less in values], True, "regions are drawn 1.004 × as wide")
@@ -90,7 +86,7 @@ def noise(radius: float) -> Sweep:
 
     def rms(kernel, size: float, edge: float | None) -> float:
         numbers = _numbers(kernel)
-        truth = _light(radius, 1.02, _even(1 << 16), edge)[0].mean()
+        truth = _light(radius, 1.02, even_points(1 << 16), edge)[0].mean()
         light = _light(radius, size, numbers.reshape(-1, 2), edge)[0].reshape(SAMPLES, B).mean(0)
         return float(np.sqrt(((light / truth - 1.0) ** 2).mean()))
 

@@ -5,7 +5,7 @@ method is safe up to the last value before its first failure; what it says beyon
 shown, and not trusted.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -16,7 +16,8 @@ import numpy as np
 
 Value = TypeVar("Value")
 
-LOST = "weight 0"               # what a stage makes of a ray that does not arrive, for whatever reason
+LOST = "weight 0"               # what a stage returns for a ray that does not arrive, for whatever reason
+PRECISIONS: tuple[tuple[type, str], ...] = ((np.float32, "float32"), (np.float64, "float64"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +119,15 @@ def curve(name: str, results: Sequence[float | str], own: bool = False, switch: 
     """A curve of what a method gave at each value: its error, or the name of what it returned instead."""
     numbers = np.array([np.nan if isinstance(result, str) else float(result) for result in results])
     return Curve(name, numbers, tuple(result if isinstance(result, str) else "" for result in results), own, switch)
+
+
+def curves_of(results: Mapping[str, Sequence[float | str]], own: Container[str], switch: str = "") -> tuple[Curve, ...]:
+    """Curves of methods whose names end with their precision, as "closed form, float32".
+
+    own: names, without precisions, of the methods that the program relies on; `switch` is theirs.
+    """
+    return tuple(curve(name, found, name.rpartition(",")[0] in own, switch if name.rpartition(",")[0] in own else "")
+                 for name, found in results.items())
 
 
 def quantity_text(value: float, unit: str) -> str:
