@@ -1,4 +1,4 @@
-"""The lenses that are shipped: their names, their headers, and the nearest to a name that is none of them."""
+"""The lens library: names, headers, and suggestions for an unknown name."""
 
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -13,18 +13,36 @@ LIBRARY = Path(__file__).parent / "library"
 
 @dataclass(frozen=True)
 class Card:
-    """What a list of lenses shows of one: from its header alone. Lengths in mm; None: not published."""
+    """Header of a library lens, for lists. Lengths in mm; None: not published.
 
-    name: str                               # what `load` takes
+    Attributes
+    ----------
+    name : str
+        What `load` takes.
+    title, kind, source, notes : str
+        As the file has them; `kind` is "double Gauss", "fisheye", …
+    year : int or None
+        Year of the design.
+    efl, tele_efl : float or None
+        Computed focal length; of a zoom the shortest and the longest.
+    f_number : float or None
+        Wide open: stated, else computed.
+    stated_efl : float or None
+        Focal length as published.
+    image_circle : float or None
+        Diameter that the design covers, focused at infinity.
+    """
+
+    name: str
     title: str
     kind: str = ""
     year: int | None = None
     source: str = ""
-    efl: float | None = None                # as computed; of a zoom, its shortest
-    tele_efl: float | None = None           # of a zoom, its longest
-    f_number: float | None = None           # wide open: as stated, else as computed
+    efl: float | None = None
+    tele_efl: float | None = None
+    f_number: float | None = None
     stated_efl: float | None = None
-    image_circle: float | None = None       # diameter that the design covers, focused at infinity
+    image_circle: float | None = None
     notes: str = ""
 
 
@@ -34,7 +52,13 @@ def _names() -> tuple[str, ...]:
 
 
 def names() -> list[str]:
-    """The names of the library's lenses, in order of the alphabet."""
+    """Names of the library lenses.
+
+    Returns
+    -------
+    list of str
+        In alphabetical order; each is an argument for `load`.
+    """
     return list(_names())
 
 
@@ -45,7 +69,18 @@ def path_of(name: str) -> Path:
 
 @lru_cache(maxsize=1)
 def describe() -> tuple[Card, ...]:
-    """A card of each library lens, in the order of `names`; read once, from the headers alone."""
+    """Headers of the library lenses, read once.
+
+    Returns
+    -------
+    tuple of Card
+        In the order of `names`.
+
+    Raises
+    ------
+    LensFileError
+        A file of the library cannot be read.
+    """
     return tuple(_card(name) for name in _names())
 
 
@@ -65,7 +100,7 @@ def _card(name: str) -> Card:
 
 
 def suggestion(name: str) -> str:
-    """The library names nearest to one that is none of them, as the end of a sentence."""
+    """The library names nearest to an unknown one, as the end of a sentence."""
     typed = name.strip().lower()[:80]
     titles = {card.name: f"{card.name} {card.title} {card.kind}".lower() for card in describe()}
     near = [known for known, title in titles.items() if len(typed) > 2 and typed in title]

@@ -6,7 +6,7 @@ from math import inf, isfinite
 from lensbench.lenses import configurations, glass_catalogue, media
 from lensbench.lenses.codev import TERMS
 from lensbench.lenses.encoding import LONGEST_NAME, is_number
-from lensbench.lenses.soundness import axial_heights
+from lensbench.lenses.paraxial import axial_heights
 from lensbench.lenses.stations import Station, stations_of
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
@@ -51,7 +51,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if title != lens.name:
         remarks.append(note(Kind.TEXT, "the name is written in one short line, without quotes"))
-    remarks += configurations.lost(stations, _short)
+    remarks += configurations.lost_positions(stations, _short)
     return "\n".join(lines), remarks
 
 

@@ -1,8 +1,8 @@
-"""Rows of values by configuration, as design programs list them: one quantity of one surface a row.
+"""Configurations of a lens as design programs list them: rows of values, one quantity of one surface each.
 
-Lengths in the file's unit. What a lens can take from them are gaps, the object's
-distance and the stop's size; of everything else that differs between configurations
-the first one's value stands, and that is told.
+Lengths in the file's unit. A lens takes gaps, the object's distance and the stop's size from
+them. Of every other quantity that differs it takes the value of the first configuration, and a finding
+says so.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from lensbench.optics.finding import Finding, Kind, note
 
 @dataclass
 class Configurations:
-    """How many there are, and their values: by quantity and surface, then by configuration from 1."""
+    """Number of configurations, and values by quantity and surface, then by configuration from 1."""
 
     count: int = 1
     values: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict)
@@ -59,19 +59,19 @@ class Configurations:
 
     def findings(self) -> list[Finding]:
         """What differs between the configurations and is not kept."""
-        lost = [what for what, values in self.other.items() if len(values) > 1]
-        found = [note(Kind.POSITION, f"{', '.join(sorted(lost))}: of what differs between the configurations, that of "
-                                     "the first is taken")] if lost else []
+        differing = [what for what, values in self.other.items() if len(values) > 1]
+        found = [note(Kind.POSITION, f"{', '.join(sorted(differing))}: of what differs between the configurations, "
+                                     "that of the first is taken")] if differing else []
         if self.count > MOST_STATIONS:
             found.append(note(Kind.POSITION, f"the first {MOST_STATIONS} of {self.count} configurations were read",
                               configurations=self.count))
         return found
 
 
-def lost(stations: list[Station], plain: Callable[[str], str]) -> list[Finding]:
-    """What is left out of the positions of a lens where only gaps, the stop and names are written.
+def lost_positions(stations: list[Station], plain: Callable[[str], str]) -> list[Finding]:
+    """Findings about positions of which a format holds only gaps, the stop and names.
 
-    plain: a name as it is written, "" where none is.
+    plain: the form in which a name is written, "" where the format has none.
     """
     remarks = []
     if any(station.name and not plain(station.name) for station in stations):

@@ -31,7 +31,7 @@ def decoded(data: bytes) -> str:
 
 
 def check_lines(text: str, path: str) -> None:
-    """LensFileError for a line that no program writes: it would be cut into words for minutes."""
+    """LensFileError for a line longer than any program writes: splitting it into words would take minutes."""
     for line, content in enumerate(text.split("\n"), start=1):
         if len(content) > LONGEST_LINE:
             raise LensFileError(path, line, f"the line has {len(content)} characters: at most {LONGEST_LINE} are read")

@@ -1,10 +1,20 @@
-"""What is wrong with a lens file, said in one line."""
+"""The error of a lens file, in one line."""
 
 from os import PathLike
 
 
 class LensFileError(ValueError):
-    """A lens file, or a name, that holds no lens: `path`, `line` (from 1; None: the whole file), `reason`."""
+    """A lens file that holds no lens or cannot be written, or an unknown lens name.
+
+    Parameters
+    ----------
+    path : str or path
+        The file, or the name.
+    line : int or None
+        Line from 1; None: the whole file.
+    reason : str
+        What is wrong and what to do, in one sentence.
+    """
 
     def __init__(self, path: str | PathLike[str], line: int | None, reason: str):
         self.path, self.line, self.reason = str(path), line, _one_line(reason)

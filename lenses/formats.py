@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from lensbench.lenses import (
     codev,
     codev_writer,
+    lens_explorer,
     optical_bench,
     optiland,
     oslo,
     pbrt_format,
     rayoptics,
-    surface_list,
     toml_format,
     zemax,
 )
@@ -63,7 +63,7 @@ FORMATS = (
     Format(".txt", "Optical Bench", optical_bench.read, optical_bench.write, ROTATIONAL,
            "only its section y–z is written"),
     Format(".len", "OSLO", oslo.read, oslo.write, ALL - {Shape.TOROID}, TORUS),
-    Format(".json", "Lens Explorer", surface_list.read, recognises=surface_list.is_one),
+    Format(".json", "Lens Explorer", lens_explorer.read, recognises=lens_explorer.is_one),
     Format(".json", "Optiland", optiland.read, optiland.write, ALL - {Shape.TOROID},
            "Optiland adds the arcs of its two sections", has_positions=False),
     Format(".roa", "rayoptics", rayoptics.read, rayoptics.write, ALL - {Shape.TOROID}, TORUS, has_positions=False),

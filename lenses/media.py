@@ -102,7 +102,7 @@ def tabulated(name: str, points: list[tuple[float, float]]) -> Glass:
 
 
 def is_plain_table(glass: Glass) -> bool:
-    """Whether a glass is a table of indices and no more, so that `tabulated` makes it of its pairs again."""
+    """Whether `tabulated` makes this very glass again from its pairs of wavelength and index."""
     try:
         return glass.formula == "table" and tabulated(glass.name, list(glass.coefficients)) == glass
     except RowError:
@@ -126,7 +126,7 @@ def is_known(glass: Glass) -> bool:
 
 
 def loss(glass: Glass, with_maker: bool = False) -> str:
-    """What is lost of a glass where only its name (with_maker: and its maker), n_d and V_d are written; "": nothing."""
+    """What is lost of a glass when only its name, n_d and V_d are written (with_maker: its maker too); "": nothing."""
     if glass.n_d == 1.0:
         return f"the name of {glass.name}, of index 1, is left out" if glass.name else ""
     if glass.formula == "model" or is_known(glass) or (with_maker and maker_of(glass)):

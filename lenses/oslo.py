@@ -265,7 +265,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     if name != lens.name:
         remarks.append(note(Kind.TEXT, "the name is written short, without quotes and without words that are numbers, "
                                        "as OSLO needs it"))
-    remarks += configurations.lost(stations, lambda text: "")
+    remarks += configurations.lost_positions(stations, lambda text: "")
     return "\n".join(lines), remarks
 
 

@@ -17,8 +17,8 @@ from dataclasses import replace
 
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.media import beyond_surfaces
+from lensbench.lenses.paraxial import count_faults, sag
 from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
-from lensbench.lenses.soundness import faults, sag
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens, Surface
 
@@ -45,7 +45,7 @@ def read(text: str, path: str) -> Lens:
     if len(rows) > 1 and (old_header or rows[0][1] == 0.0):
         gaps = [row[1] for row in rows[1:]] + [0.0]
         shifted = _surfaces([[r, gap, n, d] for (r, _, n, d), gap in zip(rows, gaps, strict=True)], lines, path)
-        new, old = faults(surfaces), faults(shifted)
+        new, old = count_faults(surfaces), count_faults(shifted)
         if old < new or (old == new and old_header and rows[0][1] == 0.0 != rows[-1][1]):
             surfaces = shifted
             findings.append(note(Kind.CONVENTION, "gaps stand before their surfaces (the older pbrt convention) and "

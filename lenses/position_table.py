@@ -19,9 +19,9 @@ import re
 from dataclasses import replace
 from typing import Any
 
+from lensbench.lenses.paraxial import focal_length
 from lensbench.lenses.rows import RowError, number
-from lensbench.lenses.soundness import focal_length
-from lensbench.lenses.stations import focus_places, standing, zoom_places
+from lensbench.lenses.stations import focus_fractions, with_gaps, zoom_fractions
 from lensbench.lenses.toml_text import digits, listed, quoted
 from lensbench.optics.finding import Kind, note
 from lensbench.optics.prescription import Lens, LensError
@@ -75,11 +75,11 @@ def placed(lens: Lens, table: object) -> Lens:
             raise TableError("names must be a list of texts in quotes", "names")
         values["names"] = tuple(table["names"])
     if "zoom_stations" not in values:
-        values["zoom_stations"] = zoom_places([focal_length(standing(lens.surfaces, order, row[0]))
+        values["zoom_stations"] = zoom_fractions([focal_length(with_gaps(lens.surfaces, order, row[0]))
                                                for row in thicknesses])
     if "focus_stations" not in values:
         distances = values.get("distances") or [[0.0] * shape[0]]
-        values["focus_stations"] = focus_places(distances[0])
+        values["focus_stations"] = focus_fractions(distances[0])
     try:
         positions = Positions(tuple(order), thicknesses, **values)
         moved = Lens(lens.surfaces, lens.stop_index, positions=positions).at()

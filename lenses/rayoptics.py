@@ -26,8 +26,8 @@ from lensbench.lenses.json_text import (
     text_of,
     value,
 )
+from lensbench.lenses.paraxial import axial_heights
 from lensbench.lenses.rows import RowError, number
-from lensbench.lenses.soundness import axial_heights
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
 from lensbench.optics.prescription import Lens, Surface

@@ -1,4 +1,4 @@
-"""The same lens with its other end towards the scene."""
+"""Lens reversal: the last surface becomes the first."""
 
 from dataclasses import replace
 
@@ -8,11 +8,10 @@ from lensbench.optics.prescription import Lens, LensError
 
 
 def reversed_lens(lens: Lens) -> Lens:
-    """The lens turned round: surfaces in the other order, each bent the other way; its back focus is not known.
+    """The lens turned round: surfaces in reverse order, curvatures and aspheric terms negated.
 
-    Of a lens with zoom or focus positions only the one it stands in is kept, and a finding says so.
-
-    LensError: a lens with another medium than air behind it.
+    Its back focus is unknown (0). Of zoom and focus positions only the present one is kept, and a finding
+    says so. LensError where another medium than air lies behind the lens.
     """
     if lens.surfaces[-1].glass.n_d != 1.0:
         raise LensError("a lens that ends in another medium than air cannot be turned round: nothing can stand in "

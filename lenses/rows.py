@@ -1,13 +1,12 @@
-"""The rows of a lens table as surfaces: numbers checked, radii made curvatures, the stop found.
+"""Rows of a lens table as surfaces: checks of numbers, curvatures from radii, and the stop.
 
-Lengths in mm. A reader of any format brings its rows here, so that each kind
-of mistake is refused, or told, in the same words.
+Lengths in mm. Every reader uses these functions, so that all refuse a mistake in the same words.
 """
 
 from decimal import Context, Decimal
 from math import inf, isinf, isnan
 
-from lensbench.lenses.soundness import axial_heights
+from lensbench.lenses.paraxial import axial_heights
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Surface
@@ -19,11 +18,11 @@ HIGHEST_TERM = 1e200         # mm: an aspheric term at the rim
 
 
 class RowError(ValueError):
-    """One value of a row that cannot be; the reader adds the file and the line."""
+    """An invalid value in a row; the reader adds the file and the line."""
 
 
 def number(value: object, name: str, infinite: bool = False) -> float:
-    """The value as a float: a number or its text. RowError where it is none, NaN, or (unless allowed) infinite."""
+    """The value, a number or its text, as a float. RowError: no number, NaN, or infinite without permission."""
     if isinstance(value, bool) or not isinstance(value, int | float | str | Decimal):
         raise RowError(f"{name} is {value!r}: it must be a number")
     try:
@@ -61,7 +60,7 @@ def radius_text(c: float) -> str:
 
 def surface(radius: object, thickness: object, n_d: object, semi_diameter: object,
             v_d: object = None, glass: str = "") -> Surface:
-    """A surface from the values of its row; v_d 0 or None: no dispersion is known. RowError: what cannot be."""
+    """A surface from the values of its row; v_d 0 or None: no dispersion is known. RowError: an invalid value."""
     n = number(n_d, "index n_d")
     if n < 1.0:
         raise RowError(f"index n_d is {n:g}: it must be at least 1 (air)")

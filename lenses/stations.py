@@ -1,17 +1,16 @@
-"""The tabulated positions of a lens file, as a list of configurations, and the table of positions that they are.
+"""Zoom and focus positions: from the list of configurations of a lens file to a table, and back.
 
-Lengths in mm. Design programs number their configurations and let each have any
-thickness; a zoom is such a list, and so is a lens that focuses by moving groups, whose
-close positions have an object nearby. In a list of both the zoom settings at infinity
-come first and then those at each nearer distance, or each setting's distances follow
-one another.
+Lengths in mm. Design programs number their configurations and let each have any thicknesses. A
+zoom is such a list; so is a lens that focuses by moving groups, whose close positions have an object
+nearby. A list of both has either all zoom settings at infinity first, then all at each nearer
+distance, or all distances of each zoom setting in turn.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import inf, isfinite, log, nextafter
 
-from lensbench.lenses.soundness import focal_length, image_distance, object_distance
+from lensbench.lenses.paraxial import focal_length, image_distance, object_distance
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens, Surface
 from lensbench.optics.zoom_positions import Positions, PositionsError
@@ -53,9 +52,10 @@ class Solve:
 
 
 def solved(lens: Lens, stations: list[Station], solves: Sequence[Solve]) -> list[Station]:
-    """The configurations with the gaps that their file leaves to solves; those of the first as the file has them.
+    """The configurations with the gaps that their file leaves to solves.
 
-    A gap that a configuration states, or that no ray can find, stays.
+    A gap stays as it is where a configuration states it, where no ray finds it, and in the first
+    configuration where the file agrees within SAME.
     """
     found = []
     for station in stations:
@@ -64,7 +64,7 @@ def solved(lens: Lens, stations: list[Station], solves: Sequence[Solve]) -> list
         for solve in sorted(solves, key=lambda solve: solve.surface):
             i, first = solve.surface, solve.start
             if solve.kind == "image":
-                gap = image_distance(standing(lens.surfaces, range(len(gaps)), gaps), station.distance)
+                gap = image_distance(with_gaps(lens.surfaces, range(len(gaps)), gaps), station.distance)
             else:
                 gap = solve.total - (sum(gaps[first:i]) if solve.kind == "sum" else gaps[first])
             if i in station.gaps or not isfinite(gap):
@@ -75,8 +75,8 @@ def solved(lens: Lens, stations: list[Station], solves: Sequence[Solve]) -> list
     return found
 
 
-def zoom_places(focal_lengths: Sequence[float]) -> tuple[float, ...]:
-    """Where zoom stations stand from 0 to 1: evenly in the logarithm of the focal length, if that rises."""
+def zoom_fractions(focal_lengths: Sequence[float]) -> tuple[float, ...]:
+    """Zoom stations from 0 to 1: evenly spaced in the logarithm of the focal length, if that rises."""
     if len(focal_lengths) == 1:
         return (0.0,)
     rising = all(0.0 < a < b < inf for a, b in zip(focal_lengths, focal_lengths[1:], strict=False))
@@ -86,8 +86,8 @@ def zoom_places(focal_lengths: Sequence[float]) -> tuple[float, ...]:
     return (0.0, *(log(f / focal_lengths[0]) / span for f in focal_lengths[1:-1]), 1.0)
 
 
-def focus_places(distances: Sequence[float]) -> tuple[float, ...]:
-    """Where focus stations stand from 0 to 1: evenly in the reciprocal of the distance, if that rises."""
+def focus_fractions(distances: Sequence[float]) -> tuple[float, ...]:
+    """Focus stations from 0 to 1: evenly spaced in the reciprocal of the distance, if that rises."""
     if len(distances) == 1:
         return (0.0,)
     near = [1.0 / distance if distance else inf for distance in distances]
@@ -100,7 +100,7 @@ def _even(count: int) -> tuple[float, ...]:
     return tuple(i / (count - 1) for i in range(count)) if count > 1 else (0.0,)
 
 
-def standing(surfaces: Sequence[Surface], gaps: Sequence[int], thicknesses: Sequence[float]) -> list[Surface]:
+def with_gaps(surfaces: Sequence[Surface], gaps: Sequence[int], thicknesses: Sequence[float]) -> list[Surface]:
     """The surfaces with other gaps."""
     moved = list(surfaces)
     for i, thickness in zip(gaps, thicknesses, strict=True):
@@ -109,7 +109,7 @@ def standing(surfaces: Sequence[Surface], gaps: Sequence[int], thicknesses: Sequ
 
 
 def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Finding]]:
-    """The lens with the positions of a file's configurations, in the first of them; and what is to be said of it.
+    """The lens with the positions of a file's configurations, in the first of them; and findings.
 
     A list of zoom settings is put in order from wide to tele, one of distances from
     infinity to the nearest.
@@ -131,7 +131,7 @@ def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Findi
         findings.append(note(Kind.POSITION, f"{len(stations)} positions of {len(far)} zoom settings are no table of "
                                             "zoom by distance: only those at infinity are kept"))
         grid = [[station] for station in far or stations[:1]]
-    lengths = [focal_length(standing(lens.surfaces, gaps, row(first))) for first, *_ in grid]
+    lengths = [focal_length(with_gaps(lens.surfaces, gaps, row(first))) for first, *_ in grid]
     order = sorted(range(len(grid)), key=lengths.__getitem__)
     if order != list(range(len(grid))) and len({*lengths}) == len(grid) and min(lengths) > 0.0:
         findings.append(note(Kind.POSITION, "the positions were put in order, from wide to tele"))
@@ -146,7 +146,7 @@ def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Findi
     try:
         positions = Positions(
             gaps, tuple(tuple(row(station) for station in along) for along in grid),
-            zoom_places(lengths), focus_places(distances[0]), stated_names(firsts),
+            zoom_fractions(lengths), focus_fractions(distances[0]), zoom_names(firsts),
             stated("focal_length"), stated("f_number"),
             distances if len(grid[0]) > 1 else (),
             tuple(tuple(station.stop or lens.stop.semi_diameter for station in along) for along in grid)
@@ -158,14 +158,14 @@ def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Findi
     return replace(lens, positions=positions).at(zoom=0.0, close=0.0), findings
 
 
-def stated_names(stations: list[Station]) -> tuple[str, ...]:
+def zoom_names(stations: list[Station]) -> tuple[str, ...]:
     """The names of zoom stations, where they have any."""
     names = tuple(station.name for station in stations)
     return names if len(stations) > 1 and any(names) else ()
 
 
 def _grid(stations: list[Station]) -> list[list[Station]] | None:
-    """By zoom setting and distance, each from infinity to the nearest; None where the list is no such table."""
+    """Stations by zoom setting and distance, each from infinity to the nearest; None if the list is no such table."""
     far = [i for i, station in enumerate(stations) if station.is_far]
     if not far or len(far) == len(stations):
         same = len({station.distance for station in stations}) == 1
@@ -187,7 +187,7 @@ def _grid(stations: list[Station]) -> list[list[Station]] | None:
 
 def _track(lens: Lens, gaps: Sequence[int], thicknesses: Sequence[float]) -> float:
     """First vertex → film with these gaps."""
-    return sum(surface.thickness for surface in standing(lens.surfaces, gaps, thicknesses))
+    return sum(surface.thickness for surface in with_gaps(lens.surfaces, gaps, thicknesses))
 
 
 def _from_film(lens: Lens, gaps: Sequence[int], station: Station) -> float:
@@ -198,7 +198,7 @@ def _from_film(lens: Lens, gaps: Sequence[int], station: Station) -> float:
 
 
 def stations_of(lens: Lens) -> tuple[list[Station], list[Finding]]:
-    """The configurations of a lens with positions, all zoom settings at infinity first; and what is to be said of it.
+    """The configurations of a lens with positions, all zoom settings at infinity first; and findings.
 
     A close position whose distance is not stated has that of its paraxial image's object.
     """
@@ -215,7 +215,7 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[Finding]]:
             elif j == 0:
                 distance = inf
             else:
-                distance = object_distance(standing(lens.surfaces, positions.gaps, gaps))
+                distance = object_distance(with_gaps(lens.surfaces, positions.gaps, gaps))
                 remarks.append(note(Kind.POSITION, "the distances of the close positions are not stated: their "
                                                    "paraxial ones were written"))
             stations.append(Station(
@@ -226,10 +226,10 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[Finding]]:
                 positions.names[i] if positions.names else ""))
     if positions.zoom or positions.close:
         remarks.append(note(Kind.POSITION, "the lens is written in its first position, wide and at infinity"))
-    lengths = [focal_length(standing(lens.surfaces, positions.gaps, row[0])) for row in positions.thicknesses]
+    lengths = [focal_length(with_gaps(lens.surfaces, positions.gaps, row[0])) for row in positions.thicknesses]
     firsts = positions.distances[0] if positions.distances else positions.focus_stations
-    if positions.zoom_stations != zoom_places(lengths) or (
-            positions.distances and positions.focus_stations != focus_places(firsts)):
+    if positions.zoom_stations != zoom_fractions(lengths) or (
+            positions.distances and positions.focus_stations != focus_fractions(firsts)):
         remarks.append(note(Kind.POSITION, "where its stations lie between 0 and 1 is left out: a reader places them "
                                            "by focal length and distance"))
     return stations, list(dict.fromkeys(remarks))

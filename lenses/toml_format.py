@@ -44,8 +44,8 @@ from typing import Any
 
 from lensbench.lenses import position_table
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.paraxial import f_number, focal_length
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
-from lensbench.lenses.soundness import f_number, focal_length
 from lensbench.lenses.toml_text import digits, listed, quoted
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import Glass

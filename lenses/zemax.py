@@ -321,7 +321,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number")
     if lens.name != " ".join(lens.name.split()).strip('"') or lens.notes != " ".join(lens.notes.split()):
         remarks.append(note(Kind.TEXT, "name and notes are written in one line each"))
-    remarks += configurations.lost(stations, _plain)
+    remarks += configurations.lost_positions(stations, _plain)
     return "\n".join(lines), remarks
 
 

@@ -1,6 +1,6 @@
 """The aperture stop: whether it limits the light."""
 
-from lensbench.lenses.soundness import axial_heights
+from lensbench.lenses.paraxial import axial_heights
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens
 

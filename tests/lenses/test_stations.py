@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench import Glass, Lens, Positions, Surface, lenses
 from lensbench.lenses import Kind
 from lensbench.lenses.reversal import reversed_lens
-from lensbench.lenses.stations import Station, focus_places, stations_of, with_stations, zoom_places
+from lensbench.lenses.stations import Station, focus_fractions, stations_of, with_stations, zoom_fractions
 from tests.lenses.samples import DATA, loaded
 
 GLASS = Glass(1.5, 60.0)
@@ -43,7 +43,7 @@ def zooms(draw, suffix):
     stops = suffix != ".txt" and draw(st.booleans())
     stated = suffix == ".txt" and count > 1
     return replace(lens, positions=Positions(
-        (1, 3), table, zoom_places(lengths), focus_places(distances[0]) if near else (0.0,),
+        (1, 3), table, zoom_fractions(lengths), focus_fractions(distances[0]) if near else (0.0,),
         tuple(f"setting {i}" for i in range(count)) if named else (),
         tuple(map(float, range(20, 20 + count))) if stated else (), tuple(2.0 for _ in table) if stated else (),
         distances, tuple(tuple(4.0 + i + 0.5 * j for j in range(near + 1)) for i in range(count)) if stops else (),
@@ -198,10 +198,10 @@ def test_a_near_position_without_a_distance_is_written_with_that_of_its_paraxial
 
 
 def test_stations_are_placed_by_focal_length_and_by_the_reciprocal_of_the_distance():
-    assert zoom_places([10.0, 20.0, 40.0]) == pytest.approx((0.0, 0.5, 1.0), abs=1e-15)
-    assert zoom_places([10.0, 5.0, 40.0]) == (0.0, 0.5, 1.0) and zoom_places([7.0]) == (0.0,)
-    assert focus_places([inf, 2000.0, 500.0]) == (0.0, 0.25, 1.0)
-    assert focus_places([0.0, 0.0]) == (0.0, 1.0) and focus_places([inf]) == (0.0,)
+    assert zoom_fractions([10.0, 20.0, 40.0]) == pytest.approx((0.0, 0.5, 1.0), abs=1e-15)
+    assert zoom_fractions([10.0, 5.0, 40.0]) == (0.0, 0.5, 1.0) and zoom_fractions([7.0]) == (0.0,)
+    assert focus_fractions([inf, 2000.0, 500.0]) == (0.0, 0.25, 1.0)
+    assert focus_fractions([0.0, 0.0]) == (0.0, 1.0) and focus_fractions([inf]) == (0.0,)
 
 
 def test_a_unit_other_than_mm_holds_for_every_position(tmp_path):

@@ -1,7 +1,8 @@
-"""Whether a table of surfaces can be a lens at all: paraxial heights, focal length, surfaces that cross.
+"""Paraxial figures of a list of surfaces, and a count of its faults.
 
-Lengths in mm, in the lens frame. Only what a reader needs to tell two readings
-of one table apart; the optics proper are the core's.
+Lengths in mm, in the lens frame. Readers use them before there is a lens: to choose between two
+readings of one table, to find the stop and to place zoom stations. `lensbench.optics.paraxial` has the same
+figures for a lens.
 """
 
 from collections.abc import Sequence
@@ -22,14 +23,14 @@ def focal_length(surfaces: Sequence[Surface]) -> float:
 
 
 def image_distance(surfaces: Sequence[Surface], distance: float) -> float:
-    """Last vertex → paraxial d-line image (mm) of the axis point so far before the first vertex; inf is allowed."""
+    """Last vertex → paraxial d-line image (mm) of the axis point `distance` mm before the first vertex (or inf)."""
     ray = (distance, 1.0) if abs(distance) < 1.0 else (1.0, 1.0 / distance)
     heights, slope = _axial_ray(surfaces, *ray)
     return -heights[-1] / slope if slope else inf
 
 
 def object_distance(surfaces: Sequence[Surface]) -> float:
-    """How far (mm) before the first vertex the object lies whose paraxial d-line image is at the last gap's end."""
+    """First vertex → object (mm, positive before it) whose paraxial d-line image lies at the end of the last gap."""
     on_film = []                        # of height 1 in front of the lens, and of slope 1
     for ray in ((1.0, 0.0), (0.0, 1.0)):
         heights, slope = _axial_ray(surfaces, *ray)
@@ -55,8 +56,8 @@ def _axial_ray(surfaces: Sequence[Surface], height: float = 1.0, slope: float = 
     return heights, slope
 
 
-def faults(surfaces: Sequence[Surface]) -> int:
-    """How many things in the table no maker could build: elements without thickness, surfaces that cross, no power."""
+def count_faults(surfaces: Sequence[Surface]) -> int:
+    """Number of faults: elements without thickness, surfaces that cross, no positive power."""
     count = 0 if 0.0 < focal_length(surfaces) < inf else 1
     for front, back in zip(surfaces, surfaces[1:], strict=False):
         rim = min(front.semi_diameter, back.semi_diameter)

@@ -1,4 +1,4 @@
-"""Lens Explorer's files (.json): a published table, surface by surface, with what is stated of it.
+"""Lens Explorer files (.json): a published table of surfaces with its stated figures.
 
     {"schema": "lens-explorer/0", "name": "…", "units": "mm", "stop_index": 4, "efl_stated": 50.0,
      "surfaces": [{"R": 29.475, "t": 3.76, "nd": 1.67, "vd": 47.1, "semi_ap": 12.6, "geometry": "sphere", "k": 0.0}, …],
@@ -29,7 +29,7 @@ GEOMETRIES = ("sphere", "asphere", "cyl_x", "cyl_y")
 
 
 def is_one(text: str) -> bool:
-    """Whether a JSON file is of this kind."""
+    """Whether a JSON text is a Lens Explorer file."""
     return f'"{SCHEMA}' in text
 
 
