@@ -6,61 +6,34 @@
 Lengths are millimetres, angles radians, wavelengths micrometres. The lens frame
 has its origin at the first vertex and light travels along +z, from the scene to
 the film; a camera looks along −z, x to the right and y up.
+
+The import has two effects on numba. lensbench's kernels, and no other functions, are cached in
+$XDG_CACHE_HOME/lensbench (by default ~/.cache/lensbench). On processors with AVX-512 this process compiles with
+512-bit registers; LENSBENCH_WIDE_REGISTERS=0 in the environment leaves numba's setting as it is. See `kernels.cache`.
 """
 
-import hashlib as _hashlib
-import os as _os
-import tempfile as _tempfile
-from pathlib import Path as _Path
+from lensbench.kernels import cache as _cache  # noqa: F401 (sets numba up before any kernel is declared)
 
-import numba as _numba
-from llvmlite import binding as _llvm
-
-
-def _cache_folder() -> str:
-    """A folder for compiled kernels, named by every source of the core.
-
-    Numba sees an edit to the file of a function, but neither to what that
-    function calls nor to the constants that it uses from elsewhere.
-    """
-    here = _Path(__file__).parent
-    sources = sorted(path for path in here.rglob("*") if path.suffix in (".py", ".npy"))
-    name = _hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
-    try:
-        home = _Path(_os.environ.get("XDG_CACHE_HOME") or _Path.home() / ".cache") / "lensbench"
-        (home / name).mkdir(parents=True, exist_ok=True)
-        if _os.access(home / name, _os.W_OK):
-            return str(home / name)
-    except (OSError, RuntimeError):                     # nowhere to keep it: compile anew each time
-        pass
-    return _tempfile.mkdtemp(prefix="lensbench-")
-
-
-_numba.config.CACHE_DIR = _cache_folder()               # before any kernel is declared
-_features = _llvm.get_host_cpu_features()
-if _features.get("avx512f") and _numba.config.CPU_FEATURES is None:
-    # Compilers hold 512-bit registers back on some processors; these kernels gain a fifth by them.
-    _numba.config.CPU_FEATURES = _features.flatten() + ",-prefer-256-bit"
-
-from lensbench.analysis.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel  # noqa: E402
-from lensbench.analysis.distortion import Distortion, distortion, distortion_grid  # noqa: E402
-from lensbench.analysis.falloff import Falloff, falloff  # noqa: E402
-from lensbench.analysis.model_choice import Choice, choose_model  # noqa: E402
-from lensbench.analysis.vignetting import Vignetting, vignetting  # noqa: E402
-from lensbench.cameras.bare_sensor import BareSensor  # noqa: E402
-from lensbench.cameras.base import Camera  # noqa: E402
-from lensbench.cameras.differentials import Differentials  # noqa: E402
-from lensbench.cameras.environment import EnvironmentCamera  # noqa: E402
-from lensbench.cameras.finite_pinhole import PinholeCamera, best_pinhole  # noqa: E402
-from lensbench.cameras.fisheye import FisheyeCamera  # noqa: E402
-from lensbench.cameras.importance import Importance  # noqa: E402
-from lensbench.cameras.orthographic import OrthographicCamera  # noqa: E402
-from lensbench.cameras.perspective import PerspectiveCamera  # noqa: E402
-from lensbench.cameras.rays import CameraError, Rays  # noqa: E402
-from lensbench.cameras.real_lens import LensCamera  # noqa: E402
-from lensbench.imaging.animated_transform import AnimatedTransform  # noqa: E402
-from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, depth_resolution  # noqa: E402
-from lensbench.imaging.exposure import (  # noqa: E402
+# isort: split
+from lensbench.analysis.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel
+from lensbench.analysis.distortion import Distortion, distortion, distortion_grid
+from lensbench.analysis.falloff import Falloff, falloff
+from lensbench.analysis.model_choice import Choice, choose_model
+from lensbench.analysis.vignetting import Vignetting, vignetting
+from lensbench.cameras.bare_sensor import BareSensor
+from lensbench.cameras.base import Camera
+from lensbench.cameras.differentials import Differentials
+from lensbench.cameras.environment import EnvironmentCamera
+from lensbench.cameras.finite_pinhole import PinholeCamera, best_pinhole
+from lensbench.cameras.fisheye import FisheyeCamera
+from lensbench.cameras.importance import Importance
+from lensbench.cameras.orthographic import OrthographicCamera
+from lensbench.cameras.perspective import PerspectiveCamera
+from lensbench.cameras.rays import CameraError, Rays
+from lensbench.cameras.real_lens import LensCamera
+from lensbench.imaging.animated_transform import AnimatedTransform
+from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, depth_resolution
+from lensbench.imaging.exposure import (
     Exposure,
     ExposureError,
     ev100,
@@ -70,36 +43,36 @@ from lensbench.imaging.exposure import (  # noqa: E402
     pixel_energy,
     radiant_exposure,
 )
-from lensbench.imaging.field_of_view import Equivalent, equivalent, field_of_view, film_extent, focal_length  # noqa: E402
-from lensbench.imaging.film import FORMATS, Film, FilmError  # noqa: E402
-from lensbench.imaging.sensor import Sensor  # noqa: E402
-from lensbench.imaging.transform import TransformError, look_at  # noqa: E402
-from lensbench.lightfields.capture import capture_light_field, picture_through  # noqa: E402
-from lensbench.lightfields.depth import Depth, find_depth  # noqa: E402
-from lensbench.lightfields.light_field import LightField, LightFieldError, light_field_bytes  # noqa: E402
-from lensbench.lightfields.lumigraph import Lumigraph, NovelView, array_camera, capture_lumigraph, lumigraph_pinhole  # noqa: E402
-from lensbench.lightfields.plenoptic import PlenopticCamera, RawPicture  # noqa: E402
-from lensbench.optics.depth_of_field import (  # noqa: E402
+from lensbench.imaging.field_of_view import Equivalent, equivalent, field_of_view, film_extent, focal_length
+from lensbench.imaging.film import FORMATS, Film, FilmError
+from lensbench.imaging.sensor import Sensor
+from lensbench.imaging.transform import TransformError, look_at
+from lensbench.lightfields.capture import capture_light_field, picture_through
+from lensbench.lightfields.depth import Depth, find_depth
+from lensbench.lightfields.light_field import LightField, LightFieldError, light_field_bytes
+from lensbench.lightfields.lumigraph import Lumigraph, NovelView, array_camera, capture_lumigraph, lumigraph_pinhole
+from lensbench.lightfields.plenoptic import PlenopticCamera, RawPicture
+from lensbench.optics.depth_of_field import (
     circle_of_confusion,
     depth_of_field,
     hyperfocal,
     real_circle_of_confusion,
     thick_circle_of_confusion,
 )
-from lensbench.optics.focus import FocusError, film_distance, focused, focused_distance, nearest_focus, section_foci  # noqa: E402
-from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError  # noqa: E402
-from lensbench.optics.iris import Iris, IrisError  # noqa: E402
-from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down  # noqa: E402
-from lensbench.optics.prescription import Lens, LensError, Surface  # noqa: E402
-from lensbench.optics.scalar_trace import Fate, Trace, trace  # noqa: E402
-from lensbench.optics.transmission import t_number, transmission, working_f_number  # noqa: E402
-from lensbench.optics.zoom_positions import Positions, PositionsError  # noqa: E402
-from lensbench.pupils.region import ExitPupil, exit_pupil, open_region  # noqa: E402
-from lensbench.rendering.aovs import AOVS as VIEWS  # noqa: E402
-from lensbench.rendering.aovs import fate_colours  # noqa: E402
-from lensbench.rendering.progressive import Rendering, depth_map, render  # noqa: E402
-from lensbench.scenery.builtin.library import SCENES, builtin_scene  # noqa: E402
-from lensbench.scenery.objects import (  # noqa: E402
+from lensbench.optics.focus import FocusError, film_distance, focused, focused_distance, nearest_focus, section_foci
+from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
+from lensbench.optics.iris import Iris, IrisError
+from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
+from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.scalar_trace import Fate, Trace, trace
+from lensbench.optics.transmission import t_number, transmission, working_f_number
+from lensbench.optics.zoom_positions import Positions, PositionsError
+from lensbench.pupils.region import ExitPupil, exit_pupil, open_region
+from lensbench.rendering.aovs import AOVS as VIEWS
+from lensbench.rendering.aovs import fate_colours
+from lensbench.rendering.progressive import Rendering, depth_map, render
+from lensbench.scenery.builtin.library import SCENES, builtin_scene
+from lensbench.scenery.objects import (
     Disk,
     Floor,
     Image,
@@ -111,8 +84,8 @@ from lensbench.scenery.objects import (  # noqa: E402
     Sphere,
     Sun,
 )
-from lensbench.scenery.scene import Scene  # noqa: E402
-from lensbench.scenery.shading.participating_medium import Medium, MediumError  # noqa: E402
+from lensbench.scenery.scene import Scene
+from lensbench.scenery.shading.participating_medium import Medium, MediumError
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "BareSensor", "Camera",

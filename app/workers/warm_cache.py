@@ -10,15 +10,15 @@ The helper is `python -m lensbench.app.workers.warm_cache SCENE`.
 import subprocess
 import sys
 from contextlib import suppress
-from pathlib import Path
 
-import numba
 import numpy as np
+
+from lensbench.kernels import cache
 
 
 def cold() -> bool:
     """Whether nothing has been compiled yet for this version of the core."""
-    return not any(Path(numba.config.CACHE_DIR).rglob("*.nbi"))
+    return not any(cache.folder.rglob("*.nbi"))
 
 
 def compile_ahead(scene: str) -> subprocess.Popen | None:
