@@ -1,8 +1,8 @@
-"""Transforms that change with time: a place, a turn and a scale, each on its own way.
+"""Transforms that change with time: translation, rotation and stretch, interpolated separately.
 
-A matrix M is taken apart by the polar decomposition M = R S, a rotation R after
-a stretch S that is symmetric and positive. Between two matrices the place and
-S change in proportion to the time and R along the shortest arc at constant speed
+The polar decomposition of a matrix is M = R S, a rotation R after
+a stretch S that is symmetric and positive. Between two matrices the translation and
+S change linearly with time and R along the shortest arc at constant speed
 (slerp: Shoemake 1985; with the polar decomposition: Shoemake and Duff 1992).
 Quaternions are (w, x, y, z), of length 1. Lengths in mm, times in seconds.
 """
@@ -13,15 +13,21 @@ from functools import cached_property
 
 import numpy as np
 
-from lensbench.imaging.transform import RIGID, TransformError, checked_affine, transform_steps
+from lensbench.imaging.transform import RIGID, TransformError, checked_affine, matrix_at, transform_steps
 from lensbench.kernels.block import TIME, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.kernels.rotation import sine_versine
 
+# Parameters of `transform_moving_rays`: R₀, R₀ [a] and R₀ [a]² (3 × 3 each); translation at the start and its change
+# (mm); scale at the start and its change; angle of the whole rotation (turns); part of the motion per second and at
+# TIME = 0
+ROTATION, ROTATION_A, ROTATION_A2, START, SHIFT = 0, 9, 18, 27, 30
+SCALE, GROWTH, TURNS, RATE, BEGIN = range(33, 38)
+
 
 def polar_decomposition(matrix) -> tuple[np.ndarray, np.ndarray]:
-    """(3, 3) of positive determinant as R S: the rotation nearest to it, and a symmetric positive stretch.
+    """Rotation R, the nearest one, and symmetric positive stretch S of a matrix R S (3, 3) of positive determinant.
 
-    R by Newton's iteration, R ← (g R + R⁻ᵀ / g) / 2 with g = (|R⁻¹| / |R|)^½, which converges from every such matrix
+    Newton's iteration R ← (g R + R⁻ᵀ / g) / 2 with g = (|R⁻¹| / |R|)^½ converges from every such matrix
     (Higham 1986).
     """
     m = np.asarray(matrix, float)
@@ -39,7 +45,7 @@ def polar_decomposition(matrix) -> tuple[np.ndarray, np.ndarray]:
 
 
 def quaternion(rotation) -> np.ndarray:
-    """Of a rotation matrix (3, 3); w ≥ 0. The largest of the four parts is found first, so that no digits are lost."""
+    """Quaternion (w, x, y, z), w ≥ 0, of a rotation matrix (3, 3); its largest part first, without cancellation."""
     m = np.asarray(rotation, float)
     trace = np.trace(m)
     k = int(np.argmax([trace, *np.diagonal(m)]))
@@ -56,13 +62,13 @@ def quaternion(rotation) -> np.ndarray:
 
 
 def quaternion_product(p, q) -> np.ndarray:
-    """The rotation q, then p."""
+    """Quaternion of the rotation q followed by p."""
     w, v = p[0] * q[0] - p[1:] @ q[1:], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])
     return np.array([w, *v])
 
 
 def rotation_matrix(q) -> np.ndarray:
-    """(…, 3, 3) of unit quaternions (…, 4)."""
+    """Rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
     w, x, y, z = np.moveaxis(np.asarray(q, float), -1, 0)
     rows_ = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
              [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
@@ -71,9 +77,9 @@ def rotation_matrix(q) -> np.ndarray:
 
 
 def shortest_arc(p, q) -> tuple[np.ndarray, float]:
-    """The shortest turn from p to q: its unit axis, in the frame that p turns, and its angle in [0, π] (radians).
+    """Axis and angle in [0, π] (radians) of the shortest rotation from p to q, the axis in the frame that p rotates.
 
-    Half a turn goes about either end of its axis, always the same; no turn has the axis (0, 0, 0).
+    Of the two axes of half a turn it is always the same one; equal rotations have the axis (0, 0, 0).
     """
     turn = quaternion_product(np.asarray(p, float) * (1, -1, -1, -1), np.asarray(q, float))
     turn = -turn if turn[0] < 0.0 else turn
@@ -82,9 +88,9 @@ def shortest_arc(p, q) -> tuple[np.ndarray, float]:
 
 
 def slerp(p, q, part) -> np.ndarray:
-    """(…, 4): from p to q along the shortest arc at constant speed, `part` of the way.
+    """Quaternions (…, 4) at the parts (…) of the shortest arc from p to q, at constant speed.
 
-    As p turned by a part of its angle: no quotient by the sine of an angle that may be 0.
+    Computed as p rotated by a part of the angle, without dividing by the sine of an angle that may be 0.
     """
     axis, angle = shortest_arc(p, q)
     half = 0.5 * angle * np.asarray(part, float)
@@ -95,10 +101,23 @@ def slerp(p, q, part) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class AnimatedTransform:
-    """From one matrix (4, 4) at start_time to another at end_time (seconds); constant before and after.
+    """A transform that moves from one matrix to another, and is constant before and after; compared by value.
 
-    Compared by value. TransformError for matrices that are not finite and affine, or
-    singular, or mirrored, and for an end that is not after the start.
+    Parameters
+    ----------
+    start, end : (4, 4) array_like
+        Affine matrices at the two times, target_from_source, in mm.
+    start_time, end_time : float
+        Seconds; the end after the start.
+
+    Raises
+    ------
+    TransformError
+        For matrices that are not finite and affine, or are singular or mirrored, and for other times.
+
+    References
+    ----------
+    Shoemake and Duff, "Matrix Animation and Polar Decomposition", Graphics Interface 1992.
     """
 
     start: np.ndarray
@@ -124,16 +143,16 @@ class AnimatedTransform:
         return self.start.tobytes(), self.end.tobytes(), self.start_time, self.end_time
 
     def __eq__(self, other):
-        """Equal matrices at equal times."""
+        """Whether matrices and times are equal."""
         return self._value == other._value if isinstance(other, AnimatedTransform) else NotImplemented
 
     def __hash__(self):
-        """Of its value."""
+        """Hash of matrices and times."""
         return hash(self._value)
 
     @cached_property
     def parts(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
-        """Translation (3,) mm, rotation as a quaternion (4,), and stretch (3, 3), at the start and at the end."""
+        """Translation (3,) mm, quaternion (4,) of the rotation, and stretch (3, 3), at the start and at the end."""
         both = []
         for matrix in (self.start, self.end):
             r, s = polar_decomposition(matrix[:3, :3])
@@ -142,15 +161,15 @@ class AnimatedTransform:
 
     @property
     def is_static(self) -> bool:
-        """Whether both matrices are the same."""
+        """Whether both matrices are equal."""
         return bool(np.array_equal(self.start, self.end))
 
     def changes_between(self, first: float, last: float) -> bool:
-        """Whether it is not one matrix from `first` to `last` (seconds)."""
+        """Whether the matrix changes from `first` to `last` (seconds)."""
         return not self.is_static and max(first, self.start_time) < min(last, self.end_time)
 
     def at(self, seconds) -> np.ndarray:
-        """(4, 4), or (n, 4, 4) for n times: the two matrices themselves, digit by digit, at their times and beyond."""
+        """Matrix (4, 4), or (n, 4, 4) for n times (s); exactly `start` up to start_time and `end` from end_time."""
         when = np.asarray(seconds, float)
         part = np.clip((when - self.start_time) / (self.end_time - self.start_time), 0.0, 1.0)
         (place0, turn0, stretch0), (place1, turn1, stretch1) = self.parts
@@ -165,7 +184,7 @@ class AnimatedTransform:
 
     @cached_property
     def scales(self) -> tuple[float, float]:
-        """How much it enlarges at the start and at the end, in all directions alike; a TransformError otherwise."""
+        """Uniform scale at the start and at the end; TransformError if a stretch is not uniform."""
         both = []
         for _, _, s in self.parts:
             both.append(float(np.trace(s)) / 3.0)
@@ -175,13 +194,13 @@ class AnimatedTransform:
         return both[0], both[1]
 
     def scale_at(self, seconds) -> np.ndarray:
-        """How much it enlarges at these times (s)."""
+        """Uniform scale at these times (s)."""
         return np.interp(seconds, (self.start_time, self.end_time), self.scales)
 
     def steps(self, first: float, last: float) -> list[Step]:
-        """What carries rays by it at their TIME, in seconds since `first`; no ray is later than `last`.
+        """Steps that transform rays at their TIME, in seconds since `first`; no ray is later than `last` (s).
 
-        Where it is one matrix all the while, it costs what that matrix costs. TransformError where it stretches.
+        A matrix that stays constant costs no more than a static one. TransformError if a stretch is not uniform.
         """
         if self.changes_between(first, last):
             return [self._step(first)]
@@ -191,6 +210,7 @@ class AnimatedTransform:
         return [AnimatedTransform(matrix, matrix)._step(first)]
 
     def _step(self, begin: float) -> Step:
+        """The step for TIME in seconds since `begin`."""
         (place0, turn0, _), (place1, turn1, _) = self.parts
         scale0, scale1 = self.scales
         axis, angle = shortest_arc(turn0, turn1)
@@ -205,33 +225,35 @@ class AnimatedTransform:
 
 @stage
 def transform_moving_rays(lanes, p, key):
-    """Carry the ray from the camera to the world as they are to each other at its TIME (s).
+    """The ray transformed by the matrix at its TIME (s). p: ROTATION … BEGIN.
 
-    The rotation R₀ exp(α [a]) is R₀ + sin α R₀ [a] + (1 − cos α) R₀ [a]², α in proportion to the time.
-    p: R₀ (9), R₀ [a] (9), R₀ [a]² (9), first place and the way from it (6, mm), first scale and its change, greatest
-    α in turns, part of the way per second and at TIME = 0.
+    The rotation R₀ exp(α [a]) is R₀ + sin α R₀ [a] + (1 − cos α) R₀ [a]² (Rodrigues), α linear in time.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, time = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TIME]
-    a, b, c, d, e, f, g, h, k = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]
-    sa, sb, sc, sd, se, sf, sg, sh, sk = p[9], p[10], p[11], p[12], p[13], p[14], p[15], p[16], p[17]
-    va, vb, vc, vd, ve, vf, vg, vh, vk = p[18], p[19], p[20], p[21], p[22], p[23], p[24], p[25], p[26]
-    x0, y0, z0, x1, y1, z1 = p[27], p[28], p[29], p[30], p[31], p[32]
-    size, growth, turns, rate, first = p[33], p[34], p[35], p[36], p[37]
+    r, ra, raa = matrix_at(p, ROTATION), matrix_at(p, ROTATION_A), matrix_at(p, ROTATION_A2)
+    x0, y0, z0 = p[START], p[START + 1], p[START + 2]
+    x1, y1, z1 = p[SHIFT], p[SHIFT + 1], p[SHIFT + 2]
+    size, growth, turns, rate, begin = p[SCALE], p[GROWTH], p[TURNS], p[RATE], p[BEGIN]
     for i in range(B):
-        part = time[i] * rate + first
+        # Part of the motion at TIME
+        part = time[i] * rate + begin
         part = part if part > real(0) else real(0)
         part = part if part < real(1) else real(1)
+
+        # Rotation at TIME
         s, v = sine_versine(real, part * turns)
+        r00, r01, r02 = r[0] + s * ra[0] + v * raa[0], r[1] + s * ra[1] + v * raa[1], r[2] + s * ra[2] + v * raa[2]
+        r10, r11, r12 = r[3] + s * ra[3] + v * raa[3], r[4] + s * ra[4] + v * raa[4], r[5] + s * ra[5] + v * raa[5]
+        r20, r21, r22 = r[6] + s * ra[6] + v * raa[6], r[7] + s * ra[7] + v * raa[7], r[8] + s * ra[8] + v * raa[8]
+
+        # Transform the ray
         scale = size + part * growth
         px, py, pz, dx, dy, dz = x[i] * scale, y[i] * scale, z[i] * scale, l[i], m[i], n[i]
-        ra, rb, rc = a + s * sa + v * va, b + s * sb + v * vb, c + s * sc + v * vc
-        rd, re, rf = d + s * sd + v * vd, e + s * se + v * ve, f + s * sf + v * vf
-        rg, rh, rk = g + s * sg + v * vg, h + s * sh + v * vh, k + s * sk + v * vk
-        x[i] = ra * px + rb * py + rc * pz + (x0 + part * x1)
-        y[i] = rd * px + re * py + rf * pz + (y0 + part * y1)
-        z[i] = rg * px + rh * py + rk * pz + (z0 + part * z1)
-        l[i] = ra * dx + rb * dy + rc * dz
-        m[i] = rd * dx + re * dy + rf * dz
-        n[i] = rg * dx + rh * dy + rk * dz
+        x[i] = r00 * px + r01 * py + r02 * pz + (x0 + part * x1)
+        y[i] = r10 * px + r11 * py + r12 * pz + (y0 + part * y1)
+        z[i] = r20 * px + r21 * py + r22 * pz + (z0 + part * z1)
+        l[i] = r00 * dx + r01 * dy + r02 * dz
+        m[i] = r10 * dx + r11 * dy + r12 * dz
+        n[i] = r20 * dx + r21 * dy + r22 * dz

@@ -1,8 +1,8 @@
-"""The film: its size in millimetres, its pixels, and its common formats.
+"""The film: its size in millimetres, its pixels, and common formats.
 
 Raster (x, y) are pixels with the origin at the top left corner of the picture
 and pixel centres at +0.5. A raster point lies on the film, in the camera frame,
-at ((0.5 − x/w) width, (y/h − 0.5) height) mm: inverted, as optics does it.
+at ((0.5 − x/w) width, (y/h − 0.5) height) mm: the image on the film is inverted.
 """
 
 from dataclasses import dataclass
@@ -10,9 +10,11 @@ from math import hypot, isfinite
 
 from lensbench.kernels.block import B, Step, X, Y, Z, rows, stage
 
-AXES = ("shorter", "longer", "horizontal", "vertical", "diagonal")      # along which a field of view is told
+AXES = ("shorter", "longer", "horizontal", "vertical", "diagonal")      # of a field of view
 MAX_PIXELS = 200_000_000
-MAX_SIDE = 2**24                            # what a float32 can count
+MAX_SIDE = 2**24                            # pixels; float32 counts no further
+
+PITCH_X, EDGE_X, PITCH_Y, EDGE_Y = range(4)        # parameters of `film_from_raster`, mm
 
 FORMATS: dict[str, tuple[float, float]] = {     # width, height in mm
     "Full frame 36 × 24": (36.0, 24.0),
@@ -31,12 +33,25 @@ FORMATS: dict[str, tuple[float, float]] = {     # width, height in mm
 
 
 class FilmError(ValueError):
-    """A film that cannot be; the message says what to do."""
+    """Invalid size, pixels or field of view of a film; the message says what to do."""
 
 
 @dataclass(frozen=True)
 class Film:
-    """A film or sensor of width × height mm, divided into pixels_x × pixels_y pixels (need not be square)."""
+    """A film or sensor: its size and its pixels, which need not be square.
+
+    Parameters
+    ----------
+    width, height : float
+        Size in mm, across and down.
+    pixels_x, pixels_y : int
+        Number of pixels across and down.
+
+    Raises
+    ------
+    FilmError
+        For a side that is not positive, or a number of pixels outside the limits.
+    """
 
     width: float = 36.0
     height: float = 24.0
@@ -58,11 +73,11 @@ class Film:
 
     @property
     def diagonal(self) -> float:
-        """Mm."""
+        """The diagonal (mm)."""
         return hypot(self.width, self.height)
 
     def extent(self, axis: str) -> float:
-        """Its size (mm) along one of AXES; FilmError for another."""
+        """Size (mm) along one of AXES: shorter, longer, horizontal, vertical or diagonal; FilmError for another."""
         w, h = self.width, self.height
         sizes = {"shorter": min(w, h), "longer": max(w, h), "horizontal": w, "vertical": h, "diagonal": self.diagonal}
         if axis not in sizes:
@@ -71,24 +86,24 @@ class Film:
 
     @property
     def pitch(self) -> float:
-        """The size of a pixel (mm): the geometric mean of its sides."""
+        """Size of a pixel (mm): the geometric mean of its sides."""
         return (self.width / self.pixels_x * self.height / self.pixels_y) ** 0.5
 
     @property
     def step(self) -> Step:
-        """The step from raster pixels to millimetres on the film."""
-        return Step(film_from_raster, [self.width / self.pixels_x, self.width / 2.0, self.height / self.pixels_y,
-                                 self.height / 2.0])
+        """The step from raster pixels to the camera frame."""
+        return Step(film_from_raster, [self.width / self.pixels_x, self.width / 2.0,
+                                       self.height / self.pixels_y, self.height / 2.0])
 
 
 @stage
 def film_from_raster(lanes, p, key):
-    """Raster X, Y become the point of the film in the camera frame: X, Y in mm, Z = 0."""
+    """Raster X, Y become the point of the film in the camera frame: X, Y in mm, Z = 0. p: PITCH_X … EDGE_Y."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z = row[X], row[Y], row[Z]
-    across, right, down, bottom = p[0], p[1], p[2], p[3]
+    pitch_x, edge_x, pitch_y, edge_y = p[PITCH_X], p[EDGE_X], p[PITCH_Y], p[EDGE_Y]
     for i in range(B):
-        x[i] = right - x[i] * across
-        y[i] = y[i] * down - bottom
+        x[i] = edge_x - x[i] * pitch_x
+        y[i] = y[i] * pitch_y - edge_y
         z[i] = real(0)

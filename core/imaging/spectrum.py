@@ -1,9 +1,9 @@
 """The colours of a picture as wavelengths: what each of its three channels sees.
 
-A channel sees the main, positive lobe of its sRGB matching function (CIE 1931 by the fit of Wyman, Sloan
-and Shirley, 2013, for a spectrum of equal energy), here cut into eight parts of equal weight. A scene has
-no spectra, only colours: every wavelength of a channel carries the channel's whole radiance, so what
-is white stays white, and dispersion moves the light of each wavelength, and no more.
+A channel sees the main, positive lobe of its sRGB matching function (CIE 1931 in the fit of Wyman, Sloan
+and Shirley, 2013, for a spectrum of equal energy), cut into eight parts of equal weight. Scenes have
+colours and no spectra: every wavelength of a channel carries the channel's whole radiance. So white
+stays white, and dispersion only moves the light of each wavelength.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from lensbench.kernels.block import BLUE, GREEN, RED, Step, rows, stage
 from lensbench.kernels.block import B as LANES
 from lensbench.kernels.sampling import WAVELENGTH, sobol
 
-# The middles (by weight) of the eight parts, µm
+# Middles, by weight, of the eight parts (µm)
 WAVELENGTHS = {
     RED: (0.5712, 0.5849, 0.5947, 0.6034, 0.6118, 0.6209, 0.6321, 0.6505),
     GREEN: (0.4965, 0.5145, 0.5259, 0.5356, 0.5452, 0.5552, 0.5669, 0.5832),
@@ -22,7 +22,7 @@ WAVELENGTHS = {
 
 @stage
 def select_channel(lanes, p, key):
-    """Keep one of the three channels. p: 1 for the one that is kept, 0 for the others."""
+    """One of the three channels; the others become 0. p: 1 or 0 for RED, GREEN and BLUE."""
     real = lanes.dtype.type
     row = rows(lanes)
     red, green, blue = row[RED], row[GREEN], row[BLUE]
@@ -34,10 +34,10 @@ def select_channel(lanes, p, key):
 
 
 def channel_step(row: int) -> Step:
-    """The step that keeps the channel RED, GREEN or BLUE alone."""
+    """The step that keeps one channel, RED, GREEN or BLUE."""
     return Step(select_channel, [float(row == other) for other in WAVELENGTHS])
 
 
 def spectral_part(sample: int, seed: np.uint32) -> int:
-    """Which of the eight parts of every channel sample `sample` of all pixels takes: each once in eight samples."""
+    """Part 0 to 7 of every channel for this sample of all pixels; eight samples take each part once."""
     return int(sobol(np.uint32(sample), WAVELENGTH, seed)) * 8 >> 32

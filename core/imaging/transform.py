@@ -1,22 +1,25 @@
-"""Where a camera stands: rigid transforms as 4 × 4 matrices, named target_from_source.
+"""Rigid transforms as 4 × 4 matrices, named target_from_source.
 
-World and camera share handedness and units (mm): x right, y up, the camera
+World and camera share handedness and units (mm): x right, y up; the camera
 looks along −z.
 """
 
 import numpy as np
+from numba import njit
 
 from lensbench.kernels.block import B, L, M, N, Step, X, Y, Z, rows, stage
 
-RIGID = 1e-6            # how far axes may be from perpendicular and of length 1: what a file's digits leave
+RIGID = 1e-6            # tolerance of perpendicular axes of length 1, for matrices from files of few digits
+
+ROTATION, TRANSLATION = 0, 9        # parameters of `transform_rays`
 
 
 class TransformError(ValueError):
-    """A transform that cannot place a camera; the message says what is wrong with it."""
+    """A transform that is no valid pose of a camera; the message says why."""
 
 
 def checked_affine(matrix) -> np.ndarray:
-    """The (4, 4) matrix, or a TransformError: not finite, not affine, singular or mirrored."""
+    """The matrix (4, 4) in float64; TransformError if it is not finite and affine, or is singular or mirrored."""
     m = np.array(matrix, float)
     if m.shape != (4, 4) or not np.isfinite(m).all():
         raise TransformError("a transform must be a 4 × 4 matrix of finite numbers")
@@ -31,42 +34,65 @@ def checked_affine(matrix) -> np.ndarray:
 
 
 def checked_rigid(matrix) -> np.ndarray:
-    """The (4, 4) matrix, or a TransformError: not finite, not affine, singular, mirrored or not rigid."""
+    """The matrix (4, 4) in float64; TransformError if it is no rigid transform."""
     m = checked_affine(matrix)
     if np.abs(m[:3, :3].T @ m[:3, :3] - np.eye(3)).max() > RIGID:
         raise TransformError("this transform stretches or shears: its axes must be perpendicular and of length 1")
     return m
 
 
+@njit(inline="always")
+def matrix_at(p, first):
+    """The 3 × 3 matrix at p[first …], row by row, as nine numbers."""
+    return (p[first], p[first + 1], p[first + 2], p[first + 3], p[first + 4], p[first + 5],
+            p[first + 6], p[first + 7], p[first + 8])
+
+
 @stage
 def transform_rays(lanes, p, key):
-    """Carry the ray by the 3 × 4 matrix p, which is rigid."""
+    """The ray transformed by a rigid matrix. p: ROTATION, 3 × 3 row by row, then TRANSLATION (mm)."""
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    a, b, c, d = p[0], p[1], p[2], p[3]
-    e, f, g, h = p[4], p[5], p[6], p[7]
-    q, r, s, t = p[8], p[9], p[10], p[11]
+    r00, r01, r02, r10, r11, r12, r20, r21, r22 = matrix_at(p, ROTATION)
+    tx, ty, tz = p[TRANSLATION], p[TRANSLATION + 1], p[TRANSLATION + 2]
     for i in range(B):
         px, py, pz, dx, dy, dz = x[i], y[i], z[i], l[i], m[i], n[i]
-        x[i] = a * px + b * py + c * pz + d
-        y[i] = e * px + f * py + g * pz + h
-        z[i] = q * px + r * py + s * pz + t
-        l[i] = a * dx + b * dy + c * dz
-        m[i] = e * dx + f * dy + g * dz
-        n[i] = q * dx + r * dy + s * dz
+        x[i] = r00 * px + r01 * py + r02 * pz + tx
+        y[i] = r10 * px + r11 * py + r12 * pz + ty
+        z[i] = r20 * px + r21 * py + r22 * pz + tz
+        l[i] = r00 * dx + r01 * dy + r02 * dz
+        m[i] = r10 * dx + r11 * dy + r12 * dz
+        n[i] = r20 * dx + r21 * dy + r22 * dz
 
 
 def transform_steps(world_from_camera: np.ndarray) -> list[Step]:
-    """The step from camera to world; none where they are the same."""
+    """The step from the camera to the world frame; none for the identity."""
     if np.array_equal(world_from_camera, np.eye(4)):
         return []
-    return [Step(transform_rays, world_from_camera[:3])]
+    return [Step(transform_rays, np.concatenate([world_from_camera[:3, :3].ravel(), world_from_camera[:3, 3]]))]
 
 
 def look_at(eye, target, up=(0.0, 1.0, 0.0)) -> np.ndarray:
-    """world_from_camera (4, 4) of a camera at `eye` (mm) that looks at `target`, `up` upright in its picture.
+    """Pose of a camera that looks at a point.
 
-    TransformError where the target is the eye, or up is zero or points along the view.
+    Parameters
+    ----------
+    eye : (3,) array_like
+        Position of the camera (mm, world frame).
+    target : (3,) array_like
+        Point in the middle of the picture (mm, world frame).
+    up : (3,) array_like
+        Direction that is upright in the picture, of any length (world frame).
+
+    Returns
+    -------
+    (4, 4) ndarray
+        world_from_camera, a rigid transform in mm.
+
+    Raises
+    ------
+    TransformError
+        If the target is the eye, if `up` is zero or parallel to the view, or for points that are not finite.
     """
     eye, target, up = (np.asarray(point, float) for point in (eye, target, up))
     if any(point.shape != (3,) or not np.isfinite(point).all() for point in (eye, target, up)):

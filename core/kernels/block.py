@@ -1,8 +1,8 @@
-"""The workbench: what a stage is, and where it finds the samples that it works on.
+"""Stages and the lane buffer that they work on.
 
 A *lane* is one sample on its way from a pixel to a colour. B lanes travel
-together as a *block*: a compact piece of the film (`strips`), a sample for each
-pixel. All that is known of a block lies in one flat array, cut into rows of B
+together as a *block*: a compact piece of the film (`tile_order`), a sample for each
+pixel. All values of a block lie in one flat array, the *lane buffer*, cut into rows of B
 numbers; a row holds one quantity for every lane. A *stage* reads some rows and
 writes others, and a picture is a list of stages.
 
@@ -13,18 +13,17 @@ writes others, and a picture is a list of stages.
         for i in range(B):
             ...
 
-lanes  the workbench, float32 or float64
-p      the parameters of this stage, numbers of the same type
-key    which block this is (uint32): PIXEL, SAMPLE, SEED, and ALIVE, which a
-       stage may set to 0 to have the gated steps after it skipped, or to LOST
-       where no lane has any WEIGHT left: then all steps after it are
+lanes  the lane buffer, float32 or float64
+p      the parameters of this stage, numbers of the same type; a module that packs
+       parameters names their offsets, and its stage reads them by these names
+key    which block this is (uint32): PIXEL, SAMPLE, SEED, and ALIVE. A stage sets ALIVE to 0
+       to skip the gated steps after it, or to LOST, where every WEIGHT is 0, to skip all
 
-What makes a stage fast: one loop over range(B) for each idea, no branch
-(choose by `a if c else b`), a lost ray is a NaN, a look-up in a table gets a
-`gather` of its own, and a number that is neither lane nor parameter is written
-real(0.5), where real = lanes.dtype.type. So float32 and float64 come from one
-source, and float32 never widens by accident. (math.floor is such an accident: it
-gives an integer, and an integer times a float32 is a float64. Use np.floor.)
+A stage is fast if it has one loop over range(B) for each idea and no branch
+(choose by `a if c else b`), marks a lost ray by NaN, looks up tables by
+`gather`, and writes constants as real(0.5), where real = lanes.dtype.type. So float32 and
+float64 come from one source, and float32 is never widened. (math.floor widens: it
+returns an integer, and an integer times a float32 is a float64. Use np.floor.)
 """
 
 from typing import Any, NamedTuple
@@ -37,39 +36,40 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
 B = 512
-PITCH = B + 16                  # from a row to the next: not a power of two, or all rows fall on the same cache lines
+PITCH = B + 16                  # numbers from row to row; with a power of two all rows would share cache lines
 
-(U0, U1,                        # where in the pupil: two numbers in [0, 1)
- V0, V1,                        # where on a light: two numbers in [0, 1)
- TIME,                          # when, in [0, 1) of the shutter
- X, Y, Z, L, M, N,              # first X, Y in raster pixels; then the ray, a point (mm) and a unit direction
- WEIGHT,                        # what the camera lets through: 0 where the ray is lost
- CLEARANCE,                     # greatest (r / semi-diameter)² on the way through a lens; NaN or > 1 is blocked
- PIXEL_SIDE, PIXEL_SPREAD,      # of a pixel, or its part: side where the ray begins (mm), and by how much a mm adds
- PUPIL_RADIUS, PUPIL_SPREAD,    # of the pupil, or its part: radius where the ray begins (mm), and what a mm adds
- OX, OY, OZ,                    # in these radii: from the ray through the middle of such parts to the ray itself
- DEPTH, NX, NY, NZ,             # the nearest surface: distance along the ray (mm) and unit normal towards the ray
- EMITS,                         # above 0 where RED, GREEN, BLUE are emitted radiance, else they are albedo
- GLOSS,                         # 0 matte, (0, 1] a clear coat over it, METAL, GLASS
- SPECULAR,                      # 1 where the path was bent by a thing, and small lights that it meets now are black
- RED, GREEN, BLUE,              # albedo, or radiance; at last the colour of the sample
- TR, TG, TB,                    # what a mirrored path carries on to its next surface
- SR, SG, SB,                    # what a mirrored path has gathered so far
- A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11,  # anyone's scratch: worth nothing after the stage
- H0, H1, H2, H3, H4, H5, H6, H7, H8,            # held by a stage while others work in the frame of what moves
- BEAM,                                          # of no lane, but of all: where the rays of the block can reach
+(U0, U1,                        # pupil sample, in [0, 1)²
+ V0, V1,                        # light sample, in [0, 1)²
+ TIME,                          # first in [0, 1) of the shutter, then in seconds since it opens
+ X, Y, Z,                       # first X, Y in raster pixels; then a point of the ray (mm)
+ L, M, N,                       # direction of the ray, a unit vector
+ WEIGHT,                        # what the camera lets through; 0 for a lost ray
+ CLEARANCE,                     # greatest (r / semi-diameter)² of the ray in a lens; NaN or > 1: blocked
+ PIXEL_SIDE, PIXEL_SPREAD,      # footprint of a pixel, or of its part: side at the ray's origin (mm), growth per mm
+ PUPIL_RADIUS, PUPIL_SPREAD,    # footprint of the pupil, or of its part: radius at the origin (mm), growth per mm
+ OX, OY, OZ,                    # offset of this ray from the middle of its part of the pupil, in these radii
+ DEPTH, NX, NY, NZ,             # nearest surface: distance along the ray (mm), unit normal towards the ray
+ EMITS,                         # > 0: RED, GREEN, BLUE are emitted radiance; else they are albedo
+ GLOSS,                         # 0: matte; (0, 1]: a clear coat over it; METAL; GLASS
+ SPECULAR,                      # 1 after a specular bounce that small lights are traced through: they are black
+ RED, GREEN, BLUE,              # albedo or radiance; at last the colour of the sample
+ TR, TG, TB,                    # throughput of a path after specular bounces
+ SR, SG, SB,                    # sum of the radiance that a path has gathered so far
+ A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11,  # scratch; undefined after a stage
+ H0, H1, H2, H3, H4, H5, H6, H7, H8,            # saved by a stage while others work in the frame of a moving object
+ BEAM,                                          # of the block, not of its lanes: bounds of its rays
  ) = range(58)
 ROWS = 58
 
 METAL, GLASS = 2.0, 3.0         # values of GLOSS
 
-PIXEL, SAMPLE, SEED, ALIVE = range(4)       # the entries of key
+PIXEL, SAMPLE, SEED, ALIVE = range(4)       # entries of key
 KEYS = 4
-LOST = 2                        # a value of key[ALIVE]
+LOST = 2                        # value of key[ALIVE] where no lane has a WEIGHT
 
 
 class Step(NamedTuple):
-    """One stage of a picture with its parameters; a gated step is skipped while key[ALIVE] is 0."""
+    """A stage and its parameters; a gated step is skipped while key[ALIVE] is 0."""
 
     kernel: Any
     parameters: Any
@@ -77,14 +77,14 @@ class Step(NamedTuple):
 
 
 def stage(kernel):
-    """Compile a stage: NaN and infinity keep their meaning, the rest is for speed."""
+    """A stage compiled for speed, in which NaN and infinity keep their meaning."""
     return njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy", nogil=True, cache=True)(kernel)
 
 
 def lane_buffer(real=np.float32) -> np.ndarray:
-    """A fresh workbench for one thread: ROWS * PITCH numbers, on a cache line of its own.
+    """A lane buffer for one thread: ROWS * PITCH numbers that begin on a cache line.
 
-    All are 0 but V0 and V1: where nobody draws a point of a light, its middle stands for it.
+    All are 0 but V0 and V1, which are 0.5: the middle of a light, for scenes without soft shadows.
     """
     size = np.dtype(real).itemsize
     raw = np.zeros(ROWS * PITCH + 64 // size, real)
@@ -96,10 +96,10 @@ def lane_buffer(real=np.float32) -> np.ndarray:
 
 @intrinsic
 def rows(typing, lanes):
-    """See the workbench as ROWS rows whose places are known when compiling.
+    """The lane buffer as a table of ROWS rows with pitch and count known at compile time.
 
-    To the compiler an ordinary two-dimensional array might overlap itself, and
-    its loops then run one lane at a time: fifteen times slower.
+    An ordinary two-dimensional array might overlap itself as far as the compiler knows;
+    its loops would not be vectorised, and run fifteen times slower.
     """
     view = types.Array(lanes.dtype, 2, "C")
 
@@ -118,14 +118,14 @@ def rows(typing, lanes):
 
 
 class _Addresses(ir.Instruction):
-    """The addresses of many elements of one table, which the builder has no call for."""
+    """Addresses of many elements of a table: a vector instruction that llvmlite's builder lacks."""
 
     def __init__(self, block, number, table, index):
         super().__init__(block, ir.VectorType(table.type, index.type.count), "getelementptr", [table, index])
         self.number = number
 
     def descr(self, buf):
-        """Write the instruction."""
+        """Write the instruction as LLVM text."""
         table, index = self.operands
         buf.append(f"getelementptr {self.number}, {table.type} {table.get_reference()}, "
                    f"{index.type} {index.get_reference()}\n")
@@ -135,8 +135,8 @@ class _Addresses(ir.Instruction):
 def gather(typing, out, table, index):
     """out[i] = table[int(index[i])] for all lanes; every index must be finite and within the table.
 
-    A loop of this kind is not vectorised, for the compiler cannot know that
-    the table does not overlap the lanes; the instruction for it exists.
+    The compiler does not vectorise such a loop, since the table might overlap the
+    lanes; this emits the processor's gather instruction.
     """
     def build(context, builder, signature, arguments):
         number, bits = context.get_value_type(signature.args[0].dtype), signature.args[0].dtype.bitwidth

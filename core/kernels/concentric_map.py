@@ -1,4 +1,4 @@
-"""The unit disk, filled evenly from the unit square: for apertures and for round lights."""
+"""Equal-area map from the unit square to the unit disk, for apertures and for round lights."""
 
 import math
 
@@ -7,9 +7,9 @@ from numba import njit
 
 @njit(inline="always")
 def concentric_disk(real, u, v):
-    """The unit square to the unit disk by Shirley and Chiu's concentric map, in numbers of the type `real`.
+    """Point (x, y) of the unit disk for (u, v) in [0, 1]², by Shirley and Chiu's concentric map (1997).
 
-    Equal areas stay equal. No branch: the angle within an octant is at most
+    real: type of the numbers. Equal areas stay equal. No branch: the angle within an octant is at most
     π/4, where short polynomials give sine and cosine to 2e-9 and 3e-8.
     """
     a, b = real(2) * u - real(1), real(2) * v - real(1)

@@ -1,7 +1,8 @@
-"""Half floats in kernels: numba has no arithmetic of theirs, so that they come as the 16 bits that they are.
+"""Half-precision floats in kernels, as the 16 bits that they consist of.
 
-Those of one that is finite and not negative, thirteen places to the left, spell its 2⁻¹¹²th part in single precision,
-where exponents count from another zero: what they are added up with is multiplied by 2¹¹² beforehand.
+Numba has no arithmetic for half floats. The bits of a finite half that is not negative, shifted left by 13,
+are those of a float32 that is 2⁻¹¹² of its value, because the exponents of the two formats have different biases.
+Kernels compute with these scaled values and multiply a result by `EXPONENT_SCALE`, 2¹¹².
 """
 
 import numpy as np
@@ -10,34 +11,34 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
-EXPONENT_SCALE = 2.0**112         # between the exponents' zeros
+EXPONENT_SCALE = 2.0**112       # value of a half over that of its shifted bits: biases 127 − 15
 
 
 def as_bits(numbers: np.ndarray) -> np.ndarray:
-    """The same memory, as its bits where it is of half floats."""
+    """The same memory: half floats viewed as uint16, other arrays as they are."""
     return numbers.view(np.uint16) if numbers.dtype == np.float16 else numbers
 
 
 def scale_of(numbers: np.ndarray) -> np.float32:
-    """By what `stored` numbers of such an array are to be multiplied."""
+    """Factor from `unscaled` elements of an array by `as_bits` to their values."""
     return np.float32(EXPONENT_SCALE if numbers.dtype == np.uint16 else 1.0)
 
 
 def unscaled(number):
-    """For kernels, of an element of an array by `bits_of`: float32, its `unit`th part."""
+    """An element of an array by `as_bits` as float32, short of the factor `scale_of`; for kernels alone."""
     raise NotImplementedError("for kernels alone")
 
 
 @overload(unscaled, inline="always")
-def _stored(number):
+def _unscaled(number):
     if number == types.uint16:
-        return lambda number: _spelt(np.uint32(number) << np.uint32(13))
+        return lambda number: _reinterpreted(np.uint32(number) << np.uint32(13))
     return lambda number: number
 
 
 @intrinsic
-def _spelt(typing, bits):
-    """The float32 that 32 bits spell."""
+def _reinterpreted(typing, bits):
+    """The float32 that 32 bits represent."""
     def build(context, builder, signature, arguments):
         return builder.bitcast(arguments[0], context.get_value_type(types.float32))
 
@@ -46,7 +47,7 @@ def _spelt(typing, bits):
 
 @intrinsic
 def prefetch(typing, line, place):
-    """Have the processor fetch what is around line[place] into its cache, of a contiguous array, and go on."""
+    """Request the cache line of line[place], an element of a contiguous array, without waiting for it."""
     def build(context, builder, signature, arguments):
         there = builder.gep(context.make_array(signature.args[0])(context, builder, arguments[0]).data, [arguments[1]])
         byte, number = ir.IntType(8).as_pointer(), ir.IntType(32)
@@ -60,10 +61,11 @@ def prefetch(typing, line, place):
 
 @intrinsic
 def texel_sum(typing, numbers, places, down, across, at):
-    """Σ down · across · texel (4) over UNIT, of four by four texels, and how far their fourth numbers lie from `at`.
+    """Weighted sum of 4 × 4 texels, and the greatest distance of their fourth numbers from `at`.
 
-    numbers: half floats as bits; places (4): of the four numbers of the first texel of a line, of which four lie side
-    by side; down, across (4): float32. Sixteen numbers at once, which numba does not see by itself.
+    numbers: half floats as bits, four to a texel. places (4): index of the first number of each line of four texels.
+    down, across (4): float32 weights of lines and columns. → Σ down · across · texel (three numbers) and
+    max |fourth − at|, all short of EXPONENT_SCALE. Numba does not vectorise such sums over 16 numbers by itself.
     """
     def build(context, builder, signature, arguments):
         array, *fours, middle = arguments

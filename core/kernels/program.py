@@ -1,7 +1,7 @@
-"""Run a list of stages over blocks of lanes.
+"""Programs: lists of stages that run over blocks of lanes.
 
-Stages reach the driver as addresses of machine code, so the driver is compiled
-once, whatever the picture is made of, and never contains a copy of a stage.
+The driver receives stages as addresses of machine code: it is compiled
+once for all pictures, and contains no copy of a stage.
 """
 
 from collections.abc import Sequence
@@ -41,7 +41,7 @@ def _signature(real):
 
 @cache
 def stage_address(kernel, real) -> int:
-    """Where the machine code of a stage for this type of number begins."""
+    """Address of the machine code of a stage, for lanes of the type `real`."""
     kernel.compile(_signature(real))
     made = kernel.get_compile_result(_signature(real))
     return made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
@@ -49,7 +49,7 @@ def stage_address(kernel, real) -> int:
 
 @intrinsic
 def call_stage(typing, address, lanes, p, key):
-    """Call the stage at an address."""
+    """Call the stage at this address."""
     def build(context, builder, signature, arguments):
         kinds, convention = signature.args[1:], context.call_conv
         pointer = convention.get_function_type(types.none, kinds).as_pointer()
@@ -63,7 +63,7 @@ def call_stage(typing, address, lanes, p, key):
 
 
 class Program:
-    """Steps with their parameters, packed for the driver as numbers of one type."""
+    """Steps with their parameters, packed for the driver: addresses, and numbers of the type `real`."""
 
     def __init__(self, steps: Sequence[Step], real=np.float32):
         parts = [np.ravel(np.asarray(step.parameters, real)) for step in steps]
@@ -75,14 +75,14 @@ class Program:
 
     def expose(self, film: np.ndarray, lanes: np.ndarray, first: int, last: int,
                sample: int, samples: int, seed: np.uint32) -> None:
-        """Add samples `sample` … to the blocks first … last − 1 of the film, (blocks, 3 B) sums."""
+        """Add samples `sample` … `sample` + `samples` − 1 to the blocks first … last − 1 of the film, (blocks, 3 B)."""
         _expose(film, lanes, self.code, self.gated, self.data, self.ends, first, last, sample, samples, seed)
 
     def run(self, given: dict[int, np.ndarray], wanted: Sequence[int], n: int) -> np.ndarray:
-        """Run the steps once over n lanes whose rows are given, and read the wanted rows back.
+        """The wanted rows, (len(wanted), n), of n lanes after one run of the steps.
 
-        given: {row: (n,) values}; the rest starts as `bench` has it. Returns (len(wanted), n).
-        The last block is padded with copies of the last lane.
+        given: {row: (n,) values}; the other rows begin as in `lane_buffer`. Copies of the
+        last lane fill up the last block.
         """
         table = np.zeros((len(given), n), self.real)
         for j, values in enumerate(given.values()):
@@ -95,7 +95,7 @@ class Program:
 
 @stage
 def accumulate(lanes, film):
-    """Add the colours of a block to its place on the film: B sums each of red, green and blue."""
+    """Add the weighted colours of a block to the film's sums: B each of red, green and blue."""
     real = lanes.dtype.type
     row = rows(lanes)
     weight, red, green, blue = row[WEIGHT], row[RED], row[GREEN], row[BLUE]

@@ -1,16 +1,16 @@
-"""Where the samples of a picture fall: scrambled Sobol points, keyed per pixel by blue noise.
+"""Samples of a picture: scrambled Sobol points, keyed per pixel by blue noise.
 
-Point k of dimension d is Sobol's, Owen-scrambled once for the whole picture;
-each pixel then takes it XORed with a key of its own, which keeps its net
+Point k of dimension d is Sobol's, Owen-scrambled once for the whole picture. The number of a
+pixel is the point XORed with a key of the pixel; this preserves the net's
 properties and costs two operations. The keys of the first four dimensions come
-from a 64 × 64 tile chosen so that neighbouring pixels err against each other
-(the eye, and a little blur, average them out); further dimensions take a hash
-of the pixel. Everything is stateless: a number depends on (pixel, sample,
+from a 64 × 64 tile in which the errors of neighbouring pixels have opposite signs
+(the eye, and a little blur, average them out); those of further dimensions are a hash
+of the pixel. There is no state: a number depends on (pixel, sample,
 dimension, seed) alone, so a picture is the same for any number of threads.
 
 Sources: Joe and Kuo 2008 (direction numbers); Laine and Karras 2011, with the
-constants of Vegdahl (the hashed Owen scrambling); the tile was found here by
-exchanging pixels so that the blurred error over random half-planes is least.
+constants of Vegdahl (hashed Owen scrambling). The tile is the result of a search for this project, which
+exchanges pixels so that the blurred error over random half-planes is least.
 """
 
 from pathlib import Path
@@ -19,17 +19,17 @@ import numpy as np
 from numba import njit, uint32
 
 from lensbench.kernels.block import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
-from lensbench.kernels.tile_order import STRIP_WIDTH, add_corners, next_line, pixel_at
+from lensbench.kernels.tile_order import HEIGHT, STRIP_WIDTH, WIDTH, add_corners, next_line, pixel_at
 
 # Primitive polynomials and first direction numbers of dimensions 1 … (dimension 0 is van der Corput's).
 _JOE_KUO = [(1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)), (3, 2, (1, 1, 1)), (4, 1, (1, 1, 3, 3)),
             (4, 4, (1, 3, 5, 13)), (5, 2, (1, 1, 5, 5, 17))]
 DIMENSIONS = 1 + len(_JOE_KUO)
-PUPIL, RASTER, CLOCK, LIGHT, WAVELENGTH = 0, 2, 4, 5, 7     # first dimension of each pair (clock and wavelength: alone)
+PUPIL, RASTER, CLOCK, LIGHT, WAVELENGTH = 0, 2, 4, 5, 7     # first dimension; clock and wavelength use one, others two
 
 
 def _directions() -> np.ndarray:
-    """(DIMENSIONS, 32) uint32: the number that bit b of the sample's index turns on."""
+    """Direction numbers (DIMENSIONS, 32), uint32: entry b is XORed in where bit b of the sample's index is 1."""
     table = np.zeros((DIMENSIONS, 32), np.uint32)
     table[0] = [1 << (31 - b) for b in range(32)]
     for d, (s, a, m) in enumerate(_JOE_KUO, start=1):
@@ -45,9 +45,9 @@ def _directions() -> np.ndarray:
 
 
 _SOBOL = _directions()
-CHUNK = 16              # lanes that are written at a time: a row has as many to spare
+CHUNK = 16              # lanes that are written at a time; a row has as many to spare
 _TILE = np.load(Path(__file__).parent / "blue_noise_keys_64.npy").transpose(2, 0, 1)
-_TILE = np.concatenate([_TILE, _TILE[:, :, :STRIP_WIDTH]], 2)          # a line of a strip begins anywhere in it
+_TILE = np.concatenate([_TILE, _TILE[:, :, :STRIP_WIDTH]], 2)          # a line of a strip may begin at any column
 _TILE_PITCH, _TILE_SIZE = np.uint64(_TILE.shape[2]), np.uint64(_TILE[0].size)
 _TILE = np.ascontiguousarray(_TILE).reshape(-1)
 
@@ -56,7 +56,7 @@ _u = np.uint32
 
 @njit(inline="always")
 def mix(s):
-    """Scatter the bits of a number over all 32."""
+    """Hash of a 32-bit number: every bit of it changes about half of the result's."""
     s = uint32((s ^ (s >> _u(16))) * _u(0x7FEB352D))
     s = uint32((s ^ (s >> _u(15))) * _u(0x846CA68B))
     return uint32(s ^ (s >> _u(16)))
@@ -64,7 +64,7 @@ def mix(s):
 
 @njit(inline="always")
 def _reverse(n):
-    """The 32 bits in opposite order."""
+    """The 32 bits of a number in opposite order."""
     n = uint32((n << _u(16)) | (n >> _u(16)))
     n = uint32(((n & _u(0x00FF00FF)) << _u(8)) | ((n & _u(0xFF00FF00)) >> _u(8)))
     n = uint32(((n & _u(0x0F0F0F0F)) << _u(4)) | ((n & _u(0xF0F0F0F0)) >> _u(4)))
@@ -74,7 +74,7 @@ def _reverse(n):
 
 @njit(cache=True)
 def sobol(k, d, seed):
-    """Point k (uint32) of dimension d, Owen-scrambled by the seed: 32 bits."""
+    """Point k of dimension d, Owen-scrambled by the seed; all uint32, the result over 2³² in [0, 1)."""
     n = uint32(0)
     for b in range(32):
         if (k >> _u(b)) & _u(1):
@@ -91,18 +91,18 @@ def sobol(k, d, seed):
 
 @stage
 def sample_pixels(lanes, p, key):
-    """One sample in each pixel of the block: raster X, Y and the place in the pupil U0, U1. p: pixels across, down."""
+    """One sample in each pixel of the block: raster X, Y and pupil sample U0, U1. p: WIDTH, HEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)
     u0, u1, x, y = row[U0], row[U1], row[X], row[Y]
-    w, h = np.int64(p[0]), np.int64(p[1])
+    w, h = np.int64(p[WIDTH]), np.int64(p[HEIGHT])
     k, seed = key[SAMPLE], key[SEED]
     d0, d1 = sobol(k, PUPIL, seed), sobol(k, PUPIL + 1, seed)
     d2, d3 = sobol(k, RASTER, seed), sobol(k, RASTER + 1, seed)
     unit = real(1 / 16777216)
     strip, left, end, column, line = pixel_at(np.int64(key[PIXEL]), w, h)
     i = np.uint64(0)
-    while i < np.uint64(B):             # a line of a strip in whole registers: what is too much, the next writes over
+    while i < np.uint64(B):             # a line of a strip, in whole registers; the next line overwrites the excess
         run = np.uint64(end - column)
         j = np.uint64(line & 63) * _TILE_PITCH + np.uint64(column & 63)
         for q in range(0, min(run, np.uint64(B) - i), CHUNK):
@@ -123,7 +123,7 @@ def sample_pixels(lanes, p, key):
 
 @stage
 def sample_lights(lanes, p, key):
-    """Where on a light, V0 and V1: for pictures with soft shadows."""
+    """Light sample V0, V1, for pictures with soft shadows."""
     real = lanes.dtype.type
     row = rows(lanes)
     v0, v1 = row[V0], row[V1]
@@ -138,7 +138,7 @@ def sample_lights(lanes, p, key):
 
 @stage
 def sample_times(lanes, p, key):
-    """When, TIME in [0, 1): for pictures of what moves."""
+    """TIME in [0, 1) of the shutter, for pictures with motion."""
     real = lanes.dtype.type
     row = rows(lanes)
     time = row[TIME]
@@ -151,7 +151,7 @@ def sample_times(lanes, p, key):
 
 @stage
 def white_noise(lanes, p, key):
-    """White noise in place of `pixels`, `lights` and `moments`: each number on its own, to measure them against."""
+    """Independent random numbers for all rows of the samplers above: the baseline for comparisons. p: WIDTH, HEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)
     u0, u1, x, y, v0, v1, time = row[U0], row[U1], row[X], row[Y], row[V0], row[V1], row[TIME]
@@ -177,7 +177,7 @@ def white_noise(lanes, p, key):
 
 
 def _first_points() -> np.ndarray:
-    """(4 · B,) uint32: points 0 … B − 1 of the first four dimensions, not scrambled."""
+    """Points 0 … B − 1 of the first four dimensions, not scrambled: (4 B,) uint32."""
     k = np.arange(B, dtype=np.uint32)[None, :]
     points = np.zeros((4, B), np.uint32)
     for bit in range(32):
@@ -190,10 +190,10 @@ _FIRST = _first_points()
 
 @stage
 def sobol_net(lanes, p, key):
-    """U0, U1, V0, V1: points B · SAMPLE … of a net of its own for every PIXEL, Owen-scrambled in all four dimensions.
+    """U0, U1, V0, V1: points B · SAMPLE … of one net per PIXEL, Owen-scrambled in all four dimensions.
 
-    For samples that belong together, and to no pixel of a film: B is a power of two, so that the points of a block
-    are those of the first, each XORed with the same number.
+    For blocks whose lanes share one net and are no pixels of a film. B is a power of two, so the points of a block
+    are those of the first block, each XORed with one number.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -219,19 +219,19 @@ def sobol_net(lanes, p, key):
             out[i] = real(np.int32(_reverse(n) >> _u(8))) * unit
 
 
-def unit_square(places, real) -> np.ndarray:
-    """(n, 2) places of the unit square as numbers of this type, each below 1: 1 is taken for the number before it.
+def unit_square(points, real) -> np.ndarray:
+    """Points (n, 2) of the unit square in the type `real`; 1 becomes the greatest number below it.
 
-    ValueError for places outside: a look-up by them would leave its table.
+    ValueError for points outside, which would index beyond a table.
     """
-    places = np.atleast_2d(np.asarray(places, real))
-    if not ((places >= 0.0) & (places <= 1.0)).all():
+    points = np.atleast_2d(np.asarray(points, real))
+    if not ((points >= 0.0) & (points <= 1.0)).all():
         raise ValueError("pupil points must lie in the unit square, from 0 to 1")
-    return np.minimum(places, np.nextafter(places.dtype.type(1), places.dtype.type(0)))
+    return np.minimum(points, np.nextafter(points.dtype.type(1), points.dtype.type(0)))
 
 
 def sampling_steps(w: int, h: int, lit: bool, timed: bool = False) -> list[Step]:
-    """The steps that place the samples of w × h pixels; lit: the scene samples its lights; timed: something moves."""
+    """Steps that draw the samples of w × h pixels; lit: with light samples; timed: with TIME."""
     steps = [Step(sample_pixels, [w, h])]
     steps += [Step(sample_lights, [])] if lit else []
     return [*steps, Step(sample_times, [])] if timed else steps

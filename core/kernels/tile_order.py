@@ -1,9 +1,9 @@
-"""The order in which the pixels of a film are worked on: along strips, so that a block is a compact piece.
+"""Order of the pixels of a film: along strips, so that a block is a compact piece.
 
-A film is cut into upright strips of at most WIDE pixels. The first is walked down line by line, each line from left to
-right, the next one up, and so on: what follows each other lies close together, also where one strip ends and the next
-begins. So the rays of a block meet few things, and few blocks meet mirrors or glass. Every pixel is there once, without
-gaps; past the last one the walk goes on beyond the right edge of the film.
+A film is cut into upright strips of at most STRIP_WIDTH pixels. The first is walked down line by line, each line from
+left to right, the next one up, and so on: neighbours in the order are neighbours on the film, also where one strip ends
+and the next begins. So the rays of a block meet few objects, and few blocks meet mirrors or glass. Every pixel occurs
+once; after the last one the order goes on beyond the right edge of the film.
 """
 
 import numpy as np
@@ -11,17 +11,18 @@ from numba import njit
 
 from lensbench.kernels.block import PIXEL, B, X, Y, rows, stage
 
-STRIP_WIDTH = 32               # pixels: two registers of float32, and 16 lines of them are a block
+STRIP_WIDTH = 32                # pixels: two registers of float32; 16 lines of a strip are a block
+WIDTH, HEIGHT = 0, 1            # parameters of stages that walk the film: pixels across and down
 
 
 def strip_count(w: int) -> int:
-    """Of a film w pixels across; they differ in width by at most one."""
+    """Number of strips of a film w pixels across; their widths differ by at most one."""
     return -(-w // STRIP_WIDTH)
 
 
 @njit(inline="always")
 def pixel_at(k, w, h):
-    """Where pixel k of the order lies: strip, its first column and the one past its last, column, line; all int64."""
+    """(strip, its first column, its last column + 1, column, line) of pixel k in the order; all int64."""
     n = (w + STRIP_WIDTH - 1) // STRIP_WIDTH
     strip = ((k // h + 1) * n - 1) // w
     left, end = strip * w // n, (strip + 1) * w // n
@@ -32,7 +33,7 @@ def pixel_at(k, w, h):
 
 @njit(inline="always")
 def next_line(strip, left, end, line, w, h):
-    """The strip with its edges, and the line, after a line."""
+    """(strip, its first column, its last column + 1, line) of the line that follows a line in the order."""
     after = line + 1 - 2 * (strip & 1)
     if after < 0 or after == h:
         return strip + 1, end, (strip + 2) * w // ((w + STRIP_WIDTH - 1) // STRIP_WIDTH), line
@@ -41,11 +42,11 @@ def next_line(strip, left, end, line, w, h):
 
 @stage
 def add_corners(lanes, p, key):
-    """To X, Y, places in the pixel, the corner of each lane's pixel: raster X, Y.  p: pixels across and down."""
+    """Raster X, Y: the corner of each lane's pixel added to X, Y within the pixel. p: WIDTH, HEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y = row[X], row[Y]
-    w, h = np.int64(p[0]), np.int64(p[1])
+    w, h = np.int64(p[WIDTH]), np.int64(p[HEIGHT])
     strip, left, end, column, line = pixel_at(np.int64(key[PIXEL]), w, h)
     i = np.uint64(0)
     while i < np.uint64(B):
@@ -60,7 +61,7 @@ def add_corners(lanes, p, key):
 
 
 def raster_image(sums: np.ndarray, w: int, h: int, scale: float = 1.0) -> np.ndarray:
-    """Several sums of every pixel by blocks, (n, c B) in this order, as a picture (h, w, c), each times `scale`."""
+    """The picture (h, w, c) of c sums a pixel, stored by blocks in this order as (n, c B); each times `scale`."""
     picture = np.empty((h, w, sums.shape[1] // B), sums.dtype)
     _unroll(sums, sums.dtype.type(scale), picture)
     return picture

@@ -1,13 +1,13 @@
 """The block tracer: rays through every surface of a lens, in either direction.
 
-Camera frame in and out: mm, the film's centre at the origin, the scene at −z.
-For each surface the loops over the lanes that its kind needs: one for spheres and
-planes alike, one for conics, and Newton's, without a branch, for the others. The
-direction is carried n times as long, n the index it runs in; the ray is first
-brought to the foot of the perpendicular from the vertex, so that only small
-numbers are squared; a ray that misses or is totally reflected becomes a NaN.
-(Welford, Aberrations of Optical Systems, ch. 4, for the quotient form; the foot
-is the usual cure of its cancellation.)
+Camera frame in and out: mm, the film's centre at the origin, the scene at −z. Inside, z runs with the light.
+For each surface the stage runs the loops over the lanes that its kind needs: one for spheres and
+planes, one for conics, and Newton's method without a branch for the others. Directions are optical: (L, M, N)
+has the length n, the index of the medium. A ray that misses or is totally reflected becomes NaN.
+
+The intersection is Welford's quotient (Aberrations of Optical Systems, ch. 4), with his F, and with K = c (n′ cos I′ −
+n cos I) of the refraction. The ray is first moved to the foot of the perpendicular from the vertex. Only small
+numbers are squared then, and his G is N.
 """
 
 import math
@@ -31,331 +31,392 @@ from lensbench.optics.surfaces import (
     UNIT,
 )
 
-SURFACE = 7             # numbers of any surface: kind, gap, curvature, rim: 1 / h², 1 / n², n′² − n², n² c
-MORE = {SPHERE: 0, CONIC: 1, EVEN: 1 + HIGHEST_POWER // 2, ASPHERE: 1 + TERMS, TOROID: 1}     # k and terms, or c_x
-EVENS, ALL = SURFACE + MORE[EVEN], SURFACE + MORE[ASPHERE]
+# The parameters of the stages: a head, the kind of each surface, then a record of each surface, in the order met
+SIGN, END, COUNT, KINDS = range(4)      # 1 towards the film, −1 towards the scene; z of the last vertex; surfaces
+(GAP,                                   # from the vertex before to this one, along the light (mm)
+ CURVATURE,                             # c of the section y–z, positive towards the light's end (1/mm)
+ RIM,                                   # 1 / h², h the semi-diameter
+ SLOWNESS,                              # 1 / n², n the index before the surface
+ STEP,                                  # n′² − n², n′ the index behind it
+ BEND,                                  # n² c
+ ) = range(6)
+RECORD = 6                              # numbers of a sphere or plane; the other kinds have more
+K = RECORD                              # conic constant of a conic or asphere
+CURVATURE_X = RECORD                    # c of the section x–z of a toroid
+COEFFICIENTS = RECORD + 1               # of an asphere: those of its kind, for r in units of h
+LENGTHS = {SPHERE: RECORD, CONIC: RECORD + 1, TOROID: RECORD + 1, EVEN: COEFFICIENTS + HIGHEST_POWER // 2,
+           ASPHERE: COEFFICIENTS + TERMS}
+CONIC_LENGTH, TOROID_LENGTH, EVEN_LENGTH, ASPHERE_LENGTH = (
+    LENGTHS[kind] for kind in (CONIC, TOROID, EVEN, ASPHERE))       # kernels read no dictionaries
+
+# Scratch rows of Newton's method
+DISTANCE, LAST_STEP, SLOPE_X, SLOPE_Y, SUM, SUM_SLOPE = A0, A1, A2, A3, A4, A5
+
 STEPS = (3, 6)          # of Newton's method from the conic, in float32 and in float64
-MORE_STEPS = 5          # in a block of which some ray still moves
-STILL = 1e-8            # (last step / h)² that is taken for convergence: the next would be as its square
-NEAR_EQUATOR = 1e-4     # of 1 − (1 + k) c² r²: Newton goes no nearer, or farther
+MORE_STEPS = 5          # further ones in a block with a ray that has not converged
+CONVERGED = 1e-8        # greatest (last step / h)²; the step after it would be about the square
+NEAR_EQUATOR = 1e-4     # least 1 − (1 + k) c² r² that Newton's method evaluates
 
 
 def pack_lens(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
-           part: slice = slice(None)) -> np.ndarray:
-    """The parameters of `trace`: which way, then SURFACE numbers and MORE for each surface in the order met.
+              part: slice = slice(None)) -> np.ndarray:
+    """The parameters of `trace` and `trace_spheres`: head, kinds and records of the surfaces in the order met.
 
-    film_distance: last vertex → film (mm). towards: "scene" (from the film), or "film" (from the scene).
-    part: of the surfaces in that order; between two parts a direction is as long as the index it runs in.
+    film_distance: last vertex → film (mm). wavelength: µm. towards: "scene" (from the film), or "film" (from the
+    scene). part: of the surfaces in that order; between two parts a direction has the length of the index.
     """
     indices, vertices = lens.indices(wavelength), lens.vertices
     sceneward = towards == "scene"
     order = (range(len(vertices) - 1, -1, -1) if sceneward else range(len(vertices)))[part]
     sign = -1.0 if sceneward else 1.0
-    at = 0.0
-    numbers = [sign]
+    end = 0.0
+    kinds, records = [], []
     for i in order:
         surface, shape = lens.surfaces[i], lens.surfaces[i].shape
         before, after = (indices[i + 1], indices[i]) if sceneward else (indices[i], indices[i + 1])
-        place = sign * (vertices[i] - lens.length - film_distance)
+        z = sign * (vertices[i] - lens.length - film_distance)
         c, kind = sign * surface.curvature, int(shape[KIND])
-        numbers += [kind, place - at, c, shape[UNIT], before**-2, after**2 - before**2, before**2 * c]
+        record = np.empty(LENGTHS[kind])
+        record[[GAP, CURVATURE, RIM]] = z - end, c, shape[UNIT]
+        record[[SLOWNESS, STEP, BEND]] = before**-2, after**2 - before**2, before**2 * c
         if kind == TOROID:
-            numbers.append(sign * shape[ACROSS])
+            record[CURVATURE_X] = sign * shape[ACROSS]
         elif kind != SPHERE:
-            numbers += [surface.conic, *(sign * shape[FIRST_TERM:FIRST_TERM + MORE[kind] - 1])]
-        at = place
-    return np.array([*numbers, at])
+            record[K] = surface.conic
+            record[COEFFICIENTS:] = sign * shape[FIRST_TERM:FIRST_TERM + LENGTHS[kind] - COEFFICIENTS]
+        kinds.append(kind)
+        records.append(record)
+        end = z
+    return np.concatenate([[sign, end, len(kinds)], kinds, *records])
 
 
 @stage
 def trace(lanes, p, key):
-    """Follow the ray through every surface; it ends on the last one, its direction a unit vector in air.
+    """Rays through every surface; each ends on the last one, its direction a unit vector in air.
 
-    CLEARANCE becomes the greatest (r / semi-diameter)² met, inf where the ray
-    turned back or met a surface beyond its equator or not at all; what is not ≤ 1 loses its WEIGHT.
-    p: as `packed` gives them.
+    CLEARANCE becomes the greatest (r / semi-diameter)² on the way, inf for a ray that
+    turns back, or that meets a surface beyond its equator or not at all. Where it is not ≤ 1, WEIGHT becomes 0.
+    p: as `pack_lens` gives them.
     """
-    real = lanes.dtype.type
-    row = rows(lanes)
-    Z_, N_, W_, V_ = row[Z], row[N], row[WEIGHT], row[CLEARANCE]
-    sign, end = p[0], p[p.size - 1]
-    for i in range(B):
-        Z_[i] *= sign
-        N_[i] *= sign
-        V_[i] = real(0)
-    s = 1
-    while s < p.size - 1:
-        kind = p[s]
+    _enter(lanes, p)
+    count = np.int64(p[COUNT])
+    s = KINDS + count
+    for i in range(count):
+        kind = np.int64(p[KINDS + i])
         if kind == SPHERE:
             _sphere(lanes, p, s)
-            s += SURFACE
+            s += RECORD
         elif kind == CONIC:
             _conic(lanes, p, s)
-            s += SURFACE + 1
+            s += CONIC_LENGTH
         elif kind == TOROID:
             _toroid(lanes, p, s)
-            s += SURFACE + 1
+            s += TOROID_LENGTH
         elif kind == EVEN:
             _even(lanes, p, s)
-            s += EVENS
+            s += EVEN_LENGTH
         else:
             _asphere(lanes, p, s)
-            s += ALL
-    for i in range(B):
-        Z_[i] = (Z_[i] + end) * sign
-        N_[i] *= sign
-        W_[i] = W_[i] if V_[i] <= real(1) else real(0)
+            s += ASPHERE_LENGTH
+    _leave(lanes, p)
 
 
 @stage
 def trace_spheres(lanes, p, key):
-    """As `trace`, for lenses of spheres and planes alone: quicker to compile, and the first start waits for it."""
+    """`trace` for lenses of spheres and planes alone; it compiles sooner, and the first start waits for it."""
+    _enter(lanes, p)
+    for s in range(KINDS + np.int64(p[COUNT]), p.size, RECORD):
+        _sphere(lanes, p, s)
+    _leave(lanes, p)
+
+
+@stage
+def _enter(lanes, p):
+    """From the camera frame to z along the light, with no rim met."""
     real = lanes.dtype.type
     row = rows(lanes)
-    Z_, N_, W_, V_ = row[Z], row[N], row[WEIGHT], row[CLEARANCE]
-    sign, end = p[0], p[p.size - 1]
+    z, n, clearance = row[Z], row[N], row[CLEARANCE]
+    sign = p[SIGN]
     for i in range(B):
-        Z_[i] *= sign
-        N_[i] *= sign
-        V_[i] = real(0)
-    for s in range(1, p.size - 1, SURFACE):
-        _sphere(lanes, p, s)
+        z[i] *= sign
+        n[i] *= sign
+        clearance[i] = real(0)
+
+
+@stage
+def _leave(lanes, p):
+    """Back to the camera frame from the last vertex; blocked rays lose their weight."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    z, n, weight, clearance = row[Z], row[N], row[WEIGHT], row[CLEARANCE]
+    sign, end = p[SIGN], p[END]
     for i in range(B):
-        Z_[i] = (Z_[i] + end) * sign
-        N_[i] *= sign
-        W_[i] = W_[i] if V_[i] <= real(1) else real(0)
+        z[i] = (z[i] + end) * sign
+        n[i] *= sign
+        weight[i] = weight[i] if clearance[i] <= real(1) else real(0)
 
 
 @stage
 def _sphere(lanes, p, s):
-    """Through a sphere or a plane."""
+    """Rays through the sphere or plane of the record at s."""
     real = lanes.dtype.type
     row = rows(lanes)
-    X_, Y_, Z_, L_, M_, N_, V_ = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
-    gap, c, rim, slow, step, bend = p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6]
+    X_, Y_, Z_, L_, M_, N_, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
+    gap, c, rim = p[s + GAP], p[s + CURVATURE], p[s + RIM]
+    slowness, step, bend = p[s + SLOWNESS], p[s + STEP], p[s + BEND]
     for i in range(B):
+        # Move to the foot of the perpendicular from the vertex
         l, m, n = L_[i], M_[i], N_[i]
         x, y, z = X_[i], Y_[i], Z_[i] - gap
-        e = -(l * x + m * y + n * z) * slow
+        e = -(l * x + m * y + n * z) * slowness
         x, y, z = x + e * l, y + e * m, z + e * n
-        d = c * (x * x + y * y + z * z) - (z + z)
-        before2 = n * n - bend * d
-        before, after = math.sqrt(before2), math.sqrt(before2 + step)
-        t = d / (n + before)
+
+        # Intersect: t = F / (G + n cos I), (n cos I)² = G² − n² c F
+        F = c * (x * x + y * y + z * z) - (z + z)
+        cos2_in = n * n - bend * F
+        cos_in, cos_out = math.sqrt(cos2_in), math.sqrt(cos2_in + step)
+        t = F / (n + cos_in)
         x, y, z = x + t * l, y + t * m, z + t * n
-        g = after - before
-        gc = g * c
+
+        # Refract
+        g = cos_out - cos_in
+        K_ = g * c
         side = real(1) - c * z
         n = n + g * side
         X_[i], Y_[i], Z_[i] = x, y, z
-        L_[i], M_[i], N_[i] = l - gc * x, m - gc * y, n
+        L_[i], M_[i], N_[i] = l - K_ * x, m - K_ * y, n
+
+        # Keep the greatest clearance; a NaN stays, for all that follows is NaN
         v = (x * x + y * y) * rim
         v = v if (side > real(0)) & (n > real(0)) else real(np.inf)
-        V_[i] = V_[i] if V_[i] >= v else v              # and NaN stays, for all that follows is NaN
+        clearance[i] = clearance[i] if clearance[i] >= v else v
 
 
 @stage
 def _conic(lanes, p, s):
-    """Through a conic: D − 2 b t + a t² = 0 from the foot, the root where the ray goes through as it travels."""
+    """Rays through the conic of the record at s."""
     real = lanes.dtype.type
     row = rows(lanes)
-    X_, Y_, Z_, L_, M_, N_, V_ = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
-    gap, c, rim, slow, step, bend, k = p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6], p[s + 7]
+    X_, Y_, Z_, L_, M_, N_, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
+    gap, c, rim, k = p[s + GAP], p[s + CURVATURE], p[s + RIM], p[s + K]
+    slowness, step, bend = p[s + SLOWNESS], p[s + STEP], p[s + BEND]
     kc, kc2 = k * c, k * c * c
     for i in range(B):
+        # Move to the foot of the perpendicular from the vertex
         l, m, n = L_[i], M_[i], N_[i]
         x, y, z = X_[i], Y_[i], Z_[i] - gap
-        e = -(l * x + m * y + n * z) * slow
+        e = -(l * x + m * y + n * z) * slowness
         x, y, z = x + e * l, y + e * m, z + e * n
-        d = c * (x * x + y * y + z * z) + kc * z * z - (z + z)
+
+        # Intersect: F − 2 b t + a t² = 0, the root where the ray crosses the surface along its travel
+        F = c * (x * x + y * y + z * z) + kc * z * z - (z + z)
         a, b = bend + kc * n * n, n * (real(1) - kc * z)
-        root = math.sqrt(b * b - a * d)
-        above, below = (d, b + root) if b > real(0) else (b - root, a)
+        root = math.sqrt(b * b - a * F)
+        above, below = (F, b + root) if b > real(0) else (b - root, a)
         t = above / below
         x, y, z = x + t * l, y + t * m, z + t * n
+
+        # Refract at the gradient (−c x, −c y, side)
         side = real(1) - (c + kc) * z
         r2 = x * x + y * y
-        steep = real(1) - kc2 * r2                      # squared length of the gradient (−c x, −c y, side)
-        before2 = root * root / steep
-        g = (math.sqrt(before2 + step) - math.sqrt(before2)) / math.sqrt(steep)
+        steep = real(1) - kc2 * r2                      # its squared length
+        cos2_in = root * root / steep
+        g = (math.sqrt(cos2_in + step) - math.sqrt(cos2_in)) / math.sqrt(steep)
         n = n + g * side
         X_[i], Y_[i], Z_[i] = x, y, z
         L_[i], M_[i], N_[i] = l - g * c * x, m - g * c * y, n
+
+        # Keep the greatest clearance
         v = r2 * rim
         v = v if (side > real(0)) & (n > real(0)) else real(np.inf)
-        V_[i] = V_[i] if V_[i] >= v else v
+        clearance[i] = clearance[i] if clearance[i] >= v else v
 
 
 @stage
-def _begin(lanes, p, s, c, k):
-    """To the foot, and in A0 the t of the hit on the conic (c, k), or on the plane: where Newton begins."""
+def _start_newton(lanes, p, s, c, k):
+    """The foot of the perpendicular, and DISTANCE to the conic (c, k), or to the plane where the ray misses it."""
     real = lanes.dtype.type
     row = rows(lanes)
-    X_, Y_, Z_, L_, M_, N_, T_ = row[X], row[Y], row[Z], row[L], row[M], row[N], row[A0]
-    gap, slow = p[s + 1], p[s + 4]
-    bend, kc = c / slow, k * c
+    X_, Y_, Z_, L_, M_, N_, distance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[DISTANCE]
+    gap, slowness = p[s + GAP], p[s + SLOWNESS]
+    bend, kc = c / slowness, k * c
     for i in range(B):
         l, m, n = L_[i], M_[i], N_[i]
         x, y, z = X_[i], Y_[i], Z_[i] - gap
-        e = -(l * x + m * y + n * z) * slow
+        e = -(l * x + m * y + n * z) * slowness
         x, y, z = x + e * l, y + e * m, z + e * n
         X_[i], Y_[i], Z_[i] = x, y, z
-        d = c * (x * x + y * y + z * z) + kc * z * z - (z + z)
+        F = c * (x * x + y * y + z * z) + kc * z * z - (z + z)
         a, b = bend + kc * n * n, n * (real(1) - kc * z)
-        root = math.sqrt(max(b * b - a * d, real(0)))
-        above, below = (d, b + root) if b > real(0) else (b - root, a)
+        root = math.sqrt(max(b * b - a * F, real(0)))
+        above, below = (F, b + root) if b > real(0) else (b - root, a)
         t = above / below
-        T_[i] = t if (c + kc) * (z + t * n) < real(1) else -z / n
+        distance[i] = t if (c + kc) * (z + t * n) < real(1) else -z / n
 
 
 @stage
-def _still(lanes, p, s):
-    """Whether Newton's method has come to rest for every ray: A1 holds the last step."""
+def _converged(lanes, p, s):
+    """Whether LAST_STEP of every ray is small; a lost ray is NaN, and counts as converged."""
     real = lanes.dtype.type
-    last, limit = rows(lanes)[A1], real(STILL) * p[s + 4] / p[s + 3]
+    last, limit = rows(lanes)[LAST_STEP], real(CONVERGED) * p[s + SLOWNESS] / p[s + RIM]
     moving = 0
     for i in range(B):
-        moving += 1 if last[i] * last[i] > limit else 0         # a lost ray is NaN, and moves no more
+        moving += 1 if last[i] * last[i] > limit else 0
     return moving == 0
 
 
 @stage
 def _even(lanes, p, s):
-    """Through an asphere of even powers: Newton's method on z = sag(r²), then the refraction.
+    """Rays through the asphere of even powers of the record at s: Newton's method on z = sag(r²), then refraction.
 
-    The height above the surface and its derivative along the ray are both carried
-    times √ (1 + √), √ that of the conic, so that a step has one root and one division.
+    The height above the surface and its derivative along the ray are both multiplied
+    by √ (1 + √), √ = √(1 − (1 + k) c² r²), so that a step has one root and one division.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    T_, H_, SX, SY = row[A0], row[A1], row[A2], row[A3]
-    c, unit, k = p[s + 2], p[s + 3], p[s + 7]
-    a, b, d, e, f = p[s + 8], p[s + 9], p[s + 10], p[s + 11], p[s + 12]
-    g, h, j, o, q = p[s + 13], p[s + 14], p[s + 15], p[s + 16], p[s + 17]
-    curl = (real(1) + k) * c * c
-    _begin(lanes, p, s, c, k)
+    distance, last, SX, SY = row[DISTANCE], row[LAST_STEP], row[SLOPE_X], row[SLOPE_Y]
+    c, unit, k, f = p[s + CURVATURE], p[s + RIM], p[s + K], s + COEFFICIENTS
+    a2, a4, a6, a8, a10 = p[f], p[f + 1], p[f + 2], p[f + 3], p[f + 4]
+    a12, a14, a16, a18, a20 = p[f + 5], p[f + 6], p[f + 7], p[f + 8], p[f + 9]
+    equator = (real(1) + k) * c * c
+    _start_newton(lanes, p, s, c, k)
     for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
-        if step > STEPS[lanes.itemsize // 8] and _still(lanes, p, s):
+        if step > STEPS[lanes.itemsize // 8] and _converged(lanes, p, s):
             break
         for i in range(B):
-            x, y, z = X_[i] + T_[i] * L_[i], Y_[i] + T_[i] * M_[i], Z_[i] + T_[i] * N_[i]
+            x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
             r2 = x * x + y * y
-            root = math.sqrt(max(real(1) - curl * r2, real(NEAR_EQUATOR)))
+            root = math.sqrt(max(real(1) - equator * r2, real(NEAR_EQUATOR)))
             whole = root * (real(1) + root)
+
+            # Σ a u^j, u = (r / h)², and its derivative, both over u
             u = r2 * unit
-            more = ((((((((q * u + o) * u + j) * u + h) * u + g) * u + f) * u + e) * u + d) * u + b) * u + a
-            steeper = ((((real(20) * q * u + real(18) * o) * u + real(16) * j) * u + real(14) * h) * u
-                       + real(12) * g) * u + real(10) * f
-            steeper = (((steeper * u + real(8) * e) * u + real(6) * d) * u + real(4) * b) * u + real(2) * a
-            height = (z - more * u) * whole - c * r2 * root
-            slope = c * (real(1) + root) + steeper * unit * whole
+            sum_ = ((((((((a20 * u + a18) * u + a16) * u + a14) * u + a12) * u + a10) * u + a8) * u + a6) * u + a4
+                    ) * u + a2
+            sum_slope = ((((real(20) * a20 * u + real(18) * a18) * u + real(16) * a16) * u + real(14) * a14) * u
+                         + real(12) * a12) * u + real(10) * a10
+            sum_slope = (((sum_slope * u + real(8) * a8) * u + real(6) * a6) * u + real(4) * a4) * u + real(2) * a2
+
+            # One step of Newton's method
+            height = (z - sum_ * u) * whole - c * r2 * root
+            slope = c * (real(1) + root) + sum_slope * unit * whole
             advance = height / (N_[i] * whole - slope * (x * L_[i] + y * M_[i]))
             slope = slope / whole
-            H_[i], SX[i], SY[i] = advance, slope * x, slope * y
-            T_[i] = T_[i] - advance
-    _refract(lanes, p, s, curl, curl)
+            last[i], SX[i], SY[i] = advance, slope * x, slope * y
+            distance[i] = distance[i] - advance
+    _refract(lanes, p, s, equator, equator)
 
 
 @stage
 def _asphere(lanes, p, s):
-    """Through an asphere of any powers, as `_even`; the terms are summed in loops of their own."""
+    """Rays through the asphere of any powers of the record at s, as `_even`; loops of their own sum the terms."""
     real = lanes.dtype.type
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    T_, H_, SX, SY, MORE_, STEEPER = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
-    c, unit, k = p[s + 2], p[s + 3], p[s + 7]
-    curl = (real(1) + k) * c * c
-    _begin(lanes, p, s, c, k)
+    distance, last, SX, SY = row[DISTANCE], row[LAST_STEP], row[SLOPE_X], row[SLOPE_Y]
+    sums, sum_slopes = row[SUM], row[SUM_SLOPE]
+    c, unit, k = p[s + CURVATURE], p[s + RIM], p[s + K]
+    equator = (real(1) + k) * c * c
+    _start_newton(lanes, p, s, c, k)
     for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
-        if step > STEPS[lanes.itemsize // 8] and _still(lanes, p, s):
+        if step > STEPS[lanes.itemsize // 8] and _converged(lanes, p, s):
             break
+
+        # Σ a u^j, u = r / h (held in SLOPE_X), and its derivative
         for i in range(B):
-            x, y = X_[i] + T_[i] * L_[i], Y_[i] + T_[i] * M_[i]
+            x, y = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i]
             SX[i] = math.sqrt((x * x + y * y) * unit)
-            MORE_[i], STEEPER[i] = real(0), real(0)
+            sums[i], sum_slopes[i] = real(0), real(0)
         for j in range(TERMS - 1, -1, -1):
-            term = p[s + SURFACE + 1 + j]
+            term = p[s + COEFFICIENTS + j]
             more = real(j + 2) * term
             for i in range(B):
-                MORE_[i], STEEPER[i] = MORE_[i] * SX[i] + term, STEEPER[i] * SX[i] + more
+                sums[i], sum_slopes[i] = sums[i] * SX[i] + term, sum_slopes[i] * SX[i] + more
+
+        # One step of Newton's method
         for i in range(B):
-            x, y, z = X_[i] + T_[i] * L_[i], Y_[i] + T_[i] * M_[i], Z_[i] + T_[i] * N_[i]
+            x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
             r2 = x * x + y * y
-            root = math.sqrt(max(real(1) - curl * r2, real(NEAR_EQUATOR)))
+            root = math.sqrt(max(real(1) - equator * r2, real(NEAR_EQUATOR)))
             whole = root * (real(1) + root)
-            height = (z - MORE_[i] * r2 * unit) * whole - c * r2 * root
-            slope = c * (real(1) + root) + STEEPER[i] * unit * whole
+            height = (z - sums[i] * r2 * unit) * whole - c * r2 * root
+            slope = c * (real(1) + root) + sum_slopes[i] * unit * whole
             advance = height / (N_[i] * whole - slope * (x * L_[i] + y * M_[i]))
             slope = slope / whole
-            H_[i], SX[i], SY[i] = advance, slope * x, slope * y
-            T_[i] = T_[i] - advance
-    _refract(lanes, p, s, curl, curl)
+            last[i], SX[i], SY[i] = advance, slope * x, slope * y
+            distance[i] = distance[i] - advance
+    _refract(lanes, p, s, equator, equator)
 
 
 @stage
 def _toroid(lanes, p, s):
-    """Through a cylinder or toroid: Newton's method from the sphere of mean curvature, then the refraction.
+    """Rays through the cylinder or toroid of the record at s: Newton's method from the sphere of mean curvature.
 
-    The sag is A / (1 + √); height and derivative are carried times √ (1 + √)².
+    The sag is A / (1 + √), A = c_x x² + c_y y²; height and derivative are multiplied by √ (1 + √)².
     """
     real = lanes.dtype.type
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    T_, H_, SX, SY = row[A0], row[A1], row[A2], row[A3]
-    c, across = p[s + 2], p[s + 7]
-    _begin(lanes, p, s, real(0.5) * (c + across), real(0))
+    distance, last, SX, SY = row[DISTANCE], row[LAST_STEP], row[SLOPE_X], row[SLOPE_Y]
+    c_y, c_x = p[s + CURVATURE], p[s + CURVATURE_X]
+    _start_newton(lanes, p, s, real(0.5) * (c_y + c_x), real(0))
     for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
-        if step > STEPS[lanes.itemsize // 8] and _still(lanes, p, s):
+        if step > STEPS[lanes.itemsize // 8] and _converged(lanes, p, s):
             break
         for i in range(B):
-            x, y, z = X_[i] + T_[i] * L_[i], Y_[i] + T_[i] * M_[i], Z_[i] + T_[i] * N_[i]
-            bend_x, bend_y = across * x, c * y
+            x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
+            bend_x, bend_y = c_x * x, c_y * y
             root = math.sqrt(max(real(1) - bend_x * bend_x - bend_y * bend_y, real(NEAR_EQUATOR)))
             outer = real(1) + root
             whole = root * outer * outer
-            bend = bend_x * x + bend_y * y
+            A = bend_x * x + bend_y * y
             both = real(2) * root * outer
-            slope_x, slope_y = bend_x * (both + bend * across), bend_y * (both + bend * c)
-            advance = (z * whole - bend * root * outer) / (N_[i] * whole - slope_x * L_[i] - slope_y * M_[i])
+            slope_x, slope_y = bend_x * (both + A * c_x), bend_y * (both + A * c_y)
+            advance = (z * whole - A * root * outer) / (N_[i] * whole - slope_x * L_[i] - slope_y * M_[i])
             share = real(1) / whole
-            H_[i], SX[i], SY[i] = advance, slope_x * share, slope_y * share
-            T_[i] = T_[i] - advance
-    _refract(lanes, p, s, across * across, c * c)
+            last[i], SX[i], SY[i] = advance, slope_x * share, slope_y * share
+            distance[i] = distance[i] - advance
+    _refract(lanes, p, s, c_x * c_x, c_y * c_y)
 
 
 @stage
-def _refract(lanes, p, s, curl_x, curl_y):
-    """Refract where Newton ended: A0 t from the foot, A1 the last step, A2 and A3 the slopes of the sag.
+def _refract(lanes, p, s, equator_x, equator_y):
+    """Refraction where Newton's method ended: DISTANCE from the foot, SLOPE_X and SLOPE_Y of the sag.
 
-    curl_x, curl_y: the equator is where curl_x x² + curl_y y² is 1.
+    A ray is lost if LAST_STEP is not small, or if equator_x x² + equator_y y² is not below 1.
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    X_, Y_, Z_, L_, M_, N_, V_ = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
-    T_, H_, SX, SY = row[A0], row[A1], row[A2], row[A3]
-    rim, slow, step = p[s + 3], p[s + 4], p[s + 5]
+    X_, Y_, Z_, L_, M_, N_, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
+    distance, last, SX, SY = row[DISTANCE], row[LAST_STEP], row[SLOPE_X], row[SLOPE_Y]
+    rim, slowness, step = p[s + RIM], p[s + SLOWNESS], p[s + STEP]
     for i in range(B):
         l, m, n = L_[i], M_[i], N_[i]
-        x, y, z = X_[i] + T_[i] * l, Y_[i] + T_[i] * m, Z_[i] + T_[i] * n
+        x, y, z = X_[i] + distance[i] * l, Y_[i] + distance[i] * m, Z_[i] + distance[i] * n
         slope_x, slope_y = SX[i], SY[i]
+
+        # Refract at the gradient (−slope_x, −slope_y, 1)
         steep = math.sqrt(real(1) + slope_x * slope_x + slope_y * slope_y)
-        before = (n - slope_x * l - slope_y * m) / steep
-        g = (math.sqrt(before * before + step) - before) / steep
+        cos_in = (n - slope_x * l - slope_y * m) / steep
+        g = (math.sqrt(cos_in * cos_in + step) - cos_in) / steep
         n = n + g
         X_[i], Y_[i], Z_[i] = x, y, z
         L_[i], M_[i], N_[i] = l - g * slope_x, m - g * slope_y, n
-        found = (H_[i] * H_[i] * rim <= real(STILL) * slow) & (curl_x * x * x + curl_y * y * y < real(1))
+
+        # Keep the greatest clearance
+        found = (last[i] * last[i] * rim <= real(CONVERGED) * slowness) & (
+            equator_x * x * x + equator_y * y * y < real(1))
         v = (x * x + y * y) * rim
-        v = v if found & (before > real(0)) & (n > real(0)) else real(np.inf)
-        V_[i] = V_[i] if V_[i] >= v else v
+        v = v if found & (cos_in > real(0)) & (n > real(0)) else real(np.inf)
+        clearance[i] = clearance[i] if clearance[i] >= v else v
 
 
 def trace_step(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
-           part: slice = slice(None)) -> Step:
-    """The step that traces this lens, its stop a circle, with its film this far behind the last vertex (mm).
+               part: slice = slice(None)) -> Step:
+    """The step that traces a lens with a circular stop; arguments as those of `pack_lens`.
 
-    Before the lens a direction is as long as the index there.
+    In front of the lens a direction has the length of the index there.
     """
     spherical = all(surface.is_spherical for surface in lens.surfaces)
     return Step(trace_spheres if spherical else trace, pack_lens(lens, film_distance, wavelength, towards, part))
@@ -363,7 +424,7 @@ def trace_step(lens: Lens, film_distance: float, wavelength: float = D_LINE, tow
 
 @stage
 def scale_directions(lanes, p, key):
-    """Make the direction p times as long: a ray carries its index, and is a unit vector outside."""
+    """The direction multiplied by p[0]: between unit vectors and vectors of the length of the index."""
     row = rows(lanes)
     l, m, n = row[L], row[M], row[N]
     factor = p[0]
@@ -373,11 +434,12 @@ def scale_directions(lanes, p, key):
 
 def round_stop_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE,
                      towards: str = "scene") -> list[Step]:
-    """The steps that trace this lens, its stop a circle: `tracer`, for unit vectors in whatever lies before it."""
+    """Steps that trace a lens with a circular stop, between unit vectors; arguments as those of `pack_lens`."""
     return _between_units(lens, [trace_step(lens, film_distance, wavelength, towards)], towards)
 
 
 def _between_units(lens: Lens, steps: list[Step], towards: str) -> list[Step]:
+    """The steps of a lens for unit vectors in the medium in front of it."""
     n = lens.front_index
     if n == 1.0:
         return steps
@@ -385,7 +447,7 @@ def _between_units(lens: Lens, steps: list[Step], towards: str) -> list[Step]:
 
 
 def trace_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> list[Step]:
-    """The steps that trace this lens as `round_through` does, with the blades of its stop."""
+    """Steps that trace a lens, its iris blades included, between unit vectors; arguments as those of `pack_lens`."""
     blocking = lens.iris.blocking(lens.stop.semi_diameter)
     if not blocking:
         return round_stop_steps(lens, film_distance, wavelength, towards)

@@ -1,8 +1,8 @@
-"""By what margin rays pass a lens: the greatest r / semi-diameter met on the way, which is to be no more than 1.
+"""Clearance of rays at the rims of a lens: the greatest r / semi-diameter on the way; a ray passes if it is ≤ 1.
 
-Rays are named by their film point and by where they cross the plane of the last vertex, mm; the film lies film_distance
-behind it. They are traced in blocks, in float64 or, where a thousandth of a rim will do, in float32, which is
-three times as fast. Lens frame.
+A ray is given by its film point and its point on the plane of the last vertex, mm; the film lies film_distance
+behind that plane. Rays are traced in blocks, in float64 or, where an error of a thousandth is acceptable, in float32,
+which is three times as fast. Lens frame.
 """
 
 import math
@@ -17,13 +17,13 @@ from lensbench.optics.block_trace import trace_step
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 
-SINGLE = 1.2e-5             # the largest error of a root margin in float32, for a stop as large as the rear surface
+SINGLE = 1.2e-5             # greatest error of a clearance in float32, for a stop as large as the rear surface
 
 
 class ClearanceTracer(NamedTuple):
-    """What traces the rays of one lens before one film: workbench, code, numbers and key, in float64 and in float32.
+    """Lane buffer, stage, parameters and key that trace rays of one lens and film, in float64 and in float32.
 
-    error: of a root margin in float32.
+    error: of a clearance in float32.
     """
 
     double: tuple[Any, ...]
@@ -32,7 +32,7 @@ class ClearanceTracer(NamedTuple):
 
 
 def clearance_tracer(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> ClearanceTracer:
-    """For one thread: the workbenches are its own."""
+    """A tracer for one thread, since it owns its lane buffers. film_distance: mm; wavelength: µm."""
     step = trace_step(lens, film_distance, wavelength)
     double, single = ((lane_buffer(real), stage_address(step.kernel, real), np.asarray(step.parameters, real),
                        np.zeros(KEYS, np.uint32)) for real in (np.float64, np.float32))
@@ -40,10 +40,11 @@ def clearance_tracer(lens: Lens, film_distance: float, wavelength: float = D_LIN
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _traced(film_x, film_y, px, py, distance, out, lanes, code, p, key):
+def _trace(film_x, film_y, px, py, distance, out, lanes, code, p, key):
+    """The clearances of the rays from (film_x, film_y) to (px, py), block by block, into out (n,)."""
     n, real = out.size, lanes.dtype.type
     row = rows(lanes)
-    x, y, z, l, m, o, margin = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
+    x, y, z, l, m, o, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
     for start in range(0, n, B):
         count = min(B, n - start)
         for i in range(count):
@@ -51,22 +52,22 @@ def _traced(film_x, film_y, px, py, distance, out, lanes, code, p, key):
             size = 1.0 / math.sqrt(dx * dx + dy * dy + distance * distance)
             x[i], y[i], z[i] = real(film_x[start + i]), real(film_y[start + i]), real(0)
             l[i], m[i], o[i] = real(dx * size), real(dy * size), real(-distance * size)
-        for i in range(count, B):           # the last ray again
+        for i in range(count, B):           # fill the block with copies of the last ray
             x[i], y[i], z[i], l[i], m[i], o[i] = x[i - 1], y[i - 1], z[i - 1], l[i - 1], m[i - 1], o[i - 1]
         call_stage(code, lanes, p, key)
         for i in range(count):
-            out[start + i] = math.sqrt(margin[i]) if margin[i] < math.inf else math.inf
+            out[start + i] = math.sqrt(clearance[i]) if clearance[i] < math.inf else math.inf
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def clearances(film_x, film_y, px, py, distance, out, machine, accuracy):
-    """The root margins of the rays from (film_x, film_y) to (px, py), inf where one does not come through.
+def clearances(film_x, film_y, px, py, distance, out, tracer, accuracy):
+    """Clearances of the rays from (film_x, film_y) to (px, py), mm, into out (n,); inf for rays that do not pass.
 
-    As many as `out` has room for. accuracy: how large an error may be; 0 for all digits.
+    distance: last vertex → film (mm). accuracy: acceptable error; 0 for float64.
     """
-    if machine.error <= accuracy:
-        lanes, code, p, key = machine.single
-        _traced(film_x, film_y, px, py, distance, out, lanes, code, p, key)
+    if tracer.error <= accuracy:
+        lanes, code, p, key = tracer.single
+        _trace(film_x, film_y, px, py, distance, out, lanes, code, p, key)
     else:
-        bench, code_of_double, numbers, own_key = machine.double
-        _traced(film_x, film_y, px, py, distance, out, bench, code_of_double, numbers, own_key)
+        lanes64, code64, p64, key64 = tracer.double
+        _trace(film_x, film_y, px, py, distance, out, lanes64, code64, p64, key64)

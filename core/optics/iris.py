@@ -1,13 +1,12 @@
-"""The stop's shape: a circle, or an iris of n blades, straight or rounded.
+"""Shape of the stop: a circle, or an iris of n blades, straight or rounded.
 
-An iris stands for a circle about its corners, of the stop's radius: that circle is
-what an f-number means, as for a stop that is round, and the blades lie within it. Of
-the light of the circle an iris of n straight blades passes (n / 2π) sin(2π/n). Each
-blade is an arc between two corners; its height over the chord is `roundness` of the
-circle's own: 0 is the polygon, 1 the circle.
+The corners of an iris lie on the circle of the stop's radius. The f-number refers to that circle;
+the blades lie within it. An iris of n straight blades passes
+(n / 2π) sin(2π/n) of the circle's light. Each blade is an arc between two corners; its height over the chord
+is `roundness` times that of the circle: 0 is the polygon, 1 the circle.
 
-Camera and lens frame, x right and y up. The rotation is in radians, and turns the
-iris counter-clockwise as seen from behind the camera; at 0 a corner points up.
+Camera and lens frame, x right and y up. The rotation is in radians,
+counter-clockwise as seen from behind the camera; at 0 a corner points up.
 """
 
 import math
@@ -38,16 +37,36 @@ from lensbench.kernels.block import (
 )
 
 MOST_BLADES = 24
-CELLS = 32              # chords of one blade, for the map from the square
+CELLS = 32              # chords of one blade, for the map from the disk
+
+# Parameters of `map_to_iris`: chords, azimuth of the first corner (turns), then their ends: x of all, y of all
+CHORDS, CORNER, ENDS = range(3)
+# Parameters of `block_by_blades`: coefficient of r², then those of x and y for each blade
+BULGE, SIDES = range(2)
 
 
 class IrisError(ValueError):
-    """A stop whose shape cannot be; the message says what to do."""
+    """An impossible shape of the stop; the message says what to do."""
 
 
 @dataclass(frozen=True)
 class Iris:
-    """The shape of a stop of radius 1, by its number of blades (0: a circle), rotation and roundness."""
+    """The shape of a stop of radius 1.
+
+    Parameters
+    ----------
+    blades : int
+        Number of blades, 3 to 24, or 0 for a circle.
+    rotation : float
+        Angle in radians, counter-clockwise as seen from behind the camera; at 0 a corner points up.
+    roundness : float
+        0 for straight blades to 1 for a circle.
+
+    Raises
+    ------
+    IrisError
+        For other numbers.
+    """
 
     blades: int = 0
     rotation: float = 0.0
@@ -65,16 +84,16 @@ class Iris:
 
     @property
     def is_round(self) -> bool:
-        """Whether it is the circle."""
+        """Whether the opening is a circle."""
         return self.blades == 0 or self.roundness == 1.0
 
     @property
     def area(self) -> float:
-        """Of the opening, π for the circle: the part of a round stop's light that passes is area / π."""
+        """Area of the opening, π for the circle; area / π of the light of a round stop passes."""
         return self.mean(lambda r: math.pi * r * r)
 
     def radius(self, azimuth) -> np.ndarray:
-        """Distance of the edge from the axis along these azimuths (radians from +x towards +y)."""
+        """Distance of the edge from the axis at azimuths of any shape (radians from +x towards +y)."""
         azimuth = np.asarray(azimuth, float)
         if self.is_round:
             return np.ones_like(azimuth)
@@ -85,7 +104,7 @@ class Iris:
         return 2.0 * rim / (b + np.sqrt(b * b + 4.0 * bulge * rim))
 
     def mean(self, function: Callable[[np.ndarray], np.ndarray]) -> float:
-        """The mean over all azimuths of a function of the edge's distance, by Gauss's rule along half a blade."""
+        """Mean over all azimuths of a function of the edge's distance, by Gauss's rule along half a blade."""
         if self.is_round:
             return float(function(np.ones(1))[0])
         node, weight = np.polynomial.legendre.leggauss(24)
@@ -93,7 +112,7 @@ class Iris:
         return float(0.5 * weight @ function(self.radius(corner + 0.5 * (node + 1.0) * math.pi / self.blades)))
 
     def outline(self, points: int = 24) -> np.ndarray:
-        """(n, 2) points of the edge, counter-clockwise from a corner, `points` to a blade."""
+        """Points (n, 2) of the edge, counter-clockwise from a corner, `points` to a blade."""
         count = max(self.blades, 3) * points
         azimuth = self.rotation + 0.5 * math.pi + 2.0 * math.pi * np.arange(count) / count
         return self.radius(azimuth)[:, None] * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
@@ -108,11 +127,11 @@ class Iris:
 
     @property
     def steps(self) -> list[Step]:
-        """The step that crowds the places U0, U1 of a round pupil into the opening, equal areas staying equal."""
-        return [] if self.is_round else [Step(map_to_iris, _corners(self))]
+        """The step that maps pupil samples U0, U1 from the disk to the opening, by equal areas; none for a circle."""
+        return [] if self.is_round else [Step(map_to_iris, _chords(self))]
 
     def blocking(self, radius: float) -> list[Step]:
-        """The step that blocks, at a stop of this radius (mm), what the blades cover; none where it is round."""
+        """The step that blocks rays at the blades of a stop of this radius (mm); none for a circle."""
         if self.is_round:
             return []
         flat, bulge, rim = self._edge
@@ -122,9 +141,9 @@ class Iris:
 
     @property
     def _edge(self) -> tuple[float, float, float]:
-        """(f, b, e): a point at the distance s along a blade's middle, r from the axis, is within it if f s + b r² ≤ e.
+        """(f, b, e): a point passes a blade if f s + b r² ≤ e, r from the axis and s along the direction of its middle.
 
-        The blade is an arc of curvature κ whose middle is at m: κ r² / 2 + (1 − κ m) s ≤ m − κ m² / 2.
+        The blade is an arc of curvature κ with its middle at s = m: κ r² / 2 + (1 − κ m) s ≤ m − κ m² / 2.
         """
         half = math.pi / self.blades
         height = self.roundness * (1.0 - math.cos(half))
@@ -134,10 +153,10 @@ class Iris:
 
 
 @lru_cache(maxsize=64)
-def _corners(iris: Iris) -> np.ndarray:
-    """Parameters of `crowd`: how many chords, the turn of the first corner, then the chords' ends, x of all, y of all.
+def _chords(iris: Iris) -> np.ndarray:
+    """The parameters of `map_to_iris`.
 
-    The triangles under them have equal areas, and together the opening's own.
+    The triangles of the axis and a chord have equal areas, which add up to that of the opening.
     """
     n = iris.blades * CELLS
     azimuth = iris.rotation + 0.5 * math.pi + 2.0 * math.pi * np.arange(64 * n + 1) / (64 * n)
@@ -151,19 +170,19 @@ def _corners(iris: Iris) -> np.ndarray:
 
 @stage
 def map_to_iris(lanes, p, key):
-    """From places U0, U1 of a whole disk to those of the part of it that an iris leaves open.
+    """Pupil samples U0, U1 of the whole disk become samples of the opening of an iris, by equal areas.
 
-    A place keeps its share of the area, both of the turn about the axis and of the way to the edge: the
-    disk's concentric map then fills the opening evenly.  p: as `_corners` gives them.
+    The concentric map of the result fills the opening evenly.  p: as `_chords` gives them.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     u, v = row[U0], row[U1]
     chord, along, ax, ay, bx, by = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
-    n, begin = p[0], p[1]
+    n, begin = p[CHORDS], p[CORNER]
     count = np.int64(n)
-    across, up = p[2:], p[3 + count:]
+    end_x, end_y = p[ENDS:], p[ENDS + count + 1:]
     last = n - real(0.5)
+    # Azimuth of the sample in turns, by the concentric map; its chord and the position along it
     for i in range(B):
         a, b = real(2) * v[i] - real(1), real(2) * u[i] - real(1)
         steep = abs(b) > abs(a)
@@ -174,16 +193,17 @@ def map_to_iris(lanes, p, key):
         place = (turn - np.floor(turn)) * n
         place = place if place < last else last
         chord[i], along[i] = np.floor(place), place - np.floor(place)
-    gather(ax, across, chord)
-    gather(bx, across[1:], chord)
-    gather(ay, up, chord)
-    gather(by, up[1:], chord)
+    # Ends of the chord
+    gather(ax, end_x, chord)
+    gather(bx, end_x[1:], chord)
+    gather(ay, end_y, chord)
+    gather(by, end_y[1:], chord)
     for i in range(B):
         a, b = abs(real(2) * v[i] - real(1)), abs(real(2) * u[i] - real(1))
         reach = a if a > b else b
         f = along[i]
         x, y = (ax[i] + f * (bx[i] - ax[i])) * reach, (ay[i] + f * (by[i] - ay[i])) * reach
-        # Back into the square: the turn within an octant by atan q = 2 atan(q / (1 + √(1 + q²)))
+        # Back to the square by the inverse concentric map; within an octant atan q = 2 atan(q / (1 + √(1 + q²)))
         steep = abs(y) > abs(x)
         far, near = (y, x) if steep else (x, y)
         q = near / (far if far != real(0) else real(1))
@@ -200,22 +220,22 @@ def map_to_iris(lanes, p, key):
 
 @stage
 def block_by_blades(lanes, p, key):
-    """Block the rays that meet the blades, X, Y being on the stop: WEIGHT becomes 0, and CLEARANCE more than 1.
+    """Rays at the stop that meet the blades: WEIGHT becomes 0, and CLEARANCE greater than 1.
 
-    p: what r² counts, then of each blade what x and y count; a blade is met where the sum exceeds 1.
+    p: BULGE, then the coefficients of x and y for each blade; a ray meets a blade where BULGE r² + a x + b y > 1.
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, weight, margin, most = row[X], row[Y], row[WEIGHT], row[CLEARANCE], row[A0]
+    x, y, weight, clearance, most = row[X], row[Y], row[WEIGHT], row[CLEARANCE], row[A0]
     for i in range(B):
         most[i] = real(-1e30)
-    for s in range(1, p.size, 2):
+    for s in range(SIDES, p.size, 2):
         a, b = p[s], p[s + 1]
         for i in range(B):
             side = a * x[i] + b * y[i]
             most[i] = most[i] if most[i] >= side else side
-    bulge = p[0]
+    bulge = p[BULGE]
     for i in range(B):
         out = most[i] + bulge * (x[i] * x[i] + y[i] * y[i])
-        margin[i] = margin[i] if margin[i] >= out else out
+        clearance[i] = clearance[i] if clearance[i] >= out else out
         weight[i] = weight[i] if out <= real(1) else real(0)

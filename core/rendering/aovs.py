@@ -47,7 +47,7 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.concentric_map import concentric_disk
-from lensbench.optics.block_trace import MORE, SURFACE, trace_step
+from lensbench.optics.block_trace import trace_step
 from lensbench.optics.prescription import Lens
 from lensbench.scenery.scene import SKY_DISTANCE, Scene
 
@@ -178,15 +178,10 @@ def _fate_steps(camera: LensCamera) -> list[Step]:
     # The plane of the rim: a ray that meets this disk meets the surface within its rim, however deep the surface is
     plane = float(rear.sag(rear.semi_diameter)) - camera.film_distance
     steps = [Step(aim_at_rear_opening, [plane, rear.semi_diameter])]
-    kernel, numbers = trace_step(lens, camera.film_distance)[:2]
-    sign, at, place = numbers[0], 1, 0.0
-    for back, colour in enumerate(fate_colours(lens)[::-1], start=1):
-        one = numbers[at:at + SURFACE + MORE[int(numbers[at])]].copy()
-        at += len(one)
-        place += one[1]
-        one[1] = place                      # the gap before the surface: each one is traced from the film
-        blades = lens.iris.blocking(lens.stop.semi_diameter) if back + lens.stop_index == len(lens.surfaces) else []
-        steps += [Step(kernel, [sign, *one, place]), *blades, Step(show_fate, colour)]
+    for back, colour in enumerate(fate_colours(lens)[::-1]):
+        surface = trace_step(lens, camera.film_distance, part=slice(back, back + 1))
+        blades = lens.iris.blocking(lens.stop.semi_diameter) if back + lens.stop_index == len(lens.surfaces) - 1 else []
+        steps += [surface, *blades, Step(show_fate, colour)]
     return [*steps, Step(show_passed, [])]
 
 
