@@ -1,6 +1,6 @@
-"""The spaces that a point goes through on its way to a pixel, and the transforms between neighbours.
+"""The coordinate spaces of a point on its way to a pixel, and the transforms between neighbours.
 
-object   of a thing in the scene, its own frame, mm
+object   frame of an object in the scene, mm
 world    mm
 camera   mm; x right, y up, the camera looks along −z
 screen   the shorter side of the film spans [−1, 1], y up; z is 0 on the near plane and 1 on the far plane
@@ -8,8 +8,8 @@ NDC      [0, 1]², the origin at the top left of the picture; z as on the screen
 raster   pixels, the origin at the top left, pixel centres at +0.5; z as on the screen
 
 Transforms are 4 × 4 matrices named target_from_source, and adjacent names match in
-a product: raster_from_camera = raster_from_ndc @ ndc_from_screen @ screen_from_camera. (Shirley and others,
-Fundamentals of Computer Graphics, ch. 8, for the matrices; frames as in the project's design.)
+a product: raster_from_camera = raster_from_ndc @ ndc_from_screen @ screen_from_camera. (Matrices: Shirley and others,
+Fundamentals of Computer Graphics, ch. 8; frames: the project's design.)
 """
 
 import math
@@ -23,22 +23,22 @@ from lensbench.imaging.film import Film, film_from_raster
 from lensbench.kernels.block import Step
 
 Window = tuple[float, float, float, float]
-"""What of the screen falls on the film: left, right, bottom, top."""
+"""Part of the screen that falls on the film: left, right, bottom, top."""
 
 
 def half_extent(film: Film, axis: str) -> float:
-    """Half the film along one of its AXES, on the screen: 1 along its shorter side."""
+    """Half the film along one of its AXES, in screen units: 1 along its shorter side."""
     return film.extent(axis) / film.extent("shorter")
 
 
 def film_window(film: Film) -> Window:
-    """The window that the whole film is: its shorter side spans [−1, 1], whatever the shape of its pixels."""
+    """The window of the whole film: its shorter side spans [−1, 1], whatever the shape of its pixels."""
     x, y = half_extent(film, "horizontal"), half_extent(film, "vertical")
     return -x, x, -y, y
 
 
 def window_step(film: Film, window: Window) -> Step:
-    """The step from raster pixels to the film (mm), imagined so that this window falls on it."""
+    """The step from raster pixels to a film (mm, camera frame) on which this window falls."""
     left, right, bottom, top = window
     half = min(film.width, film.height) / 2.0
     return Step(film_from_raster, [(right - left) * half / film.pixels_x, -left * half,
@@ -46,17 +46,23 @@ def window_step(film: Film, window: Window) -> Step:
 
 
 def transform_points(matrix, points) -> np.ndarray:
-    """Points (…, 3) carried by one 4 × 4 matrix or by (…, 4, 4), divided by their fourth coordinate."""
+    """Points (…, 3) transformed by one 4 × 4 matrix or by (…, 4, 4), divided by their fourth coordinate."""
     m, p = np.asarray(matrix, float), np.asarray(points, float)[..., None]
     q = m[..., :3, :] @ np.concatenate([p, np.ones_like(p[..., :1, :])], -2)
     return (q / (m[..., 3:, :3] @ p + m[..., 3:, 3:]))[..., 0]
 
 
 class Intrinsics(NamedTuple):
-    """What a projective camera is to computer vision: x right, y down, z forward, (u, v) in raster pixels.
+    """A projective camera in the convention of computer vision: x right, y down, z forward, (u, v) in raster pixels.
 
-    u = fx X / Z + cx, v = fy Y / Z + cy; of an orthographic camera u = fx X + cx, v = fy Y + cy, with fx and fy in
-    pixels per mm.
+    u = fx X / Z + cx, v = fy Y / Z + cy. For an orthographic camera u = fx X + cx, v = fy Y + cy.
+
+    Attributes
+    ----------
+    fx, fy : float
+        Focal lengths in pixels; for an orthographic camera pixels per mm.
+    cx, cy : float
+        Principal point in raster pixels.
     """
 
     fx: float
@@ -71,25 +77,61 @@ class Intrinsics(NamedTuple):
 
 
 class Places(NamedTuple):
-    """One point of the picture in every space; what lies before the camera is the point at a distance along its ray."""
+    """Points of the picture in every space; the point in front of the camera is the one at a distance along the ray.
 
-    raster: np.ndarray          # (n, 2) pixels
-    ndc: np.ndarray             # (n, 2)
-    screen: np.ndarray          # (n, 2)
-    film: np.ndarray            # (n, 3) mm, camera frame: where the picture of it falls
-    camera: np.ndarray          # (n, 3) mm; NaN where the camera is dark
-    world: np.ndarray           # (n, 3) mm
-    object: np.ndarray          # (n, 3) mm; that of the world, where no object is named
+    Attributes
+    ----------
+    raster : (n, 2) ndarray
+        Pixels.
+    ndc, screen : (n, 2) ndarray
+        Without z.
+    film : (n, 3) ndarray
+        Point on the film (mm, camera frame).
+    camera, world : (n, 3) ndarray
+        mm; NaN where no light passes.
+    object : (n, 3) ndarray
+        mm; in the world frame if no object is given.
+    """
+
+    raster: np.ndarray
+    ndc: np.ndarray
+    screen: np.ndarray
+    film: np.ndarray
+    camera: np.ndarray
+    world: np.ndarray
+    object: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Spaces:
     """The matrices of a perspective or orthographic camera.
 
-    scale: screen units per unit of slope, which is 1 / tan(fov / 2), or with perspective=False per mm.
-    near, far: distances of the planes that the screen's z tells, mm from the eye; of a perspective far may be math.inf.
-    eye: z of the centre of projection in the camera's frame (mm).
-    ValueError where 0 < near < far does not hold (an orthographic camera may have near ≤ 0).
+    Parameters
+    ----------
+    pixels_x, pixels_y : int
+        Of the picture.
+    window : (float, float, float, float)
+        Left, right, bottom and top of the part of the screen that falls on the film.
+    scale : float
+        Screen units per unit of slope, 1 / tan(fov / 2); for an orthographic camera per mm.
+    near, far : float
+        Distances of the planes with screen z 0 and 1 from the eye (mm). far may be math.inf for a perspective;
+        near may be ≤ 0 for an orthographic camera.
+    perspective : bool
+        Whether it is a perspective.
+    eye : float
+        z of the centre of projection in the camera frame (mm).
+    world_from_camera : (4, 4) ndarray
+        Pose of the camera.
+
+    Raises
+    ------
+    ValueError
+        If 0 < near < far does not hold.
+
+    References
+    ----------
+    Shirley and others, "Fundamentals of Computer Graphics", ch. 8.
     """
 
     pixels_x: int
@@ -122,20 +164,20 @@ class Spaces:
 
     @cached_property
     def ndc_from_screen(self) -> np.ndarray:
-        """The window becomes [0, 1]², and y turns over."""
+        """From the window to [0, 1]², with y inverted."""
         left, right, bottom, top = self.window
         across, up = 1.0 / (right - left), 1.0 / (top - bottom)
         return np.array([[across, 0, 0, -left * across], [0, -up, 0, top * up], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 
     @cached_property
     def screen_from_ndc(self) -> np.ndarray:
-        """[0, 1]² becomes the window, and y turns over."""
+        """From [0, 1]² to the window, with y inverted."""
         left, right, bottom, top = self.window
         return np.array([[right - left, 0, 0, left], [0, bottom - top, 0, top], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 
     @cached_property
     def screen_from_camera(self) -> np.ndarray:
-        """The projection: from the eye, z = −near becomes 0 and z = −far 1."""
+        """The projection from the eye: z = −near becomes 0 and z = −far 1."""
         s, n, f, e = self.scale, self.near, self.far, self.eye
         if self.perspective:
             a = 1.0 / (1.0 - n / f)
@@ -153,46 +195,63 @@ class Spaces:
 
     @cached_property
     def raster_from_screen(self) -> np.ndarray:
-        """By NDC."""
+        """From the screen to raster pixels."""
         return self.raster_from_ndc @ self.ndc_from_screen
 
     @cached_property
     def screen_from_raster(self) -> np.ndarray:
-        """By NDC."""
+        """From raster pixels to the screen."""
         return self.screen_from_ndc @ self.ndc_from_raster
 
     @cached_property
     def raster_from_camera(self) -> np.ndarray:
-        """By screen and NDC."""
+        """From the camera frame to raster pixels."""
         return self.raster_from_screen @ self.screen_from_camera
 
     @cached_property
     def camera_from_raster(self) -> np.ndarray:
-        """By NDC and screen; raster z = 0 lies on the near plane."""
+        """From raster pixels to the camera frame; raster z = 0 lies on the near plane."""
         return self.camera_from_screen @ self.screen_from_raster
 
     @cached_property
     def camera_from_world(self) -> np.ndarray:
-        """The inverse of where the camera stands."""
+        """The inverse of the camera's pose."""
         return np.linalg.inv(self.world_from_camera)
 
     @cached_property
     def raster_from_world(self) -> np.ndarray:
-        """By camera, screen and NDC."""
+        """From the world frame to raster pixels."""
         return self.raster_from_camera @ self.camera_from_world
 
     @cached_property
     def world_from_raster(self) -> np.ndarray:
-        """By NDC, screen and camera."""
+        """From raster pixels to the world frame."""
         return self.world_from_camera @ self.camera_from_raster
 
 
 def depth_resolution(depth, near: float, far: float, dtype=np.float32):
-    """The smallest step Δz (mm) that a depth buffer of this type can tell at `depth` (mm), in a perspective near … far.
+    """Smallest step Δz that a depth buffer resolves in a perspective.
 
-    One unit in the last place of the screen's z = f (1 − n / d) / (f − n), over its slope f n / ((f − n) d²). A float
-    for a float, an array for an array; far may be math.inf. ValueError where 0 < near < far or near ≤ depth ≤ far
-    does not hold.
+    It is one unit in the last place of z = f (1 − n / d) / (f − n), over its slope f n / ((f − n) d²).
+
+    Parameters
+    ----------
+    depth : float or array_like
+        d, distance from the eye along the axis (mm).
+    near, far : float
+        n and f, distances of the planes (mm); far may be math.inf.
+    dtype : dtype
+        Floating-point type of the buffer.
+
+    Returns
+    -------
+    float or ndarray
+        Steps in mm.
+
+    Raises
+    ------
+    ValueError
+        If 0 < near < far or near ≤ depth ≤ far does not hold.
     """
     d = np.asarray(depth, float)
     if not (0.0 < near < far and np.all((near <= d) & (d <= far))):

@@ -1,11 +1,11 @@
-"""The exposure triangle: f-number, shutter time and ISO, and how much light they leave for the picture.
+"""The exposure triangle: f-number, shutter time and ISO, and the light that they give the picture.
 
-A scene's radiance 1 stands for LUMINANCE, a white wall on an overcast day; in watts all light
-counts as that of 555 nm, of which one makes EFFICACY lumens. On the axis of a lens a film gets
-E = π L sin²θ′ = π L / (4 N²) with N the working f-number, and over the time t the exposure
-H = E t: lux seconds, or J/m². A picture's value 1 is the exposure that saturates at its ISO,
-SATURATION / ISO lux seconds (ISO 12232, the saturation-based speed); METER is the constant of
-meters of reflected light (ISO 2720), by which EV100 names a luminance.
+Radiance 1 of a scene represents LUMINANCE, a white wall on an overcast day. In watts all light
+counts as light of 555 nm, of which one watt is EFFICACY lumens. On the axis of a lens a film receives
+E = π L sin²θ′ = π L / (4 N²), N the working f-number, and over the time t the exposure
+H = E t, in lux seconds or J/m². The value 1 of a picture is the exposure that saturates at its ISO,
+SATURATION / ISO lux seconds (ISO 12232, saturation-based speed). METER is the constant of
+meters for reflected light (ISO 2720), which relates EV100 to luminance.
 """
 
 import math
@@ -20,20 +20,35 @@ EFFICACY = 683.0                # lm/W at 555 nm
 RADIANCE = LUMINANCE / EFFICACY         # W/(m² sr) of radiance 1
 METER = 12.5                    # cd s/m²: N² / t = luminance · ISO / METER
 SATURATION = 78.0               # lux s, over the ISO
-PHOTONS = 555e-9 / (6.62607015e-34 * 299792458.0) / EFFICACY * 1e-12   # to a µm² in a lux second: 4,091
-GREY = 10.0 / SATURATION        # what a meter makes of the mean: 10 / ISO lux s
+PHOTONS = 555e-9 / (6.62607015e-34 * 299792458.0) / EFFICACY * 1e-12   # per µm² and lux second: 4,091
+GREY = 10.0 / SATURATION        # value to which a meter exposes the mean: 10 / ISO lux s
 LUMA = (0.2126, 0.7152, 0.0722)
 METHODS = ("mean", "highlights")
-CLIPPED = 0.001                 # part of the picture that "highlights" lets clip
+CLIPPED = 0.001                 # part of the picture that clips with "highlights"
 
 
 class ExposureError(ValueError):
-    """An exposure or a sensor that cannot be; the message says what to do."""
+    """An invalid exposure or sensor; the message says what to do."""
 
 
 @dataclass(frozen=True)
 class Exposure:
-    """f-number (the working one, where focus is near), shutter time (s), ISO; ExposureError where one cannot be."""
+    """f-number, shutter time and ISO.
+
+    Parameters
+    ----------
+    f_number : float
+        The working f-number, which differs from the engraved one at close focus.
+    time : float
+        Shutter time (s).
+    iso : float
+        Sensitivity.
+
+    Raises
+    ------
+    ExposureError
+        If one of them is not positive and finite.
+    """
 
     f_number: float
     time: float
@@ -45,36 +60,36 @@ class Exposure:
 
     @property
     def ev(self) -> float:
-        """log₂(N² / t), whatever the ISO."""
+        """Exposure value log₂(N² / t), which does not depend on the ISO."""
         return math.log2(self.f_number**2 / self.time)
 
     @property
     def ev100(self) -> float:
-        """The EV at ISO 100 that lets the same luminance come out the same."""
+        """Exposure value at ISO 100 for the same luminance."""
         return self.ev - math.log2(self.iso / 100.0)
 
     @property
     def luminance(self) -> float:
-        """cd/m² that a meter would give this exposure for."""
+        """Luminance (cd/m²) for which a meter gives this exposure."""
         return luminance(self.ev100)
 
     @property
     def lux_seconds(self) -> float:
-        """On the axis, of a scene of radiance 1."""
+        """Exposure H on the axis (lux s) for a scene of radiance 1."""
         return LUMINANCE * math.pi / (4.0 * self.f_number**2) * self.time
 
     @property
     def joules(self) -> float:
-        """J/m² on the axis, of a scene of radiance 1."""
+        """Exposure H on the axis (J/m²) for a scene of radiance 1."""
         return self.lux_seconds / EFFICACY
 
     @property
     def brightness(self) -> float:
-        """What a picture of relative weights is multiplied by: its axis then is 1 where it saturates at this ISO."""
+        """Factor for pictures of relative weights, by which the value 1 on the axis is saturation at this ISO."""
         return self.lux_seconds * self.iso / SATURATION
 
     def brighter(self, stops: float, by: str = "time") -> "Exposure":
-        """The exposure that makes pictures brighter by so many stops, by its "time", "iso" or "f_number" alone."""
+        """The exposure for pictures brighter by this many stops, by changing "time", "iso" or "f_number" alone."""
         if not math.isfinite(stops):
             raise ExposureError(f"{stops} stops: it must be a finite number")
         factor = 2.0**stops
@@ -85,26 +100,76 @@ class Exposure:
         return replace(self, **{by: getattr(self, by) * factor})
 
     def at_ev100(self, ev100: float, by: str = "time") -> "Exposure":
-        """The exposure of this EV100, by changing its "time", "iso" or "f_number" alone."""
+        """The exposure with this EV100, by changing "time", "iso" or "f_number" alone."""
         return self.brighter(self.ev100 - ev100, by)
 
 
 def luminance(ev100: float) -> float:
-    """cd/m² that an EV at ISO 100 is metered for."""
+    """Luminance of an exposure value by the meter's constant.
+
+    Parameters
+    ----------
+    ev100 : float
+        Exposure value at ISO 100.
+
+    Returns
+    -------
+    float
+        cd/m².
+
+    References
+    ----------
+    ISO 2720.
+    """
     return METER / 100.0 * 2.0**ev100
 
 
 def ev100(luminance: float) -> float:
-    """The EV at ISO 100 that a meter gives for a luminance (cd/m²)."""
+    """Exposure value at ISO 100 that a meter gives for a luminance.
+
+    Parameters
+    ----------
+    luminance : float
+        cd/m².
+
+    Returns
+    -------
+    float
+        log₂(N² / t).
+
+    Raises
+    ------
+    ExposureError
+        If the luminance is not positive and finite.
+
+    References
+    ----------
+    ISO 2720.
+    """
     return math.log2(checked_positive("luminance", luminance) * 100.0 / METER)
 
 
 def metered_stops(image, method: str = "mean") -> float:
-    """By how many stops to brighten a picture (h, w, 3), linear, 1 where it saturates, for a normal exposure.
+    """Stops by which to brighten a picture for a normal exposure.
 
-    "mean": the mean of the logarithm of its luminance becomes GREY, as meters have it; what is darker than the
-    plain mean by more than 12 stops does not count. "highlights": all but a thousandth of the pixels stay below 1
-    in every channel. 0 where the picture is black.
+    Parameters
+    ----------
+    image : (h, w, 3) array_like
+        Linear picture, 1 at saturation.
+    method : {"mean", "highlights"}
+        "mean": the logarithmic mean of the luminance becomes GREY, as in a meter; pixels darker than the
+        plain mean by more than 12 stops do not count. "highlights": all but a thousandth of the pixels stay below 1
+        in every channel.
+
+    Returns
+    -------
+    float
+        Stops; 0 for a black picture.
+
+    Raises
+    ------
+    ExposureError
+        For another method.
     """
     if method not in METHODS:
         raise ExposureError(f"metering {method!r}: choose one of {', '.join(METHODS)}")
@@ -122,22 +187,64 @@ def metered_stops(image, method: str = "mean") -> float:
 
 
 def irradiance(image, open_time: float) -> np.ndarray:
-    """E in W/m² of a picture (h, w, 3) of physical weights that was exposed for this effective time (s)."""
+    """Irradiance E of a picture of physical weights.
+
+    Parameters
+    ----------
+    image : (h, w, 3) array_like
+        Linear picture.
+    open_time : float
+        Effective shutter time (s).
+
+    Returns
+    -------
+    (h, w, 3) ndarray
+        W/m².
+
+    Raises
+    ------
+    ExposureError
+        If the time is not positive and finite.
+    """
     return np.asarray(image) * (RADIANCE / checked_positive("open time", open_time))
 
 
 def radiant_exposure(image) -> np.ndarray:
-    """H in J/m² of a picture (h, w, 3) of physical weights: ∫ E dt."""
+    """Radiant exposure H = ∫ E dt of a picture of physical weights.
+
+    Parameters
+    ----------
+    image : (h, w, 3) array_like
+        Linear picture.
+
+    Returns
+    -------
+    (h, w, 3) ndarray
+        J/m².
+    """
     return np.asarray(image) * RADIANCE
 
 
 def pixel_energy(image, film: Film) -> np.ndarray:
-    """J that each pixel of the film collects, of a picture (h, w, 3) of physical weights: ∫∫ H dA."""
+    """Energy ∫∫ H dA that each pixel collects, for a picture of physical weights.
+
+    Parameters
+    ----------
+    image : (h, w, 3) array_like
+        Linear picture.
+    film : Film
+        The film, whose pixels have this size.
+
+    Returns
+    -------
+    (h, w, 3) ndarray
+        J.
+    """
     return radiant_exposure(image) * (film.pitch * 1e-3) ** 2
 
 
 def checked_positive(name: str, value: float) -> float:
-    """The value; ExposureError where it is no positive finite number."""
+    """The value; ExposureError if it is not positive and finite."""
     if not (math.isfinite(value) and value > 0.0):
         raise ExposureError(f"{name} {value:g}: it must be a positive number")
     return value

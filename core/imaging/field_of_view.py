@@ -1,4 +1,4 @@
-"""Field of view, focal length and film: each from the other two, and what stands for a lens on another film.
+"""Field of view, focal length and film: each from the other two, and equivalent lenses on another film.
 
 A field of view is that of a lens without distortion focused at infinity, 2 atan(h / 2f), in radians; lengths in mm.
 """
@@ -12,23 +12,51 @@ FULL_FRAME = Film(36.0, 24.0)
 
 
 class Equivalent(NamedTuple):
-    """What takes the same picture on another film.
+    """The lens that takes the same picture on another film.
 
-    The field is the same along the diagonal; the aperture is as wide, so that the depth of field, the blur as a part
-    of the picture, the diffraction and the light of the whole picture are the same too. Of a point
-    at infinity that is exact for any focus that is measured from the front focal point.
+    The field along the diagonal and the diameter of the aperture are the same. So are then the depth of field, the blur
+    as a part of the picture, the diffraction and the light of the whole picture. For a point
+    at infinity this is exact at any focus that is measured from the front focal point.
+
+    Attributes
+    ----------
+    crop : float
+        Crop factor: the other film's diagonal over this one's.
+    focal_length : float
+        mm.
+    f_number : float or None
+        None if none was given.
+    iso : float
+        Factor of the sensitivity for the same brightness at the same shutter time.
     """
 
-    crop: float                 # the other film's diagonal over this one's: the crop factor
-    focal_length: float         # mm
-    f_number: float | None      # None where none was given
-    iso: float                  # what the sensitivity is multiplied by for the same brightness at the same time
+    crop: float
+    focal_length: float
+    f_number: float | None
+    iso: float
 
 
 def field_of_view(focal_length: float, film: Film, axis: str = "diagonal") -> float:
-    """Radians along one of the film's AXES: 0 for a focal length of math.inf.
+    """Field of view of a lens without distortion, focused at infinity.
 
-    FilmError for a focal length (mm) that is not positive, or another axis.
+    Parameters
+    ----------
+    focal_length : float
+        mm; math.inf is allowed.
+    film : Film
+        The film.
+    axis : {"shorter", "longer", "horizontal", "vertical", "diagonal"}
+        Along which side of the film.
+
+    Returns
+    -------
+    float
+        Radians.
+
+    Raises
+    ------
+    FilmError
+        For a focal length that is not positive, or another axis.
     """
     if not focal_length > 0.0:
         raise FilmError(f"focal length {focal_length:g}: it must be positive")
@@ -36,23 +64,77 @@ def field_of_view(focal_length: float, film: Film, axis: str = "diagonal") -> fl
 
 
 def focal_length(fov: float, film: Film, axis: str = "diagonal") -> float:
-    """The focal length (mm) that sees fov (radians) along one of the film's AXES; FilmError unless 0 < fov < π."""
+    """Focal length for a field of view.
+
+    Parameters
+    ----------
+    fov : float
+        Radians, between 0 and π.
+    film : Film
+        The film.
+    axis : {"shorter", "longer", "horizontal", "vertical", "diagonal"}
+        Along which side of the film.
+
+    Returns
+    -------
+    float
+        mm.
+
+    Raises
+    ------
+    FilmError
+        For another field of view or axis.
+    """
     return film.extent(axis) / (2.0 * math.tan(_checked_fov(fov) / 2.0))
 
 
 def film_extent(fov: float, focal_length: float) -> float:
-    """How far a film must reach (mm) for a lens of this focal length (mm) to see fov (radians) along it.
+    """Extent of a film for a field of view.
 
-    FilmError unless 0 < fov < π and the focal length is positive.
+    Parameters
+    ----------
+    fov : float
+        Radians along this extent, between 0 and π.
+    focal_length : float
+        mm.
+
+    Returns
+    -------
+    float
+        mm.
+
+    Raises
+    ------
+    FilmError
+        For another field of view, or a focal length that is not positive.
     """
     _check("focal length", focal_length)
     return 2.0 * focal_length * math.tan(_checked_fov(fov) / 2.0)
 
 
 def equivalent(focal_length: float, film: Film, f_number: float | None = None, to: Film = FULL_FRAME) -> Equivalent:
-    """The focal length and f-number that take on `to` what these take on `film`: on 36 × 24 mm by default.
+    """Equivalent focal length and f-number on another film.
 
-    FilmError for a focal length or f-number that is not positive.
+    Parameters
+    ----------
+    focal_length : float
+        mm, on `film`.
+    film : Film
+        The film.
+    f_number : float or None
+        On `film`.
+    to : Film
+        The other film; by default 36 × 24 mm.
+
+    Returns
+    -------
+    Equivalent
+        Focal length, f-number and ISO factor on the other film.
+
+    Raises
+    ------
+    FilmError
+        For a focal length or f-number that is not positive.
     """
     _check("focal length", focal_length)
     if f_number is not None:

@@ -1,8 +1,8 @@
-"""A sensor: photons become electrons, electrons a voltage, and that a number, each with its noise and its limit.
+"""A sensor: photons become electrons, electrons a voltage, and that a number, each with its noise and limit.
 
-A pixel of area A collects PHOTONS · A · H photons of an exposure of H lux seconds (all light counts
-as that of 555 nm; what colour filters take is part of the quantum efficiency), and of these an electron each with
-that probability: Poisson's law. The well holds no more than it holds; reading adds
+A pixel of area A collects PHOTONS · A · H photons of an exposure of H lux seconds. (All light counts
+as light of 555 nm; the losses of colour filters are part of the quantum efficiency.) Each photon makes an electron with
+the probability of the quantum efficiency: Poisson's law. The well saturates at its full capacity; reading adds
 normal noise; the gain, ISO over base ISO, amplifies both; the converter rounds, and clips.
 """
 
@@ -20,20 +20,40 @@ from lensbench.imaging.exposure import PHOTONS, SATURATION, ExposureError, check
 from lensbench.imaging.film import Film
 from lensbench.kernels.sampling import mix
 
-CELLS = 4096            # of the table of the normal law
-PART = 1 << 16          # numbers that a thread takes at a time
-FEW = 8.0               # electrons, below which Poisson's law is followed number by number
-PEDESTAL = 1 / 64       # of the converter's range: so far below black it goes, that noise may go below
+CELLS = 4096            # of the table of the normal distribution
+PART = 1 << 16          # numbers in one task of a thread
+FEW = 8.0               # electrons, below which Poisson's law is summed term by term
+PEDESTAL = 1 / 64       # of the converter's range, below black: room for noise
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor of one kind of pixel, with a channel of its own for each colour at every place.
+    """A sensor of one kind of pixel, with a channel for each colour at every place.
 
-    full_well: electrons; quantum_efficiency: electrons a photon, (0, 1]; read_noise: electrons, rms;
-    base_iso: at which the full well is the top of the converter's range; bits: 8 to 16, of the converter. pitch: of a
-    pixel (µm); None: such that the exposure that saturates at base_iso, SATURATION / base_iso lux seconds, fills the
-    well. ExposureError for what cannot be.
+    Parameters
+    ----------
+    full_well : float
+        Capacity of a pixel (electrons).
+    quantum_efficiency : float
+        Electrons per photon, from 0 (excluded) to 1.
+    read_noise : float
+        Standard deviation (electrons).
+    base_iso : float
+        ISO at which the full well is the top of the converter's range.
+    bits : int
+        Of the converter, 8 to 16.
+    pitch : float or None
+        Side of a pixel (µm). None: such that the exposure that saturates at base_iso, SATURATION / base_iso lux
+        seconds, fills the well.
+
+    Raises
+    ------
+    ExposureError
+        For other numbers.
+
+    References
+    ----------
+    ISO 12232, saturation-based speed.
     """
 
     full_well: float = 50_000.0
@@ -58,7 +78,7 @@ class Sensor:
     @classmethod
     def of(cls, film: Film, quantum_efficiency: float = 0.5, read_noise: float = 3.0, base_iso: float = 100.0,
            bits: int = 14) -> "Sensor":
-        """The sensor whose pixels are the film's own, and whose wells the base ISO fills."""
+        """The sensor with the film's pixels, whose wells are full at saturation at the base ISO."""
         pitch = film.pitch * 1000.0
         per_lux_second = quantum_efficiency * PHOTONS * pitch**2
         checked_positive("base ISO", base_iso)
@@ -66,37 +86,37 @@ class Sensor:
 
     @property
     def electrons(self) -> float:
-        """For each lux second."""
+        """Electrons per lux second."""
         if self.pitch is None:
             return self.full_well * self.base_iso / SATURATION
         return self.quantum_efficiency * PHOTONS * self.pitch**2
 
     @property
     def pixel_pitch(self) -> float:
-        """Of a pixel, in µm: as given, or as the full well has it."""
+        """Side of a pixel (µm): as given, or as it follows from the full well."""
         return math.sqrt(self.electrons / (self.quantum_efficiency * PHOTONS))
 
     def top(self, iso: float) -> float:
-        """Electrons at the top of the converter's range at this ISO; ExposureError where that is none."""
+        """Electrons at the top of the converter's range at this ISO; ExposureError if the ISO is not positive."""
         return self.full_well * self.base_iso / checked_positive("ISO", iso)
 
     def clips_at(self, iso: float) -> float:
-        """Lux seconds from which pictures clip at this ISO: the well is full, or the converter at its end."""
+        """Lux seconds at which pictures clip at this ISO: the well is full, or the converter at its end."""
         return min(self.full_well, self.top(iso)) / self.electrons
 
     @property
     def dynamic_range(self) -> float:
-        """In stops, at the base ISO: the full well over the noise of reading and rounding."""
+        """Dynamic range at the base ISO, in stops: the full well over the noise of reading and rounding."""
         step = self.full_well / (2**self.bits - 1)
         return math.log2(self.full_well / math.hypot(self.read_noise, step / math.sqrt(12.0)))
 
     def record(self, image, iso: float, lux_seconds: float = 1.0, seed: int = 0) -> np.ndarray:
-        """What the sensor makes of a picture (h, w, 3), linear: float32 (h, w, 3) in the same unit, black at 0.
+        """The recorded picture, float32 (h, w, 3) in the unit of the given one, black at 0.
 
-        lux_seconds: the exposure for which a value of 1 stands (`Exposure.lux_seconds` for a picture of relative
-        weights, LUMINANCE for one of physical weights). Noise may go below black. A pixel's noise depends on the
-        seed and its place alone, not on the number of threads or on its neighbours. ExposureError for an ISO
-        that is none.
+        image: linear picture (h, w, 3). lux_seconds: the exposure that its value 1 represents (`Exposure.lux_seconds`
+        for relative weights, LUMINANCE for physical ones). Noise may be negative. The noise of a pixel depends on the
+        seed and its place alone, not on the number of threads or on its neighbours. ExposureError for an
+        invalid ISO.
         """
         top = self.top(iso)
         values = np.ascontiguousarray(image, np.float32)
@@ -117,7 +137,7 @@ class Sensor:
 
 @lru_cache(maxsize=1)
 def _normal() -> np.ndarray:
-    """(CELLS + 1,) quantiles of the normal law, the last on either side such that the variance between them is 1."""
+    """Quantiles (CELLS + 1,) of the normal distribution; the outer ones give linear interpolation the variance 1."""
     normal = NormalDist()
     inner = np.array([normal.inv_cdf(i / CELLS) for i in range(1, CELLS)])
     a, b = inner[:-1], inner[1:]
@@ -129,12 +149,12 @@ def _normal() -> np.ndarray:
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def _record(values, out, first, normal, seed, unit, full_well, read_noise, step, levels):
-    """Exposures in `unit` electrons → the same after the sensor; step: electrons to a number of the converter.
+    """Exposures in `unit` electrons, converted by the sensor; step: electrons to a number of the converter.
 
-    first: which number of the whole picture values[0] is.
+    first: place of values[0] among the numbers of the whole picture.
 
-    Poisson's law by the sum of its terms for FEW electrons, else by its normal part with the third moment
-    (Cornish and Fisher), rounded, its variance less by what the correction and the rounding add.
+    Poisson's law by the sum of its terms below FEW electrons. Above, a normal distribution corrected for the third
+    moment (Cornish and Fisher), rounded, its variance reduced by what the correction and the rounding add.
     """
     real = np.float32
     start = mix(uint32(seed * uint32(0x9E3779B9) + uint32(0x51ED270B)))
@@ -146,8 +166,10 @@ def _record(values, out, first, normal, seed, unit, full_well, read_noise, step,
         j, k = a >> cell, b >> cell
         f, g = real(np.int32(a & uint32(0xFFFFF))) * part, real(np.int32(b & uint32(0xFFFFF))) * part
         z = normal[j] + f * (normal[j + 1] - normal[j])
+
+        # Electrons of the well
         mean = values[i] * unit
-        mean = mean if mean > real(0) else real(0)              # which NaN is not
+        mean = mean if mean > real(0) else real(0)              # also for NaN
         mean = mean if mean < real(1e9) else real(1e9)
         if mean >= real(FEW):
             count = np.floor(mean + math.sqrt(mean - real(5.0 / 36.0)) * z + (z * z - real(1)) * real(1.0 / 6.0)
@@ -162,6 +184,8 @@ def _record(values, out, first, normal, seed, unit, full_well, read_noise, step,
                 term *= mean / count
         count = count if count > real(0) else real(0)
         count = count if count < full_well else full_well
+
+        # Read and convert
         noise = read_noise * (normal[k] + g * (normal[k + 1] - normal[k]))
         number = np.floor((count + noise) / step + real(0.5))
         number = number if number > low else low

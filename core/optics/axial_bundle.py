@@ -1,10 +1,10 @@
-"""The real rays of a point on the axis: how wide a bundle every rim lets pass, and where it goes.
+"""Bundles of real rays from a point on the axis: their width at the limiting rim, and their course.
 
-Lengths in mm, lens frame. A point on the axis is named by its nearness, 1/mm: one
+Lengths in mm, lens frame. A point on the axis is given by its nearness in 1/mm: one
 over its distance before the first vertex (or behind the last, for light that runs
-back), 0 at infinity. A bundle is known by the places of its rays on the plane of
-the vertex that it meets first. Of a lens with rotational symmetry the rays upwards stand for all; one with a
-cylinder or toroid is alike in four quadrants, and an even fan of directions stands for the rays of one.
+backwards), 0 at infinity. Rays are given by their points on the plane of
+the vertex that they meet first. For a lens with rotational symmetry the rays of one meridian represent all; a lens with
+a cylinder or toroid has four equal quadrants, and an even fan of directions represents one of them.
 """
 
 from functools import lru_cache
@@ -16,28 +16,30 @@ from numba import njit
 from lensbench.optics.paraxial import ray_matrix
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import PASSED, surface_table, trace_ray
+from lensbench.optics.surfaces import RIM2, VERTEX
 
-ZONES = 24                      # over the pupil's area: the rms needs 8, the widest ray of a spot within 1 % these
-FAN = 5                         # directions in a quadrant, for a pupil without rotational symmetry
-WITHIN_THE_RIM = 1.0 - 1e-12    # of the marginal height: the outermost ray, safe from the rounding of the search
-_SCAN = 24                      # steps outwards to the first ray that fails: a ring of light beyond it is no part
-_HALVINGS = 46                  # of one such step, to the rounding of the height
+ZONES = 24                      # over the pupil's area: 8 suffice for the rms, 24 for the extent of a spot to 1 %
+FAN = 5                         # directions in a quadrant of a pupil without rotational symmetry
+WITHIN_THE_RIM = 1.0 - 1e-12    # outermost ray over the marginal height: within the rounding error of the search
+_SCAN = 24                      # steps outwards to the first ray that fails; a ring of light beyond does not count
+_HALVINGS = 46                  # of such a step, to the rounding error of the height
 
 
 @lru_cache
 def zone_rule() -> tuple[np.ndarray, np.ndarray]:
-    """Heights (relative to the marginal one) and weights (sum 1) of Gauss's rule over the area of the pupil.
+    """Heights over the marginal height, and weights of sum 1, of Gauss's rule over the pupil's area.
 
-    And the outermost ray, of no weight.
+    The last entry is the outermost ray, of weight 0.
     """
     nodes, weights = np.polynomial.legendre.leggauss(ZONES)
     return np.append(np.sqrt(0.5 * (nodes + 1.0)), WITHIN_THE_RIM), np.append(0.5 * weights, 0.0)
 
 
 def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Directions (n, a, 2) from the axis, x and y, and what the rim there, squared, weighs in the pupil's area (n, a).
+    """Directions (n, a, 2), x and y, and their weights (n, a) per squared rim height in the pupil's area.
 
-    A quarter of the ellipse that is the paraxial pupil, at equal areas by the trapezium rule.
+    They cover a quarter of the ellipse that is the paraxial pupil, by the trapezium rule over equal areas.
+    nearness: (n,), 1/mm.
     """
     if lens.is_rotationally_symmetric:
         return np.tile([0.0, 1.0], (len(nearness), 1, 1)), np.ones((len(nearness), 1))
@@ -53,10 +55,10 @@ def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pupil_rays(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The bundles of axis points of nearness (n,), spread evenly over the pupil that all rims leave, with its rim.
+    """Bundles of axis points of nearness (n,) in 1/mm that cover the open pupil evenly, its rim included.
 
-    Places and slopes (n, rays, 2), x and y, on the plane of the last vertex, and weights (n, rays) of sum 1: by the
-    area on the plane of the first vertex.
+    → points and slopes (n, rays, 2), x and y, on the plane of the last vertex (mm, mm/mm), and weights (n, rays)
+    of sum 1, by the area on the plane of the first vertex.
     """
     (zones, zone_weights), (ways, weights) = zone_rule(), fan_rule(lens, nearness)
     places, slopes = np.empty((2, *ways.shape[:2], len(zones), 2))
@@ -70,16 +72,16 @@ def pupil_rays(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace_axial(table, height, nearness, forward, across, up):
-    """A ray of the axis through height · (across, up) on the plane of the vertex met first.
+    """A ray of an axis point through height · (across, up) on the plane of the vertex met first.
 
     → (x, y, dx/dz, dy/dz, fate) on the plane of the vertex met last. The ray starts on the
-    first plane, so that a far point costs no accuracy.
+    first plane, so a far point costs no accuracy.
     """
     last = table.shape[0] - 1
     slope = height * nearness
     scale = 1.0 / sqrt(1.0 + slope**2)
     way = scale if forward else -scale
-    start, end = (table[0, 1], table[last, 1]) if forward else (table[last, 1], table[0, 1])
+    start, end = (table[0, VERTEX], table[last, VERTEX]) if forward else (table[last, VERTEX], table[0, VERTEX])
     x, y, z, dx, dy, dz, fate, _ = trace_ray(
         table, True, across * height, up * height, start, across * slope * scale, up * slope * scale, way, None, 0, 0)
     slope_x, slope_y = dx / dz, dy / dz
@@ -88,11 +90,11 @@ def trace_axial(table, height, nearness, forward, across, up):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def marginal_height(table, nearness, forward, across=0.0, up=1.0):
-    """Distance (mm) from the axis of the outermost ray that passes every rim, in the direction (across, up) from it.
+    """Height (mm) on the plane of the vertex met first of the outermost ray that passes all rims.
 
-    On the plane of the vertex met first; 0 if none does.
+    (across, up): its direction from the axis, a unit vector. 0 if no ray passes.
     """
-    rim = 2.0 * sqrt(table[0, 2] if forward else table[table.shape[0] - 1, 2])
+    rim = 2.0 * sqrt(table[0, RIM2] if forward else table[table.shape[0] - 1, RIM2])
     inside, outside = 0.0, 0.0
     for step in range(1, _SCAN + 1):
         outside = rim * step / _SCAN
@@ -110,10 +112,10 @@ def marginal_height(table, nearness, forward, across=0.0, up=1.0):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace_bundles(table, nearness, zones, ways, places, slopes, rims):
-    """Forward bundles of n axis points into places, slopes (n, ways, zones, 2) on the plane of the last vertex.
+    """Forward bundles of n axis points into places, slopes (n, a, k, 2) on the plane of the last vertex (mm, mm/mm).
 
-    ways (n, a, 2): directions from the axis; zones (k,): heights relative to the marginal ray, at most 1; that ray's
-    own height goes into rims (n, a).
+    nearness (n,): 1/mm. ways (n, a, 2): directions from the axis. zones (k,): heights over the marginal height,
+    at most 1. rims (n, a) receives the marginal heights (mm).
     """
     for i in range(nearness.shape[0]):
         for j in range(ways.shape[1]):

@@ -1,9 +1,9 @@
 """Circles of confusion and depth of field.
 
 A circle of confusion is a diameter on the film, in mm. The closed forms of the
-thin lens measure distances from the lens; those of a real lens measure from the
-film, as focusing does. Every distance may be math.inf, every one may be an array. A lens with a cylinder or
-toroid draws ellipses: 2√2 × their rms radius is told, the diameter of the disk that is spread as far.
+thin lens measure distances from the lens; those of a real lens measure them from the
+film, as focusing does. Every distance may be math.inf, and may be an array. The spots of a lens with a cylinder or
+toroid are ellipses; their diameter is 2√2 × the rms radius, that of a uniform disk of this rms radius.
 """
 
 from math import isfinite
@@ -18,17 +18,36 @@ from lensbench.optics.prescription import Lens, LensError
 
 
 def circle_of_confusion(focal_length: float, f_number: float, focus_distance: ArrayLike, distance: ArrayLike):
-    """CoC diameter (mm) of a thin lens focused at focus_distance for points at distance, both mm from the lens.
+    """Circle of confusion of a thin lens: A f |s − s_f| / (s (s_f − f)), A = f / N.
 
-    A f |s − s_f| / (s (s_f − f)), A = f / N. A float for floats, an array for
-    arrays. FocusError where the focus lies within f or a distance is not positive;
-    LensError where f or the f-number is not a positive number.
+    Parameters
+    ----------
+    focal_length : float
+        f in mm.
+    f_number : float
+        N, for an object at infinity.
+    focus_distance : float or array_like
+        s_f, lens → plane in focus (mm); broadcast against `distance`.
+    distance : float or array_like
+        s, lens → object (mm).
+
+    Returns
+    -------
+    float or ndarray
+        Diameters on the film (mm).
+
+    Raises
+    ------
+    FocusError
+        If the focus lies within f, or a distance is not positive.
+    LensError
+        If f or N is not a positive finite number.
     """
     s_f, s = np.asarray(focus_distance, dtype=np.float64), np.asarray(distance, dtype=np.float64)
     _check_thin_lens(focal_length, f_number, s_f)
     if not np.all(s > 0.0):
         raise FocusError("a distance from the lens must be positive")
-    # |s − s_f| / (s (s_f − f)); the greater divisor first, and where one is infinite its quotient is 1
+    # |s − s_f| / (s (s_f − f)): divide by the greater one first; if it is infinite, that quotient is 1
     extension = s_f - focal_length
     far, near = np.maximum(s, extension), np.minimum(s, extension)
     with np.errstate(invalid="ignore"):
@@ -37,23 +56,62 @@ def circle_of_confusion(focal_length: float, f_number: float, focus_distance: Ar
 
 
 def hyperfocal(focal_length: float, f_number: float, limit: float) -> float:
-    """The focus (mm from the lens) whose far limit is just inf, f² / (N C) + f, for a CoC limit C (mm)."""
+    """Hyperfocal distance of a thin lens, f² / (N C) + f: the least focus distance whose far limit is infinite.
+
+    Parameters
+    ----------
+    focal_length : float
+        f in mm.
+    f_number : float
+        N, for an object at infinity.
+    limit : float
+        Greatest acceptable circle of confusion C on the film (mm).
+
+    Returns
+    -------
+    float
+        Lens → plane in focus (mm).
+
+    Raises
+    ------
+    LensError
+        If a number is not positive and finite.
+    """
     _check_thin_lens(focal_length, f_number, np.asarray(np.inf))
     _check_limit(limit)
     return focal_length**2 / (f_number * limit) + focal_length
 
 
 def depth_of_field(focal_length: float, f_number: float, focus_distance: ArrayLike, limit: float):
-    """(near, far): the distances (mm from the lens) between which the CoC of a thin lens stays below limit (mm).
+    """Near and far limit of the depth of field of a thin lens.
 
-    far is inf from the hyperfocal on. Floats for a float, arrays for an array.
-    FocusError where the focus lies within f; LensError where f, the f-number or
-    the limit is not a positive number.
+    Parameters
+    ----------
+    focal_length : float
+        f in mm.
+    f_number : float
+        N, for an object at infinity.
+    focus_distance : float or array_like
+        Lens → plane in focus (mm).
+    limit : float
+        Greatest acceptable circle of confusion on the film (mm).
+
+    Returns
+    -------
+    (near, far) : floats or ndarrays
+        Distances from the lens (mm); far is inf from the hyperfocal distance on.
+
+    Raises
+    ------
+    FocusError
+        If the focus lies within f.
+    LensError
+        If f, N or the limit is not a positive finite number.
     """
     s_f = np.asarray(focus_distance, dtype=np.float64)
     _check_thin_lens(focal_length, f_number, s_f)
     _check_limit(limit)
-    # near, far = s f² / (f² ± N C (s − f)), s and s − f alike where both are infinite
+    # near, far = s f² / (f² ± N C (s − f)); s / (s − f) is 1 where both are infinite
     whole, blur = focal_length**2, f_number * limit * (s_f - focal_length)
     far, near = np.full(s_f.shape, np.inf), np.full(s_f.shape, whole / (f_number * limit))
     np.multiply(s_f, whole / np.where(blur < whole, whole - blur, 1.0), out=far, where=blur < whole)
@@ -62,10 +120,21 @@ def depth_of_field(focal_length: float, f_number: float, focus_distance: ArrayLi
 
 
 def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> np.ndarray:
-    """CoC diameters (mm), paraxially, of axis points at distances (n,) mm from the film.
+    """Paraxial circles of confusion of a lens, from marginal rays of the stop by the ABCD matrix.
 
-    The marginal rays of the stop, carried to the film by the ABCD matrix. nan for a
-    point that lies within the lens.
+    Parameters
+    ----------
+    lens : Lens
+        The lens at its current focus positions.
+    film_distance : float
+        Last vertex → film (mm).
+    distances : (n,) array_like
+        Film → axis points (mm).
+
+    Returns
+    -------
+    (n,) ndarray
+        Diameters on the film (mm); NaN for a point within the lens.
     """
     film_gap = film_distance / lens.indices()[-1]
     before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
@@ -74,19 +143,34 @@ def thick_circle_of_confusion(lens: Lens, film_distance: float, distances: Array
         a, b, c, d = ray_matrix(section, 0, len(lens.surfaces))
         a_stop, b_stop, _, _ = ray_matrix(section, 0, lens.stop_index)
         with np.errstate(divide="ignore", invalid="ignore"):
-            nearness = lens.front_index / before        # reduced slope for each mm at the first vertex; 0 at infinity
-            at_film = (a + film_gap * c) + (b + film_gap * d) * nearness    # heights for each mm there
+            nearness = lens.front_index / before        # reduced slope per mm of height at the first vertex
+            at_film = (a + film_gap * c) + (b + film_gap * d) * nearness    # heights per mm there
             at_stop = a_stop + b_stop * nearness
             squares.append((2.0 * lens.stop.semi_diameter * at_film / at_stop) ** 2)
     return np.where(before > 0.0, np.sqrt(np.mean(squares, 0)), np.nan)
 
 
 def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """(2√2 rms radius, full extent) in mm on the film of the traced spots of axis points at distances (n,) mm.
+    """Circles of confusion of a lens, from traced spots of axis points.
 
-    Distances from the film; the bundle fills the pupil that all rims leave, evenly
-    over the plane of the first vertex. For a uniform disk both are its diameter.
-    nan for a point that lies within the lens.
+    The bundle fills the pupil that all rims leave open, evenly over the plane of the first vertex. For a uniform disk
+    both results are its diameter.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens at its current focus positions.
+    film_distance : float
+        Last vertex → film (mm).
+    distances : (n,) array_like
+        Film → axis points (mm).
+
+    Returns
+    -------
+    spread : (n,) ndarray
+        2√2 × the rms radius of the spots on the film (mm); NaN for a point within the lens.
+    extent : (n,) ndarray
+        Their full extents (mm).
     """
     before = np.atleast_1d(np.asarray(distances, dtype=np.float64)) - film_distance - lens.length
     outside = before > 0.0
@@ -100,6 +184,7 @@ def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayL
 
 
 def _plain(values: np.ndarray):
+    """A float for a 0-dimensional array."""
     return values if np.ndim(values) else float(values)
 
 

@@ -1,20 +1,19 @@
-"""Focusing: where the film must stand for an object's distance, and what plane a film is focused on.
+"""Focusing: the film's place for an object's distance, and the plane in focus for a film's place.
 
 Lengths in mm. The object's distance is measured from the film plane, as engraved on
-a lens, and math.inf is allowed. The film distance runs from the last vertex to the
-film. The film stands in air; before the lens there may be water (`Lens.front_index`).
+a lens, and may be math.inf. The film distance runs from the last vertex to the
+film. The film is in air; in front of the lens there may be water (`Lens.front_index`).
 
-A lens moves as a whole (unit focusing), unless its positions say how its groups move
-to focus. Then the film stands where those positions put it, the last gap behind the
-last vertex, moved once for each zoom setting so that infinity is sharp: between the
-stations of a zoom this takes up what interpolation leaves (a maker's cam has no such
-error), at the stations the rounding of the table. The groups stand where the object's
-image falls on that film, up to the nearest of their stations and no further.
+A lens moves as a whole (unit focusing), unless its positions describe how its groups move
+to focus. Then the film is at the last gap of those positions, corrected once for each zoom setting so that infinity
+is sharp. Between the stations of a zoom this compensates the interpolation error, which a maker's cam does not have;
+at the stations it compensates the rounding of the table. The groups move until the object's
+image lies on that film, at most to the nearest of their stations.
 
-A lens with cylinders or toroids focuses the light of its section x–z at one place and that of y–z at another, which
-come apart as the object comes nearer (`section_foci`). Its film stands between, where the whole pupil has the least
-rms blur: paraxially at the mean of the two, each weighted by the square of its cone's slope. Where one section alone
-converges, the film stands at its focus, which is a line.
+A lens with cylinders or toroids has different foci in its sections x–z and y–z, which
+separate as the object comes nearer (`section_foci`). Its film lies between them, where the whole pupil has the least
+rms blur: paraxially at their mean, each weighted by the square of its cone's slope. If one section alone
+converges, the film lies at its focus, which is a line.
 """
 
 from collections.abc import Callable
@@ -29,22 +28,38 @@ from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix
 from lensbench.optics.prescription import Lens, LensError
 
 METHODS = ("paraxial", "real")
-ROUNDING = 4e-15                # of the lens's length: what the place of an image can be known to
+ROUNDING = 4e-15                # rounding error of the place of an image, over the lens's length
 
 
 class FocusError(LensError):
-    """A distance at which this lens cannot be focused; the message names the nearest one in metres."""
+    """A distance at which the lens cannot be focused; the message gives the nearest one in metres."""
 
 
 def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -> float:
-    """Last vertex → film (mm) for an object at focus_distance (mm) from the film.
+    """Film distance that focuses a lens on an object.
 
-    "paraxial": the thick lens in closed form. "real": the film stands where the real
-    bundle of the object, over the full pupil, has its least rms blur. Of a lens with
-    focus groups: behind `focused(lens, focus_distance, method)`. FocusError where
-    the object is nearer than the lens can focus, or where the lens forms no real image.
-    Of a lens with a cylinder or toroid both are the best compromise between its two foci; "paraxial" is then
-    the limit of "real" as the stop closes.
+    Parameters
+    ----------
+    lens : Lens
+        The lens. One with focus groups is taken as `focused(lens, focus_distance, method)`.
+    focus_distance : float
+        Film → object (mm); math.inf is allowed.
+    method : {"paraxial", "real"}
+        "paraxial": the thick lens in closed form. "real": least rms blur of the traced bundle over the full pupil.
+        For a lens with a cylinder or toroid both are the best compromise between its two foci; "paraxial" is
+        the limit of "real" as the stop closes.
+
+    Returns
+    -------
+    float
+        Last vertex → film (mm).
+
+    Raises
+    ------
+    FocusError
+        If the object is nearer than the lens can focus, or if the lens forms no real image.
+    ValueError
+        For another method.
     """
     if method not in METHODS:
         raise ValueError(f"focus method {method!r}: it must be 'paraxial' or 'real'")
@@ -55,17 +70,33 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
         return _solved(lens, focus_distance, method)
     fo = _focusable(lens)
     _check_distance(focus_distance, nearest_focus(lens))
-    # With T = s + s' between the conjugates and e = s' − f: e² − (T − (n + 1) f) e + n f² = 0, of which the small root
+    # Small root of e² − (T − (n + 1) f) e + n f² = 0, with e = s' − f and T = s + s' between the conjugates
     n, f = lens.front_index, fo.efl
     free = focus_distance - _hiatus(lens, fo) - (n + 1.0) * f
     return fo.bfl + 2.0 * n * f * (f / (free * (1.0 + sqrt(max(0.0, 1.0 - 4.0 * n * (f / free) ** 2)))))
 
 
 def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens:
-    """The lens with its focus groups where an object at focus_distance (mm) from the film asks for them.
+    """The lens with its focus groups moved for an object.
 
-    A lens without such groups as it is: its film moves. Methods and FocusError as
-    for film_distance.
+    Parameters
+    ----------
+    lens : Lens
+        The lens; one without focus groups is returned as it is, since its film moves.
+    focus_distance : float
+        Film → object (mm); math.inf is allowed.
+    method : {"paraxial", "real"}
+        As for `film_distance`.
+
+    Returns
+    -------
+    Lens
+        The lens at that focus position.
+
+    Raises
+    ------
+    FocusError
+        If the object is nearer than the lens can focus.
     """
     if not lens.has_focus_groups:
         return lens
@@ -76,28 +107,42 @@ def focused(lens: Lens, focus_distance: float, method: str = "paraxial") -> Lens
     _check_distance(focus_distance, nearest)
 
     def excess(close: float) -> float:
-        """By how much the film lies behind the image."""
+        """Distance of the film behind the image."""
         moved = lens.at(close=close)
         film = moved.surfaces[-1].thickness + off
         return film - _imager(moved, method)(1.0 / (focus_distance - moved.length - film))
 
     small = ROUNDING * (at_infinity.length + lens.surfaces[-1].thickness)
     here = lens.positions.close if lens.positions else 0.0
-    if here and abs(excess(here)) <= small:         # it stands there already
+    if here and abs(excess(here)) <= small:         # the current position is right
         return lens.at()
-    if not excess(1.0) > 0.0:                       # the nearest distance itself
+    if not excess(1.0) > 0.0:                       # the nearest distance
         return lens.at(close=1.0)
     return lens.at(close=find_root(excess, 0.0, 1.0, small))
 
 
 def nearest_focus(lens: Lens) -> float:
-    """The nearest object that the lens can focus: mm from the film, paraxially.
+    """Nearest paraxial focus distance of a lens.
 
-    By unit focusing: where object and image are nearest to each other, f (1 + √n)² + the
-    hiatus with n the index before the lens (in air at magnification −1), or where the object
-    would touch the first vertex if that is farther. By focus groups: at the nearest of their
-    stations; inf where that is no nearer than infinity. FocusError where the lens
-    forms no real image.
+    With unit focusing it is where object and image are nearest to each other, f (1 + √n)² + the
+    hiatus with n the index in front of the lens (in air at magnification −1), or where the object
+    would touch the first vertex if that is farther. With focus groups it is that of the nearest
+    station; inf if that is not nearer than infinity.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+
+    Returns
+    -------
+    float
+        Film → object (mm).
+
+    Raises
+    ------
+    FocusError
+        If the lens forms no real image.
     """
     if lens.has_focus_groups:
         return _travel(lens.at(close=0.0), "paraxial")[1]
@@ -110,12 +155,28 @@ def nearest_focus(lens: Lens) -> float:
 
 
 def focused_distance(lens: Lens, film_distance: float) -> float:
-    """The plane in focus, mm from the film, for a film at film_distance (mm) from the last vertex: the inverse.
+    """Plane in focus of a lens at its current position: the inverse of `film_distance`, paraxially.
 
-    Of the lens as it stands, groups included. inf where the film stands at the rear
-    focus or nearer to the lens. Beyond magnification −1 the distance grows again, and
-    unit focusing would find the other, shorter place of the film for it. Of a lens with a cylinder or toroid the
+    Beyond magnification −1 the distance grows again, and
+    unit focusing would choose the other, shorter film distance for it. For a lens with a cylinder or toroid it is the
     plane whose best focus lies on the film.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens, its focus groups as they are.
+    film_distance : float
+        Last vertex → film (mm).
+
+    Returns
+    -------
+    float
+        Film → object in focus (mm); inf if the film is at the rear focus or nearer to the lens.
+
+    Raises
+    ------
+    FocusError
+        If the lens forms no real image.
     """
     fo = _focusable(lens)
     if not lens.is_rotationally_symmetric:
@@ -128,10 +189,21 @@ def focused_distance(lens: Lens, film_distance: float) -> float:
 
 
 def section_foci(lens: Lens, focus_distance: float, film_distance: float) -> tuple[float, float]:
-    """Last vertex → paraxial focus (mm) of the sections x–z and y–z, for an object focus_distance mm from this film.
+    """Paraxial foci of the sections x–z and y–z; equal for a rotationally symmetric lens.
 
-    Both are the same for a rotationally symmetric lens. For one with a cylinder or toroid the film can stand at
-    either, or between; an infinite one has no power there, or its object at the focus.
+    Parameters
+    ----------
+    lens : Lens
+        The lens at its current position.
+    focus_distance : float
+        Film → object (mm); math.inf is allowed.
+    film_distance : float
+        Last vertex → film (mm), from which the object's distance before the lens follows.
+
+    Returns
+    -------
+    (float, float)
+        Last vertex → focus (mm) in x–z and in y–z; inf for a section without power, or with the object at its focus.
     """
     nearness = 1.0 / (focus_distance - lens.length - film_distance)
     rays = [_axial_ray(section)(nearness) for section in lens.sections]
@@ -141,12 +213,15 @@ def section_foci(lens: Lens, focus_distance: float, film_distance: float) -> tup
 
 @lru_cache(maxsize=64)
 def _solved(lens: Lens, focus_distance: float, method: str) -> float:
-    """Kept: a camera asks for it, and so does all that is told of its lens, while something else is changed."""
+    """`_solved_film_distance`, cached: a camera and its read-outs ask for it repeatedly."""
     return _solved_film_distance(lens, focus_distance, _imager(lens, method))
 
 
 def _solved_film_distance(lens: Lens, focus_distance: float, image: Callable[[float], float]) -> float:
-    """By the object's distance x before the first vertex: x + length + image distance(1 / x) = focus_distance."""
+    """Film distance (mm) from the object's distance x before the first vertex.
+
+    It solves x + length + image distance(1 / x) = focus_distance.
+    """
     if focus_distance == inf:
         _focusable(lens)
         return image(0.0)
@@ -156,22 +231,22 @@ def _solved_film_distance(lens: Lens, focus_distance: float, image: Callable[[fl
     def excess(x: float) -> float:
         return x + lens.length + image(1.0 / x) - focus_distance
 
-    # The object lies on the far side of where the sum of the conjugates is least
+    # Solve beyond the minimum of the sum of the conjugates
     near, nearest = _conjugates(lens, image, closely=not focus_distance > 2.0 * nearest_focus(lens))
     _check_distance(focus_distance, nearest)
     if focus_distance == nearest:
         return image(1.0 / near)
     far = max(focus_distance - lens.length, near)
-    while excess(far) < 0.0:                            # an image before the last vertex: the object is farther still
+    while excess(far) < 0.0:                            # an image before the last vertex: the object is farther
         far *= 2.0
     return image(1.0 / find_root(excess, near, far))
 
 
 def _conjugates(lens: Lens, image: Callable[[float], float], closely: bool = True) -> tuple[float, float]:
-    """The object's distance before the first vertex at which the film is nearest to it, and then from the film (mm).
+    """Nearest conjugates: the object's distance before the first vertex, and its distance from the film (mm).
 
-    Near magnification −1, or where the object would touch the first vertex; closely: or else
-    about there, where the object is nearer than one much farther.
+    Object and film are nearest near magnification −1, or where the object would touch the first vertex. closely: find
+    the minimum; otherwise its estimate, which suffices for a much farther object.
     """
     fo, n = _focusable(lens), lens.front_index
 
@@ -185,7 +260,7 @@ def _conjugates(lens: Lens, image: Callable[[float], float], closely: bool = Tru
 
 
 def _object_of(lens: Lens, film_distance: float, image: Callable[[float], float]) -> float:
-    """What lies in focus (mm from the film) for a film this far behind the last vertex; inf before the rear focus."""
+    """Film → object in focus (mm) for a film distance (mm); inf for a film before the rear focus."""
     if not film_distance > image(0.0):
         return inf
     high = 1.0 / _focusable(lens).efl
@@ -197,10 +272,10 @@ def _object_of(lens: Lens, film_distance: float, image: Callable[[float], float]
 
 @lru_cache(maxsize=64)
 def _travel(at_infinity: Lens, method: str) -> tuple[float, float]:
-    """By how much (mm) the film stands behind the last gap of the positions, and the nearest distance in focus.
+    """Offset (mm) of the film from the last gap of the positions, and the nearest focus distance (mm from the film).
 
-    The film so that infinity is sharp; the distance (from the film) by the last focus
-    station, inf where that is no nearer.
+    The offset makes infinity sharp; the distance belongs to the last focus
+    station, and is inf if that is no nearer.
     """
     off = _imager(at_infinity, method)(0.0) - at_infinity.surfaces[-1].thickness
     moved = at_infinity.at(close=1.0)
@@ -211,9 +286,12 @@ def _travel(at_infinity: Lens, method: str) -> tuple[float, float]:
 
 
 def _imager(lens: Lens, method: str) -> Callable[[float], float]:
-    """Nearness (1/mm) of an axis point before the first vertex → last vertex to plane of its least rms blur (mm)."""
+    """The function from the nearness (1/mm) of an axis point before the first vertex to its image distance (mm).
+
+    The image distance runs from the last vertex to the plane of least rms blur.
+    """
     converging = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section).efl < inf]
-    which = converging or list(range(len(lens.sections)))           # what a section only spreads, no film can gather
+    which = converging or list(range(len(lens.sections)))           # a section that only diverges does not count
     if method == "real":
         axes = [0, 1] if lens.is_rotationally_symmetric else which
 
@@ -225,7 +303,7 @@ def _imager(lens: Lens, method: str) -> Callable[[float], float]:
     rays = [_axial_ray(lens.sections[k]) for k in which]
 
     def of_sections(nearness: float) -> float:
-        if len(rays) == 1:                              # the stop does not count
+        if len(rays) == 1:                              # one section: the stop's size has no effect
             height, slope, _ = rays[0](nearness)
             return -height / slope
         heights, slopes, stops = np.array([ray(nearness) for ray in rays]).T
@@ -234,9 +312,9 @@ def _imager(lens: Lens, method: str) -> Callable[[float], float]:
 
 
 def _axial_ray(lens: Lens) -> Callable[[float], tuple[float, float, float]]:
-    """Nearness of an axis point → height and slope behind the last vertex of its paraxial ray, and height at the stop.
+    """The function from the nearness of an axis point to its paraxial ray, 1 mm high on the first vertex.
 
-    The ray is 1 mm high on the first vertex.
+    It returns height and slope behind the last vertex, and the height at the stop.
     """
     (a, b, c, d), (a_stop, b_stop, _, _) = (ray_matrix(lens, 0, end) for end in (len(lens.surfaces), lens.stop_index))
     n = lens.front_index
@@ -247,7 +325,7 @@ def _axial_ray(lens: Lens) -> Callable[[float], tuple[float, float, float]]:
 
 
 def _sharpest(heights: np.ndarray, slopes: np.ndarray, weights: np.ndarray) -> float:
-    """The distance at which Σ weights · (heights + distance · slopes)² is least."""
+    """Distance that minimises Σ weights · (heights + distance · slopes)²."""
     return float(-np.sum(weights * heights * slopes) / np.sum(weights * slopes * slopes))
 
 
@@ -257,7 +335,7 @@ def _hiatus(lens: Lens, fo: FirstOrder) -> float:
 
 
 def _focusable(lens: Lens) -> FirstOrder:
-    """First order of a lens that forms a real image, at least by one of its sections."""
+    """First-order data of a lens that forms a real image, at least by one of its sections; FocusError otherwise."""
     if lens.indices()[-1] != 1.0:
         raise FocusError("this lens ends in glass: its film must stand in air")
     for section in reversed(lens.sections):
@@ -268,17 +346,15 @@ def _focusable(lens: Lens) -> FirstOrder:
 
 
 def _check_distance(focus_distance: float, nearest: float) -> None:
-    if not focus_distance >= nearest:
-        raise _too_near(focus_distance, nearest)
-
-
-def _too_near(focus_distance: float, nearest: float) -> FocusError:
-    told = f"{_rounded_up(nearest / 1000.0):.4g} m from the film" if nearest < inf else \
-        "infinity: its focus groups reach no nearer object"
-    return FocusError(f"focus at {focus_distance / 1000.0:.6g} m: the nearest distance of this lens is {told}")
+    """FocusError if the object is nearer than the nearest focus distance, both mm from the film."""
+    if focus_distance >= nearest:
+        return
+    limit = (f"{_rounded_up(nearest / 1000.0):.4g} m from the film" if nearest < inf else
+             "infinity: its focus groups reach no nearer object")
+    raise FocusError(f"focus at {focus_distance / 1000.0:.6g} m: the nearest distance of this lens is {limit}")
 
 
 def _rounded_up(value: float) -> float:
-    """To four digits, upwards, so that a named limit is itself allowed."""
+    """The value rounded up to four digits, so that a limit in a message is itself allowed."""
     unit = 10.0 ** (floor(log10(value)) - 3)
     return ceil(value / unit) * unit

@@ -1,6 +1,6 @@
 """Glasses: the refractive index of a medium against wavelength.
 
-Wavelengths in micrometres; indices relative to air, which is n = 1, unless said otherwise.
+Wavelengths in micrometres; indices relative to air, which is n = 1, unless stated otherwise.
 Most formulas give n² as a sum of powers of λ or of resonances λ² / (λ² − C), with the
 coefficients in the order in which glass makers and AGF catalogues list them.
 """
@@ -13,17 +13,17 @@ from math import isfinite, sqrt
 F_LINE = 0.4861327
 D_LINE = 0.5875618
 C_LINE = 0.6562725
-MODEL_RANGE = 0.365, 1.014      # µm, from the i to the t line: where n_d and V_d alone tell an index
+MODEL_RANGE = 0.365, 1.014      # µm, from the i to the t line: the range of `model_index`
 
 
 class GlassError(ValueError):
-    """A glass that cannot be, or that is not known at the wavelength asked for; the message says what to do."""
+    """An invalid glass, or a wavelength outside its range; the message says what to do."""
 
 
 def model_index(n_d: float, v_d: float, wavelength: float) -> float:
-    """Index of a glass of which no more is known than n_d and V_d = (n_d − 1) / (n_F − n_C).
+    """Index of a glass with known n_d and V_d = (n_d − 1) / (n_F − n_C) alone, at a wavelength in µm.
 
-    n = n_d + (n_F − n_C) [(1 − q) g₂ + q g₆], g_p = (λ⁻ᵖ − λ_d⁻ᵖ) / (λ_F⁻ᵖ − λ_C⁻ᵖ), which holds both numbers
+    n = n_d + (n_F − n_C) [(1 − q) g₂ + q g₆], g_p = (λ⁻ᵖ − λ_d⁻ᵖ) / (λ_F⁻ᵖ − λ_C⁻ᵖ), which reproduces both numbers
     exactly. The share q = 5.15 / V_d − 0.0755 of the steep term follows the normal line of glasses. Against the
     1706 glasses of five makers whose formulas hold from 0.4 to 0.7 µm: 8.0e-5 rms (Cauchy's A + B / λ², the case
     q = 0: 1.0e-3), the greatest error of a glass 1.5e-4 in the median, below 5.7e-4 for 95 % of them and
@@ -35,25 +35,28 @@ def model_index(n_d: float, v_d: float, wavelength: float) -> float:
 
 
 def _step(wavelength: float, power: int) -> float:
+    """(λ⁻ᵖ − λ_d⁻ᵖ) / (λ_F⁻ᵖ − λ_C⁻ᵖ)."""
     return (wavelength**-power - D_LINE**-power) / (F_LINE**-power - C_LINE**-power)
 
 
 def _resonances(c: Sequence[float], w2: float) -> float:
+    """Σ B λ² / (λ² − C) of coefficients B1 C1 B2 C2 …; w2 = λ²."""
     return sum(b * w2 / (w2 - r) for b, r in zip(c[::2], c[1::2], strict=True))
 
 
 def _powers(c: Sequence[float], w: float, powers: Sequence[float]) -> float:
-    """Σ c λᵖ; coefficients left out are 0."""
+    """Σ c λᵖ; missing coefficients are 0."""
     return sum(a * w**p for a, p in zip(c, powers, strict=False))
 
 
 def _herzberger(c: Sequence[float], w: float) -> float:
+    """A + B L + C L² + D λ² + E λ⁴ + F λ⁶, L = 1 / (λ² − 0.028)."""
     pole = 1.0 / (w * w - 0.028)
     return _powers(c[3:], w, (2, 4, 6)) + c[0] + c[1] * pole + c[2] * pole * pole
 
 
 def _table(points: Sequence[tuple[float, float]], w: float) -> float:
-    """The cubic in λ⁻² through the four nearest points, fewer where there are fewer."""
+    """Cubic in λ⁻² through the four nearest points, or through all if there are fewer."""
     at = bisect([point[0] for point in points], w)
     first = max(0, min(at - 2, len(points) - 4))
     near = [(p[0]**-2, p[1]) for p in points[first:first + 4]]
@@ -65,7 +68,7 @@ def _table(points: Sequence[tuple[float, float]], w: float) -> float:
     return total
 
 
-# n(coefficients c, wavelength w); where the number of coefficients is fixed, it is the second entry.
+# n(coefficients c, wavelength w), and the possible numbers of coefficients; None for any
 FORMULAS: dict[str, tuple[Callable[[Sequence, float], float], tuple[int, ...] | None]] = {
     # n² = 1 + Σ B λ² / (λ² − C): B1 C1 B2 C2 …
     "sellmeier": (lambda c, w: sqrt(1.0 + _resonances(c, w * w)), (2, 4, 6, 8, 10)),
@@ -94,13 +97,28 @@ FORMULAS: dict[str, tuple[Callable[[Sequence, float], float], tuple[int, ...] | 
 
 @dataclass(frozen=True)
 class Glass:
-    """A medium: its index at the d line, its Abbe number V_d (None: no dispersion is known), and how it disperses.
+    """A medium: its index at the d line, and its dispersion.
 
-    name: what the maker calls it, "" where only the numbers are known.
-    formula: "model" knows n_d and V_d alone; others, with their coefficients,
-    stand in FORMULAS. wavelengths: the range (µm) in which they hold, None: any, or of a model MODEL_RANGE.
-    GlassError for numbers that cannot be. Of a glass for the infrared, n_d may be
-    the index at another wavelength: `index` alone is exact.
+    Parameters
+    ----------
+    n_d : float
+        Index at the d line, at least 1. For a glass for the infrared it may be the index at another wavelength;
+        `index` is exact.
+    v_d : float or None
+        Abbe number; None for no known dispersion.
+    name : str
+        The maker's name; "" if only the numbers are known.
+    formula : str
+        "model" uses n_d and V_d alone; the others are the keys of FORMULAS.
+    coefficients : tuple
+        Of the formula, in the maker's order; pairs of wavelength (µm) and index for "table".
+    wavelengths : (float, float) or None
+        Range of the formula (µm); None for any, or for MODEL_RANGE with "model".
+
+    Raises
+    ------
+    GlassError
+        For numbers or coefficients that are not valid.
     """
 
     n_d: float = 1.0
@@ -138,11 +156,11 @@ class Glass:
 
     @property
     def disperses(self) -> bool:
-        """Whether its index is known to change with the wavelength."""
+        """Whether the index depends on the wavelength, as far as is known."""
         return self.formula != "model" or (self.v_d is not None and self.n_d > 1.0)
 
     def index(self, wavelength: float = D_LINE) -> float:
-        """Index at a wavelength (µm); GlassError, naming the range, where the glass is not known there."""
+        """Index at a wavelength (µm); GlassError outside the range of the glass."""
         if not self.disperses and self.wavelengths is None:
             return self.n_d
         what = f"glass {self.name}" if self.name else f"the glass of index {self.n_d:g}"
@@ -167,10 +185,10 @@ AIR = Glass()
 
 def from_formula(name: str, formula: str, coefficients: Sequence,
                  wavelengths: tuple[float, float] | None = None) -> Glass:
-    """The glass of a formula, its n_d and V_d by that formula.
+    """The glass of a formula, with n_d and V_d computed by it.
 
-    Where it does not reach the d, F and C lines, as for the infrared, n_d is the
-    index at the nearest wavelength in its range, and V_d is not known.
+    If the formula does not reach the d, F and C lines, as for the infrared, n_d is the
+    index at the nearest wavelength in its range, and V_d is None.
     """
     glass = Glass(1.0, None, name, formula, tuple(coefficients), wavelengths)
     low, high = glass.wavelengths or (0.0, 1e9)
@@ -184,8 +202,8 @@ def air_index(wavelength: float = D_LINE, celsius: float = 20.0, pascal: float =
     """Index of dry air with 450 ppm of carbon dioxide, relative to vacuum, for 0.3 to 1.7 µm.
 
     Dispersion by Ciddor (Applied Optics 35, 1996), density by Birch and Downs (Metrologia 31, 1994).
-    Catalogues give indices relative to the air of their laboratory: multiplied by its index they
-    become absolute, and divided by that of another air relative to it.
+    Catalogues give indices relative to the air of their laboratory. Multiplied by its index they
+    are absolute; divided by the index of another air they are relative to that.
     """
     s = wavelength**-2
     standard = 5792105.0e-8 / (238.0185 - s) + 167917.0e-8 / (57.362 - s)       # of air at 15 °C and 101325 Pa
@@ -193,4 +211,5 @@ def air_index(wavelength: float = D_LINE, celsius: float = 20.0, pascal: float =
 
 
 def _density(celsius: float, pascal: float) -> float:
+    """Density of air, up to a constant factor."""
     return pascal * (1.0 + 1e-8 * (0.601 - 0.00972 * celsius) * pascal) / (1.0 + 0.003661 * celsius)

@@ -1,9 +1,9 @@
-"""First-order optics of a lens: cardinal points, pupils and the Petzval surface, from the ABCD matrix.
+"""First-order optics of a lens: cardinal points, pupils and Petzval surface, from the ABCD matrix.
 
 Lengths in mm, z along +z from scene to film. A ray is (y, w): its height and its
 reduced slope w = n dy/dz, so that every matrix has determinant 1. An r² term adds to
-the curvature of its surface; conics and the other terms do not count here, and of a
-cylinder or toroid it is the section y–z that does.
+the curvature of its surface; conics and the other terms have no first-order effect. A
+cylinder or toroid counts with its section y–z.
 Source: Welford, Aberrations of Optical Systems, ch. 3.
 """
 
@@ -13,12 +13,12 @@ from math import inf, isfinite, isinf
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens, LensError
 
-FARTHEST = 20.0         # lengths of a lens: an entrance pupil beyond is no place to measure from
+FARTHEST = 20.0                 # lengths of a lens; a farther entrance pupil is no origin for rays
 Matrix = tuple[float, float, float, float]
 """(A, B, C, D): y' = A y + B w, w' = C y + D w."""
 
-_ROUNDING = 1e-13               # what is no larger than this beside the terms of its sum is zero
-_ENGRAVED = 0.05                # an engraved f-number is rounded; by more than this it is taken for an error
+_ROUNDING = 1e-13               # relative to the terms of a sum; a smaller sum is zero
+_ENGRAVED = 0.05                # greatest rounding of an engraved f-number; beyond, it counts as an error
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,29 @@ class Pupil:
 class FirstOrder:
     """First-order data of a lens, in mm, every position signed along +z.
 
-    efl: 1 / power, positive for a converging lens (the focal length of the film's side: that of a scene in water
-    is longer by its index); bfl: last vertex → rear focus; ffl: first
-    vertex → front focus; front_principal: from the first vertex; rear_principal:
-    from the last. The pupils' z is in the lens frame. f_number = |efl| / (2 radius
-    of the entrance pupil), for an object at infinity. petzval_radius is negative
-    where the field curves towards the lens, inf where it is flat. An afocal lens
-    has efl, bfl, ffl, principal planes and f-number at inf.
+    Attributes
+    ----------
+    efl : float
+        1 / power, positive for a converging lens: the focal length on the film's side. The one on the side of a scene
+        in water is longer by the index of water.
+    bfl : float
+        Last vertex → rear focus.
+    ffl : float
+        First vertex → front focus.
+    f_number : float
+        |efl| / (2 · radius of the entrance pupil), for an object at infinity.
+    front_principal : float
+        First vertex → front principal plane.
+    rear_principal : float
+        Last vertex → rear principal plane.
+    entrance_pupil, exit_pupil : Pupil
+        z in the lens frame, and radius.
+    petzval_radius : float
+        Negative if the field curves towards the lens, inf if it is flat.
+    stop_radius : float
+        Radius of the aperture stop.
+
+    An afocal lens has efl, bfl, ffl, principal planes and f-number at inf.
     """
 
     efl: float
@@ -55,9 +71,9 @@ class FirstOrder:
 
 
 def ray_matrix(lens: Lens, start: int, end: int, wavelength: float = D_LINE) -> Matrix:
-    """Matrix from just before surface `start` to just before surface `end` (both at the vertex).
+    """Matrix from just before surface `start` to just before surface `end`, both at the vertex; wavelength in µm.
 
-    end = len(lens.surfaces) leads to just after the last surface, at its vertex.
+    end = len(lens.surfaces) leads to just behind the last surface, at its vertex.
     """
     n = lens.indices(wavelength)
     a, b, c, d = 1.0, 0.0, 0.0, 1.0
@@ -72,7 +88,29 @@ def ray_matrix(lens: Lens, start: int, end: int, wavelength: float = D_LINE) -> 
 
 
 def first_order(lens: Lens, wavelength: float = D_LINE) -> FirstOrder:
-    """First-order data of the lens at a wavelength (µm)."""
+    """First-order data of a lens; kept after the first call.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    wavelength : float
+        Micrometres.
+
+    Returns
+    -------
+    FirstOrder
+        Focal lengths, principal planes and pupils, in mm.
+
+    Raises
+    ------
+    GlassError
+        If a glass of the lens is not known at this wavelength.
+
+    References
+    ----------
+    Welford, "Aberrations of Optical Systems", ch. 3.
+    """
     known = lens.known.get(("first order", wavelength))
     if known is None:
         known = lens.known["first order", wavelength] = _first_order(lens, wavelength)
@@ -92,11 +130,11 @@ def _first_order(lens: Lens, wavelength: float) -> FirstOrder:
         bfl, ffl = -n_film * a / c, n[0] * d / c
         front_principal, rear_principal = n[0] * (d - 1.0) / c, n_film * (1.0 - a) / c
 
-    # Pupils: the stop seen through what stands before it, and through what stands behind it
+    # Pupils: images of the stop by the surfaces before it, and by those behind it
     stop_radius = lens.stop.semi_diameter
     a, b, _, _ = ray_matrix(lens, 0, lens.stop_index, wavelength)
     entrance_pupil = Pupil(n[0] * b / a, stop_radius / abs(a)) if abs(a) > _ROUNDING else Pupil(inf, inf)
-    _, b, _, d = ray_matrix(lens, lens.stop_index, last, wavelength)    # B and D know nothing of the stop's own power
+    _, b, _, d = ray_matrix(lens, lens.stop_index, last, wavelength)    # B and D do not depend on the stop's own power
     exit_pupil = Pupil(lens.length - n_film * b / d, stop_radius / abs(d)) if abs(d) > _ROUNDING else Pupil(inf, inf)
 
     petzval_sum = sum(s.vertex_curvature * (n[i + 1] - n[i]) / (n[i] * n[i + 1]) for i, s in enumerate(lens.surfaces))
@@ -109,11 +147,24 @@ def _first_order(lens: Lens, wavelength: float) -> FirstOrder:
 
 
 def stopped_down(lens: Lens, f_number: float) -> Lens:
-    """A new lens whose stop gives this f-number: the stop's radius goes as 1 / f-number.
+    """The lens with its stop closed to an f-number: the stop's radius is proportional to 1 / f-number.
 
-    The engraved number of a lens (its stated_f_number, f/2 where the prescription
-    gives 2.03) means wide open. LensError where the f-number is no positive finite
-    number, where the lens cannot open so far, or where it has none.
+    Parameters
+    ----------
+    lens : Lens
+        The lens, wide open.
+    f_number : float
+        For an object at infinity. The engraved one (`stated_f_number`, f/2 for a prescription of f/2.03) is wide open.
+
+    Returns
+    -------
+    Lens
+        A new lens; other zoom and focus positions are stopped down in proportion.
+
+    Raises
+    ------
+    LensError
+        For a number that is not positive and finite, if the lens does not open so far, or if it has no f-number.
     """
     if not (isfinite(f_number) and f_number > 0.0):
         raise LensError(f"f-number {f_number:g}: it must be a positive finite number")
@@ -128,21 +179,23 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
 
 
 def scene_side_origin(lens: Lens, wavelength: float = D_LINE) -> float:
-    """From where rays in front of a lens are best measured: its entrance pupil, or its first vertex where that lies far
-    away (z in the lens frame, mm).
+    """Origin of rays in front of a lens: its entrance pupil, or its first vertex if that is far away.
+
+    → z in the lens frame (mm). wavelength: µm.
     """
     z = first_order(lens, wavelength).entrance_pupil.z
     return z if abs(z) < FARTHEST * lens.length else 0.0
 
 
 def _f_number(efl: float, radius: float) -> float:
+    """|efl| / (2 radius); inf for an afocal lens."""
     return inf if isinf(efl) else abs(efl) / (2.0 * radius)
 
 
 def _is_afocal(lens: Lens, wavelength: float) -> bool:
-    """Whether the power is no more than the rounding of the terms that it is the sum of."""
+    """Whether the power is within the rounding error of its sum."""
     n = lens.indices(wavelength)
-    height, slope, terms = 1.0, 0.0, 0.0                # of the ray that enters parallel to the axis; slope times index
+    height, slope, terms = 1.0, 0.0, 0.0                # of the ray that enters parallel to the axis; slope · index
     for i, surface in enumerate(lens.surfaces):
         bend = (n[i + 1] - n[i]) * surface.vertex_curvature * height
         slope, terms = slope - bend, terms + abs(bend)

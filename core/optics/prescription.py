@@ -2,7 +2,7 @@
 
 Lengths in mm, in the lens frame: the origin is the first vertex, light travels
 along +z, and a curvature c = 1/R is positive when the centre of curvature lies
-at +z of the vertex; a plane is c = 0. The sag of a rotationally symmetric
+at +z of the vertex; a plane has c = 0. The sag of a rotationally symmetric
 surface is z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p.
 """
 
@@ -22,19 +22,37 @@ from lensbench.optics.zoom_positions import Positions, PositionsError
 
 
 class LensError(ValueError):
-    """A lens that cannot be, or that cannot do what is asked of it; the message says what to do."""
+    """An invalid lens, or a demand that a lens cannot meet; the message says what to do."""
 
 
 @dataclass(frozen=True)
 class Surface:
-    """One surface: curvature (1/mm), gap to the next one (mm), the medium after it, rim radius (mm).
+    """One surface of a lens, with the gap and the medium behind it.
 
-    conic: k, 0 for a sphere, −1 for a parabola. aspheric: ((power, coefficient in
-    mm^(1 − power)), …), powers 2 to 20; kept by rising power, without zeros.
-    curvature_x: None where the surface is rotationally symmetric; otherwise the
-    curvature of the section x–z, `curvature` being that of y–z (a cylinder or a
-    toroid; conic and aspheric must then be left out). The stop is a surface too,
-    usually a plane with air on both sides. LensError for what cannot be.
+    The stop is a surface too, usually a plane with air on both sides.
+
+    Parameters
+    ----------
+    curvature : float
+        c = 1/R in 1/mm, positive if the centre of curvature lies at +z; 0 for a plane.
+    thickness : float
+        Gap to the next vertex (mm).
+    semi_diameter : float
+        Radius of the rim (mm).
+    glass : Glass
+        The medium behind the surface.
+    conic : float
+        k: 0 for a sphere, −1 for a parabola.
+    aspheric : tuple of (int, float)
+        Powers from 2 to 20 and their coefficients in mm^(1 − power); stored by rising power, without zeros.
+    curvature_x : float or None
+        None for rotational symmetry. Otherwise the curvature (1/mm) of the section x–z, and `curvature` is that of
+        y–z: a cylinder or toroid, which has neither conic nor aspheric terms.
+
+    Raises
+    ------
+    LensError
+        For numbers that are not finite, a rim that is not positive, or invalid terms.
     """
 
     curvature: float
@@ -63,28 +81,25 @@ class Surface:
 
     @property
     def is_spherical(self) -> bool:
-        """Whether it is a plane or a sphere."""
+        """Whether the surface is a plane or a sphere."""
         return not self.aspheric and self.curvature_x is None and (self.conic == 0.0 or self.curvature == 0.0)
 
     @property
     def vertex_curvature(self) -> float:
-        """Curvature at the vertex in the section y–z (1/mm), with that of an r² term."""
+        """Curvature at the vertex in the section y–z (1/mm), including an r² term."""
         return self.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
 
     @cached_property
     def shape(self) -> np.ndarray:
-        """The surface as the kernels of `surfaces` read it."""
+        """The shape as a row of the table of `surfaces`, (COLUMNS,)."""
         return shape(self.curvature, self.conic, self.aspheric, self.curvature_x, self.semi_diameter)
 
     def sag(self, x, y=0.0) -> np.ndarray:
-        """Height z (mm) above the vertex's plane at points x, y (mm, broadcast); NaN where the surface ends before.
-
-        It ends at the equator of a sphere, conic or toroid.
-        """
+        """Height z (mm) above the vertex's plane at points x, y (mm, broadcast); NaN beyond the equator."""
         return sags(self.shape, x, y)
 
     def scaled(self, factor: float) -> "Surface":
-        """The same surface, and the gap behind it, made `factor` times as large."""
+        """The surface and the gap behind it, scaled by `factor`."""
         return replace(self, curvature=self.curvature / factor, thickness=self.thickness * factor,
                        semi_diameter=self.semi_diameter * factor,
                        aspheric=tuple((power, a * factor ** (1 - power)) for power, a in self.aspheric),
@@ -92,13 +107,13 @@ class Surface:
 
 
 def _sound_terms(terms: Iterable[tuple[int, float]]) -> tuple[tuple[int, float], ...]:
-    """Aspheric terms by rising power, without zeros; LensError where a power or a coefficient is none."""
+    """Aspheric terms by rising power, without zeros; LensError for an invalid power or coefficient."""
     sound: dict[int, float] = {}
     for power, coefficient in terms:
         if power != int(power) or not 2 <= power <= HIGHEST_POWER:
             raise LensError(f"aspheric power {power}: it must be a whole number from 2 to {HIGHEST_POWER}")
         if power in sound:
-            raise LensError(f"the aspheric term r^{power} stands twice")
+            raise LensError(f"the aspheric term r^{power} is given twice")
         if not isfinite(coefficient):
             raise LensError(f"the aspheric coefficient of r^{power} is {coefficient}: it must be a finite number")
         sound[int(power)] = float(coefficient)
@@ -107,26 +122,51 @@ def _sound_terms(terms: Iterable[tuple[int, float]]) -> tuple[tuple[int, float],
 
 @dataclass(frozen=True)
 class Lens:
-    """Surfaces 0 … from the scene to the film; the last thickness is the stored back focus (0: not known).
+    """Surfaces 0 … from the scene to the film, with the stop and what is known of the lens.
 
-    stop_index names the surface that is the aperture stop. `surfaces` is the lens as
-    it stands; `positions`, where it has any, says where its groups can go, and `at` moves
-    them. The stop's blades (0: a circle), their rotation (radians) and roundness (0 straight … 1 a
-    circle) are those of an `Iris` within the stop's radius. front_index: of what lies before the first
-    surface, 1 for air; a lens in water has 1.33. What a reader had to assume or found
-    odd stands in `findings`; it does not count in comparisons.
+    Parameters
+    ----------
+    surfaces : tuple of Surface
+        From the scene to the film, at the current positions; the last thickness is the stored back focus, or 0.
+    stop_index : int
+        Index of the surface that is the aperture stop.
+    name, kind, source, notes : str
+        Its name; "double Gauss", "fisheye", …; the patent, book or design file; remarks.
+    year : int or None
+        Of the publication.
+    stated_efl : float or None
+        Focal length as published (mm).
+    stated_f_number : float or None
+        f-number as published, wide open.
+    positions : Positions or None
+        The gaps of a zoom, or of a lens that focuses by moving groups; `at` moves them.
+    findings : tuple of Finding
+        What a reader assumed or found odd; ignored in comparisons.
+    blades : int
+        Number of blades of the stop, 3 to 24, or 0 for a circle.
+    blade_rotation : float
+        Radians, counter-clockwise as seen from behind the camera; at 0 a corner points up.
+    roundness : float
+        Of the blades: 0 for straight ones to 1 for a circle.
+    front_index : float
+        Index of the medium before the first surface: 1 for air, 1.33 for water.
+
+    Raises
+    ------
+    LensError
+        For no surface, or for an invalid stop, position, index or iris.
     """
 
     surfaces: tuple[Surface, ...]
     stop_index: int
     name: str = ""
-    kind: str = ""                          # "double Gauss", "fisheye", …
+    kind: str = ""
     year: int | None = None
-    source: str = ""                        # patent, book or design file
-    stated_efl: float | None = None         # mm, as published
+    source: str = ""
+    stated_efl: float | None = None
     stated_f_number: float | None = None
     notes: str = ""
-    positions: Positions | None = None      # of a zoom, or of a lens that focuses by moving groups
+    positions: Positions | None = None
     findings: tuple[Finding, ...] = field(default=(), compare=False)
     blades: int = 0
     blade_rotation: float = 0.0
@@ -155,16 +195,16 @@ class Lens:
 
     @property
     def iris(self) -> Iris:
-        """The stop's shape, for a stop of radius 1."""
+        """Shape of the stop, for a stop of radius 1."""
         return Iris(self.blades, self.blade_rotation, self.roundness)
 
     @cached_property
     def is_rotationally_symmetric(self) -> bool:
-        """Whether no surface is a cylinder or a toroid; blades do not count."""
+        """Whether no surface is a cylinder or toroid; blades do not count."""
         return all(surface.curvature_x is None for surface in self.surfaces)
 
     def section(self, axis: str) -> "Lens":
-        """The rotationally symmetric lens that has the section x–z ("x") or y–z ("y") of this one."""
+        """The rotationally symmetric lens with the section x–z ("x") or y–z ("y") of this one."""
         if axis not in ("x", "y"):
             raise LensError(f"section {axis!r}: it is 'x' for x–z or 'y' for y–z")
         if self.is_rotationally_symmetric:
@@ -176,12 +216,12 @@ class Lens:
 
     @property
     def sections(self) -> tuple["Lens", ...]:
-        """The lenses of its sections: x–z and y–z, or of a rotationally symmetric one itself alone."""
+        """The lenses of the sections x–z and y–z; a rotationally symmetric lens itself alone."""
         return (self,) if self.is_rotationally_symmetric else (self.section("x"), self.section("y"))
 
     @cached_property
     def vertices(self) -> tuple[float, ...]:
-        """The z of every vertex (mm, lens frame): 0, then the running sum of the gaps."""
+        """Places z of the vertices (mm, lens frame): 0, then the running sum of the gaps."""
         z, places = 0.0, []
         for surface in self.surfaces:
             places.append(z)
@@ -190,11 +230,11 @@ class Lens:
 
     @property
     def length(self) -> float:
-        """From the first vertex to the last (mm)."""
+        """First vertex → last vertex (mm)."""
         return self.vertices[-1]
 
     def indices(self, wavelength: float = D_LINE) -> tuple[float, ...]:
-        """Index before the first surface, then after each: one more than surfaces. Wavelength in µm."""
+        """Index before the first surface, then behind each: one more than surfaces. Wavelength in µm."""
         known = self.known.get(("indices", wavelength))
         if known is None:
             known = self.front_index, *(surface.glass.index(wavelength) for surface in self.surfaces)
@@ -203,11 +243,11 @@ class Lens:
 
     @cached_property
     def known(self) -> dict[tuple[str, float], Any]:
-        """What has been worked out of this lens, which never changes, by name and wavelength."""
+        """Results computed from this lens, by name and wavelength; valid because a lens never changes."""
         return {}
 
     def scaled(self, factor: float) -> "Lens":
-        """The same lens made `factor` times as large."""
+        """The lens scaled by `factor`; LensError if it is not positive."""
         if not (isfinite(factor) and factor > 0.0):
             raise LensError(f"scale {factor:g}: it must be a positive number")
         return replace(self, surfaces=tuple(surface.scaled(factor) for surface in self.surfaces),
@@ -215,7 +255,7 @@ class Lens:
                        positions=None if self.positions is None else self.positions.scaled(factor))
 
     def with_stop_radius(self, radius: float) -> "Lens":
-        """The same lens with its stop opened or closed to this radius (mm), at its other positions in proportion."""
+        """The lens with a stop of this radius (mm), at its other positions in proportion."""
         surfaces = list(self.surfaces)
         surfaces[self.stop_index] = replace(self.stop, semi_diameter=radius)
         positions = self.positions and self.positions.with_stops(radius / self.stop.semi_diameter)
@@ -223,20 +263,20 @@ class Lens:
 
     @property
     def zooms(self) -> bool:
-        """Whether it has zoom stations."""
+        """Whether the lens has zoom stations."""
         return self.positions is not None and self.positions.zooms
 
     @property
     def has_focus_groups(self) -> bool:
-        """Whether it focuses by moving groups, as its positions say; other lenses are focused as a whole."""
+        """Whether groups of the lens move to focus; other lenses are focused as a whole."""
         return self.positions is not None and self.positions.focuses
 
     def at(self, zoom: float | None = None, close: float | None = None) -> "Lens":
-        """The same lens with its groups moved: zoom 0 (wide) to 1 (tele), close 0 (infinity) to 1 (nearest).
+        """The lens with its groups moved.
 
-        What is left out stays where it is. The varying gaps, the last one included where
-        it is one of them, a stop that varies and the stated figures follow. LensError: beyond
-        0 to 1, or other than 0 where the lens has no such positions.
+        zoom: 0 (wide) to 1 (tele). close: 0 (infinity) to 1 (nearest). None leaves a position as it is. The varying
+        gaps, a varying stop and the stated figures follow. LensError beyond 0 to 1, or
+        for a position other than 0 that the lens does not have.
         """
         for asked, has, what in ((zoom, self.zooms, "does not zoom: zoom must be 0"),
                                  (close, self.has_focus_groups, "has no focus groups and is focused as a whole: "

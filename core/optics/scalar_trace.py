@@ -1,8 +1,8 @@
 """The reference tracer: exact rays through surfaces of every kind, one at a time, each with its fate.
 
 Lengths in mm, in the lens frame: the first vertex is the origin and light travels
-along +z, from scene to film. Rays may run either way. Inside the kernel a
-direction is optical: its length is the index of the medium it runs in.
+along +z, from scene to film. Rays may run either way. Inside the kernel directions are
+optical: (p, q, r) has the length of the index of the medium.
 """
 
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.optics.surfaces import COLUMNS, KIND, SPHERE, intersect
+from lensbench.optics.surfaces import AFTER, BEFORE, COLUMNS, CURVATURE, KIND, RIM2, SPHERE, VERTEX, intersect
 
 
 class Fate(IntEnum):
-    """How a ray ends.
+    """The end of a ray.
 
-    MISSED: it meets no point of the surface on the vertex's side of the equator,
-    or none that Newton's method finds.
-    CLIPPED: it lands outside the rim. BACKWARD: it was bent to run against its travel.
+    PASSED: it leaves the lens. MISSED: it meets no point of the surface on the vertex's side of the equator,
+    or none that Newton's method finds. CLIPPED: it meets the surface outside the rim.
+    TOTAL_REFLECTION: it does not enter the next medium. BACKWARD: a refraction turned it against its travel.
     """
 
     PASSED = 0
@@ -39,13 +39,20 @@ BEFORE_THE_LENS = -1
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """What became of n rays.
+    """The results for n rays.
 
-    points (n, 3): mm, on the last surface reached, or the origin where there was
-    none. directions (n, 3): unit, after the refraction there; before it for a ray
-    that was clipped or totally reflected. fate (n,): of lb.Fate. surface (n,): index
-    of the last surface reached, −1 before the first. paths (n, surfaces + 1, 3):
-    the origin, then the points in the order traversed, nan after the end; or None.
+    Attributes
+    ----------
+    points : (n, 3) ndarray
+        Point on the last surface reached, or the origin if there is none (mm, lens frame).
+    directions : (n, 3) ndarray
+        Unit vectors after the refraction there (lens frame); before it for a ray that was clipped or totally reflected.
+    fate : (n,) ndarray of int
+        Values of `Fate`.
+    surface : (n,) ndarray of int
+        Index of the last surface reached; −1 before the first.
+    paths : (n, surfaces + 1, 3) ndarray or None
+        The origin, then the points in the order met (mm, lens frame), NaN after the end; None if not recorded.
     """
 
     points: np.ndarray
@@ -58,16 +65,44 @@ class Trace:
 def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: float = D_LINE,
           dtype: DTypeLike = np.float64, clip: bool = True, record: bool = False,
           forward: bool | None = None) -> Trace:
-    """Trace rays through the whole lens, in the order that the sign of direction.z asks for.
+    """Rays through the whole lens, by the reference tracer.
 
-    origins, directions: (n, 3) or (3,), broadcast; mm, lens frame; directions of any
-    length. A ray that runs across the axis (direction.z = 0) is MISSED before the
-    lens where forward is not given. clip=False ignores the rims, the stop's and its blades' included; record=True keeps
-    the paths. dtype: float32 or float64, the precision of all arithmetic. forward: True for light
-    from the scene and False for light from the film whatever direction.z is, as for a fisheye
-    that sees beyond 90°: there light reaches the first surface against the lens's z.
-    ValueError: a shape that does not fit, a number that is not finite, a zero
-    direction.
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    origins : (n, 3) or (3,) array_like
+        Points of the rays (mm, lens frame); broadcast against `directions`.
+    directions : (n, 3) or (3,) array_like
+        Directions of any length (lens frame).
+    wavelength : float
+        Micrometres.
+    dtype : dtype
+        float32 or float64, the precision of all arithmetic.
+    clip : bool
+        Whether rims, the stop and its blades end rays.
+    record : bool
+        Whether to keep the paths.
+    forward : bool or None
+        True for light from the scene, False for light from the film, None to go by the sign of direction z. A fisheye
+        that sees beyond 90° needs True or False: light may reach its first surface against +z. With None
+        a ray with z = 0 is MISSED before the lens.
+
+    Returns
+    -------
+    Trace
+        Points, directions and fates.
+
+    Raises
+    ------
+    ValueError
+        For arrays of other shapes, numbers that are not finite, a direction of length 0, or another dtype.
+    GlassError
+        If a glass of the lens is not known at this wavelength.
+
+    References
+    ----------
+    Welford, "Aberrations of Optical Systems", ch. 4.
     """
     real = np.dtype(dtype)
     if real not in (np.dtype(np.float32), np.dtype(np.float64)):
@@ -89,7 +124,7 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
 
 def _meet_blades(lens: Lens, forward: np.ndarray, points: np.ndarray, after: np.ndarray, fate: np.ndarray,
                  surface: np.ndarray, paths: np.ndarray) -> None:
-    """End the rays that went on through the blades of the stop; forward (n,): which way each ran."""
+    """End the rays that meet the blades of the stop; forward (n,): whether a ray runs from the scene."""
     for way in (True, False):
         at = 1 + (lens.stop_index if way else len(lens.surfaces) - 1 - lens.stop_index)
         place = paths[:, at] / lens.stop.semi_diameter
@@ -102,15 +137,12 @@ def _meet_blades(lens: Lens, forward: np.ndarray, points: np.ndarray, after: np.
 
 
 def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.float64) -> np.ndarray:
-    """The lens as the kernel reads it, (surfaces, COLUMNS).
-
-    Curvature, vertex z, rim radius², indices before and after; then the columns of `surfaces`.
-    """
+    """The lens as the kernels read it: a row of COLUMNS for each surface (mm, lens frame), at a wavelength in µm."""
     n = lens.indices(wavelength)
     table = np.empty((len(lens.surfaces), COLUMNS))
     for i, (surface, z) in enumerate(zip(lens.surfaces, lens.vertices, strict=True)):
         table[i] = surface.shape
-        table[i, 1:5] = z, surface.semi_diameter**2, n[i], n[i + 1]
+        table[i, [VERTEX, RIM2, BEFORE, AFTER]] = z, surface.semi_diameter**2, n[i], n[i + 1]
     return table.astype(dtype)
 
 
@@ -118,9 +150,9 @@ def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.
 def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
     """One ray (origin, unit direction) → (x, y, z, dx, dy, dz, fate, surface).
 
-    order: 1 from the first surface to the last, −1 back, 0 as the sign of dz asks for.
-    Welford's quotient for the intersection, from the foot of the perpendicular that
-    the vertex drops on the ray: neither a flat surface nor a far origin cancels.
+    order: 1 from the first surface to the last, −1 back, 0 by the sign of dz. The intersection is
+    Welford's quotient from the foot of the perpendicular that the vertex drops on the ray:
+    neither a flat surface nor a far origin causes cancellation.
     The points go to paths[ray] unless paths is None.
     """
     count = table.shape[0]
@@ -134,32 +166,34 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
         return x, y, z, dx, dy, dz, MISSED, reached
 
     first = 0 if forward else count - 1
-    index = table[first, 3] if forward else table[first, 4]
+    index = table[first, BEFORE] if forward else table[first, AFTER]
     p, q, r = index * dx, index * dy, index * dz
     for step in range(count):
         i = step if forward else count - 1 - step
-        c, vertex = table[i, 0], table[i, 1]
-        index, index_after = (table[i, 3], table[i, 4]) if forward else (table[i, 4], table[i, 3])
+        c, vertex = table[i, CURVATURE], table[i, VERTEX]
+        index, index_after = (table[i, BEFORE], table[i, AFTER]) if forward else (table[i, AFTER], table[i, BEFORE])
 
-        # A ray that was bent against its travel ends where that happened
+        # End a ray that the last refraction turned against its travel
         if step > 0 and r * sign <= zero:
             return x, y, z, p / index, q / index, r / index, BACKWARD, reached
 
-        # Intersection
+        # Move to the foot of the perpendicular from the vertex
         squared = index * index
         z_foot = z - vertex
         back = (p * x + q * y + r * z_foot) / squared
         x_foot, y_foot, z_foot = x - back * p, y - back * q, z_foot - back * r
-        if step == 0:                                   # of a far origin it is rounded coarsely: drop it again
+        if step == 0:                                   # that of a far origin has a coarse rounding error: once more
             back = (p * x_foot + q * y_foot + r * z_foot) / squared
             x_foot, y_foot, z_foot = x_foot - back * p, y_foot - back * q, z_foot - back * r
+
+        # Intersect the surface
         if table[i, KIND] == SPHERE:
-            d = c * (x_foot * x_foot + y_foot * y_foot + z_foot * z_foot) - z_foot - z_foot
-            cos2_in = r * r - squared * c * d
+            F = c * (x_foot * x_foot + y_foot * y_foot + z_foot * z_foot) - z_foot - z_foot
+            cos2_in = r * r - squared * c * F
             if not cos2_in >= zero:
                 return x, y, z, p / index, q / index, r / index, MISSED, reached
             cos_in = sign * sqrt(cos2_in)
-            t = d / (r + cos_in)
+            t = F / (r + cos_in)
             z_hit = z_foot + t * r
             if not c * z_hit < one:
                 return x, y, z, p / index, q / index, r / index, MISSED, reached
@@ -178,24 +212,24 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
         if paths is not None:
             paths[ray, step + 1, 0], paths[ray, step + 1, 1], paths[ray, step + 1, 2] = x, y, z
 
-        # Rim
-        if clip and x * x + y * y > table[i, 2]:
+        # Clip at the rim
+        if clip and x * x + y * y > table[i, RIM2]:
             return x, y, z, p / index, q / index, r / index, CLIPPED, reached
 
-        # Refraction
+        # Refract
         cos2_out = cos2_in + (index_after - index) * (index_after + index)
         if not cos2_out >= zero:
             return x, y, z, p / index, q / index, r / index, TOTAL_REFLECTION, reached
         g = (sign * sqrt(cos2_out) - cos_in) / sqrt(steepness)
         p, q, r = p + g * normal_x, q + g * normal_y, r + g * normal_z
 
-    index = table[count - 1, 4] if forward else table[0, 3]
+    index = table[count - 1, AFTER] if forward else table[0, BEFORE]
     return x, y, z, p / index, q / index, r / index, PASSED if r * sign > zero else BACKWARD, reached
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace_rays(table, clip, origins, directions, points, after, fate, surface, paths, order):
-    """trace_ray over n rows into points, after (n, 3), fate, surface (n,), paths (n, surfaces + 1, 3) or None."""
+    """`trace_ray` for n rows into points, after (n, 3), fate, surface (n,), paths (n, surfaces + 1, 3) or None."""
     for i in range(origins.shape[0]):
         x, y, z, dx, dy, dz, fate[i], surface[i] = trace_ray(
             table, clip, origins[i, 0], origins[i, 1], origins[i, 2],
@@ -205,7 +239,7 @@ def trace_rays(table, clip, origins, directions, points, after, fate, surface, p
 
 
 def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and unit directions as contiguous (n, 3) in float64, or a ValueError that says what is wrong."""
+    """Origins and unit directions as contiguous (n, 3) in float64; ValueError for invalid ones."""
     starts = np.atleast_2d(np.asarray(origins, np.float64))
     ways = np.atleast_2d(np.asarray(directions, np.float64))
     for name, rays in (("origins", starts), ("directions", ways)):
@@ -213,12 +247,12 @@ def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[np.ndarray, np.nda
             raise ValueError(f"{name} have the shape {rays.shape}: it must be (n, 3)")
         bad = ~np.isfinite(rays).all(axis=1)
         if bad.any():
-            raise ValueError(f"{name}: row {int(np.argmax(bad))} holds a number that is not finite")
+            raise ValueError(f"{name}: row {int(np.argmax(bad))} contains a number that is not finite")
     lengths = np.hypot(np.hypot(ways[:, 0], ways[:, 1]), ways[:, 2])
     if not lengths.all():
         raise ValueError(f"directions: row {int(np.argmin(lengths))} is zero")
     try:
         starts, ways = np.broadcast_arrays(starts, ways / lengths[:, None])
     except ValueError:
-        raise ValueError(f"{len(starts)} origins do not go with {len(ways)} directions") from None
+        raise ValueError(f"{len(starts)} origins and {len(ways)} directions do not broadcast") from None
     return np.ascontiguousarray(starts), np.ascontiguousarray(ways)

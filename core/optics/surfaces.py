@@ -1,15 +1,14 @@
-"""The shapes of surfaces: sag, gradient and the ray's intersection, for conics, aspheres, cylinders and toroids.
+"""Shapes of surfaces: sag, gradient and intersection with a ray, for conics, aspheres, cylinders and toroids.
 
 Lengths in mm. The vertex is the origin, light travels along +z, and the
 curvature c = 1/R is positive when the centre of curvature lies at +z. The sag is
-z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p, or for a surface with different
-curvatures in its sections x–z and y–z, z = A / (1 + √(1 − c_x² x² − c_y² y²)),
-A = c_x x² + c_y y²: a cylinder where one of them is 0. The gradient is that of
+z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p. A surface with different
+curvatures in its sections x–z and y–z has z = A / (1 + √(1 − c_x² x² − c_y² y²)),
+A = c_x x² + c_y y²; it is a cylinder if one of them is 0. The gradient is that of
 F = 0 with F_z > 0, of any length.
 
-The kernels read a shape from row i of the tracer's table, in the columns named
-here; those between are the tracer's. Coefficients are held as a_p h^p, h the
-semi-diameter, so that float32 neither overflows nor loses them.
+The scalar tracer's table has a row for each surface, with the columns named here. Coefficients are
+stored as a_p h^p, h the semi-diameter, so that float32 neither overflows nor underflows.
 """
 
 from collections.abc import Iterable
@@ -18,20 +17,29 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-SPHERE, CONIC, EVEN, ASPHERE, TOROID = range(5)         # kinds; EVEN: even powers alone, ASPHERE: any
+SPHERE, CONIC, EVEN, ASPHERE, TOROID = range(5)         # kinds; EVEN: even powers only, ASPHERE: any
 HIGHEST_POWER = 20                                      # of an aspheric term; the lowest is 2
 TERMS = HIGHEST_POWER - 1
 
-CURVATURE, KIND, K, ACROSS, UNIT, FIRST_TERM = 0, 5, 6, 7, 8, 9     # UNIT: 1 / h²; terms: r², r³, … or r², r⁴, …
+(CURVATURE,                             # c of the section y–z (1/mm)
+ VERTEX,                                # z of the vertex in the lens frame (mm)
+ RIM2,                                  # square of the semi-diameter (mm²)
+ BEFORE, AFTER,                         # indices of the media on the scene's and on the film's side
+ KIND,                                  # SPHERE … TOROID
+ K,                                     # conic constant
+ ACROSS,                                # c of the section x–z (1/mm)
+ UNIT,                                  # 1 / h²
+ FIRST_TERM,                            # coefficients of r², r³, … (ASPHERE) or r², r⁴, … (EVEN)
+ ) = range(10)
 COLUMNS = FIRST_TERM + TERMS
 
-TOLERANCE = 450                 # × the rounding of 1: the residual of a hit, 1e-13 mm in float64
-_STEPS, _HALVINGS = 60, 30
+TOLERANCE = 450                 # × machine epsilon: residual of a hit, 1e-13 mm in float64
+_STEPS, _HALVINGS = 60, 30      # of Newton's method, and of one of its steps
 
 
 def shape(curvature: float, conic: float, aspheric: Iterable[tuple[int, float]], curvature_x: float | None,
           semi_diameter: float) -> np.ndarray:
-    """A row of the table with the columns of a shape filled in, (COLUMNS,)."""
+    """A row of the table, (COLUMNS,), with the columns that describe the shape filled in; lengths in mm."""
     row = np.zeros(COLUMNS)
     terms = dict(aspheric)
     row[CURVATURE], row[K], row[ACROSS], row[UNIT] = curvature, conic, curvature, semi_diameter**-2
@@ -49,7 +57,7 @@ def shape(curvature: float, conic: float, aspheric: Iterable[tuple[int, float]],
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _terms(table, i, r2):
-    """Σ a_p r^p, and its derivative by r over r."""
+    """(Σ a_p r^p, its derivative by r divided by r) for r² = r2."""
     zero = table.dtype.type(0)
     value, slope = zero, zero
     u = r2 * table[i, UNIT]
@@ -69,7 +77,7 @@ def _terms(table, i, r2):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sag_and_slopes(table, i, x, y):
-    """Sag at (x, y) and its derivatives by x and by y; NaN beyond the equator of the conic or toroid."""
+    """(sag, ∂/∂x, ∂/∂y) at (x, y); NaN beyond the equator of the conic or toroid."""
     one = table.dtype.type(1)
     c, kind = table[i, CURVATURE], table[i, KIND]
     if kind == TOROID:
@@ -99,14 +107,14 @@ def sag_and_slopes(table, i, x, y):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def intersect(table, i, x, y, z, p, q, r, way):
-    """Where a ray meets a surface that is no sphere → (x, y, z, F_x, F_y, F_z), NaN where it misses.
+    """Intersection of a ray with a surface that is no sphere → (x, y, z, F_x, F_y, F_z); NaN for a miss.
 
     (x, y, z) is the foot of the perpendicular from the vertex on the ray, (p, q, r)
-    its direction, of any length, way 1 for light from −z and −1 for light from +z, as the sign of r says but
-    for rays that reach a lens from beyond 90°. The hit is the one where the ray goes through the
-    surface that way, on the vertex's side of the equator. Conics in closed form;
-    otherwise Newton from the conic (a toroid: the sphere of mean curvature), each step halved until the
-    residual falls; what does not converge to TOLERANCE is a miss.
+    its direction, of any length. way: 1 for light along +z and −1 against it; the sign of r may differ for
+    rays that reach a lens from beyond 90°. The hit is the one where the ray crosses the
+    surface that way, on the vertex's side of the equator. Conics in closed form, the others by
+    Newton's method from the conic (a toroid: from the sphere of mean curvature). Each step is halved until the
+    residual falls; a ray that does not converge to TOLERANCE is a miss.
     """
     real = table.dtype.type
     zero, one, half = real(0), real(1), real(0.5)
@@ -115,15 +123,15 @@ def intersect(table, i, x, y, z, p, q, r, way):
     if kind == TOROID:
         c, k = half * (c + table[i, ACROSS]), zero
 
-    # The conic: D − 2 b t + a t² = 0
+    # Intersect the conic: F − 2 b t + a t² = 0
     squared = p * p + q * q + r * r
-    d = c * (x * x + y * y + z * z + k * z * z) - z - z
+    F = c * (x * x + y * y + z * z + k * z * z) - z - z
     a, b = c * (squared + k * r * r), r * (one - c * k * z)
-    discriminant = b * b - a * d
+    discriminant = b * b - a * F
     if kind == CONIC and not discriminant >= zero:
         return nan, nan, nan, nan, nan, nan
     root = way * sqrt(max(discriminant, zero))
-    t = d / (b + root) if b * way > zero else (b - root) / a
+    t = F / (b + root) if b * way > zero else (b - root) / a
     side = one - (one + k) * c * (z + t * r)
     if kind == CONIC:
         if not side > zero:
@@ -131,7 +139,7 @@ def intersect(table, i, x, y, z, p, q, r, way):
         x, y, z = x + t * p, y + t * q, z + t * r
         return x, y, z, -c * x, -c * y, side
 
-    # Newton begins on the conic, or where the ray meets the vertex's plane, or nearest the axis
+    # Start Newton's method on the conic, or else on the vertex's plane, or else nearest the axis
     at, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
     if not (side > zero and at == at):
         t = -z / r
@@ -141,6 +149,8 @@ def intersect(table, i, x, y, z, p, q, r, way):
         at, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
     if not at == at:
         return nan, nan, nan, nan, nan, nan
+
+    # Iterate, halving each step until the residual falls
     residual = z + t * r - at
     rounding = real(np.finfo(table.dtype).eps)
     least_step = rounding * (one + abs(x) + abs(y) + abs(z)) / sqrt(squared)
@@ -164,6 +174,8 @@ def intersect(table, i, x, y, z, p, q, r, way):
                 break
         if not found:
             break
+
+    # Reject what has not converged, or crosses the other way
     x, y, z = x + t * p, y + t * q, z + t * r
     through = way * (r - slope_x * p - slope_y * q)
     if not (abs(residual) <= real(TOLERANCE) * rounding * max(one, abs(z)) and through > zero):
@@ -173,12 +185,13 @@ def intersect(table, i, x, y, z, p, q, r, way):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sags(table, x, y, out):
+    """Sag of row 0 at points (n,) into out (n,)."""
     for j in range(x.size):
         out[j] = sag_and_slopes(table, 0, x[j], y[j])[0]
 
 
 def sags(row: np.ndarray, x, y) -> np.ndarray:
-    """Sag of one shape (COLUMNS,) at points x, y (mm, broadcast); NaN where the surface does not reach."""
+    """Sag (mm) of one shape (COLUMNS,) at points x, y (mm, broadcast); NaN beyond the equator."""
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
     out = np.empty(x.size)
     _sags(row[None, :], np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), out)

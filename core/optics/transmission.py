@@ -1,6 +1,6 @@
-"""How much light a lens passes: working f-number, transmission, T-number.
+"""Light passed by a lens: working f-number, transmission, T-number.
 
-Lengths in mm; the scene and the film are in air.
+Lengths in mm. The film is in air.
 """
 
 from math import hypot, inf, pi, sqrt
@@ -13,11 +13,26 @@ from lensbench.optics.scalar_trace import surface_table
 
 
 def working_f_number(lens: Lens, film_distance: float) -> float:
-    """1 / (2 sin θ′) of the real marginal ray at the axis point of a film this far (mm) behind the last vertex.
+    """Working f-number 1 / (2 sin θ′) of the real marginal ray at the axis point of the film.
 
-    Every rim counts, and so does the magnification; of blades the circle about them. Of a lens with a cylinder or
-    toroid the geometric mean of its sections', which goes with the light. LensError where the film does not stand
-    behind the last vertex.
+    All rims and the magnification count; an iris counts as the circle about its blades.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens. For a cylinder or toroid the result is the geometric mean of the sections, as the light is.
+    film_distance : float
+        Last vertex → film (mm).
+
+    Returns
+    -------
+    float
+        The working f-number; inf if no ray passes.
+
+    Raises
+    ------
+    LensError
+        If the film is not behind the last vertex.
     """
     if not film_distance > 0.0:
         raise LensError(f"film distance {film_distance:g} mm: the film must stand behind the last vertex")
@@ -31,7 +46,20 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
 
 
 def transmission(lens: Lens, wavelength: float = D_LINE) -> float:
-    """Part of the light on the axis that uncoated surfaces let through: Π (1 − ((n′ − n) / (n′ + n))²), by Fresnel."""
+    """Transmitted part of the light on the axis, for uncoated surfaces: Π (1 − ((n′ − n) / (n′ + n))²), by Fresnel.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens; absorption in the glass is neglected.
+    wavelength : float
+        Micrometres.
+
+    Returns
+    -------
+    float
+        From 0 to 1.
+    """
     n = lens.indices(wavelength)
     passed = 1.0
     for before, after in zip(n[:-1], n[1:], strict=True):
@@ -40,5 +68,18 @@ def transmission(lens: Lens, wavelength: float = D_LINE) -> float:
 
 
 def t_number(lens: Lens) -> float:
-    """The f-number of a lens without losses and blades that would pass as much: N / √(transmission · open part)."""
+    """f-number of a lens without losses and blades that passes as much light.
+
+    It is N / √(transmission · open part of the stop), N the f-number for an object at infinity.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+
+    Returns
+    -------
+    float
+        The T-number.
+    """
     return first_order(lens).f_number / sqrt(transmission(lens) * lens.iris.area / pi)

@@ -1,9 +1,9 @@
-"""Where the groups of a lens can stand: gaps that vary as it zooms and as it focuses, as a frozen table.
+"""Positions of the groups of a lens: gaps that vary with zoom and focus, as a frozen table.
 
 Lengths in mm. A station is a tabulated position: zoom stations from wide (0) to
 tele (1), and at each the same focus stations from infinity (0) to the nearest (1).
-Between stations every gap follows a monotone cubic (`interpolation`): it is smooth,
-exact at the stations, and never leaves the range of its neighbours there.
+Between stations every gap follows a monotone cubic (`kernels.pchip`): it is smooth,
+exact at the stations, and stays within the range of its neighbours.
 """
 
 from collections.abc import Sequence
@@ -14,19 +14,38 @@ from lensbench.kernels.pchip import monotone_cubic
 
 
 class PositionsError(ValueError):
-    """A table of positions that cannot be; the message says why."""
+    """An invalid table of positions; the message says why."""
 
 
 @dataclass(frozen=True)
 class Positions:
-    """The gaps behind the surfaces `gaps` at every station, and where the lens stands now.
+    """The gaps behind the surfaces `gaps` at every station, and the current position.
 
-    thicknesses[i][j][k]: zoom station i, focus station j, gap gaps[k].
-    zoom_stations and focus_stations: where they stand, 0 to 1; (0.0,) where there is but
-    one. What follows may be left empty: names and stated focal lengths and f-numbers of the zoom
-    stations; distances[i][j], from the film to the object that is in focus;
-    stops[i][j], the stop's semi-diameter where it varies. zoom and close: the position
-    that the lens is in. PositionsError for what cannot be.
+    Parameters
+    ----------
+    gaps : tuple of int
+        Indices of the surfaces whose gaps vary, rising.
+    thicknesses : nested tuples of float, [zoom station][focus station][gap]
+        The gaps (mm).
+    zoom_stations, focus_stations : tuple of float
+        Positions of the stations, rising from 0 to 1; (0.0,) for a single one.
+    names : tuple of str
+        Of the zoom stations; may be empty, as may all that follow.
+    focal_lengths : tuple of float
+        Stated focal lengths of the zoom stations (mm).
+    f_numbers : tuple of float
+        Stated f-numbers of the zoom stations, wide open.
+    distances : nested tuples of float, [zoom station][focus station]
+        Film → object in focus (mm); inf is allowed.
+    stops : nested tuples of float, [zoom station][focus station]
+        Semi-diameter of the stop (mm), if it varies.
+    zoom, close : float
+        The current position, each from 0 to 1.
+
+    Raises
+    ------
+    PositionsError
+        For tables of other sizes, stations that do not rise, or invalid numbers.
     """
 
     gaps: tuple[int, ...]
@@ -72,7 +91,7 @@ class Positions:
             if not 0.0 <= value <= 1.0:
                 raise PositionsError(f"{name} {value:g}: it must lie between 0 ({ends})")
         if (self.zoom and not self.zooms) or (self.close and not self.focuses):
-            raise PositionsError("the lens stands where it has no station")
+            raise PositionsError("a zoom or focus position other than 0 needs more than one station")
 
     @property
     def zooms(self) -> bool:
@@ -81,41 +100,41 @@ class Positions:
 
     @property
     def focuses(self) -> bool:
-        """Whether there is more than one focus station: groups move to focus."""
+        """Whether there is more than one focus station, so that groups move to focus."""
         return len(self.focus_stations) > 1
 
     def at(self, zoom: float, close: float) -> "Positions":
-        """The same table of a lens that stands there."""
+        """The same table at another position."""
         return replace(self, zoom=zoom, close=close)
 
     @property
     def thickness_now(self) -> tuple[float, ...]:
-        """The gaps where the lens stands."""
+        """The gaps at the current position (mm)."""
         return tuple(self._between([[gaps[k] for gaps in row] for row in self.thicknesses])
                      for k in range(len(self.gaps)))
 
     @property
     def stop_now(self) -> float | None:
-        """The stop's semi-diameter where the lens stands; None where it does not vary."""
+        """Semi-diameter of the stop at the current position (mm); None if it does not vary."""
         return self._between(self.stops) if self.stops else None
 
     @property
     def focal_length_now(self) -> float | None:
-        """The stated focal length where the lens stands."""
+        """Stated focal length at the current position (mm)."""
         return monotone_cubic(self.zoom_stations, self.focal_lengths, self.zoom) if self.focal_lengths else None
 
     @property
     def f_number_now(self) -> float | None:
-        """The stated f-number, wide open, where the lens stands."""
+        """Stated f-number, wide open, at the current position."""
         return monotone_cubic(self.zoom_stations, self.f_numbers, self.zoom) if self.f_numbers else None
 
     def _between(self, table: Sequence[Sequence[float]]) -> float:
-        """Of values by zoom and focus station, the one where the lens stands: along the zoom first."""
+        """Value at the current position of a table [zoom station][focus station]: along the zoom first."""
         along = [monotone_cubic(self.zoom_stations, column, self.zoom) for column in zip(*table, strict=True)]
         return monotone_cubic(self.focus_stations, along, self.close)
 
     def label(self, i: int, j: int = 0) -> str:
-        """What a station is called: “70 mm, infinity”, “tele”, “close”."""
+        """Name of a station: “70 mm, infinity”, “tele”, “close”."""
         words = []
         if self.zooms:
             named = self.names[i] if self.names else ""
@@ -128,7 +147,7 @@ class Positions:
         return ", ".join(words)
 
     def scaled(self, factor: float) -> "Positions":
-        """The same for a lens made `factor` times as large."""
+        """The positions of a lens scaled by `factor`."""
         return replace(
             self, focal_lengths=tuple(f * factor for f in self.focal_lengths),
             thicknesses=tuple(tuple(tuple(gap * factor for gap in gaps) for gaps in row) for row in self.thicknesses),
@@ -136,9 +155,10 @@ class Positions:
             stops=tuple(tuple(stop * factor for stop in row) for row in self.stops))
 
     def with_stops(self, factor: float) -> "Positions":
-        """The same with the stop opened or closed by a factor at every station."""
+        """The positions with the stop scaled by `factor` at every station."""
         return replace(self, stops=tuple(tuple(stop * factor for stop in row) for row in self.stops))
 
 
 def _listed(values: Sequence[float]) -> str:
+    """The values in a message."""
     return ", ".join(f"{value:g}" for value in values) or "none"

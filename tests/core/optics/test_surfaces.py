@@ -307,7 +307,7 @@ def test_light_runs_back_along_its_own_path_through_every_kind(stack, x, y, dx, 
     ({"aspheric": ((21, 0.1),)}, "power 21"),
     ({"aspheric": ((4.5, 0.1),)}, "power 4.5"),
     ({"aspheric": ((4, inf),)}, r"r\^4 is inf"),
-    ({"aspheric": ((4, 0.1), (4, 0.2))}, r"r\^4 stands twice"),
+    ({"aspheric": ((4, 0.1), (4, 0.2))}, r"r\^4 is given twice"),
     ({"curvature_x": inf}, "curvature_x is inf"),
     ({"curvature_x": 0.0, "conic": -1.0}, "neither a conic"),
 ])

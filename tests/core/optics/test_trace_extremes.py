@@ -73,11 +73,11 @@ def test_a_stop_of_a_fiftieth_of_a_millimetre_passes_its_own_axis_alone():
 # --- Input
 
 @pytest.mark.parametrize(("origins", "directions", "dtype", "message"), [
-    ([[0.0, 0.0, 0.0], [0.0, nan, 0.0]], [0.0, 0.0, 1.0], float, "origins: row 1 holds a number that is not finite"),
-    ([0.0, 0.0, 0.0], [0.0, inf, 1.0], float, "directions: row 0 holds a number that is not finite"),
+    ([[0.0, 0.0, 0.0], [0.0, nan, 0.0]], [0.0, 0.0, 1.0], float, "origins: row 1 contains a number that is not finite"),
+    ([0.0, 0.0, 0.0], [0.0, inf, 1.0], float, "directions: row 0 contains a number that is not finite"),
     ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], float, "directions: row 0 is zero"),
     ([0.0, 0.0], [0.0, 1.0], float, "must be \\(n, 3\\)"),
-    (np.zeros((2, 3)), np.ones((3, 3)), float, "2 origins do not go with 3 directions"),
+    (np.zeros((2, 3)), np.ones((3, 3)), float, "2 origins and 3 directions do not broadcast"),
     ([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], np.int32, "float32 or float64"),
 ])
 def test_rays_that_are_none_are_refused_in_one_line(origins, directions, dtype, message):
