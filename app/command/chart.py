@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 def add_chart_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench chart`."""
-    from lensbench.app.command.options import add_lens_options, option, read_distance, read_film, read_size
+    from lensbench.app.command.options import add_lens_options, option, read_film, read_size
+    from lensbench.app.state.scales import read_distance
 
     add = parser.add_argument
     add("lens", nargs="*", metavar="LENS", help="lenses of the library, or lens files; all of the library by default")

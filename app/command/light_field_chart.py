@@ -48,9 +48,10 @@ def _chart(arguments: argparse.Namespace) -> int:
             part.touch()
     with progress() as show:
         curves = measure(camera(settings), find_scene(settings.scene), arguments.views or VIEWS, settings.seed, show)
-    data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "lens": settings.lens, "model": settings.model,
-            "scene": settings.scene, "focus mm": settings.focus_distance, "f-number": settings.f_number,
-            "pixels": [settings.pixels_x, settings.pixels_y], "fields": [curve._asdict() for curve in curves]}
+    data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "lens": settings.lens,
+            "model": settings.lens_model, "scene": settings.scene, "focus mm": settings.focus_distance,
+            "f-number": settings.f_number, "pixels": [settings.pixels_x, settings.pixels_y],
+            "fields": [curve._asdict() for curve in curves]}
     if arguments.json:
         print_json(data)
     else:
@@ -70,6 +71,6 @@ def _chart(arguments: argparse.Namespace) -> int:
         return 0
     title = f"Light fields focused afterwards: {settings.scene}, recorded at {settings.focus_distance / 1000.0:g} m"
     draw(curves, settings.focus_distance, title,
-         f"{settings.lens}, {settings.model} model, {settings.pixels_x} × {settings.pixels_y} pixels, as many rays for "
-         "each field. Dashed: where neighbouring views lie a pixel apart; dotted beyond.", path)
+         f"{settings.lens}, {settings.lens_model} model, {settings.pixels_x} × {settings.pixels_y} pixels, as many "
+         "rays for each field. Dashed: where neighbouring views lie a pixel apart; dotted beyond.", path)
     return 0

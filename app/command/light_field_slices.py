@@ -18,7 +18,8 @@ ENLARGED = (".png", ".ppm")     # the others hold what was recorded, number by n
 
 def add_view_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield view`."""
-    from lensbench.app.command.options import option, read_distance
+    from lensbench.app.command.options import option
+    from lensbench.app.state.scales import read_distance
 
     parser.set_defaults(command=_view)
     parser.add_argument("field", metavar="FILE.npz", help="what `capture` recorded")

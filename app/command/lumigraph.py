@@ -11,7 +11,8 @@ import numpy as np
 def add_lumigraph_options(kinds) -> None:
     """The commands among those of `lensbench lightfield`."""
     from lensbench.app.command.capture_options import read_views
-    from lensbench.app.command.options import add_picture_options, option, read_distance, read_size
+    from lensbench.app.command.options import add_picture_options, option, read_size
+    from lensbench.app.state.scales import read_distance
 
     array = kinds.add_parser("array", help="Record a lumigraph: pictures and depths by an array of pinholes.")
     array.set_defaults(command=_array)

@@ -87,9 +87,9 @@ def _parser() -> argparse.ArgumentParser:
         add_lens_options,
         add_picture_options,
         option,
-        read_count,
     )
     from lensbench.app.command.stability import add_stability_options, stability
+    from lensbench.app.state.text_values import read_count
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
                      "section. Without a command it opens the bench.")
@@ -110,7 +110,7 @@ def _parser() -> argparse.ArgumentParser:
 
     render = command("render", _render, "Render a picture through a lens.")
     render.add_argument("lens", nargs="?", metavar="LENS",
-                        help=f"{lens_help}; not needed with --settings, or for a --model without a lens")
+                        help=f"{lens_help}; not needed with --settings, or for a --camera without a lens")
     add_picture_options(render)
     render.add_argument("-o", "--output", required=True, metavar="FILE",
                         help="developed picture (.png, .ppm) or linear light (.exr, .pfm)")
@@ -186,10 +186,11 @@ def _render(arguments: argparse.Namespace) -> int:
     from lensbench.app.files.export import export_render
     from lensbench.app.files.settings_file import save_settings
     from lensbench.app.state.auto_model import headline, record
-    from lensbench.app.state.settings import LENSLESS
+    from lensbench.app.state.camera_kinds import CAMERA_KINDS
     from lensbench.app.workers.warm_cache import compile_ahead
 
-    if arguments.lens is None and arguments.settings is None and arguments.model not in LENSLESS:
+    needs_lens = CAMERA_KINDS[arguments.camera or "lens"].has_lens
+    if needs_lens and arguments.lens is None and arguments.settings is None:
         raise UsageError("which LENS? Name one, an exported picture, or --settings (see lensbench render --help)")
     settings = settings_from(arguments)
     if arguments.save_settings is not None:

@@ -17,7 +17,7 @@ from lensbench.app.state.exposure import Exposing, exposed, exposing, look
 from lensbench.app.state.histogram import histogram
 from lensbench.app.state.light_field_query import note, picture_settings
 from lensbench.app.state.pixel_coc import Blur
-from lensbench.app.state.settings import LOOK, Settings
+from lensbench.app.state.settings import RESTARTS_NOTHING, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.workers.light_field_worker import FieldPicture
@@ -93,7 +93,7 @@ class Presenter:
         """Keep the shown picture as A, exposed and tone-mapped by `present`; False if there is none yet."""
         if self.shown is None or self._screen is None:
             return False
-        settings = replace(self.shown.settings, **{name: getattr(present, name) for name in LOOK})
+        settings = replace(self.shown.settings, **{name: getattr(present, name) for name in RESTARTS_NOTHING})
         self._keep(self.shown._replace(settings=settings, image=_light(self.shown, present)))
         return True
 

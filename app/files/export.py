@@ -89,8 +89,8 @@ def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: 
                 netpbm.write_pfm(file, image)
 
 
-def read_settings(path: str | Path) -> Settings:
-    """The settings that an exported picture was made with.
+def read_settings(path: str | Path, say: Callable[[str], object] = lambda text: None) -> Settings:
+    """The settings that an exported picture was made with; `say` hears where names of an earlier version occur.
 
     ExportError where there are none (another program's picture), where the file is cut
     off or damaged, and for settings of a newer version.
@@ -113,7 +113,7 @@ def read_settings(path: str | Path) -> Settings:
     if text is None:
         raise ExportError(f"{path}: this picture holds no settings: it was not exported by lensbench")
     try:
-        return Settings.from_dict(dict(json.loads(text)))
+        return Settings.from_dict(dict(json.loads(text)), lambda note: say(f"{path}: {note}"))
     except (ValueError, TypeError) as error:
         raise ExportError(f"{path}: {error}") from error
 
@@ -159,7 +159,8 @@ def render(settings: Settings, progress: Callable[[float], object] = lambda frac
         choice = lb.choose_model(view, scene)
         view = choice.applied(view)
         on_choice(choice)
-    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view, light_tracing=settings.splats)
+    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view,
+                             light_tracing=settings.light_tracing)
     threads = threads or os.cpu_count() or 1
     stopped = Event()
     batch = 1

@@ -1,43 +1,44 @@
-"""Settings as a file of their own: TOML that a person can read and change, to repeat a picture.
+"""Settings as TOML files that a person can read and change, to repeat a picture.
 
-The keys are the fields of Settings, in their units; what is left out is as the bench
-has it. TOML has no word for nothing: WORDS has one for each field that may be None. A
-lens or scene that is a file may be given by its place beside the settings.
+The keys are the fields of Settings, in their units; a missing key means the default. TOML has no null: WORDS has a word
+for each field that may be None. A lens or scene file may be given by its path relative to the settings file.
 """
 
 import json
 import re
 import tomllib
+from collections.abc import Callable
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
 from lensbench.app.files.export import read_settings, replacing
+from lensbench.app.state import former_settings
+from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import VERSION, Settings, SettingsError
 
 HEAD = "# lensbench: lengths in mm, angles in radians, times in seconds, exposure in stops\n"
-WORDS = {"focal_length": "designed", "f_number": "open", "blades": "designed", "end_position": "none",
-         "hole_diameter": "sharpest"}           # that stand for None
+WORDS = {field.name: spec(field).none for field in fields(Settings) if spec(field).none}    # for None
 LONGEST = 1 << 20               # bytes that are read
 PICTURES = (".png", ".ppm", ".exr")            # that hold the settings they were made with
 
 
 def save_settings(path: str | Path, settings: Settings) -> None:
-    """Write all settings, beside the place first; ExportError where the disk does not take them."""
+    """Write all settings, whole or not at all; ExportError where the disk does not take them."""
     values = {"version": VERSION, **asdict(settings)}
     lines = (f"{name} = {_toml(WORDS[name] if value is None else value)}\n" for name, value in values.items())
     with replacing(checked_path(path)) as part:
         part.write_text(HEAD + "".join(lines), encoding="utf-8")
 
 
-def load_settings(path: str | Path) -> Settings:
-    """Read settings, or those of an exported picture; SettingsError with the file, the line and the key that cannot be.
+def load_settings(path: str | Path, say: Callable[[str], object] = lambda text: None) -> Settings:
+    """Read settings, or those of an exported picture; SettingsError with the file, the line and the key at fault.
 
-    ExportError for a picture that holds none.
+    `say` hears a sentence where names of an earlier version occur. ExportError for a picture without settings.
     """
     path = Path(path)
     if path.suffix.lower() in PICTURES:
-        return read_settings(path)
+        return read_settings(path, say)
     try:
         with path.open("rb") as file:
             text = file.read(LONGEST).decode("utf-8")
@@ -50,13 +51,13 @@ def load_settings(path: str | Path) -> Settings:
         raise SettingsError(f"{path}: this is no TOML: {error}") from error
     plain = {name: None if value == WORDS.get(name) else value for name, value in plain.items()}
     try:
-        return _placed(Settings.from_dict(plain), path.parent)
+        return _placed(Settings.from_dict(plain, lambda note: say(f"{path}: {note}")), path.parent)
     except ValueError as error:
         raise SettingsError(f"{path}:{_where(plain, text)} {error}") from error
 
 
 def checked_path(path: str | Path) -> Path:
-    """The path, where it is one of a settings file; SettingsError otherwise."""
+    """The path; SettingsError where its suffix is not that of a settings file."""
     if Path(path).suffix.lower() != ".toml":
         raise SettingsError(f"{path}: settings are written as .toml")
     return Path(path)
@@ -73,8 +74,8 @@ def _toml(value: Any) -> str:
 
 
 def _where(plain: dict[str, Any], text: str) -> str:
-    """Line and key of the first setting that alone cannot be; nothing where they cannot be together."""
-    known = {field.name for field in fields(Settings)}
+    """Line and key of the first setting that is invalid on its own; nothing where only their combination is."""
+    known = {field.name for field in fields(Settings)} | set(former_settings.NAMES)
     for name, value in plain.items():
         try:
             if name == "version" or name in known:
@@ -89,7 +90,7 @@ def _where(plain: dict[str, Any], text: str) -> str:
 
 
 def _placed(settings: Settings, folder: Path) -> Settings:
-    """With lens and scene files that stand beside the settings by their whole paths."""
+    """The settings with the absolute paths of lens and scene files beside them."""
     def place(text: str) -> str:
         try:
             path = (folder / text).resolve()

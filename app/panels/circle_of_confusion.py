@@ -12,7 +12,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.state.coc_curves import Curves, curves, main, plot_range
-from lensbench.app.state.figures import Readings, optical, readings
+from lensbench.app.state.figures import Readings, readings
 from lensbench.app.state.scales import format_distance, format_f_number
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
@@ -44,14 +44,14 @@ def coc_panel(settings: Settings, state: CocState) -> Settings:
     got = readings(settings)
     try:
         low, high, bottom, top = plot_range(settings, got)
-        shown = curves(optical(settings), low, high)
+        shown = curves(settings.optics, low, high)
     except (ValueError, OSError) as error:
         imgui.push_text_wrap_pos(0.0)
         imgui.text_disabled(str(error))
         imgui.pop_text_wrap_pos()
         return settings
 
-    key = (settings.lens, settings.focal_length, settings.lensless, low, high, top, size.x, size.y)
+    key = (settings.lens, settings.focal_length, settings.has_lens, low, high, top, size.x, size.y)
     refit = state.fit or state.fitted_to != key
     state.fitted_to, state.fit = key, False
     corner = imgui.get_cursor_screen_pos()

@@ -13,11 +13,11 @@ from imgui_bundle import ImVec2, imgui, implot
 
 import lensbench as lb
 from lensbench.app.panels.lens_section.viewport import round_length
+from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.exit_pupil_geometry import BoxSamples, Region, box_samples, region
-from lensbench.app.state.figures import Setup, setup
 from lensbench.app.state.ray_fans import lit_radius
 from lensbench.app.state.scales import format_area, radius_scale
-from lensbench.app.state.settings import REAL, Settings
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import ring
 from lensbench.app.widgets.memo import Memo
@@ -50,10 +50,10 @@ def pupil_panel(settings: Settings, film_radius: float, state: PupilState, hover
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return film_radius
-    if settings.lensless:
+    if not settings.has_lens:
         _say("This camera has no lens and no exit pupil")
         return film_radius
-    if settings.model == "pinhole":
+    if not settings.has_stop:
         _say("A pinhole has no exit pupil: all light goes through a point")
         return film_radius
     try:
@@ -69,7 +69,7 @@ def pupil_panel(settings: Settings, film_radius: float, state: PupilState, hover
     except (ValueError, OSError) as error:
         _say(str(error))
         return film_radius
-    _words(seen, samples, hover_radius is not None, settings.model, reach)
+    _words(seen, samples, hover_radius is not None, settings.follows_lens, reach)
     if not stand.lens.is_rotationally_symmetric:
         theme.small()
         imgui.text_colored(theme.colours().dim, UPWARDS)
@@ -216,7 +216,7 @@ def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colou
     text(draw, ImVec2(at.x + 5.0 * pixel, at.y - (1.0 if name == "full" else 0.0) * line), colour, name)
 
 
-def _words(seen: Region, samples: BoxSamples, hovering: bool, model: str, reach: float) -> None:
+def _words(seen: Region, samples: BoxSamples, hovering: bool, traced: bool, reach: float) -> None:
     """One line above the plot: what passes, and of which point if it is the one under the mouse."""
     where = f"Mouse at {seen.film_radius:.1f} mm:  " if hovering else ""
     if seen.area <= 0.0:
@@ -229,7 +229,7 @@ def _words(seen: Region, samples: BoxSamples, hovering: bool, model: str, reach:
     imgui.pop_font()
     imgui.set_item_tooltip("Area of the exit-pupil region on the plane of the last vertex, and how many of the samples "
                            "in its bounding box, which pbrt takes, reach the scene"
-                           + ("; the region is that of the real lens" if model not in REAL else ""))
+                           + ("; the region is that of the real lens" if not traced else ""))
 
 
 def _tell(plot: PlotMap, lens: lb.Lens, film_distance: float, seen: Region) -> None:

@@ -15,8 +15,8 @@ from imgui_bundle import ImVec2, imgui, implot
 import lensbench as lb
 from lensbench.analysis.distortion import Distortion
 from lensbench.analysis.falloff import Falloff
+from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.comparison import round_above
-from lensbench.app.state.figures import Setup, setup
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, pieces, polyline, text
@@ -68,7 +68,7 @@ def falloff_panel(settings: Settings, state: FalloffState) -> None:
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return
-    if settings.lensless:
+    if not settings.has_lens:
         _say("This camera has no lens to darken or to bend its picture")
         return
     try:

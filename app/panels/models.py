@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui, implot
 
 from lensbench.app.panels.task_progress import task_progress
-from lensbench.app.state.constraints import with_model
+from lensbench.app.state.camera_kinds import LENS_MODELS
 from lensbench.app.state.settings import Settings
 from lensbench.app.studies.charts.values import Chart, Mark
 from lensbench.app.widgets import theme
@@ -25,7 +25,6 @@ ERROR_TIPS = {"rms": "Root mean square over the whole film and pupil, in pixels"
               "worst": "Of the worst ray, in pixels",
               "light": "Brightness against the axis, in stops, where it is farthest off"}
 FLOOR = 1e-5
-MODELS = ("pinhole", "thin", "thick", "polynomial", "table", "trace")
 
 
 @dataclass
@@ -38,7 +37,7 @@ class ModelsState:
 def chart_panel(settings: Settings, worker: ChartWorker, state: ModelsState,
                 chosen: tuple[str, int] | None = None) -> Settings:
     """Draw the chart; settings, with another model where one was clicked. chosen: what the automatic model came to."""
-    if settings.lensless:
+    if not settings.has_lens:
         _say("This camera has no lens. Choose one with a lens in the left column to chart its models.")
         return settings
     size = imgui.get_content_region_avail()
@@ -112,8 +111,8 @@ def _plotted(settings: Settings, chart: Chart, shown: str, chosen: tuple[str, in
 
 def _present(settings: Settings, chosen: tuple[str, int] | None) -> str:
     """The name in the chart of the model that the picture is taken with."""
-    model, degree = settings.model, settings.degree
-    if model == "auto":
+    model, degree = settings.lens_model, settings.degree
+    if settings.is_automatic:
         if chosen is None:
             return ""
         model, degree = chosen
@@ -123,7 +122,7 @@ def _present(settings: Settings, chosen: tuple[str, int] | None) -> str:
 
 def _model(mark: Mark) -> tuple[str, int] | None:
     """The model and degree of a mark that a picture can be taken with."""
-    if mark.kind not in MODELS or mark.name == "trace, float64" or mark.why:
+    if mark.kind not in LENS_MODELS or mark.name == "trace, float64" or mark.why:
         return None
     return mark.kind, int(mark.name.split()[-1]) if mark.kind == "polynomial" else 0
 
@@ -226,7 +225,7 @@ def _clicked(settings: Settings, mark: Mark, boxes: list[tuple[ImVec2, ImVec2]])
             imgui.set_tooltip(_tale(mark, usable is not None))
         if pressed and usable is not None:
             model, degree = usable
-            return replace(with_model(settings, model), degree=degree or settings.degree)
+            return replace(settings, lens_model=model, degree=degree or settings.degree)
     return settings
 
 

@@ -46,7 +46,7 @@ def plan_panel(settings: Settings, state: PlanState) -> Settings:
         imgui.pop_text_wrap_pos()
         return settings
 
-    key = (settings.scene, settings.model, size.x, size.y)
+    key = (settings.scene, settings.camera, size.x, size.y)
     refit = state.fit or state.fitted_to != key
     state.fitted_to, state.fit = key, False
     corner = imgui.get_cursor_screen_pos()

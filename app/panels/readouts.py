@@ -1,4 +1,4 @@
-"""The read-outs: every figure of the bench in one table, each with a tooltip that spells out what it is."""
+"""Panel of the read-outs: every figure in one table, each with a tooltip that defines it."""
 
 import math
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ NONE = "–"
 
 @dataclass(frozen=True)
 class Status:
-    """How the rendering goes: samples a second over the whole picture, frames a second, samples a pixel."""
+    """Progress of the rendering: samples a second over the whole picture, frames a second, samples a pixel."""
 
     rays_per_second: float = 0.0
     fps: float = 0.0
@@ -26,7 +26,7 @@ class Status:
 
 @dataclass(frozen=True)
 class Row:
-    """One read-out; `gap` stands above it, `amber` is what is in focus."""
+    """One read-out. gap: space above it. amber: it concerns what is in focus."""
 
     name: str
     value: str
@@ -37,7 +37,7 @@ class Row:
 
 
 def readouts_panel(settings: Settings, status: Status) -> None:
-    """Draw the table in what is left of the window."""
+    """Draw the table in the rest of the window."""
     width = imgui.get_content_region_avail().x
     if width < 24.0:
         return
@@ -57,7 +57,7 @@ def readouts_panel(settings: Settings, status: Status) -> None:
         right = corner.x + width - unit_width
         extent = imgui.calc_text_size(row.value).x
         tint = colour.dim if row.value == NONE else colour.amber_text if row.amber else colour.strong
-        # A long value on a narrow panel takes the unit's column too, then the name gives way
+        # A long value on a narrow panel covers the column of the unit, then a part of the name
         room = right - corner.x - extent
         if room >= imgui.calc_text_size(row.name).x + 0.4 * line:
             draw.add_text(ImVec2(corner.x, y), theme.packed(colour.dim), row.name)
@@ -85,8 +85,8 @@ def _explain(row: Row) -> None:
 
 
 def own(settings: Settings, table: list[Row]) -> list[Row]:
-    """The rows that this kind of camera has; of one with a lens all, so that none jumps while a ring turns."""
-    if not settings.lensless and settings.model != "pinhole":
+    """The rows with a value; for a camera with a lens all rows, so that none moves while a ring turns."""
+    if settings.has_lens and settings.has_stop:
         return table
     found: list[Row] = []
     gap = False
@@ -99,7 +99,7 @@ def own(settings: Settings, table: list[Row]) -> list[Row]:
 
 
 def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
-    """The table: optics, field, sharpness, places, then how the rendering goes."""
+    """The table: optics, field, sharpness, places, then the progress of the rendering."""
     limit = NONE if got.limit is None else f"{1000.0 * got.limit:.1f} µm"
     field = NONE if got.fov_horizontal is None or got.fov_vertical is None else \
         f"{format_angle(got.fov_horizontal)} × {format_angle(got.fov_vertical)}"
@@ -153,7 +153,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
 
 
 def _across(got: Readings) -> list[Row]:
-    """What a lens with cylinders has besides."""
+    """The additional rows of a lens with cylinders."""
     if got.foci is None:
         return []
     squeeze = f". Objects are {got.across / got.efl:.3g} times as wide on the film" if got.across and got.efl else ""
@@ -173,12 +173,12 @@ def _signed(length: float) -> str:
 
 
 def _colours(settings: Settings) -> Row:
-    """At which wavelengths the picture is traced, and why."""
+    """The wavelengths of the picture, and the reason."""
     try:
         used, why = colours(settings)[1:]
     except (ValueError, OSError) as error:
         used, why = False, str(error)
-    value = NONE if settings.lensless else "24 wavelengths" if used else "d line"
+    value = NONE if not settings.has_lens else "24 wavelengths" if used else "d line"
     return Row("Colours", value, "", why)
 
 
@@ -216,7 +216,7 @@ def _exposure_value(settings: Settings, got: Readings) -> str:
 
 
 def _f_number(f_number: float | None) -> str:
-    """Two digits after the point, for these are compared with each other."""
+    """Two digits after the point, so that f-numbers can be compared."""
     if f_number is None:
         return NONE
     return f"f/{f_number:.2f}" if f_number < 9.995 else f"f/{f_number:.1f}"

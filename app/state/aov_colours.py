@@ -7,6 +7,7 @@ EXR or PFM holds what the core found.
 import numpy as np
 from numpy.typing import NDArray
 
+from lensbench.app.state.camera_kinds import LENS_MODELS
 from lensbench.app.state.settings import Settings
 
 NOTES = {
@@ -14,13 +15,13 @@ NOTES = {
     "origin": "Where the ray leaves the lens: right is red, up green; blue along the axis, one lens radius for ½",
     "time": "When the sample was taken: black at the opening of the shutter, white at its closing",
     "depth": "Nearness: white at {near:.2g} m, ½ at twice that, black for the sky",
-    "weight": "What the camera lets through: white for the unvignetted axis",
+    "weight": "Weight of the samples: white for the unvignetted axis",
     "fate": "Rays from all over the rear opening: white where they arrive, coloured by the surface that ends them",
 }
 
 
 def codes(image: NDArray[np.float32], settings: Settings) -> NDArray[np.float32]:
-    """A view (h, w, 3) as codes in [0, 1]; what is no number is 0."""
+    """An AOV (h, w, 3) as codes in [0, 1]; nan becomes 0."""
     image = np.nan_to_num(image, nan=0.0, posinf=0.0, neginf=0.0)
     if settings.view == "origin":
         place, radius = _front(settings)
@@ -31,25 +32,26 @@ def codes(image: NDArray[np.float32], settings: Settings) -> NDArray[np.float32]
 
 
 def nearest(settings: Settings) -> float:
-    """The distance (mm) that the view of depth shows as white."""
+    """The distance (mm) that the AOV “depth” shows as white."""
     from lensbench.app.state.scene_file import cached_scene
 
     return cached_scene(settings.scene).depth_range[0]
 
 
 def note(settings: Settings) -> str:
-    """What the colours of the view mean."""
+    """The meaning of the colours of the AOV."""
     near = nearest(settings) / 1000.0 if settings.view == "depth" else 0.0
     return NOTES[settings.view].format(near=near)
 
 
 def _front(settings: Settings) -> tuple[float, float]:
     """Where rays leave the camera along its z (mm), and the radius (mm) of the opening there."""
-    from lensbench.app.state.figures import setup
+    from lensbench.app.state.build import setup
 
-    if settings.model not in ("auto", "trace", "thin"):
+    rays_from = LENS_MODELS[settings.lens_model].rays_from if settings.has_lens else ""
+    if not rays_from:
         return 0.0, 1.0
     stand = setup(settings)
-    if settings.model != "thin":
+    if rays_from == "front":
         return -stand.film_z, stand.lens.surfaces[0].semi_diameter
     return stand.first_order.entrance_pupil.z - stand.film_z, stand.first_order.entrance_pupil.radius

@@ -1,8 +1,7 @@
-"""The automatic model: which one a picture is taken with, and how that is said.
+"""The automatic lens model: its choice for a picture, and the choice in words.
 
-In the window a choice is made beside the picture: after its first pass, which is that of the choice before where only
-focus, aperture or field of view have moved since, and of the full trace otherwise. Where another model is chosen, the
-picture begins anew with it.
+The window chooses beside the picture, after the first pass. That pass uses the previous choice where only focus,
+aperture or field of view have changed since, and the full trace otherwise. A different choice restarts the picture.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,24 +13,24 @@ if TYPE_CHECKING:
 
 
 class Chosen(NamedTuple):
-    """A choice, and the settings that it was made for."""
+    """A choice of model, and the settings that it depends on."""
 
     choice: "Choice"
     of: Settings
 
 
 def choice_key(settings: Settings) -> Settings:
-    """What a choice depends on: everything else is set to its default."""
+    """The settings that a choice depends on; everything else is at its default."""
     return settings.picture.plain("yaw", "pitch", "end_yaw", "end_pitch", "seed", "view", "visibility", "fog_light")
 
 
 def is_automatic(settings: Settings) -> bool:
-    """Whether the picture of these settings is taken with a model that has to be chosen: not a view of its samples."""
-    return settings.model == "auto" and not settings.sample_view
+    """Whether the picture of these settings needs a choice of model; views of its samples do not."""
+    return settings.is_automatic and not settings.sample_view
 
 
 def judged(settings: Settings, camera: Any, scene: Any, before: Chosen | None) -> Chosen:
-    """The choice for these settings; one that was made just before, for the same lens, gives way reluctantly."""
+    """The choice for these settings; the previous one of the same lens is kept unless another is clearly better."""
     import lensbench as lb
 
     of = choice_key(settings)
@@ -40,7 +39,7 @@ def judged(settings: Settings, camera: Any, scene: Any, before: Chosen | None) -
 
 
 def provisional(settings: Settings, camera: Any, before: Chosen | None) -> Any:
-    """The camera for the first pass of a picture whose choice is not made yet; see the module."""
+    """The camera for the first pass of a picture, before the choice; see the module."""
     from dataclasses import replace
 
     if before is not None and before.choice.model != "pinhole":
@@ -49,21 +48,21 @@ def provisional(settings: Settings, camera: Any, before: Chosen | None) -> Any:
         if replace(of, **moved) == before.of:
             try:
                 return before.choice.applied(camera)
-            except ValueError:                  # it cannot stand before this object
+            except ValueError:                  # invalid for this focus distance
                 pass
     return replace(camera, model="trace")
 
 
 def record(choice: "Choice") -> dict[str, Any]:
-    """A choice as plain values, for a picture's metadata and for JSON."""
+    """A choice as plain values, for the metadata of a picture and for JSON."""
     return {"model": choice.model, "degree": choice.degree or None, "error_px": choice.error_px,
             "error_stops": choice.error_stops, "refused": choice.reason or None}
 
 
 def headline(choice: "Choice", speeds: tuple[float, float] | None) -> list[str]:
-    """In a few words each: the choice, its error, what it saves, and why the next simpler model was refused.
+    """The choice, its error, the time that it saves, and why the next simpler model was refused, in a few words each.
 
-    speeds: ns that a ray takes by this model and by the full trace.
+    speeds: time of a ray (ns) by this model and by the full trace.
     """
     words = [f"Auto: {choice.name}"]
     if choice.model != "trace":
@@ -78,7 +77,7 @@ def headline(choice: "Choice", speeds: tuple[float, float] | None) -> list[str]:
 
 
 def tale(choice: "Choice", speeds: tuple[float, float] | None) -> str:
-    """The whole story, a line for each model that was looked at."""
+    """The choice in full, with a line for each model that was compared."""
     lines = ["The simplest model whose picture is within half a pixel and 0.05 stops of the full trace,",
              "at all the scene's depths: where light falls, how far it is blurred, how bright it is.", ""]
     for rung in choice.table[:-1]:

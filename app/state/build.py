@@ -1,100 +1,132 @@
-"""The lens and the camera that follow from the settings. Lengths in mm, angles in radians."""
+"""The lens and the camera of the settings: the one place where a lens is zoomed, stopped down and focused.
 
-import math
-from dataclasses import replace
+Lengths in mm. Every read-out is a function of what is built here. The makers of cameras without a lens are in
+`ideal_cameras`; `camera_kinds` lists them all.
+"""
+
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state.focusing import focusing
-from lensbench.app.state.settings import Settings, SettingsError
+from lensbench.app.state.file_stamp import Stamp, file_stamp
+from lensbench.app.state.focusing import FocusPosition, focusing
 from lensbench.scenery.shading.participating_medium import WATER_INDEX
+
+if TYPE_CHECKING:
+    from lensbench.app.state.settings import Settings
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The lens in its place before the film: stopped down, its focus groups moved, with its film distance (mm).
+
+    at_infinity: its first-order data when it is focused at infinity, where focal length and f-number count. reason:
+    why it differs from what the settings ask for, or "": the lens is then wide open, or at its nearest focus.
+    """
+
+    lens: lb.Lens
+    first_order: lb.FirstOrder
+    at_infinity: lb.FirstOrder
+    film: lb.Film
+    film_distance: float
+    focusing: FocusPosition
+    reason: str = ""
+
+    @property
+    def film_z(self) -> float:
+        """The film plane in the lens frame (mm)."""
+        return self.lens.length + self.film_distance
+
+    @property
+    def principal_offset(self) -> float:
+        """Film → front principal plane (mm): an engraved distance less the distance from the lens."""
+        return self.film_z - self.first_order.front_principal
 
 
 @lru_cache(maxsize=64)
-def _load(lens: str, stamp: float) -> lb.Lens:
+def _load(lens: str, stamp: Stamp) -> lb.Lens:
     return lenses.load(lens).at(zoom=0.0, close=0.0)
 
 
-def design(settings: Settings) -> lb.Lens:
+def design(settings: "Settings") -> lb.Lens:
     """The lens wide open, scaled to the focal length that is set (of a zoom its shortest), then zoomed.
 
     LensError where it is to zoom and cannot.
     """
-    path = Path(settings.lens)
-    lens = _load(settings.lens, path.stat().st_mtime if path.is_file() else 0.0)
+    lens = _load(settings.lens, file_stamp(settings.lens))
     if settings.blades is not None:
         lens = replace(lens, blades=settings.blades, blade_rotation=settings.blade_rotation,
                        roundness=settings.roundness)
-    if settings.medium == "water" and settings.wet:
+    if settings.medium == "water" and settings.immersed:
         lens = replace(lens, front_index=WATER_INDEX)
     if settings.focal_length is not None:
         lens = lens.scaled(settings.focal_length / lb.first_order(lens).efl)
     return lens.at(zoom=settings.zoom)
 
 
-def camera(settings: Settings) -> lb.Camera:
-    """The camera of these settings: a LensCamera, or where no prescription is used, one of the ideal cameras.
-
-    SettingsError where a perspective camera is focused nearer than magnification 1, as FocusError for a lens.
-    """
-    film = settings.film
-    ramp = settings.shutter_ramp * settings.shutter
-    common: dict[str, Any] = {
-        "world_from_camera": settings.placement, "shutter_open": settings.moment,
-        "shutter_close": settings.moment + settings.shutter, "shutter_ramp": ramp,
-        "readout": settings.readout, "readout_direction": settings.readout_direction, "medium": medium(settings)}
-    stop: dict[str, Any] = {"blades": settings.blades or 0, "blade_rotation": settings.blade_rotation,
-                            "roundness": settings.roundness}
-    if settings.model == "perspective":
-        focal_length = perspective_focal_length(settings)
-        radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
-        if radius > 0.0 and settings.focus_distance < 2.0 * focal_length:
-            raise SettingsError(f"focus at {settings.focus_distance / 1000.0:.6g} m: the nearest distance of this "
-                                f"camera is {math.ceil(2.0 * focal_length) / 1000.0:g} m, twice its focal length")
-        return lb.PerspectiveCamera(film, fov=settings.fov, fov_axis=settings.fov_axis, lens_radius=radius,
-                                    focus_distance=settings.focus_distance, **stop, **common)
-    if settings.model == "orthographic":
-        return lb.OrthographicCamera(film, settings.scene_width * settings.crop, settings.lens_radius,
-                                     settings.focus_distance, **stop, **common)
-    if settings.model == "hole":
-        return lb.PinholeCamera(film, settings.hole_distance, hole_diameter(settings) / 2.0, **common)
-    if settings.model == "bare":
-        return lb.BareSensor(film, **common)
-    if settings.model == "fisheye":
-        return lb.FisheyeCamera(film, settings.fisheye_fov, settings.projection, settings.fov_axis, **common)
-    if settings.model == "environment":
-        return lb.EnvironmentCamera(film, settings.layout, **common)
-    lens = design(settings)
-    return lb.LensCamera(lens, film, focus_distance=settings.focus_distance, f_number=settings.f_number,
-                         model=settings.model, degree=settings.degree,
-                         dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
-                         focus_method=focusing(stopped(lens, settings), settings).method, **common)
+def setup(settings: "Settings") -> Setup:
+    """The lens of the settings before its film; a ValueError or OSError where there is no lens to set up."""
+    return _setup(design(settings), settings.optics)
 
 
-def stopped(lens: lb.Lens, settings: Settings) -> lb.Lens:
-    """The lens closed to the f-number that is set; as it is where it cannot open so far."""
+@lru_cache(maxsize=64)
+def _setup(lens: lb.Lens, settings: "Settings") -> Setup:
+    reasons = []
+    if settings.f_number is not None:
+        try:
+            lens = lb.stopped_down(lens, settings.f_number)
+        except lb.LensError as error:
+            reasons.append(str(error))
+    at_infinity = lb.first_order(lens)
     try:
-        return lens if settings.f_number is None else lb.stopped_down(lens, settings.f_number)
+        found = focusing(lens, settings)
+        lens = lb.focused(lens, settings.focus_distance, found.method)
+        film_distance = lb.film_distance(lens, settings.focus_distance, found.method)
+    except lb.LensError as error:
+        reasons.append(str(error))
+        found, (lens, film_distance) = FocusPosition("paraxial"), _at_nearest(lens)
+    return Setup(lens, lb.first_order(lens), at_infinity, settings.film, film_distance, found, "; ".join(reasons))
+
+
+def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:
+    """The lens at its nearest focus, with its film distance; some film distance for a lens that cannot focus."""
+    try:
+        nearest = lb.nearest_focus(lens)
+        lens = lb.focused(lens, nearest)
+        return lens, lb.film_distance(lens, nearest)
     except lb.LensError:
-        return lens
+        return lens, max(lens.length, lens.surfaces[-1].semi_diameter)
 
 
-def medium(settings: Settings) -> lb.Medium | None:
-    """What lies before the camera; None for clear air."""
+def camera(settings: "Settings") -> lb.Camera:
+    """The camera of these settings.
+
+    SettingsError, LensError or CameraError where there is none, such as one focused nearer than it can.
+    """
+    return settings.kind.maker(settings)
+
+
+def lens_camera(settings: "Settings") -> lb.LensCamera:
+    """A camera with the real lens of the settings, or an ideal lens that follows from it."""
+    return lb.LensCamera(design(settings), settings.film, focus_distance=settings.focus_distance,
+                         f_number=settings.f_number, model=settings.lens_model, degree=settings.degree,
+                         dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
+                         focus_method=setup(settings).focusing.method, **place_and_shutter(settings))
+
+
+def place_and_shutter(settings: "Settings") -> dict[str, Any]:
+    """The arguments that every camera takes: its place, its shutter, and the medium before it."""
+    return {"world_from_camera": settings.placement, "shutter_open": settings.moment,
+            "shutter_close": settings.moment + settings.shutter,
+            "shutter_ramp": settings.shutter_ramp * settings.shutter, "readout": settings.readout,
+            "readout_direction": settings.readout_direction, "medium": medium(settings)}
+
+
+def medium(settings: "Settings") -> lb.Medium | None:
+    """The medium before the camera; None for clear air."""
     if settings.medium == "air":
         return None
     kind = lb.Medium.water if settings.medium == "water" else lb.Medium.fog
     return kind(settings.visibility, (settings.fog_light,) * 3)
-
-
-def perspective_focal_length(settings: Settings) -> float:
-    """Of the perspective camera, mm: what its field of view makes of its film."""
-    return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis).film_distance
-
-
-def hole_diameter(settings: Settings) -> float:
-    """Of the pinhole of finite size, mm: as it is set, or the sharpest for what is far away."""
-    return settings.hole_diameter or lb.best_pinhole(settings.hole_distance)

@@ -11,9 +11,11 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.figures import Readings, readings, setup
+from lensbench.app.state.build import setup
+from lensbench.app.state.figures import Readings, readings
+from lensbench.app.state.file_stamp import Stamp, file_stamp
 from lensbench.app.state.scales import WHOLE_STOPS
-from lensbench.app.state.settings import REAL, Settings
+from lensbench.app.state.settings import Settings
 
 NEIGHBOURS = (-1, 2, 5)         # stops from the present f-number, drawn faint
 SMALLEST = 1e-4                 # µm: a curve's dip at the focus ends here, below every plot
@@ -32,9 +34,9 @@ class Curves:
 
 
 def plot_range(settings: Settings, got: Readings) -> tuple[float, float, float, float]:
-    """Distances (m) and diameters (µm) that the plot shows of a lens, whatever its stop and focus.
+    """Distances (m) and diameters (µm) of the plot of a lens, the same for every stop and focus.
 
-    A decade more where it is focused so near that the blur of what is far would lie above.
+    The diameters get a decade more where a near focus blurs distant objects beyond the plot.
     """
     nearest = (got.nearest_focus or 4.0 * (got.efl or 50.0)) / 1000.0
     widest = got.widest_f_number or min(got.f_number or 2.8, 2.8)
@@ -49,9 +51,13 @@ def plot_range(settings: Settings, got: Readings) -> tuple[float, float, float, 
     return low, high, 2.0, top
 
 
-@lru_cache(maxsize=32)
 def curves(settings: Settings, low: float, high: float) -> Curves:
     """The curves of these settings between two distances (m); a ValueError or OSError where there are none."""
+    return _curves(settings, low, high, file_stamp(settings.lens))
+
+
+@lru_cache(maxsize=32)
+def _curves(settings: Settings, low: float, high: float, lens: Stamp) -> Curves:
     got = readings(settings)
     if got.efl is None or got.f_number is None:
         raise ValueError(got.reason or "A pinhole has no circle of confusion")
@@ -61,9 +67,9 @@ def curves(settings: Settings, low: float, high: float) -> Curves:
         steps = np.geomspace(1e-3, 0.3, 16)
         distances = np.concatenate([distances, [focus], focus * (1.0 - steps), focus * (1.0 + steps)])
         distances = np.unique(distances[(distances >= 1000.0 * low) & (distances <= 1000.0 * high)])
-    if settings.model == "hole":
+    if not settings.focuses:
         raise ValueError("A pinhole has no focus: hole and diffraction blur all distances nearly alike")
-    if settings.model == "perspective":
+    if not settings.has_lens:
         thin = lb.circle_of_confusion(got.efl, got.f_number, focus, distances)
         return Curves(distances / 1000.0, _micrometres(thin), None, None, _neighbours(got, thin))
     stand = setup(settings)
@@ -73,7 +79,7 @@ def curves(settings: Settings, low: float, high: float) -> Curves:
     thin = np.where(distances > offset, lb.circle_of_confusion(got.efl, got.f_number, s_f, from_lens), np.nan)
     thick = lb.thick_circle_of_confusion(stand.lens, stand.film_distance, distances)
     real = None
-    if settings.model in REAL:
+    if settings.follows_lens:
         real = _micrometres(lb.real_circle_of_confusion(stand.lens, stand.film_distance, distances)[0])
     return Curves(distances / 1000.0, _micrometres(thin), _micrometres(thick), real, _neighbours(got, thick))
 
@@ -83,7 +89,7 @@ def _micrometres(millimetres: np.ndarray) -> np.ndarray:
 
 
 def _neighbours(got: Readings, coc: np.ndarray) -> tuple[tuple[float, np.ndarray], ...]:
-    """The same curve at whole stops around, for a diameter goes as 1 / f-number."""
+    """The same curve at whole stops around: a diameter is proportional to 1 / f-number."""
     present = got.f_number
     assert present is not None
     here = min(range(len(WHOLE_STOPS)), key=lambda i: abs(math.log(WHOLE_STOPS[i] / present)))

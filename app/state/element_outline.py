@@ -1,4 +1,4 @@
-"""The glass of a lens as it is ground: each element's outline, and convex strips that fill it.
+"""Outlines of the elements of a lens, and convex strips that fill them.
 
 Lengths in mm, lens frame, in the meridional plane: points are (z, y). Where the
 two surfaces of an element have different semi-diameters, the smaller one ends in

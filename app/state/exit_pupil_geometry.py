@@ -1,7 +1,6 @@
-"""What the exit-pupil panel shows of a setting: the regions that pass light, and samples of the box around one.
+"""Exit-pupil regions of film points, and samples of the bounding box of one.
 
-Lengths in mm on the plane of the last vertex; a film point stands at (0, +r), as
-in the section. Pure functions of values.
+Lengths in mm on the plane of the last vertex; the film point is (0, +r), as in the section. Pure functions of values.
 """
 
 from dataclasses import dataclass
@@ -39,7 +38,7 @@ class BoxSamples:
 
 @lru_cache(maxsize=64)
 def region(lens: lb.Lens, film_distance: float, film_radius: float) -> Region:
-    """The region that passes light from a film point; LensError where the film stands in the lens."""
+    """The region that passes light from a film point; LensError where the film lies in the lens."""
     dark = Region(film_radius, np.zeros((0, 2)), (0.0, 0.0, 0.0, 0.0), 0.0)
     if lens.iris.is_round and lens.is_rotationally_symmetric:
         pupil = lb.exit_pupil(lens, film_distance, [film_radius])
@@ -58,11 +57,11 @@ def region(lens: lb.Lens, film_distance: float, film_radius: float) -> Region:
 
 @lru_cache(maxsize=16)
 def box_samples(lens: lb.Lens, film_distance: float, film_radius: float) -> BoxSamples:
-    """Trace an even sequence of samples of pbrt's box from the film point, and see which pass."""
+    """Evenly spread samples of the bounding box, which pbrt samples, traced from the film point."""
     seen = region(lens, film_distance, film_radius)
     if seen.area <= 0.0:
         return BoxSamples(np.zeros((0, 2)), np.zeros(0, bool))
-    # The R2 sequence: even, and in no rows that the eye would see
+    # The R2 sequence: even, without visible rows
     k = np.arange(1, SAMPLES + 1)
     uv = np.stack([k * 0.7548776662466927, k * 0.5698402909980532], axis=1) % 1.0
     x0, y0, x1, y1 = seen.box

@@ -1,4 +1,4 @@
-"""From the light of a picture to what is developed of it: exposure by f-number, time and ISO, and a sensor's noise.
+"""Exposure of a linear picture by f-number, time and ISO, and the noise of a sensor.
 
 A rendered picture has relative weights: 1 is the light of a white wall under an even sky, whatever the
 stop. As lit, it stays so. Exposed by the triangle, 1 is what saturates at the ISO that is
@@ -20,7 +20,7 @@ from lensbench.imaging.exposure import SATURATION
 
 @dataclass(frozen=True)
 class Exposing:
-    """What the light is multiplied by, at which ISO, and the triangle it follows from; None where no f-number says."""
+    """The gain of the light, the ISO, and the exposure triangle; None for a camera without an f-number."""
 
     gain: float
     iso: float
@@ -28,7 +28,7 @@ class Exposing:
 
 
 def exposing(settings: Settings, image: NDArray[np.float32]) -> Exposing:
-    """Of a linear picture (h, w, 3) of these settings."""
+    """The exposure of a linear picture (h, w, 3) of these settings."""
     got = readings(settings)
     f_number = got.working_f_number or got.f_number
     triangle = None if f_number is None else lb.Exposure(f_number, settings.shutter, settings.iso)
@@ -44,7 +44,7 @@ def exposing(settings: Settings, image: NDArray[np.float32]) -> Exposing:
 
 
 def exposed(settings: Settings, image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The picture as it is exposed and recorded; itself where nothing is to be done."""
+    """The picture exposed and recorded by the sensor; itself where neither changes it."""
     if settings.exposing == "plain" and not settings.noise:
         return image
     found = exposing(settings, image)
@@ -56,7 +56,7 @@ def exposed(settings: Settings, image: NDArray[np.float32]) -> NDArray[np.float3
 
 
 def look(settings: Settings) -> tuple:
-    """What `exposed` depends on beside the picture; equal ones give the same."""
+    """The settings that `exposed` depends on, as a key for caches."""
     if settings.exposing == "plain" and not settings.noise:
         return ()
     return (settings.exposing, settings.metering, settings.iso, settings.shutter, settings.noise, settings.full_well,
@@ -65,7 +65,7 @@ def look(settings: Settings) -> tuple:
 
 
 def told(found: Exposing) -> str:
-    """In two lines: what the triangle comes to."""
+    """The exposure value and the exposure H, in two lines."""
     if found.triangle is None:
         return "No f-number, no exposure value"
     exposure = found.triangle
@@ -74,7 +74,7 @@ def told(found: Exposing) -> str:
 
 
 def _three(value: float) -> str:
-    """Three digits, without a power of ten where it can be read."""
+    """Three digits, with a power of ten only for very small and large values."""
     if value == 0.0 or not 1e-4 <= value < 1e5:
         return f"{value:.2e}"
     return f"{float(f'{value:.3g}'):.{max(0, 2 - math.floor(math.log10(value)))}f}"

@@ -1,24 +1,26 @@
-"""How the film is put in its place: paraxially, or where the whole bundle has its least blur; and what that gains.
+"""The position of the film behind a focused lens: the paraxial focus, or the position of least blur of all rays.
 
-Automatically it is the paraxial focus, the limit of small stops, for as long as that is as good: where it blurs a point
-in focus by half a pixel more than need be, the film moves to the least blur.
+"auto" takes the paraxial focus, the limit of small stops, unless it blurs a point in focus by half a pixel more than
+the position of least blur does.
 """
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import lensbench as lb
-from lensbench.app.state.settings import REAL, Settings
 
-ENOUGH = 0.5                    # of a pixel, from which the place of the film counts
+if TYPE_CHECKING:
+    from lensbench.app.state.settings import Settings
+
+ENOUGH = 0.5                    # of a pixel: a smaller gain does not move the film
 
 
 class FocusPosition(NamedTuple):
-    """How a lens is focused, as `lb.film_distance` names it: "paraxial" or "real".
+    """How a lens is focused, as `lb.film_distance` names it: "paraxial" or "real" (least blur).
 
-    paraxial_blur, least_blur: diameters (mm, 2√2 × rms) of an axis point in focus, by real rays, with the one and the
-    other; None where there is none to tell.
+    paraxial_blur, least_blur: diameters (mm, 2√2 × rms) of an axis point in focus, by real rays, at either position;
+    None where they are not known.
     """
 
     method: str
@@ -27,22 +29,22 @@ class FocusPosition(NamedTuple):
 
     @property
     def blur(self) -> float | None:
-        """With the film where it stands."""
+        """The diameter at the position of the film."""
         return self.least_blur if self.method == "real" else self.paraxial_blur
 
 
-def focusing(lens: lb.Lens, settings: Settings) -> FocusPosition:
-    """Of a lens that is stopped down, for the model, the focus and the film of the settings.
+def focusing(lens: lb.Lens, settings: "Settings") -> FocusPosition:
+    """The position of the film behind a lens that is stopped down already.
 
-    Ideal models have the paraxial focus alone; so has what is nearer than the whole bundle can be focused.
+    It is the paraxial focus for ideal models, and where the whole bundle cannot be focused so near.
     """
-    if settings.model not in REAL:
+    if not settings.follows_lens:
         return FocusPosition("paraxial")
-    return _weighed(lens, settings.focus_distance, settings.focusing, ENOUGH * settings.film.pitch)
+    return _compared(lens, settings.focus_distance, settings.focus_position, ENOUGH * settings.film.pitch)
 
 
 @lru_cache(maxsize=64)
-def _weighed(lens: lb.Lens, distance: float, asked: str, enough: float) -> FocusPosition:
+def _compared(lens: lb.Lens, distance: float, asked: str, enough: float) -> FocusPosition:
     try:
         paraxial, least = (_blur(lens, distance, method) for method in ("paraxial", "real"))
     except lb.LensError:
@@ -54,16 +56,16 @@ def _weighed(lens: lb.Lens, distance: float, asked: str, enough: float) -> Focus
 
 
 def _blur(lens: lb.Lens, distance: float, method: str) -> float:
-    """Of the axis point in focus (mm)."""
-    stands = lb.focused(lens, distance, method)
-    film_distance = lb.film_distance(stands, distance, method)
-    return float(lb.real_circle_of_confusion(stands, film_distance, [distance])[0][0])
+    """The diameter (mm) of the axis point in focus."""
+    focused = lb.focused(lens, distance, method)
+    film_distance = lb.film_distance(focused, distance, method)
+    return float(lb.real_circle_of_confusion(focused, film_distance, [distance])[0][0])
 
 
 def words(found: FocusPosition) -> str:
-    """What is done, and why, in a sentence or two."""
+    """The position and its reason in a sentence or two."""
     if found.paraxial_blur is None or found.least_blur is None:
-        return "Paraxially: the limit of small stops, which ideal models have alone"
+        return "Paraxial focus: the limit of small stops, the only focus of an ideal model"
     way, blur = "by the least blur" if found.method == "real" else "paraxially", found.blur or 0.0
     other, else_blur = (("paraxially", found.paraxial_blur) if found.method == "real"
                         else ("by the least blur", found.least_blur))

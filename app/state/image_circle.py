@@ -1,23 +1,23 @@
-"""How much of the film the lens lights: lengths in mm."""
+"""The image circle of the lens on the film. Lengths in mm."""
 
 from functools import lru_cache
 
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.figures import setup
+from lensbench.app.state.build import setup
 from lensbench.app.state.ray_fans import lit_radius
-from lensbench.app.state.settings import REAL, Settings
+from lensbench.app.state.settings import Settings
 from lensbench.pupils.image_circle import edge_of_light
 from lensbench.pupils.ray_aiming import Aim
 
-NARROW = 0.97                   # of the film's diagonal: an image circle below it is spoken of
+NARROW = 0.97                   # of the film's diagonal: a smaller image circle is reported
 
 
 def lit(settings: Settings) -> float:
-    """How far off the axis light reaches the film: to its corner, where no lens says otherwise."""
+    """Radius (mm) to which light reaches the film: to its corner for a camera without a lens."""
     corner = 0.5 * settings.film.diagonal
-    if settings.lensless:
+    if not settings.has_lens:
         return corner
     try:
         return lit_radius(setup(settings))
@@ -26,8 +26,8 @@ def lit(settings: Settings) -> float:
 
 
 def dark_corners(settings: Settings) -> str:
-    """Why the picture has dark corners, if it has; an ideal lens lights any film."""
-    if settings.model not in REAL:
+    """Reason for dark corners, or ""; an ideal lens lights any film."""
+    if not settings.follows_lens:
         return ""
     reach, diagonal = 2.0 * lit(settings), settings.film.diagonal
     share = _towards_the_corner(settings)
@@ -39,7 +39,7 @@ def dark_corners(settings: Settings) -> str:
 
 
 def _towards_the_corner(settings: Settings) -> float | None:
-    """Up to which part of the way to the film's corner light falls, for a lens whose light ends in no circle."""
+    """Part of the way to the film's corner that light reaches, for a lens without rotational symmetry; else None."""
     try:
         stand = setup(settings)
     except (ValueError, OSError):

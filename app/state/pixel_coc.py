@@ -8,13 +8,15 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-from lensbench.app.state.figures import blur_limit, optical, readings, setup
-from lensbench.app.state.settings import LENSLESS, Settings
+from lensbench.app.state.build import setup
+from lensbench.app.state.figures import blur_limit, readings
+from lensbench.app.state.file_stamp import Stamp, file_stamp
+from lensbench.app.state.settings import Settings
 
 
 @dataclass(frozen=True)
 class Blur:
-    """CoC in pixels = gain |focus − 1/(depth − offset)|; `sharp` is the diameter that counts as in focus."""
+    """CoC in pixels = gain |focus − 1/(depth − offset)|; sharp: the diameter up to which a pixel counts as in focus."""
 
     gain: float = 0.0           # pixels · mm
     focus: float = 0.0          # 1/mm
@@ -23,19 +25,19 @@ class Blur:
 
     @classmethod
     def of(cls, settings: Settings) -> "Blur":
-        """The blur of these settings; none where nothing is blurred, or where there is no lens to say."""
+        """The blur of these settings; zero where nothing is blurred, or where there is no lens."""
         try:
-            return _blur(optical(settings))
+            return _blur(settings.optics, file_stamp(settings.lens))
         except (ValueError, OSError, ZeroDivisionError):
             return cls()
 
 
 @lru_cache(maxsize=16)
-def _blur(settings: Settings) -> Blur:
-    if settings.model in ("pinhole", *LENSLESS) and settings.model != "perspective":
+def _blur(settings: Settings, lens: Stamp) -> Blur:
+    if not (settings.has_stop and settings.kind.f_number):
         return Blur()
     pitch, sharp = settings.film.pitch, blur_limit(settings)
-    if settings.model == "perspective":
+    if settings.kind.ideal_lens:
         offset, efl, f_number = 0.0, readings(settings).efl or 50.0, settings.f_number or math.inf
     else:
         stand = setup(settings)

@@ -1,9 +1,8 @@
-"""The scene from above: what stands where, what the camera sees of it, and the part that is in focus.
+"""The scene from above: its objects, the field of view of the camera, and the depth of field.
 
-Points are (right, ahead) in metres: x and −z of the world. What is in focus
-lies between two planes across the camera's axis; the view is bounded by the rays of the middle line
-of the picture that lie farthest to either side. Both are seen from above as they are in space, for
-a camera that is pitched as well.
+Points are (right, ahead) in metres: x and −z of the world. The depth of field lies between two planes across the axis
+of the camera; the field of view is bounded by the outermost rays of the middle row of the picture. Both are projected
+from space, for a pitched camera as well.
 """
 
 import math
@@ -16,27 +15,28 @@ from numpy.typing import NDArray
 import lensbench as lb
 from lensbench.app.state.build import camera
 from lensbench.app.state.figures import readings
-from lensbench.app.state.scene_file import find_scene
+from lensbench.app.state.file_stamp import Stamp, file_stamp
+from lensbench.app.state.scene_file import SceneFileError, cached_scene, scene_stamp
 from lensbench.app.state.settings import Settings
 from lensbench.scenery.intersect.moving_objects import displaced
 
-AWAY = 1e7                      # mm along a ray: what stands for infinitely far
-ACROSS = 65                     # places of the picture's middle line that are looked along
-POINTS = 48                     # of a circle
+AWAY = 1e7                      # mm along a ray, for infinitely far
+ACROSS = 65                     # rays of the middle row of the picture
+POINTS = 48                     # on a circle
 Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Points (…, 2) in metres; None for what a camera has not."""
+    """Points (…, 2) in metres; None for what the camera does not have."""
 
     place: Points                               # (2,) of the camera
-    ahead: Points                               # (2,) the way it looks; shorter than 1 where it is pitched
-    view: Points | None                         # (2, 2, 2): where its left and its right ray begin, and far along them
+    ahead: Points                               # (2,) its direction; shorter than 1 where it is pitched
+    view: Points | None                         # (2, 2, 2): its left and right ray: origins, and points far along
     focus: Points | None                        # (2, 2) where the plane in focus crosses them
-    band: Points | None                         # (4, 2) around what is in focus
+    band: Points | None                         # (4, 2) corners of the depth of field
     ends: tuple[Points, Points] | None          # the camera's place at its two keyframes
-    distance: float                             # of the focus, mm
+    distance: float                             # focus distance, mm
 
 
 @dataclass(frozen=True)
@@ -48,18 +48,19 @@ class Thing:
 
 
 def plan(settings: Settings) -> Plan:
-    """Of these settings; a ValueError or OSError where there is no camera."""
-    return _plan(settings.plain("seed", "view", "samples", "exposure", "tone", "overlay", "compare", "wipe"))
+    """The plan of these settings; a ValueError or OSError where there is no camera."""
+    return _plan(settings.plain("seed", "view", "samples", "exposure", "tone", "overlay", "compare", "wipe"),
+                 file_stamp(settings.lens))
 
 
 @lru_cache(maxsize=4)
-def _plan(settings: Settings) -> Plan:
+def _plan(settings: Settings, lens: Stamp) -> Plan:
     frame, got = settings.present_place, readings(settings)
     origin, forward = frame[:3, 3], -frame[:3, 2]
-    rays = None if settings.model in ("environment", "bare") else _outermost(camera(settings))
+    rays = _outermost(camera(settings)) if settings.kind.bounded else None
     focus = band = None
-    if rays is not None and (settings.lens_radius > 0.0 if settings.model == "orthographic" else
-                             got.f_number is not None and settings.model != "hole"):
+    opened = settings.lens_radius > 0.0 if settings.kind.lens_radius else got.f_number is not None
+    if rays is not None and settings.focuses and opened:
         focus = _cut(rays, origin, forward, settings.focus_distance)
         if got.near_limit is not None and got.far_limit is not None:
             near, far = (_cut(rays, origin, forward, limit) for limit in (
@@ -85,7 +86,7 @@ def _outermost(of: lb.Camera) -> tuple[Points, Points] | None:
 
 
 def _cut(rays: tuple[Points, Points], origin: Points, forward: Points, distance: float) -> Points:
-    """Where two rays meet the plane `distance` (mm) before the origin, from above (2, 2); far off where they do not."""
+    """Where two rays meet the plane at `distance` (mm) before the origin, from above (2, 2); far off for a miss."""
     starts, ways = rays
     with np.errstate(divide="ignore", invalid="ignore"):
         t = (distance - (starts - origin) @ forward) / (ways @ forward)
@@ -98,12 +99,16 @@ def _above(points: Points) -> Points:
     return np.stack([points[..., 0], -points[..., 2]], -1) / 1000.0
 
 
-@lru_cache(maxsize=4)
 def things(scene: str, moment: float) -> tuple[Thing, ...]:
-    """What stands in a scene at a time (s), the highest last; nothing where the scene cannot be read."""
+    """The objects of a scene at a time (s), the highest last; none where the scene cannot be read."""
+    return _things(scene, moment, scene_stamp(scene))
+
+
+@lru_cache(maxsize=4)
+def _things(scene: str, moment: float, stamp: tuple[Stamp, ...]) -> tuple[Thing, ...]:
     try:
-        found = find_scene(scene)
-    except (ValueError, OSError):
+        found = cached_scene(scene)
+    except (SceneFileError, OSError):
         return ()
     turn = 2.0 * np.pi * np.arange(POINTS) / POINTS
     outlines = []
@@ -120,7 +125,7 @@ def things(scene: str, moment: float) -> tuple[Thing, ...]:
 
 
 def extent(shown: Plan, around: tuple[Thing, ...], depth: float) -> tuple[float, float, float, float]:
-    """x0, x1, y0, y1 (m) that hold the camera, its focus where it is near, and what stands within `depth` mm of it."""
+    """x0, x1, y0, y1 (m) around the camera, a near focus, and the objects within `depth` mm of the camera."""
     reach = depth / 1000.0
     points = [shown.place]
     for thing in around:

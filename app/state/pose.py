@@ -8,17 +8,17 @@ import numpy as np
 from lensbench.app.state.settings import Settings
 
 STEEPEST = math.radians(85.0)
-FARTHEST = 5000.0               # mm: a pivot farther away would make every movement too large
+FARTHEST = 5000.0               # mm: a farther pivot would make every movement too large
 NEAREST = 50.0
 
 
 def pivot_distance(settings: Settings) -> float:
-    """How far before the camera the point lies that an orbit turns about: what is in focus, within reason."""
+    """Distance (mm) from the camera to the pivot of an orbit: the focus distance, within limits."""
     return min(max(settings.focus_distance, NEAREST), FARTHEST)
 
 
 def orbited(settings: Settings, left: float, up: float) -> Settings:
-    """Turned about the pivot: the scene seems to turn by these angles, to the right and downwards where positive."""
+    """The camera turned about the pivot: the scene seems to turn by these angles (radians), right and down positive."""
     settings = at_keyframe(settings)
     distance, late = pivot_distance(settings), _late(settings)
     frame, yaw, pitch = _pose(settings)
@@ -30,40 +30,40 @@ def orbited(settings: Settings, left: float, up: float) -> Settings:
 
 
 def panned(settings: Settings, right: float, up: float) -> Settings:
-    """Moved across the view by these lengths."""
+    """The camera moved across the view by these lengths (mm)."""
     settings = at_keyframe(settings)
     frame = _pose(settings)[0]
     return _moved(settings, frame[:3, 3] + right * frame[:3, 0] + up * frame[:3, 1])
 
 
 def dollied(settings: Settings, forward: float) -> Settings:
-    """Moved along the view by a length."""
+    """The camera moved along the view by a length (mm)."""
     settings = at_keyframe(settings)
     frame = _pose(settings)[0]
     return _moved(settings, frame[:3, 3] - forward * frame[:3, 2])
 
 
 def at_home(settings: Settings) -> Settings:
-    """Stood and turned as at the start, without keyframes; lens, film and focus are kept."""
+    """The camera at its first place and direction, without keyframes; lens, film and focus are kept."""
     home = Settings()
     return replace(settings, position=home.position, yaw=home.yaw, pitch=home.pitch, end_position=home.end_position,
                    end_yaw=home.end_yaw, end_pitch=home.end_pitch, moment=home.moment)
 
 
 def at_keyframe(settings: Settings) -> Settings:
-    """At the nearer of two keyframes, for a hand moves the camera there and not on its way."""
+    """The moment at the nearer of two keyframes: the mouse moves the camera only there."""
     if not settings.keyframed:
         return settings
     return replace(settings, moment=settings.duration if _late(settings) else 0.0)
 
 
 def _late(settings: Settings) -> bool:
-    """Whether the second keyframe is the nearer one."""
+    """Whether the second keyframe is the nearer one in time."""
     return settings.keyframed and settings.moment > 0.5 * settings.duration
 
 
 def _pose(settings: Settings) -> tuple[np.ndarray, float, float]:
-    """Of the nearer keyframe: (4, 4), yaw and pitch."""
+    """Pose (4, 4), yaw and pitch (radians) of the nearer keyframe."""
     if settings.end_position is None or not _late(settings):
         return settings.world_from_camera, settings.yaw, settings.pitch
     end = replace(settings, position=settings.end_position, yaw=settings.end_yaw, pitch=settings.end_pitch)

@@ -1,9 +1,8 @@
 """Fans of rays for the section: from three points of the scene, through the lens, to three places on the film.
 
-Lengths in mm, lens frame, meridional plane; points are (z, y). A fan of the full
-lens begins at the point of the scene in focus whose chief ray the film point
-sends back; its rays are then traced forward, and what is drawn is what the tracer
-returned. The ideal lens sends them from principal plane to principal plane.
+Lengths in mm, lens frame, meridional plane; points are (z, y). A fan of the real lens begins at the point in focus
+on the chief ray of the film point; its rays are traced forward, and the section draws the points that the tracer
+returns. An ideal lens refracts them at its principal planes.
 """
 
 import math
@@ -13,8 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.figures import Setup
-from lensbench.app.state.settings import REAL
+from lensbench.app.state.build import Setup
 
 FIELDS = (("axis", 0.0), ("0.7 field", 0.7), ("full field", 1.0))
 EDGE = "edge of light"          # the full field's name where the film reaches beyond the lens's image
@@ -48,28 +46,26 @@ class Fan:
     dark: str = ""
 
 
-def fans(stand: Setup, focus_distance: float, model: str, open_stop: float) -> tuple[Fan, ...]:
-    """The three fans of a lens as it stands; open_stop: the stop's radius wide open (mm)."""
-    return _fans(stand.lens, stand.film_distance, 0.5 * stand.film.diagonal, focus_distance, model, open_stop)
+def fans(stand: Setup, focus_distance: float, traced: bool, has_stop: bool, open_stop: float) -> tuple[Fan, ...]:
+    """The three fans of a lens before its film.
+
+    traced: through the real lens, and not through an ideal one. has_stop: or only the chief rays of a pinhole.
+    open_stop: the stop's radius wide open (mm).
+    """
+    return _fans(stand.lens, stand.film_distance, 0.5 * stand.film.diagonal, focus_distance, traced, has_stop,
+                 open_stop)
 
 
 @lru_cache(maxsize=32)
-def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_distance: float, model: str,
-          open_stop: float) -> tuple[Fan, ...]:
+def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_distance: float, traced: bool,
+          has_stop: bool, open_stop: float) -> tuple[Fan, ...]:
     count = 5 if lens.stop.semi_diameter < CLOSED * open_stop else 9
+    if not traced:
+        return tuple(_ideal(lens, film_distance, name, part * half_diagonal, count if has_stop else 1)
+                     for name, part in FIELDS)
     lit = _lit_radius(lens, film_distance, half_diagonal)
-    if model in REAL and lit < half_diagonal:
-        found = [_traced(lens, film_distance, EDGE if part == 1.0 else name, part * lit, focus_distance, count)
-                 for name, part in FIELDS]
-        return tuple(found)
-    found = []
-    for name, part in FIELDS:
-        height = part * half_diagonal
-        if model in REAL:
-            found.append(_traced(lens, film_distance, name, height, focus_distance, count))
-        else:
-            found.append(_ideal(lens, film_distance, name, height, 1 if model == "pinhole" else count))
-    return tuple(found)
+    return tuple(_traced(lens, film_distance, EDGE if part == 1.0 and lit < half_diagonal else name,
+                         part * min(lit, half_diagonal), focus_distance, count) for name, part in FIELDS)
 
 
 def lit_radius(stand: Setup) -> float:

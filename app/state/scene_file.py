@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image as Picture
 
 import lensbench as lb
+from lensbench.app.state.file_stamp import Stamp, file_stamp
 from lensbench.app.state.tone import linear
 
 MOST_BYTES = 1 << 20                    # of a scene file
@@ -59,14 +59,44 @@ def find_scene(name_or_path: str) -> lb.Scene:
 
 
 def cached_scene(name_or_path: str) -> lb.Scene:
-    """As find_scene, for those who ask in every frame: a file is read again only where it has changed."""
-    path = Path(name_or_path)
-    return _read_scene(name_or_path, path.stat().st_mtime_ns if path.is_file() else 0)
+    """As find_scene, for callers in every frame: a file is read again only when it or a texture of it has changed."""
+    return _cached(name_or_path, scene_stamp(name_or_path))
 
 
 @lru_cache(maxsize=4)
-def _read_scene(name_or_path: str, stamp: int) -> lb.Scene:
+def _cached(name_or_path: str, stamp: tuple[Stamp, ...]) -> lb.Scene:
     return find_scene(name_or_path)
+
+
+def scene_stamp(name_or_path: str) -> tuple[Stamp, ...]:
+    """The stamps of a scene file and of its textures; none for a built-in scene, which no file replaces."""
+    if name_or_path in lb.SCENES:
+        return ()
+    own = file_stamp(name_or_path)
+    return own, *map(file_stamp, _textures(name_or_path, own) if any(own) else ())
+
+
+@lru_cache(maxsize=4)
+def _textures(path: str, stamp: Stamp) -> tuple[Path, ...]:
+    """The texture files that a scene file names, as far as it can be read."""
+    try:
+        table = tomllib.loads(Path(path).read_bytes()[:MOST_BYTES].decode("utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return ()
+    found: list[Path] = []
+
+    def collect(value: Any) -> None:
+        if isinstance(value, dict):
+            if isinstance(name := value.get("texture"), str):
+                found.append(Path(path).parent / name)
+            for part in value.values():
+                collect(part)
+        elif isinstance(value, list):
+            for part in value:
+                collect(part)
+
+    collect(table)
+    return tuple(dict.fromkeys(found))
 
 
 def load_scene(path: str | Path) -> lb.Scene:
@@ -237,6 +267,8 @@ def _pattern(t: Table, most: float) -> lb.Pattern:
 
 def _texture(name: str, folder: Path) -> lb.Image:
     """An image file in the folder of the scene or below it, linear, at most TEXTURE_SIDE texels long."""
+    from PIL import Image as Picture
+
     if Path(name).is_absolute() or "\0" in name:
         raise _ContentError(f"texture {name!r}: name it relative to the scene file")
     try:

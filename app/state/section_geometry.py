@@ -1,7 +1,6 @@
-"""What the section shows of a setting, before it is drawn: glass, stop, film, fans and cardinal points.
+"""Geometry of the lens section: glass, stop, film, ray fans and cardinal points.
 
-Lengths in mm, lens frame, meridional plane. The perspective camera has no lens:
-its ideal thin one stands at z = 0.
+Lengths in mm, lens frame, meridional plane. The ideal thin lens of the perspective camera lies at z = 0.
 """
 
 import math
@@ -9,15 +8,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import lensbench as lb
-from lensbench.app.state.build import design
-from lensbench.app.state.figures import Setup, optical, readings, setup
+from lensbench.app.state.build import Setup, design, setup
+from lensbench.app.state.figures import readings
 from lensbench.app.state.ray_fans import FIELDS, Fan, fans, ideal_fan
-from lensbench.app.state.settings import REAL, Settings
+from lensbench.app.state.settings import Settings
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A cardinal point on the axis, with what it is called."""
+    """A cardinal point on the axis, with its symbol and name."""
 
     sign: str
     z: float
@@ -28,7 +27,7 @@ class Mark:
 class Sketch:
     """Everything that the section draws; `lens` is None for the perspective camera.
 
-    The stop stands at stop_z with stop_radius, wide open open_radius; both are None for a pinhole.
+    stop_radius, open_radius: of the stop at stop_z, now and wide open; both None for a pinhole.
     """
 
     lens: lb.Lens | None
@@ -48,11 +47,11 @@ class Sketch:
 
 def sketch(settings: Settings) -> Sketch:
     """The sketch of these settings; a ValueError or OSError where there is nothing to draw."""
-    if settings.model == "perspective":
-        return _perspective(optical(settings))
-    if settings.lensless:
+    if settings.kind.ideal_lens:
+        return _of_ideal_lens(settings.optics)
+    if not settings.has_lens:
         raise ValueError(readings(settings).reason or "A hole and a film: there is no lens to draw")
-    return _of_lens(setup(settings), design(settings), optical(settings))
+    return _of_lens(setup(settings), design(settings), settings.optics)
 
 
 @lru_cache(maxsize=16)
@@ -71,22 +70,21 @@ def _of_lens(stand: Setup, wide_open: lb.Lens, settings: Settings) -> Sketch:
         ("E", fo.entrance_pupil.z, "Entrance pupil: the stop as the scene sees it"),
         ("E′", fo.exit_pupil.z, "Exit pupil: the stop as the film sees it"),
     )
-    pinhole = settings.model == "pinhole"
     return Sketch(
-        lens=lens, fans=fans(stand, focus, settings.model, wide_open.stop.semi_diameter),
+        lens=lens, fans=fans(stand, focus, settings.follows_lens, settings.has_stop, wide_open.stop.semi_diameter),
         marks=tuple(Mark(sign, z, meaning) for sign, z, meaning in places if math.isfinite(z)),
         film_z=stand.film_z, film_height=0.5 * stand.film.diagonal, rear_z=lens.length,
         glass_radius=max(s.semi_diameter for s in lens.surfaces),
         near_stop=max(s.semi_diameter for s in lens.surfaces[max(lens.stop_index - 2, 0):lens.stop_index + 3]),
         stop_z=lens.vertices[lens.stop_index],
-        stop_radius=None if pinhole else lens.stop.semi_diameter,
-        open_radius=None if pinhole else wide_open.stop.semi_diameter,
-        ideal=settings.model not in REAL, reason=stand.reason,
+        stop_radius=lens.stop.semi_diameter if settings.has_stop else None,
+        open_radius=wide_open.stop.semi_diameter if settings.has_stop else None,
+        ideal=not settings.follows_lens, reason=stand.reason,
     )
 
 
 @lru_cache(maxsize=16)
-def _perspective(settings: Settings) -> Sketch:
+def _of_ideal_lens(settings: Settings) -> Sketch:
     got = readings(settings)
     if got.efl is None:
         raise ValueError(got.reason)

@@ -1,42 +1,47 @@
 """Everything that a person can set, as one frozen value.
 
-The window, the command line and an exported picture's metadata all hold the
-same Settings; a picture is a pure function of them. Lengths in mm, angles in
-radians, exposure in stops.
+The window, the command line and an exported picture's metadata all hold the same Settings; a picture is a pure
+function of them. Lengths in mm, angles in radians, exposure in stops. The metadata of each field is a Spec (see
+`setting`): its unit, range, choices, command-line option, and what a change restarts.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
-from functools import cached_property, lru_cache
-from types import UnionType
-from typing import Any, get_args, get_origin
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.state import former_settings
+from lensbench.app.state.camera_kinds import CAMERA_KINDS, CAMERAS, LENS_MODELS, MODEL_TITLES, CameraKind
+from lensbench.app.state.scales import read_angle, read_distance, read_exposure, read_length
+from lensbench.app.state.scene_file import SceneFileError, cached_scene
+from lensbench.app.state.sensor_scales import read_electrons, read_iso
+from lensbench.app.state.setting import (
+    FINITE,
+    MOTION,
+    NOT_NEGATIVE,
+    NOTHING,
+    PART,
+    POSITIVE,
+    Interval,
+    SettingsError,
+    check,
+    converted,
+    setting,
+    spec,
+)
+from lensbench.app.state.text_values import read_count, read_part, read_position, read_seed, read_whole
+from lensbench.app.state.time_scales import read_light, read_time
 from lensbench.lens_models.polynomial import DEGREES
 from lensbench.optics.iris import MOST_BLADES
 
-VERSION = 3                     # of the settings in a picture's metadata
-CHOSEN = "chosen"               # there, what the automatic model came to: a record, and no setting
-MODELS = {                      # the cameras that the bench offers
-    "auto": "Automatic",
-    "trace": "Full lens trace",
-    "polynomial": "Fitted polynomial",
-    "thick": "Thick lens",
-    "thin": "Thin lens",
-    "pinhole": "Pinhole",
-    "table": "Table of rays",
-    "perspective": "Perspective, no lens",
-    "orthographic": "Orthographic",
-    "fisheye": "Ideal fisheye",
-    "environment": "Panorama",
-    "hole": "Pinhole of finite size",
-    "bare": "Bare sensor, no lens",
-}
-REAL = ("auto", "trace", "polynomial", "table")     # those of them that follow the real lens
-LENSLESS = ("perspective", "orthographic", "fisheye", "environment", "hole", "bare")    # without a prescription
-PROJECTIONS = {                 # of the ideal fisheye: what the angle from the axis becomes on the film
+LARGEST_SEED = (1 << 32) - 1
+VERSION = 4                     # of the settings in a picture's metadata
+CHOSEN = "chosen"               # key of the automatic model's choice there: a record, and no setting
+PROJECTIONS = {                 # of the ideal fisheye: from the angle to the axis to the radius on the film
     "equidistant": "Equidistant, r = f θ",
     "equisolid": "Equisolid, r = 2f sin θ/2",
     "stereographic": "Stereographic, r = 2f tan θ/2",
@@ -48,14 +53,14 @@ FOV_AXES = {"shorter": "Shorter side", "longer": "Longer side", "horizontal": "W
             "diagonal": "Diagonal"}
 DISPERSIONS = {"auto": "Where the glasses are known", "on": "On", "off": "Off"}
 FOCUS_POSITIONS = {"auto": "Automatic", "paraxial": "Paraxial", "real": "Least blur"}
-READOUT_DIRECTIONS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}          # in the upright picture
+READOUT_DIRECTIONS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}     # in the upright picture
 MEDIUMS = {"air": "Air", "fog": "Fog", "water": "Water"}
 EXPOSURES = {"plain": "As it is", "triangle": "Exposed", "automatic": "Auto ISO"}
 METERINGS = {"mean": "Average", "highlights": "Highlights"}
 BITS = (8, 10, 12, 14, 16)
 TONES = {"none": "None", "filmic": "Filmic", "agx": "AgX-like"}
 OVERLAYS = {"none": "None", "coc": "Circle of confusion", "peaking": "Focus peaking", "clipping": "Clipping zebra"}
-VIEWS = {                       # what is shown: the picture, or what its samples are
+VIEWS = {                       # what is shown: the picture, or a quantity of its samples
     "picture": "Picture",
     "direction": "Ray direction",
     "origin": "Ray origin",
@@ -65,95 +70,142 @@ VIEWS = {                       # what is shown: the picture, or what its sample
     "weight": "Sample weight",
 }
 COMPARISONS = {"off": "Off", "side": "Side by side", "wipe": "Wipe", "difference": "Difference"}
-# Fields that never restart a render; those of motion, which only what moves reads; those of the camera's place
-LOOK = ("samples", "exposure", "tone", "overlay", "compare", "wipe", "limit", "exposing", "metering", "iso", "noise",
-        "full_well", "quantum_efficiency", "read_noise", "bits")
-MOTION = ("end_position", "end_yaw", "end_pitch", "duration", "moment", "shutter", "shutter_ramp", "readout",
-          "readout_direction")
-PLACE = ("position", "yaw", "pitch")
 LIMITS = {"diagonal": "Diagonal / 1500", "pixel": "One pixel"}
-
-
-FINITE = ("film_width", "film_height", "crop", "fov", "fisheye_fov", "yaw", "pitch", "end_yaw", "end_pitch", "moment",
-          "blade_rotation", "exposure")
-# What must be positive, and what may be 0 as well: its words and its unit
-POSITIVE = {"focal_length": ("focal length", " mm"), "scene_width": ("width of the scene", " mm"),
-            "hole_distance": ("film distance", " mm"), "hole_diameter": ("hole", " mm"), "duration": ("duration", " s"),
-            "shutter": ("shutter", " s"), "iso": ("ISO", ""), "full_well": ("full well", " electrons"),
-            "f_number": ("f-number", ""), "visibility": ("visibility", " mm")}
-NOT_NEGATIVE = {"lens_radius": ("lens radius", " mm"), "readout": ("read-out", " s"),
-                "read_noise": ("read noise", " electrons"), "fog_light": ("light of the fog", "")}
-
-
-class SettingsError(ValueError):
-    """Settings that cannot be; the message says what to do."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What a person set. Fields from `exposure` on never restart a render."""
+    """What a person set."""
 
-    lens: str = "pbrt-dgauss-50mm"          # a library name, or a path
-    focal_length: float | None = None       # scale the whole prescription to this EFL; None: as it was designed
-    zoom: float = 0.0                       # of a zoom lens, 0 (wide) to 1 (tele); focus moves its groups
-    scene: str = "still-life"               # a built-in name, or a path to a scene file
-    model: str = "auto"                     # a key of MODELS
-    degree: int = 9                         # of the fitted polynomial: one of DEGREES
-    dispersion: str = "auto"                # of the models that follow the real lens: a key of DISPERSIONS
-    splats: bool = True                     # whether small lights are traced from their own side
-    film_width: float = 36.0
-    film_height: float = 24.0
-    crop: float = 1.0                       # part of the film that is used, (0, 1]: the field of view
-    fov: float = 0.6                        # of the perspective camera alone, along fov_axis
-    fov_axis: str = "shorter"               # of the perspective camera and the ideal fisheye: a key of FOV_AXES
-    fisheye_fov: float = math.pi            # of the ideal fisheye, along fov_axis
-    projection: str = "equidistant"         # of the ideal fisheye: a key of PROJECTIONS
-    layout: str = "equirectangular"         # of the panorama: a key of LAYOUTS
-    scene_width: float = 1500.0             # of the orthographic camera: mm of scene across the film
-    hole_distance: float = 50.0             # of the pinhole of finite size: hole → film, mm
-    hole_diameter: float | None = None      # of that hole, mm; None: the sharpest
-    lens_radius: float = 0.0                # of the orthographic camera, mm: how wide its rays part; 0: parallel
-    pixels_x: int = 960
-    pixels_y: int = 640
-    f_number: float | None = 2.8            # None: wide open
-    blades: int | None = None               # of the stop, 0 for a circle; None: as the lens was designed
-    blade_rotation: float = 0.0             # counter-clockwise, of the blades that are set here
-    roundness: float = 0.0                  # of these blades: 0 straight, 1 a circle
-    focus_distance: float = 1200.0          # from the film; math.inf is allowed
-    focusing: str = "auto"                  # where the film stands for that, behind a real lens: a key of FOCUSINGS
-    medium: str = "air"                     # before the camera: a key of MEDIUMS
-    visibility: float = 10_000.0            # of fog and water, mm: there black has a fiftieth of its contrast
-    fog_light: float = 0.5                  # the radiance that fog and water scatter into the view
-    wet: bool = False                       # whether the lens itself stands in the water, and no flat window before it
-    position: tuple[float, float, float] = (0.0, 0.0, 0.0)     # of the camera in the world
-    yaw: float = 0.0                        # to the left is positive
-    pitch: float = 0.0                      # up is positive
-    end_position: tuple[float, float, float] | None = None     # of the second keyframe; None: the camera stands still
-    end_yaw: float = 0.0
-    end_pitch: float = 0.0
-    duration: float = 1.0                   # from the first keyframe to the second, s
-    moment: float = 0.0                     # when the shutter opens, s after the first keyframe
-    shutter: float = 1.0 / 125.0            # for how long it is open, s
-    shutter_ramp: float = 0.0               # in which it opens, and in which it closes: a part of `shutter`, up to 1/2
-    readout: float = 0.0                    # from the opening of the first line to that of the last, s; 0: at once
-    readout_direction: str = "down"         # a key of READOUTS
-    samples: int = 256                      # where the render stops
-    seed: int = 0
-    view: str = "picture"                   # a key of VIEWS
-    exposure: float = 0.0
-    exposing: str = "plain"                 # what makes the picture bright, beside `exposure`: a key of EXPOSURES
-    metering: str = "mean"                  # of the automatic exposure: a key of METERINGS
-    iso: float = 100.0
-    noise: bool = False                     # whether the picture is what a sensor makes of the light
-    full_well: float = 50_000.0             # electrons
-    quantum_efficiency: float = 0.5         # electrons a photon
-    read_noise: float = 3.0                 # electrons, rms
-    bits: int = 14                          # one of BITS
-    tone: str = "filmic"
-    overlay: str = "none"
-    compare: str = "off"                    # with the picture A: a key of COMPARISONS
-    wipe: float = 0.5                       # where A ends and B begins, as a part of the picture's width
-    limit: str = "diagonal"                 # of the circle of confusion, for the depth of field
+    lens: str = setting("pbrt-dgauss-50mm")             # a library name, or a path
+    focal_length: float | None = setting(
+        None, unit="mm", bounds=POSITIVE, none="designed", read=read_length, metavar="LENGTH",
+        help="scale the whole prescription to this focal length (of a zoom its shortest), such as 35mm")
+    zoom: float = setting(0.0, bounds=PART, rule="it must lie from 0 (wide) to 1 (tele)")
+    scene: str = setting("still-life", figures=False)   # a built-in name, or a path to a scene file
+    camera: str = setting(
+        "lens", choices=CAMERAS, metavar="KIND", help="which camera: lens (by default), " + ", ".join(
+            f"{name} ({title[0].lower() + title[1:]})" for name, title in CAMERAS.items() if name != "lens"))
+    lens_model: str = setting(
+        "auto", choices=MODEL_TITLES, metavar="MODEL",
+        help="how the camera “lens” models its lens: auto (the simplest that is accurate enough, by default), "
+        + ", ".join(f"{name} ({title[0].lower() + title[1:]})" for name, title in MODEL_TITLES.items()
+                    if not LENS_MODELS[name].automatic))
+    degree: int = setting(9, choices=DEGREES, read=int, metavar="N", help="degree of the fitted polynomial")
+    dispersion: str = setting(
+        "auto", choices=DISPERSIONS, figures=False, help="colour errors of the lens: traced where its glasses are "
+        "known (auto), on (an error where they are not), or off")
+    light_tracing: bool = setting(
+        True, figures=False, former="splats",
+        help="trace small lights from the light to the film, so that their blur is smooth at once (by default), or not")
+    film_width: float = setting(36.0)
+    film_height: float = setting(24.0)
+    crop: float = setting(1.0, bounds=Interval(0.0, 1.0, "(]"))     # part of the film that is used, by length
+    fov: float = setting(0.6, "field of view", "°", Interval(0.0, math.pi, "()"))
+    fov_axis: str = setting("shorter", choices=FOV_AXES,
+                            help="side of the film for the field of view of a perspective or fisheye camera")
+    fisheye_fov: float = setting(math.pi, "field of view of a fisheye", "°", Interval(0.0, 2.0 * math.pi, "()"))
+    projection: str = setting("equidistant", choices=PROJECTIONS,
+                              help="of the ideal fisheye: how an angle from the axis becomes a radius on the film")
+    layout: str = setting("equirectangular", choices=LAYOUTS, help="of the panorama")
+    scene_width: float = setting(
+        1500.0, "width of the scene", "mm", POSITIVE, read=read_distance, metavar="DISTANCE",
+        help="width of the scene on the film of the orthographic camera, such as 1.5m")
+    hole_distance: float = setting(
+        50.0, "film distance", "mm", POSITIVE, read=read_length, metavar="LENGTH",
+        help="of the pinhole of finite size: distance from the hole to the film, such as 50mm")
+    hole_diameter: float | None = setting(
+        None, "hole", "mm", POSITIVE, none="sharpest", read=read_length, metavar="LENGTH",
+        help="of the pinhole of finite size, such as 0.3mm; the sharpest by default")
+    lens_radius: float = setting(
+        0.0, unit="mm", bounds=NOT_NEGATIVE, read=read_length, metavar="LENGTH",
+        help="of the orthographic camera: radius of its opening, for a depth of field; 0 for parallel rays")
+    pixels_x: int = setting(960)
+    pixels_y: int = setting(640)
+    f_number: float | None = setting(2.8, "f-number", bounds=POSITIVE, none="open")     # None: wide open
+    blades: int | None = setting(
+        None, choices=(0, *range(3, MOST_BLADES + 1)), none="designed", read=read_whole, metavar="N",
+        rule=f"a stop has 3 to {MOST_BLADES} of them, or 0 for a circle",
+        help="number of blades of the iris, 0 for a circle")
+    blade_rotation: float = setting(0.0, unit="°", bounds=FINITE, read=read_angle, metavar="ANGLE",
+                                    help="rotation of these blades, counter-clockwise")
+    roundness: float = setting(
+        0.0, bounds=PART, rule="it must lie from 0 (straight blades) to 1 (a circle)", read=read_part, metavar="PART",
+        help="of these blades: 0%% for straight ones, 100%% for a circle")
+    focus_distance: float = setting(
+        1200.0, unit="mm", bounds=Interval(0.0, math.inf, "(]"), read=read_distance, metavar="DISTANCE",
+        option="focus",
+        help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given")
+    focus_position: str = setting(
+        "auto", choices=FOCUS_POSITIONS, former="focusing",
+        help="position of the film behind a real lens: the paraxial focus (paraxial), the position of least blur of "
+        "all rays (real), or the latter only where it is half a pixel sharper (auto)")
+    medium: str = setting("air", choices=MEDIUMS, help="the medium before the camera")
+    visibility: float = setting(
+        10_000.0, unit="mm", bounds=POSITIVE, figures=False, read=read_distance, metavar="DISTANCE",
+        help="of fog or water, such as 10m: there black has a fiftieth of its contrast")
+    fog_light: float = setting(0.5, "light of the fog", bounds=NOT_NEGATIVE, figures=False, read=read_light,
+                               metavar="L", help="radiance that fog or water scatters into the view")
+    immersed: bool = setting(False, former="wet",
+                             help="put the lens itself into the water, without a flat window before it")
+    position: tuple[float, float, float] = setting(
+        (0.0, 0.0, 0.0), bounds=FINITE, figures=False, read=read_position, metavar="X,Y,Z",
+        help="of the camera, such as 0,20cm,1m, or with = where it begins with a minus")
+    yaw: float = setting(0.0, bounds=FINITE, unit="°", figures=False, read=read_angle, metavar="ANGLE",
+                         help="turn the camera to the left")
+    pitch: float = setting(0.0, bounds=FINITE, unit="°", figures=False, read=read_angle, metavar="ANGLE",
+                           help="turn the camera up")
+    end_position: tuple[float, float, float] | None = setting(
+        None, bounds=FINITE, restarts=MOTION, none="none", read=read_position, metavar="X,Y,Z",
+        help="of a second keyframe: the camera moves there from --position in --duration")
+    end_yaw: float = setting(0.0, bounds=FINITE, unit="°", restarts=MOTION, read=read_angle, metavar="ANGLE",
+                             help="of the second keyframe")
+    end_pitch: float = setting(0.0, bounds=FINITE, unit="°", restarts=MOTION, read=read_angle, metavar="ANGLE",
+                               help="of the second keyframe")
+    duration: float = setting(1.0, unit="s", bounds=POSITIVE, restarts=MOTION, read=read_time, metavar="TIME",
+                              help="from the first keyframe to the second, such as 2s")
+    moment: float = setting(0.0, bounds=FINITE, unit="s", restarts=MOTION, read=read_time, metavar="TIME",
+                            help="when the shutter opens, after the first keyframe")
+    shutter: float = setting(1.0 / 125.0, unit="s", bounds=POSITIVE, restarts=MOTION, read=read_time, metavar="TIME",
+                             help="exposure time, such as 1/125 or 20ms")
+    shutter_ramp: float = setting(
+        0.0, bounds=Interval(0.0, 0.5), rule="it must lie from 0 to 0.5 of the shutter time", restarts=MOTION,
+        read=read_part, metavar="PART",
+        help="part of the shutter time in which it opens, and in which it closes: 0 to 50%%")
+    readout: float = setting(
+        0.0, "read-out", "s", NOT_NEGATIVE, restarts=MOTION, read=read_time, metavar="TIME",
+        help="of a rolling shutter, from the first row of the picture to the last, such as 20ms; 0: all at once")
+    readout_direction: str = setting("down", choices=READOUT_DIRECTIONS, restarts=MOTION,
+                                     help="in which the rows of a rolling shutter open")
+    samples: int = setting(256, bounds=Interval(1, math.inf, "[)"), restarts=NOTHING, read=read_count, metavar="N",
+                           help="samples a pixel at which the render stops")
+    seed: int = setting(0, bounds=Interval(0, LARGEST_SEED), rule=f"it must be a whole number from 0 to {LARGEST_SEED}",
+                        figures=False, read=read_seed, metavar="N", help="sampler seed")
+    view: str = setting("picture", choices=VIEWS, figures=False,
+                        help="what is shown: the picture, or a quantity of its samples")
+    exposure: float = setting(0.0, unit="stops", bounds=FINITE, restarts=NOTHING, read=read_exposure, metavar="STOPS",
+                              help="such as +1 or -0.5")
+    exposing: str = setting(
+        "plain", choices=EXPOSURES, restarts=NOTHING,
+        help="what sets the brightness: the light as it is (plain), f-number, shutter and ISO (triangle), or those "
+        "with the ISO that a meter chooses (automatic)")
+    metering: str = setting("mean", choices=METERINGS, restarts=NOTHING, help="of the automatic exposure")
+    iso: float = setting(100.0, "ISO", bounds=POSITIVE, restarts=NOTHING, read=read_iso, metavar="ISO",
+                         help="speed, such as 400")
+    noise: bool = setting(False, restarts=NOTHING, help="have a sensor record the picture, with its noise")
+    full_well: float = setting(50_000.0, unit="electrons", bounds=POSITIVE, restarts=NOTHING, read=read_electrons,
+                               metavar="N", help="electrons that a pixel of the sensor holds")
+    quantum_efficiency: float = setting(0.5, bounds=Interval(0.0, 1.0, "(]"), restarts=NOTHING, read=read_part,
+                                        metavar="PART", help="electrons a photon, such as 50%%")
+    read_noise: float = setting(3.0, unit="electrons", bounds=NOT_NEGATIVE, restarts=NOTHING, read=read_electrons,
+                                metavar="N", help="electrons rms")
+    bits: int = setting(14, choices=BITS, restarts=NOTHING, read=read_count, metavar="N", option="sensor-bits",
+                        help="of the sensor's converter: " + ", ".join(map(str, BITS)))
+    tone: str = setting("filmic", choices=TONES, restarts=NOTHING, help="tone curve of the developed picture")
+    overlay: str = setting("none", choices=OVERLAYS, restarts=NOTHING)
+    compare: str = setting("off", choices=COMPARISONS, restarts=NOTHING)        # with the picture A
+    wipe: float = setting(0.5, bounds=PART, restarts=NOTHING)       # where A ends and B begins, as a part of the width
+    limit: str = setting("diagonal", choices=LIMITS, restarts=NOTHING, figures=True)     # sharp up to this diameter
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words, with the version; infinity becomes "inf"."""
@@ -161,9 +213,10 @@ class Settings:
         return {"version": VERSION, **plain}
 
     @classmethod
-    def from_dict(cls, plain: dict[str, Any]) -> "Settings":
-        """Read what to_dict wrote, or a part of it; SettingsError for a newer version, unknown names or values of a
-        wrong kind, FilmError for a film that cannot be.
+    def from_dict(cls, plain: dict[str, Any], say: Callable[[str], object] = lambda text: None) -> "Settings":
+        """Read what to_dict wrote, or a part of it; `say` hears a sentence where names of an earlier version occur.
+
+        SettingsError for a newer version, unknown names or values of a wrong kind, FilmError for an invalid film.
         """
         version = plain.get("version")
         if not isinstance(version, int):
@@ -171,61 +224,22 @@ class Settings:
         if version > VERSION:
             raise SettingsError(f"these settings are of version {version}, "
                                 f"newer than this lensbench reads ({VERSION}): update lensbench")
-        known = {f.name for f in fields(cls)}
-        unknown = sorted(set(plain) - known - {"version", CHOSEN})
+        before = {"focus_position": "paraxial"} if version < 3 else {}      # the only focus of those versions
+        plain, notes = former_settings.converted(plain, CAMERAS, LENS_MODELS)
+        if notes:
+            say(f"settings of version {version}: {'; '.join(notes)}")
+        unknown = sorted(set(plain) - {f.name for f in fields(cls)} - {"version", CHOSEN})
+        if unknown == ["model"]:
+            raise SettingsError(f"model {plain['model']!r}: choose one of {', '.join((*LENS_MODELS, *CAMERAS))}")
         if unknown:
             raise SettingsError(f"these settings have names that lensbench does not know: {', '.join(unknown)}")
-        before = {"focusing": "paraxial"} if version < 3 else {}            # there was no choice
-        given = {f.name: _of_kind(f.name, f.type, plain[f.name]) for f in fields(cls) if f.name in plain}
+        given = {f.name: converted(f.name, f.type, plain[f.name]) for f in fields(cls) if f.name in plain}
         return replace(cls(), **{**before, **given}).checked()
 
     def checked(self) -> "Settings":
-        """Itself, or a SettingsError or FilmError that says which value cannot be."""
-        for name, choices in (("model", MODELS), ("tone", TONES), ("overlay", OVERLAYS), ("limit", LIMITS),
-                              ("view", VIEWS), ("compare", COMPARISONS), ("dispersion", DISPERSIONS),
-                              ("focusing", FOCUS_POSITIONS), ("fov_axis", FOV_AXES), ("projection", PROJECTIONS),
-                              ("layout", LAYOUTS), ("readout_direction", READOUT_DIRECTIONS),
-                              ("medium", MEDIUMS), ("exposing", EXPOSURES), ("metering", METERINGS), ("bits", BITS),
-                              ("degree", DEGREES)):
-            if getattr(self, name) not in choices:
-                raise SettingsError(f"{name} {getattr(self, name)!r}: choose one of {', '.join(map(str, choices))}")
-        if not 0 <= self.seed < 1 << 32:
-            raise SettingsError(f"seed {self.seed!r}: it must be a whole number from 0 to {(1 << 32) - 1}")
-        for name in FINITE:
-            if not math.isfinite(getattr(self, name)):
-                raise SettingsError(f"{name} is {getattr(self, name)}: it must be a finite number")
-        for table, zero in ((POSITIVE, False), (NOT_NEGATIVE, True)):
-            for name, (what, unit) in table.items():
-                value = getattr(self, name)
-                if value is not None and not (math.isfinite(value) and (value > 0.0 or zero and value == 0.0)):
-                    raise SettingsError(f"{what} {value:g}{unit}: it must be "
-                                        + ("0 or positive" if zero else "a positive number"))
-        for name in ("position", "end_position"):
-            if not all(math.isfinite(x) for x in getattr(self, name) or ()):
-                raise SettingsError(f"{name} {getattr(self, name)}: it must be three finite numbers")
-        if not 0.0 < self.quantum_efficiency <= 1.0:
-            raise SettingsError(f"quantum efficiency {self.quantum_efficiency:g}: it must lie between 0 and 1")
-        if not (self.blades is None or self.blades == 0 or 3 <= self.blades <= MOST_BLADES):
-            raise SettingsError(f"{self.blades} blades: a stop has 3 to {MOST_BLADES} of them, or 0 for a circle")
-        if not 0.0 <= self.roundness <= 1.0:
-            raise SettingsError(f"roundness {self.roundness:g}: it must lie from 0 (straight blades) to 1 (a circle)")
-        if not 0.0 <= self.shutter_ramp <= 0.5:
-            raise SettingsError(f"shutter ramp {self.shutter_ramp:g}: it must lie from 0 to 0.5 of the shutter time")
-        if not 0.0 <= self.zoom <= 1.0:
-            raise SettingsError(f"zoom {self.zoom:g}: it must lie from 0 (wide) to 1 (tele)")
-        if not 0.0 <= self.wipe <= 1.0:
-            raise SettingsError(f"wipe {self.wipe:g}: it must lie from 0 to 1")
-        if not 0.0 < self.crop <= 1.0:
-            raise SettingsError(f"crop {self.crop:g}: it must lie between 0 and 1")
-        if not 0.0 < self.fov < math.pi:
-            raise SettingsError(f"field of view {math.degrees(self.fov):g}°: it must lie between 0° and 180°")
-        if not 0.0 < self.fisheye_fov < 2.0 * math.pi:
-            raise SettingsError(f"field of view {math.degrees(self.fisheye_fov):g}°: of a fisheye it must lie between "
-                                "0° and 360°")
-        if math.isnan(self.focus_distance) or self.focus_distance <= 0.0:
-            raise SettingsError(f"focus distance {self.focus_distance:g} mm: it must be positive")
-        if self.samples < 1:
-            raise SettingsError(f"{self.samples} samples: at least 1 is needed")
+        """Itself; SettingsError or FilmError with the range where a value is invalid."""
+        for field in fields(self):
+            check(field, getattr(self, field.name))
         lb.Film(self.film_width, self.film_height, self.pixels_x, self.pixels_y)
         return self
 
@@ -235,14 +249,44 @@ class Settings:
         return lb.Film(self.film_width * self.crop, self.film_height * self.crop, self.pixels_x, self.pixels_y)
 
     @property
-    def lensless(self) -> bool:
-        """Whether the camera uses no prescription."""
-        return self.model in LENSLESS
+    def kind(self) -> CameraKind:
+        """The row of the camera in the table of camera kinds."""
+        return CAMERA_KINDS[self.camera]
+
+    @property
+    def camera_title(self) -> str:
+        """The title of the lens model, or of a camera without a lens."""
+        return MODEL_TITLES[self.lens_model] if self.has_lens else self.kind.title
+
+    @property
+    def has_lens(self) -> bool:
+        """Whether the camera uses the prescription."""
+        return self.kind.has_lens
+
+    @property
+    def follows_lens(self) -> bool:
+        """Whether the rays are those of the real lens, and not of an ideal camera."""
+        return self.has_lens and LENS_MODELS[self.lens_model].follows_lens
+
+    @property
+    def is_automatic(self) -> bool:
+        """Whether the program chooses the lens model."""
+        return self.has_lens and LENS_MODELS[self.lens_model].automatic
+
+    @property
+    def has_stop(self) -> bool:
+        """Whether the camera has an aperture with an iris."""
+        return self.kind.has_stop and (not self.has_lens or LENS_MODELS[self.lens_model].has_stop)
 
     @property
     def focuses(self) -> bool:
-        """Whether its picture has a plane in focus."""
-        return self.model not in ("pinhole", "fisheye", "environment", "hole", "bare")
+        """Whether the picture has a plane in focus."""
+        return self.kind.focuses and self.has_stop
+
+    @property
+    def picture_shape(self) -> tuple[float, float]:
+        """Width and height of the picture with square pixels, in any unit."""
+        return (self.film_width, self.film_height) if self.kind.on_film else SHAPES[self.layout]
 
     @property
     def keyframed(self) -> bool:
@@ -251,8 +295,13 @@ class Settings:
 
     @property
     def moves(self) -> bool:
-        """Whether the camera moves, or anything before it."""
-        return self.keyframed or _scene_moves(self.scene)
+        """Whether the camera moves, or anything in the scene."""
+        if self.keyframed:
+            return True
+        try:
+            return cached_scene(self.scene).moves
+        except (SceneFileError, OSError):           # the worker reports it
+            return False
 
     @property
     def world_from_camera(self) -> np.ndarray:
@@ -277,37 +326,41 @@ class Settings:
         return place.at(self.moment) if isinstance(place, lb.AnimatedTransform) else place
 
     def plain(self, *names: str) -> "Settings":
-        """With these fields as they are by default."""
-        default = Settings()
-        return replace(self, **{name: getattr(default, name) for name in names})
+        """The same settings with these fields at their defaults."""
+        return replace(self, **{name: DEFAULTS[name] for name in names})
 
-    @cached_property
+    @property
     def picture(self) -> "Settings":
-        """What the rendered film depends on: everything else is set to its default."""
-        timed = self.moves or self.view == "time"
-        return self.plain(*LOOK) if timed else self.plain(*LOOK, *MOTION)
+        """What the rendered film depends on; everything else is at its default."""
+        return self._moving_picture if self.view == "time" or self.moves else self._still_picture
 
     @cached_property
+    def _moving_picture(self) -> "Settings":
+        return self.plain(*RESTARTS_NOTHING)
+
+    @cached_property
+    def _still_picture(self) -> "Settings":
+        return self.plain(*RESTARTS_NOTHING, *RESTARTS_MOTION)
+
+    @cached_property
+    def optics(self) -> "Settings":
+        """What lens, film and their figures depend on; everything else is at its default."""
+        return self.plain(*NO_FIGURES)
+
+    @property
     def aim(self) -> "Settings":
         """What each place of the picture looks at: `picture` without focus and aperture, a little breathing aside."""
-        return self.picture.plain("visibility", "fog_light", "focusing", "focus_distance", "f_number", "seed", "view",
-                                  "blades", "blade_rotation", "roundness")
+        return self.picture._aim
+
+    @cached_property
+    def _aim(self) -> "Settings":
+        return self.plain("visibility", "fog_light", "focus_position", "focus_distance", "f_number", "seed", "view",
+                          "blades", "blade_rotation", "roundness")
 
     @property
     def sample_view(self) -> str:
         """What of the samples is shown in place of the light, as the core names it; "" for the picture itself."""
         return "" if self.view == "picture" else self.view
-
-
-@lru_cache(maxsize=1)
-def _scene_moves(scene: str) -> bool:
-    """Whether anything moves in a scene; a file is looked at when it is chosen."""
-    from lensbench.app.state.scene_file import find_scene
-
-    try:
-        return find_scene(scene).moves
-    except (ValueError, OSError):               # the worker's to report
-        return False
 
 
 def _placed(position: tuple[float, float, float], yaw: float, pitch: float) -> np.ndarray:
@@ -319,20 +372,9 @@ def _placed(position: tuple[float, float, float], yaw: float, pitch: float) -> n
     return matrix
 
 
-def _of_kind(name: str, kind: Any, value: Any) -> Any:
-    """The value as one of the field's type; SettingsError where it is of another."""
-    if isinstance(kind, UnionType):                     # of one kind and None
-        return None if value is None else _of_kind(name, get_args(kind)[0], value)
-    if get_origin(kind) is tuple:
-        kinds = get_args(kind)
-        if not isinstance(value, list | tuple) or len(value) != len(kinds):
-            raise SettingsError(f"{name} is {value!r}: it must be {len(kinds)} numbers")
-        return tuple(_of_kind(name, kind, part) for kind, part in zip(kinds, value, strict=True))
-    if kind is float and value == "inf":
-        return math.inf
-    if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
-    if type(value) is not kind:
-        what = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}[kind]
-        raise SettingsError(f"{name} is {value!r}: it must be {what}")
-    return value
+DEFAULTS: dict[str, Any] = {field.name: field.default for field in fields(Settings)}
+# Fields whose change never restarts a render; those that restart it only where something moves; those that lens, film
+# and their figures do not depend on
+RESTARTS_NOTHING = tuple(field.name for field in fields(Settings) if spec(field).restarts == NOTHING)
+RESTARTS_MOTION = tuple(field.name for field in fields(Settings) if spec(field).restarts == MOTION)
+NO_FIGURES = tuple(field.name for field in fields(Settings) if not spec(field).figures)

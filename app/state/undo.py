@@ -13,30 +13,30 @@ PAUSE = 0.6                     # seconds: edits of the same fields that follow 
 
 
 class History:
-    """The settings as they are, as they were, and as they were before an undo."""
+    """The present settings, the earlier ones, and those that an undo took back."""
 
     def __init__(self, settings: Settings):
         self.present = settings
         self._past: list[Settings] = []
         self._future: list[Settings] = []
         self._open: frozenset[str] = frozenset()        # the fields that the latest entry changes
-        self._held = False                              # whether the gesture of the latest entry goes on
+        self._held = False                              # whether the gesture of the latest entry continues
         self._time = -1e9
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is anything to take back."""
+        """Whether there is an earlier state."""
         return bool(self._past)
 
     @property
     def can_redo(self) -> bool:
-        """Whether anything was taken back that can come again."""
+        """Whether an undo can be repeated forward."""
         return bool(self._future)
 
     def edit(self, settings: Settings, held: bool, time: float) -> None:
         """Make these the present settings.
 
-        held: a mouse button or a text entry is under way, so that this and the next edits are one gesture.
+        held: whether a mouse button is down or a text entry is active, so that this and the next edits are one gesture.
         time: seconds of any clock.
         """
         if settings == self.present:
@@ -55,7 +55,7 @@ class History:
         self.present = settings
 
     def undo(self) -> Settings:
-        """Take back the latest gesture, where there is one."""
+        """Take back the latest gesture, if any."""
         if self._past:
             self._future.append(self.present)
             self.present = self._past.pop()
@@ -63,7 +63,7 @@ class History:
         return self.present
 
     def redo(self) -> Settings:
-        """Bring back the latest gesture that was taken back, where there is one."""
+        """Repeat the latest gesture that was taken back, if any."""
         if self._future:
             self._past.append(self.present)
             self.present = self._future.pop()
@@ -71,7 +71,7 @@ class History:
         return self.present
 
     def correct(self, settings: Settings) -> None:
-        """Replace the present settings, where they cannot be, by others that can, without an entry."""
+        """Replace invalid present settings by valid ones, without an entry."""
         if self._past and self._past[-1] == settings:
             self._past.pop()
         self.present = settings

@@ -13,10 +13,10 @@ from imgui_bundle import hello_imgui
 
 from lensbench import lenses
 from lensbench.app.state.build import design
-from lensbench.app.state.constraints import constrained, with_model
+from lensbench.app.state.constraints import constrained, with_camera
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
-from lensbench.app.state.settings import LOOK, MOTION, Settings
+from lensbench.app.state.settings import RESTARTS_MOTION, RESTARTS_NOTHING, Settings
 from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
 from lensbench.app.window.state import WindowState
 from lensbench.lenses import READERS, WRITERS
@@ -119,13 +119,13 @@ class Files:
             return "lens" if "columns" in text or "surfaces" in text else "scene"
         return "lens"
 
-    @staticmethod
-    def _opened(path: Path, kind: str, present: Settings) -> Settings:
+    def _opened(self, path: Path, kind: str, present: Settings) -> Settings:
         if kind in ("picture", "settings"):
             from lensbench.app.files.export import read_settings
             from lensbench.app.files.settings_file import load_settings
 
-            settings = read_settings(path) if kind == "picture" else load_settings(path)
+            say = self._state.view.say
+            settings = read_settings(path, say) if kind == "picture" else load_settings(path, say)
             constrained(settings)              # raises if the lens file is gone
             return settings
         if kind == "scene":
@@ -133,8 +133,8 @@ class Files:
 
             load_scene(path)
             return at_home(replace(present, scene=str(path)))
-        model = "auto" if present.lensless else present.model
-        return constrained(with_model(replace(present, lens=str(path), focal_length=None, zoom=0.0), model))
+        with_lens = present if present.has_lens else with_camera(present, "lens")
+        return constrained(replace(with_lens, lens=str(path), focal_length=None, zoom=0.0))
 
     def save_lens(self, path: Path) -> None:
         """Save the lens, scaled and zoomed, in the format of the suffix; messages name what the format cannot hold."""
@@ -181,8 +181,8 @@ class Files:
             self._state.view.say("There is no picture yet")
             return
         present = self._state.history.present
-        settings = replace(update.settings, **{name: getattr(present, name) for name in (*LOOK, *MOTION)})
-        settings = replace(settings, samples=update.samples)
+        later = {name: getattr(present, name) for name in (*RESTARTS_NOTHING, *RESTARTS_MOTION)}
+        settings = replace(update.settings, **{**later, "samples": update.samples})
         try:
             save_picture(path, update.image, settings, choice=update.choice)
         except (ValueError, OSError) as error:

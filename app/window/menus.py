@@ -48,7 +48,7 @@ def menus(state: WindowState) -> None:
                 imgui.set_item_tooltip(str(path))
             imgui.end_menu()
         imgui.separator()
-        if _item("Save lens…", enabled=not history.present.lensless):
+        if _item("Save lens…", enabled=history.present.has_lens):
             state.requests.add(Request.SAVE_LENS)
         imgui.set_item_tooltip(f"In the format of the suffix: {' '.join(WRITERS)}")
         if _item("Save settings…"):

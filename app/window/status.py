@@ -9,7 +9,7 @@ from lensbench.app.panels.controls.controls import lens_title
 from lensbench.app.state.auto_model import headline, tale
 from lensbench.app.state.build import design
 from lensbench.app.state.scales import format_distance
-from lensbench.app.state.settings import MODELS, Settings
+from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.workers.render_worker import RenderUpdate
 
@@ -27,7 +27,7 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
     # From the right: the lens, and the pixel under the mouse
     left, right = window.x + theme.em(0.78), window.x + width - theme.em(0.9)
     told = headline(update.choice, update.speeds) if update is not None and update.choice is not None else []
-    parts = [told[0] if told else MODELS[settings.model], *_progress(update)]
+    parts = [told[0] if told else settings.camera_title, *_progress(update)]
     separator = 2.0 * dot + imgui.calc_text_size("·").x
     needed = sum(imgui.calc_text_size(text).x for text in parts) + separator * len(parts)
     texts = [_lens(settings)]
@@ -72,7 +72,7 @@ def _progress(update: RenderUpdate | None) -> list[str]:
 
 
 def _lens(settings: Settings) -> str:
-    if settings.lensless:
+    if not settings.has_lens:
         return ""
     try:
         surfaces = len(design(settings).surfaces)

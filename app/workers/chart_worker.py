@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from time import monotonic
 
-from lensbench.app.state.figures import optical
 from lensbench.app.state.settings import Settings
 from lensbench.app.studies.charts.values import Chart
 from lensbench.app.workers.measurements import Measurements
@@ -16,7 +15,7 @@ SECONDS = 0.04                  # for the timings of each model
 
 def charted(settings: Settings) -> Settings:
     """What a chart depends on: everything else is set to its default."""
-    return optical(settings).plain("model", "degree", "medium", "limit")
+    return settings.optics.plain("lens_model", "degree", "medium", "limit")
 
 
 class ChartWorker(Measurements[Settings, Chart]):
@@ -62,6 +61,6 @@ def _measured(key: Settings, task: Task[Chart]) -> Chart:
     from lensbench.app.studies.charts.models import chart
     from lensbench.app.studies.charts.subjects import Subject
 
-    camera_ = camera(replace(key, model="trace"))
+    camera_ = camera(replace(key, lens_model="trace"))
     assert isinstance(camera_, lb.LensCamera)
     return chart(Subject(key.lens, camera_.lens.name, camera_), task.report, SECONDS, in_the_renderer=False)

@@ -318,7 +318,7 @@ class RenderWorker:
 
         job.pass_samples = 1
         job.rendering = lb.Rendering(job.camera, job.scene, seed=job.settings.seed, view=job.settings.sample_view,
-                                     light_tracing=job.light_tracing and job.settings.splats)
+                                     light_tracing=job.light_tracing and job.settings.light_tracing)
 
     def _choose(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
         """Choose the automatic model; if it is another than that of the first pass, begin anew with it."""

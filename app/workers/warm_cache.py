@@ -42,4 +42,4 @@ if __name__ == "__main__":
     for step in reversed(scene.steps()):
         stage_address(step.kernel, np.float32)
     if small_lights(scene.objects):
-        Rendering(camera(Settings(model="trace", pixels_x=60, pixels_y=40)), scene).add(2, threads=1)
+        Rendering(camera(Settings(lens_model="trace", pixels_x=60, pixels_y=40)), scene).add(2, threads=1)

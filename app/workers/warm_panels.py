@@ -4,9 +4,10 @@ Compiling takes seconds at the very first start: call `prepare` from a thread of
 is done.
 """
 
+from lensbench.app.state.build import setup
 from lensbench.app.state.coc_curves import curves, plot_range
 from lensbench.app.state.exit_pupil_geometry import box_samples
-from lensbench.app.state.figures import optical, readings, setup
+from lensbench.app.state.figures import readings
 from lensbench.app.state.section_geometry import sketch
 from lensbench.app.state.settings import Settings
 
@@ -16,7 +17,7 @@ def prepare(settings: Settings) -> None:
     try:
         got = readings(settings)
         sketch(settings)
-        curves(optical(settings), *plot_range(settings, got)[:2])
+        curves(settings.optics, *plot_range(settings, got)[:2])
         stand = setup(settings)
         box_samples(stand.lens, stand.film_distance, 0.0)
     except (ValueError, OSError):

@@ -1,7 +1,6 @@
-"""The left column: what stands before the film, and the rings that turn.
+"""The left column: lists of lens, scene, film and camera, the rings, and buttons with popups.
 
-Every control returns other settings; what a new lens cannot do gives way, the
-rest is kept.
+Every control returns changed settings, limited to what the lens can do.
 """
 
 import math
@@ -19,68 +18,48 @@ from lensbench.app.panels.controls import iris_popup, medium_popup, sensor_popup
 from lensbench.app.panels.controls.dials import ring_count, rings
 from lensbench.app.panels.controls.dispersion_popup import can_disperse, dispersion_popup
 from lensbench.app.panels.controls.focus_popup import focus_popup
+from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.constraints import (
     constrained,
+    with_camera,
     with_equivalent_film,
     with_film,
     with_layout,
-    with_model,
     with_projection,
 )
 from lensbench.app.state.exposure import Exposing
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
-from lensbench.app.state.settings import FOV_AXES, LAYOUTS, MODELS, PROJECTIONS, REAL, Settings
+from lensbench.app.state.settings import FOV_AXES, LAYOUTS, PROJECTIONS, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.toggles import Key, angle
 from lensbench.lens_models.polynomial import DEGREES
 
 FILM_SIDES = (0.1, 1000.0)      # mm, of a custom film
-HAS_STOP = ("auto", "trace", "polynomial", "table", "thick", "thin", "perspective", "orthographic")
-MODEL_TIPS = {
-    "auto": "The simplest of the next five that is within half a pixel and 0.05 stops of the full trace,\n"
-            "for this scene, film, focus and aperture. The bar at the bottom says which, and why",
-    "trace": "Every ray is refracted at every surface",
-    "polynomial": "A polynomial, fitted to the real lens as it stands: of degree 9 within a fraction of a pixel, "
-                  "in less than half of the time",
-    "thick": "An ideal lens with the principal planes and pupils of the real one: no aberrations",
-    "thin": "An ideal lens of the same focal length and stop: no aberrations, no vignetting",
-    "pinhole": "The same view, with everything in focus",
-    "table": "Interpolated in a table of 18,432 rays of the real lens: for comparison alone,\n"
-             "a polynomial is faster and nearer",
-    "perspective": "No prescription: an ideal lens with a field of view of its own",
-    "orthographic": "No prescription: parallel rays, things keep their size at any distance",
-    "fisheye": "No prescription: the angle from the axis becomes a length on the film, by one of four rules",
-    "hole": "No lens: rays run straight through a hole; the smaller it is the sharper, until diffraction blurs",
-    "bare": "No lens: each place of the sensor sees the whole scene, and no picture forms",
-    "environment": "No prescription: every direction from one point, in one picture",
-}
 DEGREE_TIP = "Degree of the polynomial in film point and pupil: the higher, the nearer to the lens and the slower.\n" \
              "The panel Models charts one against the other"
 
 
 @dataclass
 class Chooser:
-    """What the lists remember while they are open; and what they ask of the window."""
+    """The state of the open lists, and their requests to the window."""
 
     search: str = ""
     film: tuple[float, float] = (36.0, 24.0)
-    equivalent: bool = False                                # another film keeps field and depth of field
-    exposing: Exposing | None = None                        # what the exposure of the picture came to
+    equivalent: bool = False                                # another film keeps field of view and depth of field
+    exposing: Exposing | None = None                        # of the picture
     requests: set[Request] = field(default_factory=set)     # of the window
 
 
 def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
-    """Draw the controls into the current window; the settings as they have been set."""
+    """Draw the controls into the current window; the changed settings."""
     settings = _lens(settings, chooser)
     settings = _scene(settings, chooser)
-    settings = _layout(settings) if settings.model == "environment" else _film(settings, chooser)
-    settings = _model(settings)
-    if settings.model == "fisheye":
-        settings = _projection(settings)
-    if settings.model in ("perspective", "fisheye"):
-        settings = _fov_axis(settings)
-    # The rings stand as far apart as there is room for
+    settings = _film(settings, chooser) if settings.kind.on_film else _layout(settings)
+    settings = _camera(settings)
+    for name in settings.kind.lists:
+        settings = LISTS[name](settings)
+    # The rings share the room that is left
     count, ring_height = ring_count(settings), imgui.get_text_line_height() + theme.em(2.6)
     free = imgui.get_content_region_avail().y - count * ring_height - theme.em(0.3) - 1.15 * imgui.get_frame_height()
     gap = min(max(free / (2.0 * count + 1.0), theme.scale()), theme.em(0.45))
@@ -92,17 +71,17 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
 
 
 def _more(settings: Settings, chooser: Chooser) -> Settings:
-    """A row of flat buttons below the rings, each with a popup of what most pictures do without."""
+    """A row of flat buttons below the rings, each with a popup of less common settings."""
     colour = theme.colours()
     parts: list[tuple[str, str, bool, Callable[[Settings], Settings]]] = [
         ("Motion", "Shutter, keyframes of the camera, rolling shutter", shutter_popup.in_use(settings),
          shutter_popup.motion_popup),
         ("Sensor", "Exposure by f-number, time and ISO; noise", sensor_popup.in_use(settings),
          lambda given: sensor_popup.sensor_popup(given, chooser.exposing))]
-    if settings.model in HAS_STOP:
+    if settings.has_stop:
         parts.append(("Stop", "The shape of the iris", iris_popup.in_use(settings), iris_popup.stop_popup))
-    if settings.model in REAL:
-        parts.append(("Focus", "Where the film stands: paraxially, or at the least blur", settings.focusing != "auto",
+    if settings.follows_lens:
+        parts.append(("Focus", "Position of the film: paraxial, or of least blur", settings.focus_position != "auto",
                       focus_popup))
     if can_disperse(settings):
         parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
@@ -138,7 +117,7 @@ def _combo(label: str, value: str, tooltip: str, content: Callable[[], None], wi
            used: bool = True, beside: float = 0.0) -> None:
     """A labelled list: the label dim at the left, a small angle at the right of the value.
 
-    width: the least of the opened list, in em. used: or the value stands dim. beside: room left for another, in em.
+    width: the least of the opened list, in em. used: else the value is dim. beside: room left for another list, in em.
     """
     imgui.align_text_to_frame_padding()
     imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*theme.colours().dim))
@@ -150,7 +129,7 @@ def _combo(label: str, value: str, tooltip: str, content: Callable[[], None], wi
 
 def _list(label: str, value: str, tooltip: str, content: Callable[[], None], width: float = 0.0, used: bool = True,
           beside: float = 0.0) -> None:
-    """The list of a `_combo` without its label, in what is left of the line but for `beside` pixels."""
+    """The list of a `_combo` without its label, in the rest of the line except `beside` pixels."""
     colour = theme.colours()
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x - beside
     imgui.set_next_item_width(room)
@@ -175,12 +154,12 @@ def _cards() -> tuple[lenses.Card, ...]:
 
 
 def _plain_title(card: lenses.Card) -> str:
-    """The title without the focal length and the f-number, which stand in columns of their own."""
+    """The title without focal length and f-number, which have columns of their own."""
     return re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.–]+", "", card.title).strip(" ,")
 
 
 def lens_title(name: str) -> str:
-    """What a lens is called: the title of a library lens, the name of a file."""
+    """The title of a library lens, or the name of a file."""
     return next((card.title for card in _cards() if card.name == name), Path(name).stem)
 
 
@@ -212,14 +191,14 @@ def _lens(settings: Settings, chooser: Chooser) -> Settings:
             chooser.requests.add(Request.OPEN_LENS)
             imgui.close_current_popup()
 
-    used = not settings.lensless
+    used = settings.has_lens
     tip = "The lens: a design of the library, or a file of your own\nA file can also be dropped on the window"
-    _combo("Lens", lens_title(settings.lens), tip if used else f"{tip}\nThis camera has none: with a lens that "
-           "is chosen here it has the model Auto", content, 25.0, used)
+    _combo("Lens", lens_title(settings.lens), tip if used else f"{tip}\nThis camera has none: choosing "
+           "one changes the camera to one with a lens", content, 25.0, used)
     if chosen == settings:
         return settings
-    if chosen.lensless:
-        chosen = with_model(chosen, "auto")
+    if not chosen.has_lens:
+        chosen = with_camera(chosen, "lens")
     return constrained(chosen)
 
 
@@ -252,7 +231,7 @@ def _card(card: lenses.Card, selected: bool) -> bool:
 
 
 def scene_title(name: str) -> str:
-    """What a scene is called: the name of a built-in one in words, or of a file."""
+    """The name of a built-in scene in words, or of a file."""
     return name.replace("-", " ").capitalize() if name in lb.SCENES else Path(name).stem
 
 
@@ -321,18 +300,29 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
     return chosen if chosen == settings else constrained(chosen)
 
 
-def _model(settings: Settings) -> Settings:
+def _camera(settings: Settings) -> Settings:
+    """One list of both settings: the models of the lens, then the cameras without one."""
     chosen = settings
 
     def content() -> None:
         nonlocal chosen
-        for key, name in MODELS.items():
-            if imgui.selectable(name, key == settings.model)[0]:
-                chosen = with_model(settings, key)
-            imgui.set_item_tooltip(MODEL_TIPS[key])
+        imgui.text_disabled("With the lens")
+        for name, model in LENS_MODELS.items():
+            if imgui.selectable(model.title, settings.has_lens and name == settings.lens_model)[0]:
+                chosen = replace(with_camera(settings, "lens"), lens_model=name)
+            imgui.set_item_tooltip(model.tooltip)
+        imgui.separator()
+        imgui.text_disabled("Without a lens")
+        for name, kind in CAMERA_KINDS.items():
+            if kind.has_lens:
+                continue
+            if imgui.selectable(kind.title, name == settings.camera)[0]:
+                chosen = with_camera(settings, name)
+            imgui.set_item_tooltip(kind.tooltip)
 
-    fitted = settings.model == "polynomial"
-    _combo("Model", MODELS[settings.model], "How the camera forms the picture", content, beside=3.4 if fitted else 0.0)
+    fitted = settings.has_lens and LENS_MODELS[settings.lens_model].has_degree
+    _combo("Camera", settings.camera_title, "The camera, and how it models its lens", content,
+           beside=3.4 if fitted else 0.0)
     if fitted:
         imgui.same_line(0.0, 4.0 * theme.scale())
         degrees = {degree: f"{degree}" for degree in DEGREES}
@@ -355,17 +345,19 @@ def _picked(label: str, value: Key, names: Mapping[Key, str], tooltip: str, draw
 
 
 def _layout(settings: Settings) -> Settings:
-    chosen = _picked("Layout", settings.layout, LAYOUTS, "How all directions lie in the panorama", _combo)
+    chosen = _picked("Layout", settings.layout, LAYOUTS, "Map from directions to the panorama", _combo)
     return settings if chosen == settings.layout else with_layout(settings, chosen)
 
 
 def _projection(settings: Settings) -> Settings:
     chosen = _picked("Rule", settings.projection, PROJECTIONS,
-                     "How the angle θ from the axis becomes the distance r from the middle of the picture", _combo)
+                     "Map from the angle θ to the axis to the distance r from the middle of the picture", _combo)
     return settings if chosen == settings.projection else with_projection(settings, chosen)
 
 
 def _fov_axis(settings: Settings) -> Settings:
-    axis = _picked("Along", settings.fov_axis, FOV_AXES, "The side of the film along which the field of view is meant",
-                   _combo)
+    axis = _picked("Along", settings.fov_axis, FOV_AXES, "The side of the film for the field of view", _combo)
     return settings if axis == settings.fov_axis else constrained(replace(settings, fov_axis=axis))
+
+
+LISTS: dict[str, Callable[[Settings], Settings]] = {"projection": _projection, "fov_axis": _fov_axis}

@@ -1,6 +1,7 @@
-"""The rings of the left column: those that the camera has, one below the other."""
+"""The rings of the left column: the dials that `camera_kinds` lists for the camera, and the exposure."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from lensbench.app.state import scales, sensor_scales, time_scales
@@ -14,136 +15,128 @@ from lensbench.app.state.constraints import (
     with_field_of_view,
     zooms,
 )
-from lensbench.app.state.figures import Readings, readings
+from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.zoom import focal_length, zoom_of
 from lensbench.app.widgets.dial import ring
 
 DEFAULT = Settings()
 PERSPECTIVE_FOV = (math.radians(5.0), math.radians(120.0))
-NEAREST = 10.0                  # mm: of the orthographic camera's focus
+NEAREST = 10.0                  # mm: focus distance of a camera without a nearest focus
+OCTAVES = 6.0                   # factor of the focal length to either side of the design
+
+
+def dial_names(settings: Settings) -> tuple[str, ...]:
+    """The dials of this camera, above that of the exposure."""
+    return tuple(name for name in settings.kind.dials if name != "aperture" or settings.has_stop)
 
 
 def ring_count(settings: Settings) -> int:
     """How many rings `rings` draws."""
-    return {"perspective": 4, "orthographic": 4, "fisheye": 2, "environment": 1, "hole": 3,
-            "bare": 1, "pinhole": 4}.get(settings.model, 5)
+    return len(dial_names(settings)) + 1
 
 
 def rings(settings: Settings) -> Settings:
-    """Draw the rings of this camera; the settings as they have been turned."""
-    if settings.model == "orthographic":
-        settings = _orthographic(settings)
-    elif settings.model == "fisheye":
-        settings = _fisheye(settings)
-    elif settings.model == "hole":
-        settings = _hole(settings)
-    elif settings.model not in ("environment", "bare"):
-        settings = _of_lens(settings)
+    """Draw the rings of this camera; the changed settings."""
+    for name in dial_names(settings):
+        settings = DIALS[name](settings)
     exposure = ring("Exposure", settings.exposure, scales.exposure_scale(),
-                    "Stops by which the picture is brightened; the stop itself does not change its brightness"
+                    "Stops by which the picture is brightened; the aperture itself does not change its brightness"
                     if settings.exposing == "plain" else
-                    "Stops by which the picture is brightened over what f-number, time and ISO make of it")
+                    "Stops by which the picture is brightened over the exposure by f-number, time and ISO")
     return replace(settings, exposure=exposure)
 
 
-def _of_lens(settings: Settings) -> Settings:
-    """Focus, aperture, field of view and focal length or zoom, of a lens or of the perspective camera."""
+def _focus(settings: Settings) -> Settings:
     figures = readings(settings)
-
-    # Focus
-    nearest = figures.nearest_focus if figures.nearest_focus is not None else full_view(settings)[1]
-    settings = _focus(settings, figures, nearest)
-
-    if settings.model != "pinhole":
-        settings = _aperture(settings, figures.widest_f_number or 1.0)
-
-    # Field of view and focal length
-    efl, zooming = full_view(settings)[1], zooms(settings)
-    if settings.model == "perspective":
-        fov_scale = scales.fov_scale(*PERSPECTIVE_FOV, DEFAULT.fov)
-        tip = "Field of view, along the side of the film that is chosen above"
-    else:
-        narrow, wide = ends_of_view(settings)
-        fov_scale = scales.fov_scale(narrow, wide, wide)
-        tip = "Field of view along the shorter side: turns the zoom, and beyond its longest end uses less of the film" \
-            if zooming else "Field of view along the shorter side: a smaller one uses less of the film"
-    fov = field_of_view(settings)
-    turned = ring("Field of view", fov, fov_scale, tip)
-    if turned != fov:
-        settings = with_field_of_view(settings, turned)
-        if settings.model == "perspective" or zooming:      # whose focal length follows
-            settings = constrained(settings)
-    if zooming:
-        settings = _zoom(settings)
-    elif settings.model != "perspective":
-        designed = readings(replace(settings, focal_length=None)).efl or efl
-        length = ring("Focal length", efl, _focal_lengths(designed),
-                      "Focal length f: scales the whole prescription, stop and rims included")
-        if length != efl:
-            scaled = None if math.isclose(length, designed, rel_tol=1e-9) else length
-            settings = constrained(replace(settings, focal_length=scaled))
-    return settings
-
-
-def _focus(settings: Settings, figures: Readings, nearest: float) -> Settings:
+    nearest = figures.nearest_focus
+    if nearest is None:
+        nearest = full_view(settings)[1] if settings.has_lens or settings.kind.view is not None else NEAREST
     zone = None
     if figures.near_limit is not None and figures.far_limit is not None:
         zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)
     distance = ring("Focus distance", settings.focus_distance,
                     scales.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
-                    "Distance from the film to what the lens would be focused on, s: the film stands there, and\n"
-                    "everything is sharp" if settings.model == "pinhole" else
-                    "Distance from the film to what is in focus, s; the amber zone is the depth of field", zone)
+                    "Distance s from the film to what is in focus; the amber zone is the depth of field"
+                    if settings.focuses else
+                    "Distance s from the film to what the lens would be focused on: it sets the film distance,\n"
+                    "and everything is sharp", zone)
     return replace(settings, focus_distance=distance)
 
 
-def _aperture(settings: Settings, widest: float) -> Settings:
-    """Wide open is where the ring ends."""
+def _aperture(settings: Settings) -> Settings:
+    """The f-number of a lens, wide open at the end of the ring, or of an ideal lens."""
+    widest = readings(settings).widest_f_number or 1.0
     shown = settings.f_number if settings.f_number is not None else widest
     f_number = ring("Aperture", shown, scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
                     "f-number N: focal length over the diameter of the entrance pupil")
     if f_number == shown:
         return settings
-    opened = f_number <= widest and settings.model != "perspective"
+    opened = settings.has_lens and f_number <= widest
     return replace(settings, f_number=None if opened else f_number)
 
 
-def _orthographic(settings: Settings) -> Settings:
-    """How much of the scene it sees, and how its rays part."""
-    width = ring("Width of the scene", settings.scene_width, time_scales.width_scale(reset=DEFAULT.scene_width),
-                 "How much of the scene falls on the film's width, at any distance, in metres")
-    settings = _focus(replace(settings, scene_width=width), readings(settings), NEAREST)
-    radius = ring("Lens radius", settings.lens_radius, time_scales.lens_radius_scale(reset=DEFAULT.lens_radius),
-                  "How far the rays of a point in focus part at the camera, in mm. 0: parallel, nothing blurs")
-    return replace(settings, lens_radius=radius)
+def _lens_view(settings: Settings) -> Settings:
+    """The field of view of a lens, by zoom and by crop."""
+    narrow, wide = ends_of_view(settings)
+    zooming = zooms(settings)
+    tip = "Field of view along the shorter side: turns the zoom, and beyond its longest end uses less of the film" \
+        if zooming else "Field of view along the shorter side: a smaller one uses less of the film"
+    fov = field_of_view(settings)
+    turned = ring("Field of view", fov, scales.fov_scale(narrow, wide, wide), tip)
+    if turned == fov:
+        return settings
+    settings = with_field_of_view(settings, turned)
+    return constrained(settings) if zooming else settings       # of another focal length
 
 
-def _fisheye(settings: Settings) -> Settings:
+def _perspective_view(settings: Settings) -> Settings:
+    turned = ring("Field of view", settings.fov, scales.fov_scale(*PERSPECTIVE_FOV, DEFAULT.fov),
+                  "Field of view, along the side of the film that is chosen above")
+    return settings if turned == settings.fov else constrained(with_field_of_view(settings, turned))
+
+
+def _fisheye_view(settings: Settings) -> Settings:
     widest = math.pi if settings.projection == "orthographic" else WIDEST_FISHEYE
     fov = ring("Field of view", settings.fisheye_fov, time_scales.fisheye_scale(widest),
                "Field of view of the image circle, which spans the side of the film that is chosen above")
     return replace(settings, fisheye_fov=fov)
 
 
-def _zoom(settings: Settings) -> Settings:
-    """The focal length of a zoom lens, at infinity; what the lens cannot do there gives way."""
-    lens = design(replace(settings, zoom=0.0))
-    assert lens.positions is not None
-    engraved = tuple(sorted(focal_length(lens, place) for place in lens.positions.zoom_stations))
-    length = focal_length(lens, settings.zoom)
-    turned = ring("Zoom", length, scales.zoom_scale(engraved),
-                  "Focal length f at infinity, to which the zoom is turned: the groups move as the lens's stations say")
-    if turned == length:
+def _focal_length(settings: Settings) -> Settings:
+    """The focal length of a lens: its zoom, or the scale of the whole prescription."""
+    if zooms(settings):
+        return _zoom(settings)
+    efl = full_view(settings)[1]
+    designed = readings(replace(settings, focal_length=None)).efl or efl
+    length = ring("Focal length", efl, scales.focal_length_scale(designed / OCTAVES, designed * OCTAVES, designed),
+                  "Focal length f: scales the whole prescription, stop and rims included")
+    if length == efl:
         return settings
-    return constrained(replace(settings, zoom=zoom_of(lens, turned)))
+    scaled = None if math.isclose(length, designed, rel_tol=1e-9) else length
+    return constrained(replace(settings, focal_length=scaled))
+
+
+def _scene_width(settings: Settings) -> Settings:
+    width = ring("Width of the scene", settings.scene_width, time_scales.width_scale(reset=DEFAULT.scene_width),
+                 "Width of the scene that falls on the film's width, at any distance, in metres")
+    return replace(settings, scene_width=width)
+
+
+def _lens_radius(settings: Settings) -> Settings:
+    radius = ring("Lens radius", settings.lens_radius, time_scales.lens_radius_scale(reset=DEFAULT.lens_radius),
+                  "Radius of the opening that the rays of a point in focus pass, in mm. 0: parallel, nothing blurs")
+    return replace(settings, lens_radius=radius)
+
+
+def _film_distance(settings: Settings) -> Settings:
+    distances = scales.focal_length_scale(5.0, 800.0, DEFAULT.hole_distance)
+    distance = ring("Film distance", settings.hole_distance, distances,
+                    "Distance from the hole to the film: the focal length of a pinhole")
+    return replace(settings, hole_distance=distance)
 
 
 def _hole(settings: Settings) -> Settings:
-    distances = scales.focal_length_scale(5.0, 800.0, DEFAULT.hole_distance)
-    distance = ring("Film distance", settings.hole_distance, distances,
-                    "From the hole to the film: the focal length of a pinhole")
-    settings = replace(settings, hole_distance=distance)
     best = readings(settings.plain("hole_diameter")).entrance_pupil or 0.3
     shown = settings.hole_diameter or best
     hole = ring("Hole", shown, sensor_scales.hole_scale(best),
@@ -151,6 +144,20 @@ def _hole(settings: Settings) -> Settings:
     return settings if hole == shown else replace(settings, hole_diameter=None if hole == best else hole)
 
 
-def _focal_lengths(designed: float) -> scales.Scale:
-    """A ring of two octaves and a half to either side of what the lens was designed for."""
-    return scales.focal_length_scale(designed / 6.0, designed * 6.0, designed)
+def _zoom(settings: Settings) -> Settings:
+    """The focal length of a zoom lens, at infinity."""
+    lens = design(replace(settings, zoom=0.0))
+    assert lens.positions is not None
+    engraved = tuple(sorted(focal_length(lens, place) for place in lens.positions.zoom_stations))
+    length = focal_length(lens, settings.zoom)
+    turned = ring("Zoom", length, scales.zoom_scale(engraved),
+                  "Focal length f at infinity: the groups move along the zoom positions of the lens")
+    if turned == length:
+        return settings
+    return constrained(replace(settings, zoom=zoom_of(lens, turned)))
+
+
+DIALS: dict[str, Callable[[Settings], Settings]] = {
+    "focus": _focus, "aperture": _aperture, "crop or zoom": _lens_view, "perspective view": _perspective_view,
+    "fisheye view": _fisheye_view, "focal length": _focal_length, "scene width": _scene_width,
+    "lens radius": _lens_radius, "film distance": _film_distance, "hole": _hole}

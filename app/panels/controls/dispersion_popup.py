@@ -1,4 +1,4 @@
-"""Colour, a popup of the left column: whether a picture is traced with the dispersion of the glasses."""
+"""Popup “Colour” of the left column: the dispersion of the glasses, on or off."""
 
 from dataclasses import replace
 
@@ -7,14 +7,14 @@ from lensbench.app.state.settings import DISPERSIONS, Settings
 from lensbench.app.widgets.radio import one_of, small_note
 
 TIPS = {
-    "auto": "With dispersion where the glasses of the lens are known, at the d line elsewhere",
-    "on": "With dispersion. A lens whose glasses are not known turns this back",
+    "auto": "With dispersion where the glasses of the lens are known, otherwise at the d line",
+    "on": "With dispersion. A lens with unknown glasses sets this back to automatic",
     "off": "Everything at the d line: no colour errors, and three times as fast",
 }
 
 
 def can_disperse(settings: Settings) -> bool:
-    """Whether there is anything to choose: a real lens whose glasses are known."""
+    """Whether dispersion is possible: a real lens whose glasses are known."""
     try:
         return colours(settings).possible
     except (ValueError, OSError):
@@ -22,7 +22,7 @@ def can_disperse(settings: Settings) -> bool:
 
 
 def dispersion_popup(settings: Settings) -> Settings:
-    """Draw the popup's content; the settings as they have been set."""
+    """Draw the popup's content; the changed settings."""
     settings = replace(settings, dispersion=one_of("Dispersion", DISPERSIONS, TIPS, settings.dispersion))
     small_note(colours(settings).why)
     return settings

@@ -1,22 +1,23 @@
-"""Focus, a popup of the left column: where the film stands, paraxially or at the least blur."""
+"""Popup “Focus” of the left column: the position of the film, paraxial or of least blur."""
 
 from dataclasses import replace
 
-from lensbench.app.state.figures import setup
+from lensbench.app.state.build import setup
 from lensbench.app.state.focusing import words
 from lensbench.app.state.settings import FOCUS_POSITIONS, Settings
 from lensbench.app.widgets.radio import one_of, small_note
 
 TIPS = {
-    "auto": "Paraxially where that is as good; at the least blur where a point in focus is half a pixel sharper there",
-    "paraxial": "The limit of small stops, in closed form: the distance that is engraved on a lens",
-    "real": "Where the whole bundle of the aperture in use has its least rms blur on the axis",
+    "auto": "The paraxial focus, or the position of least blur where a point in focus is half a pixel sharper there",
+    "paraxial": "The limit of small stops, in closed form: the distance engraved on a lens",
+    "real": "The position where all rays of the present aperture have the least rms blur on the axis",
 }
 
 
 def focus_popup(settings: Settings) -> Settings:
-    """Draw the popup's content; the settings as they have been set."""
-    settings = replace(settings, focusing=one_of("Focus", FOCUS_POSITIONS, TIPS, settings.focusing))
+    """Draw the popup's content; the changed settings."""
+    settings = replace(settings, focus_position=one_of("Focus", FOCUS_POSITIONS, TIPS,
+                                                            settings.focus_position))
     try:
         small_note(words(setup(settings).focusing))
     except (ValueError, OSError) as error:

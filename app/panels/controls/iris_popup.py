@@ -1,4 +1,4 @@
-"""Stop, a popup of the left column: the shape of the iris."""
+"""Popup “Stop” of the left column: the shape of the iris."""
 
 import math
 from dataclasses import replace
@@ -17,12 +17,12 @@ BLADES = (0, 5, 6, 7, 8, 9, 11)
 
 
 def in_use(settings: Settings) -> bool:
-    """Whether the stop has another shape than it was designed with."""
+    """Whether the stop differs from the design."""
     return settings.blades is not None
 
 
 def stop_popup(settings: Settings) -> Settings:
-    """Draw the popup's content; the settings as they have been set."""
+    """Draw the popup's content; the changed settings."""
     here, own = iris(settings), iris(settings.plain("blades"))
     names = {blades: f"{blades}" if blades else "round" for blades in BLADES}
     tips = {blades: f"An iris of {blades} blades" if blades else "A round stop" for blades in BLADES}
@@ -32,7 +32,7 @@ def stop_popup(settings: Settings) -> Settings:
     if settings.blades is not None and here.blades:
         rotation = settings.blade_rotation % (2.0 * math.pi / here.blades)
         turn = ring("Turn", rotation, sensor_scales.turn_scale(here.blades),
-                    "By which the iris is turned, counter-clockwise seen from the scene")
+                    "Rotation of the iris, counter-clockwise seen from the scene")
         round_ = ring("Roundness", settings.roundness, time_scales.part_scale(1.0),
                       "0 %: straight blades; 100 %: a circle")
         settings = replace(settings, blade_rotation=turn, roundness=round_)
@@ -41,8 +41,8 @@ def stop_popup(settings: Settings) -> Settings:
 
 
 def iris(settings: Settings) -> Iris:
-    """The shape of the stop of these settings; a circle where there is no lens to have one."""
-    if settings.lensless:
+    """The shape of the stop of these settings; a circle where the lens cannot be read."""
+    if not settings.has_lens:
         return Iris(settings.blades or 0, settings.blade_rotation, settings.roundness)
     try:
         return design(settings).iris
@@ -51,7 +51,7 @@ def iris(settings: Settings) -> Iris:
 
 
 def _sketch(here: Iris) -> None:
-    """The opening within the circle of its corners, and what part of the circle's light it passes."""
+    """The opening within the circle through its corners, and the part of the circle's light that it passes."""
     pixel, colour = theme.scale(), theme.colours()
     radius, corner, room = theme.em(3.2), imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     imgui.dummy(ImVec2(room.x, 2.0 * radius + theme.em(0.6)))
@@ -65,6 +65,7 @@ def _sketch(here: Iris) -> None:
     size = imgui.calc_text_size(text)
     place = ImVec2(round(centre.x - 0.5 * size.x), round(centre.y - 0.5 * size.y))
     draw.add_text(place, theme.packed(colour.strong), text)
-    imgui.set_item_tooltip("Light of the circle about the corners that the iris passes; the f-number is the circle's")
+    imgui.set_item_tooltip("Part of the light of the circle through its corners that the iris passes;\n"
+                           "the f-number is that of the circle")
 
 

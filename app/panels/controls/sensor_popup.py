@@ -1,4 +1,4 @@
-"""Sensor, a popup of the left column: the exposure triangle with its EV, and what a sensor makes of the light."""
+"""Popup “Sensor” of the left column: the exposure triangle with its EV, and the sensor with its noise."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from lensbench.app.widgets.toggles import toggles
 DEFAULT = Settings()
 EXPOSURE_TIPS = {
     "plain": "The light as it is: neither stop nor time nor ISO changes how bright the picture is",
-    "triangle": "As a camera does it: a longer time, a wider stop and a higher ISO brighten the picture",
+    "triangle": "As in a camera: a longer time, a wider stop and a higher ISO brighten the picture",
     "automatic": "The ISO follows the picture, at the f-number and time that are set",
 }
 METERING_TIPS = {
@@ -24,12 +24,12 @@ METERING_TIPS = {
 
 
 def in_use(settings: Settings) -> bool:
-    """Whether anything here changes the picture."""
+    """Whether exposure or sensor change the picture."""
     return settings.exposing != "plain" or settings.noise
 
 
 def sensor_popup(settings: Settings, found: Exposing | None) -> Settings:
-    """Draw the popup's content; the settings as they have been set. found: what the picture's exposure came to."""
+    """Draw the popup's content; the changed settings. found: the exposure of the picture."""
     settings = replace(settings, exposing=toggles("Light", EXPOSURES, settings.exposing, EXPOSURE_TIPS))
     if settings.exposing == "automatic":
         settings = replace(settings, metering=toggles("Meter", METERINGS, settings.metering, METERING_TIPS))
@@ -37,8 +37,8 @@ def sensor_popup(settings: Settings, found: Exposing | None) -> Settings:
         theme.small()
         imgui.text_disabled(told(found))
         imgui.pop_font()
-        imgui.set_item_tooltip("Exposure value, log2 N²/t with the working f-number; the one that at ISO 100 comes out "
-                               "as bright;\nand the exposure H of a white wall under an even sky of 1000 cd/m²")
+        imgui.set_item_tooltip("Exposure value, log2 N²/t with the working f-number; the equivalent at ISO 100;\n"
+                               "and the exposure H of a white wall under an even sky of 1000 cd/m²")
     imgui.dummy(ImVec2(0.0, theme.em(0.2)))
     shutter = ring("Shutter", settings.shutter, time_scales.shutter_scale(DEFAULT.shutter),
                    "How long the film is exposed, t; the same as under Motion")
@@ -51,7 +51,7 @@ def sensor_popup(settings: Settings, found: Exposing | None) -> Settings:
 
     # The sensor
     changed, noise = imgui.checkbox("Sensor with noise", settings.noise)
-    imgui.set_item_tooltip("Photons become electrons by chance, the well holds no more than it holds,\n"
+    imgui.set_item_tooltip("Photons become electrons at random, a full well clips,\n"
                            "reading adds noise, and the converter rounds")
     if changed:
         settings = replace(settings, noise=noise)
@@ -67,6 +67,6 @@ def _sensor(settings: Settings) -> Settings:
     noise = ring("Read noise", settings.read_noise, sensor_scales.read_noise_scale(),
                  "Noise of reading a pixel, electrons rms")
     settings = replace(settings, full_well=well, quantum_efficiency=max(efficiency, 0.01), read_noise=noise)
-    tip = "Of the converter from voltage to number"
+    tip = "Bits of the analogue-to-digital converter"
     return replace(settings, bits=toggles("Bits", {bits: f"{bits}" for bits in BITS}, settings.bits,
                                           dict.fromkeys(BITS, tip)))

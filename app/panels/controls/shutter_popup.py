@@ -1,4 +1,4 @@
-"""Motion, a popup of the left column: the shutter, two keyframes of the camera with a scrub bar, a rolling shutter."""
+"""Popup “Motion” of the left column: the shutter, two keyframes of the camera with a scrub bar, a rolling shutter."""
 
 from dataclasses import replace
 
@@ -17,46 +17,46 @@ ARROWS = {"down": fa.ICON_FA_ARROW_DOWN, "up": fa.ICON_FA_ARROW_UP, "left": fa.I
 
 
 def in_use(settings: Settings) -> bool:
-    """Whether anything is set here that can be seen in the picture."""
+    """Whether the camera moves."""
     return settings.keyframed
 
 
 def motion_popup(settings: Settings) -> Settings:
-    """Draw the popup's content; the settings as they have been set."""
+    """Draw the popup's content; the changed settings."""
     shutter = ring("Shutter", settings.shutter, time_scales.shutter_scale(DEFAULT.shutter),
-                   "How long each line of the film is exposed, t: what moves meanwhile blurs")
+                   "Exposure time t of each row of the film: moving objects blur")
     settings = replace(settings, shutter=shutter)
     settings = _keyframes(settings)
     imgui.dummy(ImVec2(0.0, theme.em(0.2)))
 
-    # The way in which the shutter opens and the film is read
+    # Rolling shutter
     readout = ring("Read-out", settings.readout, time_scales.readout_scale(),
-                   "Of a rolling shutter: from the first line of the picture to the last, in ms. 0: all at once")
+                   "Rolling shutter: time from the first row of the picture to the last, in ms. 0: all at once")
     settings = replace(settings, readout=readout)
     direction = toggles("Lines", ARROWS, settings.readout_direction, {
-        key: f"{name}: the order in which the lines of the upright picture are exposed"
+        key: f"{name}: the order in which the rows of the upright picture are exposed"
         for key, name in READOUT_DIRECTIONS.items()})
     settings = replace(settings, readout_direction=direction)
     ramp = ring("Opening and closing", settings.shutter_ramp, time_scales.part_scale(),
-                "What part of the shutter time it takes to open, and again to close. 0 %: at once")
+                "Part of the shutter time that it takes to open, and again to close. 0 %: at once")
     return replace(settings, shutter_ramp=ramp)
 
 
 def _scrubbed(settings: Settings) -> Settings:
-    """The scrub bar, and how long it is."""
+    """The scrub bar, and its duration."""
     moment = ring("Time", settings.moment, time_scales.moment_scale(settings.duration),
-                  "When the shutter opens, in s. At the ends of the bar stand the camera's two keyframes:\n"
-                  "moving it in the picture changes the nearer one")
+                  "When the shutter opens, in s. The ends of the bar are the two keyframes of the camera:\n"
+                  "moving the camera in the picture changes the nearer one")
     settings = replace(settings, moment=moment)
     duration = ring("Duration", settings.duration, time_scales.duration_scale(),
-                    "How long the bar is, in s: from the first keyframe to the second")
+                    "Time from the first keyframe to the second, in s")
     if duration != settings.duration:
         settings = replace(settings, duration=duration, moment=settings.moment * duration / settings.duration)
     return settings
 
 
 def _keyframes(settings: Settings) -> Settings:
-    """The camera's two keyframes: set and cleared by a button, run through by the scrub bar."""
+    """The two keyframes of the camera: buttons that set and clear them, and the scrub bar."""
     imgui.dummy(ImVec2(0.0, theme.em(0.2)))
     if settings.moves:
         settings = _scrubbed(settings)

@@ -19,12 +19,13 @@ from lensbench.app.state.scales import (
     format_f_number,
     format_length,
 )
-from lensbench.app.state.settings import LAYOUTS, MODELS, PLACE, TONES, VIEWS, Settings
+from lensbench.app.state.settings import LAYOUTS, TONES, VIEWS, Settings
 from lensbench.app.state.time_scales import format_duration, format_time
 from lensbench.app.widgets import theme
 
 PLATE = (0.07, 0.07, 0.07, 0.78)
-UNSAID = ("samples", "compare", "wipe", "overlay", "limit", "end_position", "end_yaw", "end_pitch")
+UNSAID = ("samples", "compare", "wipe", "overlay", "limit", "position", "yaw", "pitch",
+          "end_position", "end_yaw", "end_pitch")
 WORDS = (0.86, 0.86, 0.86, 1.0)
 
 
@@ -55,7 +56,7 @@ def told_apart(a: Settings, b: Settings) -> tuple[str, str]:
     said = (
         (("lens",), lambda s: lens_title(s.lens)), (("scene",), lambda s: scene_title(s.scene)),
         (("film_width", "film_height"), lambda s: film_title(s.film_width, s.film_height)),
-        (("model",), lambda s: MODELS[s.model]), (("crop", "fov", "fisheye_fov", "fov_axis"), angle),
+        (("camera", "lens_model"), lambda s: s.camera_title), (("crop", "fov", "fisheye_fov", "fov_axis"), angle),
         (("projection",), lambda s: s.projection), (("layout",), lambda s: LAYOUTS[s.layout]),
         (("scene_width",), lambda s: format_distance(s.scene_width)),
         (("shutter",), lambda s: format_time(s.shutter)), (("readout",), lambda s: format_duration(s.readout)),
@@ -69,7 +70,7 @@ def told_apart(a: Settings, b: Settings) -> tuple[str, str]:
     )
     chosen = [tell for names, tell in said if any(getattr(a, name) != getattr(b, name) for name in names)]
     told = {name for names, _ in said for name in names}
-    others = [f.name for f in fields(Settings) if f.name not in told and f.name not in (*UNSAID, *PLACE)
+    others = [f.name for f in fields(Settings) if f.name not in told and f.name not in UNSAID
               and getattr(a, f.name) != getattr(b, f.name)]
     first, second = (", ".join([tell(settings) for tell in chosen] + [_plainly(name, settings) for name in others])
                      for settings in (a, b))

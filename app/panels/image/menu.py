@@ -46,9 +46,9 @@ def picture_menu(settings: Settings) -> Settings:
         _label("Samples", i == 0, i, 3.0)
         if _choice(f"{samples}", samples == settings.samples, 2.6):
             chosen = replace(settings, samples=samples)
-    changed, splats = imgui.checkbox("Small lights from their own side", settings.splats)
+    changed, traced = imgui.checkbox("Light tracing", settings.light_tracing)
     if changed:
-        chosen = replace(settings, splats=splats)
+        chosen = replace(settings, light_tracing=traced)
     imgui.set_item_tooltip("Trace lamps, lit windows and what mirrors, panes and balls show of them from the light\n"
                            "to the film, so that their blur is smooth in the first frame. Off: the camera's rays\n"
                            "have to find them, which comes to the same picture later")

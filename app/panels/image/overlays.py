@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import lensbench as lb
 from lensbench.app.display.frame import Mark
 from lensbench.app.state.build import design
+from lensbench.app.state.camera_kinds import LENS_MODELS
 from lensbench.app.state.scales import format_distance
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
@@ -119,7 +120,7 @@ def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
 
 def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2) -> None:
     """A swatch for each surface that can end a ray, from front to rear, above the picture's lower left corner."""
-    if settings.model not in ("auto", "trace"):
+    if not settings.has_lens or not LENS_MODELS[settings.lens_model].has_fates:
         return
     lens, pixel = design(settings), theme.scale()
     theme.small()

@@ -134,7 +134,7 @@ def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> 
 def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2, state: SectionState) -> Canvas:
     """The view kept, or fitted anew where lens, film or panel are others than before, or focusing took the film out."""
     line = imgui.get_text_line_height()
-    key = (settings.lens, settings.focal_length, settings.model == "perspective", settings.film_width,
+    key = (settings.lens, settings.focal_length, settings.camera, settings.film_width,
            settings.film_height, size.x, size.y)
     if state.film_z != shown.film_z and state.view is not None and not imgui.is_mouse_down(0):
         if not 0.0 < state.view.to_screen(ImVec2(0.0, 0.0), shown.film_z, 0.0).x < size.x:

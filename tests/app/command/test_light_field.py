@@ -133,8 +133,8 @@ def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
             (["refocus", str(recorded), "--f-number", "1"], "was not recorded"),
             (["refocus", str(recorded), "--view", "x"], "two numbers"),
             (["capture", "pbrt-dgauss-50mm", "--views", "0x3"], "views across and down"),
-            (["capture", "pbrt-dgauss-50mm", "--model", "pinhole"], "through a lens"),
-            (["capture", "--model", "environment"], "not projective")):
+            (["capture", "pbrt-dgauss-50mm", "--lens-model", "pinhole"], "through a lens"),
+            (["capture", "--camera", "environment"], "not projective")):
         suffix = ".npz" if arguments[0] == "capture" else ".png"
         assert main(["lightfield", *arguments, "-o", str(tmp_path / f"out{suffix}")]) == 2
         error = capsys.readouterr().err

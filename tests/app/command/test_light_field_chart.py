@@ -7,7 +7,7 @@ import pytest
 
 from lensbench.app.command.main import main
 
-ARGUMENTS = ["lightfield", "chart", "pbrt-dgauss-50mm", "--model", "thin", "--focus", "1.2m", "--f-number", "2.8",
+ARGUMENTS = ["lightfield", "chart", "pbrt-dgauss-50mm", "--lens-model", "thin", "--focus", "1.2m", "--f-number", "2.8",
              "--size", "48x32", "--views"]
 
 

@@ -15,8 +15,8 @@ from lensbench.app.state.build import camera
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     path = tmp_path_factory.mktemp("array") / "array.npz"
-    assert main(["lightfield", "array", "pbrt-dgauss-50mm", "--model", "thin", "--focus", "1.2m", "--size", "36x24",
-                 "--views", "3x2", "--spacing", "4mm", "--samples", "2", "-o", str(path)]) == 0
+    assert main(["lightfield", "array", "pbrt-dgauss-50mm", "--lens-model", "thin", "--focus", "1.2m",
+                 "--size", "36x24", "--views", "3x2", "--spacing", "4mm", "--samples", "2", "-o", str(path)]) == 0
     return path
 
 
@@ -59,7 +59,7 @@ def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
             (["array", "pbrt-dgauss-50mm", "--spacing", "0mm"], ""),
             (["array", "pbrt-dgauss-50mm", "--views", "0x3"], "views across and down"),
             (["array", "pbrt-dgauss-50mm", "--focus", "inf"], "finite distance"),
-            (["array", "--model", "environment"], "not projective")):
+            (["array", "--camera", "environment"], "not projective")):
         suffix = ".npz" if arguments[0] == "array" else ".png"
         assert main(["lightfield", *arguments, "-o", str(tmp_path / f"out{suffix}")]) == 2
         error = capsys.readouterr().err

@@ -19,6 +19,7 @@ from lensbench.app.command import options
 from lensbench.app.command.main import main
 from lensbench.app.files import export
 from lensbench.app.files.export import read_settings, save_picture
+from lensbench.app.state import text_values
 from lensbench.app.state.settings import Settings
 
 README = Path(__file__).parents[3] / "README.md"
@@ -63,11 +64,11 @@ def settings_of(viewed, *words):
     (options.read_film, "micro-four-thirds", (17.3, 13.0)),
     (options.read_film, "6x7", (70.0, 56.0)),
     (options.read_film, "44x33", (44.0, 33.0)),
-    (options.read_aperture, "f/2.8", 2.8),
-    (options.read_aperture, "open", None),
-    (options.read_position, "0,20cm,-1.5m", (0.0, 200.0, -1500.0)),
-    (options.read_count, "12", 12),
-    (options.read_seed, "0", 0),
+    (text_values.read_aperture, "f/2.8", 2.8),
+    (text_values.read_aperture, "open", None),
+    (text_values.read_position, "0,20cm,-1.5m", (0.0, 200.0, -1500.0)),
+    (text_values.read_count, "12", 12),
+    (text_values.read_seed, "0", 0),
 ])
 def test_a_value_with_its_unit_is_read_in_the_units_of_the_core(read, text, value):
     assert read(text) == (pytest.approx(value) if value is not None else None)
@@ -83,11 +84,11 @@ def test_every_film_format_is_found_by_its_full_name(name):
     (options.read_size, "-4x3", "such as 960x640"),
     (options.read_film, "apsc-d", "APS-C"),
     (options.read_film, "1", "36x24"),
-    (options.read_aperture, "wide-ish", "such as f/2.8"),
-    (options.read_position, "1,2", "three distances"),
-    (options.read_count, "0", "at least 1"),
-    (options.read_count, "1.5", "at least 1"),
-    (options.read_seed, "4294967296", "4294967295"),
+    (text_values.read_aperture, "wide-ish", "such as f/2.8"),
+    (text_values.read_position, "1,2", "three distances"),
+    (text_values.read_count, "0", "at least 1"),
+    (text_values.read_count, "1.5", "at least 1"),
+    (text_values.read_seed, "4294967296", "4294967295"),
 ])
 def test_a_value_that_makes_no_sense_is_answered_by_what_to_type(read, text, said):
     with pytest.raises(ValueError, match=re.escape(said)):
@@ -104,10 +105,10 @@ def test_without_a_command_the_bench_opens_as_it_is(viewed):
 
 def test_every_option_arrives_in_the_settings(viewed):
     settings = settings_of(viewed, LENS, *shlex.split(
-        "--focus 120cm --f-number f/4 --scene room --model thin --film 24x16 --size 300x200 --position 1,0,-0.5 "
+        "--focus 120cm --f-number f/4 --scene room --lens-model thin --film 24x16 --size 300x200 --position 1,0,-0.5 "
         "--yaw 10 --pitch=-5deg --samples 9 --seed 7 --exposure -1.5 --tone agx --focal-length 35mm"))
     assert settings == Settings(
-        lens=LENS, focus_distance=pytest.approx(1200.0), f_number=4.0, scene="room", model="thin", film_width=24.0,
+        lens=LENS, focus_distance=pytest.approx(1200.0), f_number=4.0, scene="room", lens_model="thin", film_width=24.0,
         film_height=16.0, pixels_x=300, pixels_y=200, position=pytest.approx((1000.0, 0.0, -500.0)),
         yaw=pytest.approx(math.radians(10.0)), pitch=pytest.approx(math.radians(-5.0)), samples=9, seed=7,
         exposure=-1.5, tone="agx", focal_length=35.0)
@@ -133,7 +134,7 @@ def test_the_field_of_view_crops_the_film_behind_a_lens(viewed):
     settings = settings_of(viewed, LENS, "--fov", "20deg")
     efl = lb.first_order(lenses.load(LENS)).efl
     assert 2.0 * math.degrees(math.atan(settings.film.height / 2.0 / efl)) == pytest.approx(20.0)
-    assert settings_of(viewed, LENS, "--fov", "20deg", "--model", "perspective").crop == 1.0
+    assert settings_of(viewed, LENS, "--fov", "20deg", "--camera", "perspective").crop == 1.0
 
 
 def test_a_lens_that_cannot_open_to_the_default_is_opened_as_far_as_it_goes(viewed, tmp_path):
@@ -318,8 +319,8 @@ def one_line(capsys):
     ("render pbrt-dgauss-50mm --model magic -o a.png", "pinhole"),
     ("render pbrt-dgauss-50mm --scene nowhere -o a.png", "still-life"),
     ("render pbrt-dgauss-50mm --focal-length 0 -o a.png", "focal length"),
-    ("render pbrt-dgauss-50mm --model thin --focal-length 300mm --focus 25cm -o a.png", " m"),
-    ("render pbrt-dgauss-50mm --model perspective --fov 10deg --focus 5cm -o a.png", "0.275 m"),
+    ("render pbrt-dgauss-50mm --lens-model thin --focal-length 300mm --focus 25cm -o a.png", " m"),
+    ("render pbrt-dgauss-50mm --camera perspective --fov 10deg --focus 5cm -o a.png", "0.275 m"),
     ("view other.png", "not exported by lensbench"),
     ("view cut.png", "cut.png"),
     ("view missing.png", "missing.png"),

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from lensbench.app.command.main import main
 from lensbench.app.files.export import ExportError, save_picture
 from lensbench.app.files.settings_file import load_settings, save_settings
-from lensbench.app.state.settings import MODELS, TONES, VERSION, Settings, SettingsError
+from lensbench.app.state.camera_kinds import CAMERAS, LENS_MODELS
+from lensbench.app.state.settings import TONES, VERSION, Settings, SettingsError
 
 finite = st.floats(-1e6, 1e6)
 
@@ -22,7 +23,8 @@ finite = st.floats(-1e6, 1e6)
 @given(st.builds(Settings, lens=st.text(st.characters(exclude_categories=["Cs"]), max_size=9),
                  focal_length=st.none() | st.floats(1.0, 900.0),
                  f_number=st.none() | st.floats(0.5, 64.0), focus_distance=st.just(math.inf) | st.floats(1e-9, 1e9),
-                 position=st.tuples(finite, finite, finite), model=st.sampled_from(list(MODELS)),
+                 position=st.tuples(finite, finite, finite), camera=st.sampled_from(list(CAMERAS)),
+                 lens_model=st.sampled_from(list(LENS_MODELS)),
                  tone=st.sampled_from(list(TONES)), exposure=finite, seed=st.integers(0, 2**32 - 1)))
 @profile(deadline=None, max_examples=60)
 def test_settings_come_back_from_their_file_to_the_last_bit(tmp_path_factory, settings):
@@ -98,7 +100,7 @@ def test_a_render_of_nothing_is_refused(capsys):
 
 
 def test_an_exported_picture_is_a_settings_file_too(tmp_path):
-    settings = replace(Settings(), model="thin", f_number=4.0, exposure=-0.5)
+    settings = replace(Settings(), lens_model="thin", f_number=4.0, exposure=-0.5)
     for name in ("a.png", "a.ppm", "a.exr"):
         save_picture(tmp_path / name, np.zeros((640, 960, 3), np.float32), settings)
         assert load_settings(tmp_path / name) == settings

@@ -8,8 +8,9 @@ import pytest
 
 import lensbench as lb
 from lensbench.app.panels import circle_of_confusion
+from lensbench.app.state.build import setup
 from lensbench.app.state.coc_curves import SMALLEST, curves, main, plot_range
-from lensbench.app.state.figures import readings, setup
+from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets.plot_axes import PlotMap, log_ticks, pieces
 from tests.app.stand import drive
@@ -69,12 +70,12 @@ def test_the_limits_lie_where_the_thin_curve_crosses_the_limit():
 
 def test_the_picture_follows_the_real_lens_only_when_it_is_traced():
     assert main(shown(START)) is shown(START).real
-    thin = shown(replace(START, model="thin"))
+    thin = shown(replace(START, lens_model="thin"))
     assert thin.real is None and main(thin) is thin.thick
-    ideal = shown(replace(START, model="perspective"))
+    ideal = shown(replace(START, camera="perspective"))
     assert ideal.thick is None and main(ideal) is ideal.thin
     with pytest.raises(ValueError, match="pinhole"):
-        shown(replace(START, model="pinhole"))
+        shown(replace(START, lens_model="pinhole"))
 
 
 def test_what_the_plot_shows_does_not_jump_with_focus_and_aperture():
@@ -163,8 +164,8 @@ def test_the_focus_line_is_dragged_to_focus():
 
 
 STATES = [START, replace(START, lens="no-such-lens"), replace(START, focus_distance=3.0),
-          replace(START, f_number=0.3), replace(START, model="pinhole"),
-          replace(START, model="perspective", f_number=None), replace(START, model="perspective", focus_distance=1.0),
+          replace(START, f_number=0.3), replace(START, lens_model="pinhole"),
+          replace(START, camera="perspective", f_number=None), replace(START, camera="perspective", focus_distance=1.0),
           replace(START, lens="pbrt-fisheye-10mm", focus_distance=math.inf), replace(START, film_width=0.0),
           replace(START, f_number=900.0), replace(START, limit="pixel")]
 

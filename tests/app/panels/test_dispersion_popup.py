@@ -41,8 +41,8 @@ def test_the_read_out_says_what_is_used_and_why(tmp_path):
     assert (said(NAMED).value, said(replace(NAMED, dispersion="off")).value) == ("24 wavelengths", "d line")
     assert "turned off" in said(replace(NAMED, dispersion="off")).meaning
     assert said(NAMELESS).value == "d line" and "no dispersion is known" in said(NAMELESS).meaning
-    assert "ideal" in said(replace(NAMED, model="thin")).meaning
-    assert said(replace(NAMED, model="perspective")).value == NONE
+    assert "ideal" in said(replace(NAMED, lens_model="thin")).meaning
+    assert said(replace(NAMED, camera="perspective")).value == NONE
     assert "no library lens" in said(replace(NAMED, lens="nothing")).meaning
     lens = lenses.load(NAMED.lens)
     glass = replace(lens.surfaces[0].glass, name="NARROW", wavelengths=(0.5, 0.7))

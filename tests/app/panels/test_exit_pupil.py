@@ -8,8 +8,8 @@ import pytest
 
 import lensbench as lb
 from lensbench.app.panels import exit_pupil
+from lensbench.app.state.build import setup
 from lensbench.app.state.exit_pupil_geometry import box_samples, region
-from lensbench.app.state.figures import setup
 from lensbench.app.state.settings import Settings
 from tests.app.stand import drive
 
@@ -113,7 +113,7 @@ def test_the_film_radius_is_turned_and_the_mouse_in_the_picture_does_not_change_
 
 
 STATES = [START, replace(START, lens="no-such-lens"), replace(START, focus_distance=3.0), replace(START, f_number=0.3),
-          replace(START, model="perspective"), replace(START, model="thin"), replace(START, film_width=0.0),
+          replace(START, camera="perspective"), replace(START, lens_model="thin"), replace(START, film_width=0.0),
           replace(START, lens="pbrt-fisheye-10mm", focus_distance=math.inf), replace(START, f_number=900.0)]
 
 

@@ -12,17 +12,17 @@ def test_small_lights_are_left_to_the_cameras_rays_where_a_person_says_so(drive)
     def use(hand):
         hand.picture()
         hand.ctx.item_click("**/Picture size")
-        hand.ctx.item_click("**/Small lights from their own side")
+        hand.ctx.item_click("**/Light tracing")
         hand.press(imgui.Key.escape)
         hand.picture()
-        assert hand.settings == replace(SMALL, splats=False)
+        assert hand.settings == replace(SMALL, light_tracing=False)
 
     assert drive(use).view.messages == []
 
 
 def test_the_choice_is_kept_with_the_settings():
-    assert Settings().splats
-    assert not Settings.from_dict({"version": 1, "splats": False}).splats
+    assert Settings().light_tracing
+    assert not Settings.from_dict({"version": 1, "splats": False}).light_tracing
 
 
 def test_every_row_of_the_spaces_is_seen_in_a_small_window(drive):

@@ -12,12 +12,12 @@ from lensbench import lenses
 from lensbench.app.panels.lens_section import panel
 from lensbench.app.panels.lens_section.cardinal_points import pushed_apart
 from lensbench.app.panels.lens_section.viewport import fitted, round_length
-from lensbench.app.state.build import design
+from lensbench.app.state.build import design, setup
 from lensbench.app.state.element_outline import elements, sag
-from lensbench.app.state.figures import setup
 from lensbench.app.state.ray_fans import Ray
 from lensbench.app.state.section_geometry import sketch
 from lensbench.app.state.settings import Settings
+from tests.app.kinds import of_kind
 from tests.app.stand import centre, drive
 
 START = Settings(lens="pbrt-dgauss-50mm")
@@ -148,7 +148,7 @@ def test_where_the_film_is_larger_than_the_image_the_last_fan_stands_at_the_edge
 
 @pytest.mark.parametrize("model", ["thin", "pinhole", "perspective"])
 def test_ideal_rays_meet_on_the_film_and_at_the_distance_in_focus(model):
-    settings = replace(START, model=model, focus_distance=2000.0)
+    settings = replace(of_kind(START, model), focus_distance=2000.0)
     shown = sketch(settings)
     object_z = shown.film_z - 2000.0 if shown.lens is not None else -2000.0
     for fan in shown.fans:
@@ -209,7 +209,7 @@ def drag(ctx, start: ImVec2, dx: float, dy: float) -> None:
 
 
 def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
-    panel = Panel(replace(START, focusing="paraxial"))
+    panel = Panel(replace(START, focus_position="paraxial"))
     seen = {}
 
     def test(ctx):
@@ -317,7 +317,7 @@ def test_dead_rays_are_shown_or_not_and_tooltips_appear_on_what_is_drawn():
 
 STATES = {
     "no lens": replace(START, lens="no-such-lens"), "too near": replace(START, focus_distance=3.0),
-    "too open": replace(START, f_number=0.3), "perspective": replace(START, model="perspective", f_number=None),
+    "too open": replace(START, f_number=0.3), "perspective": replace(START, camera="perspective", f_number=None),
     "huge film": replace(START, film_width=4000.0, film_height=4000.0),
     "closed": replace(START, f_number=900.0, focus_distance=math.inf), "nothing": replace(START, film_width=0.0),
 }

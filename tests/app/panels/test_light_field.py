@@ -18,7 +18,7 @@ from lensbench.app.state.light_field_query import Look, Recording, epipolar, mov
 from lensbench.app.state.tone import develop, linear
 from tests.app.conftest import SMALL
 
-START = replace(SMALL, model="thin")
+START = replace(SMALL, lens_model="thin")
 
 
 @pytest.fixture(scope="module")
@@ -295,7 +295,7 @@ def test_what_cannot_be_recorded_is_said_and_a_recording_can_be_given_up(drive):
         hand.wait(lambda: controller.worker.task is None, "the end")
         hand.ctx.yield_(2)
         assert controller.worker.recording is None and hand.session.view.messages == []
-        hand.ctx.item_click("//Controls/##Model")
+        hand.ctx.item_click("//Controls/##Camera")
         hand.ctx.item_click("//##Combo_00/Pinhole")
         hand.picture()
         hand.ctx.item_click("//Light field/**/Record")

@@ -16,7 +16,7 @@ from tests.app.conftest import SMALL
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     path = tmp_path_factory.mktemp("moments") / "field.npz"
-    assert main(["lightfield", "capture", "pbrt-dgauss-50mm", "--model", "thin", "--scene", "fairground", "--size",
+    assert main(["lightfield", "capture", "pbrt-dgauss-50mm", "--lens-model", "thin", "--scene", "fairground", "--size",
                  "36x24", "--shutter", "1/15", "--views", "3x3", "--samples", "8", "--moments", "4", "-o",
                  str(path)]) == 0
     return path
@@ -56,7 +56,7 @@ def test_what_has_no_moments_says_so(tmp_path, capsys):
 
 @pytest.mark.slow
 def test_moments_are_recorded_by_buttons_and_looked_at(drive):
-    start = replace(SMALL, model="thin", scene="fairground", shutter=1.0 / 15.0)
+    start = replace(SMALL, lens_model="thin", scene="fairground", shutter=1.0 / 15.0)
 
     def use(hand):
         controller = hand.session.light_field

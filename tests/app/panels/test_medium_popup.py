@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 
 import lensbench as lb
 from lensbench.app.state.build import camera, design, medium
-from lensbench.app.state.constraints import with_model
+from lensbench.app.state.constraints import with_camera
 from lensbench.app.state.settings import Settings, SettingsError
 from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
 from tests.app.conftest import SMALL
@@ -26,12 +26,12 @@ def test_clear_air_is_nothing_and_fog_takes_contrast_by_its_visibility():
 def test_a_lens_in_the_water_has_no_window_and_one_behind_a_window_is_the_lens_in_air():
     water = replace(SMALL, medium="water", visibility=8000.0)
     assert design(water) == design(SMALL) and camera(water).medium.index == pytest.approx(1.333)
-    assert design(replace(water, wet=True)).front_index == pytest.approx(1.333)
+    assert design(replace(water, immersed=True)).front_index == pytest.approx(1.333)
 
 
 def test_a_panorama_leaves_the_water():
-    assert with_model(replace(SMALL, medium="water"), "environment").medium == "air"
-    assert with_model(replace(SMALL, medium="fog"), "environment").medium == "fog"
+    assert with_camera(replace(SMALL, medium="water"), "environment").medium == "air"
+    assert with_camera(replace(SMALL, medium="fog"), "environment").medium == "fog"
 
 
 def test_options_arrive_and_what_cannot_be_is_said(viewed, capsys):  # noqa: F811

@@ -15,7 +15,7 @@ from lensbench.app.studies.charts.values import Mark
 from lensbench.app.workers.chart_worker import ChartWorker, charted
 from tests.app.stand import centre, drive
 
-START = Settings(lens="lenshh-cooke-triplet-50", model="trace", f_number=8.0)
+START = Settings(lens="lenshh-cooke-triplet-50", lens_model="trace", f_number=8.0)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -55,7 +55,7 @@ def test_the_chart_of_the_present_lens_comes_by_itself_and_a_click_takes_a_model
         panel.wait(ctx)
         for name in ("degree 7", "thin lens", "pinhole", "scalar reference", "trace, float64", "degree 11"):
             click(ctx, f"**/###Model {name}")
-            seen[name] = panel.settings.model, panel.settings.degree
+            seen[name] = panel.settings.lens_model, panel.settings.degree
         click(ctx, "**/###Model trace, float32 name")       # its name is as good as its mark
         seen["trace"] = panel.settings
         for shown in ("worst", "light"):
@@ -77,16 +77,15 @@ def test_the_chart_of_the_present_lens_comes_by_itself_and_a_click_takes_a_model
 
 
 def test_a_picture_is_taken_with_the_degree_that_is_set():
-    assert camera(replace(START, model="polynomial", degree=5)).degree == 5
+    assert camera(replace(START, lens_model="polynomial", degree=5)).degree == 5
     with pytest.raises(SettingsError, match="degree 4"):
         replace(START, degree=4).checked()
 
 
 def test_the_present_model_is_ringed_of_the_automatic_one_what_it_came_to():
-    assert _present(replace(START, model="polynomial", degree=5), None) == "degree 5"
-    assert _present(replace(START, model="table"), None) == "table"
-    assert _present(replace(START, model="auto"), ("thin", 0)) == "thin lens"
-    assert _present(replace(START, model="auto"), None) == ""
+    assert _present(replace(START, lens_model="polynomial", degree=5), None) == "degree 5"
+    assert _present(replace(START, lens_model="auto"), ("thin", 0)) == "thin lens"
+    assert _present(replace(START, lens_model="auto"), None) == ""
 
 
 def test_what_no_picture_is_taken_with_or_is_not_valid_cannot_be_taken():
@@ -95,7 +94,7 @@ def test_what_no_picture_is_taken_with_or_is_not_valid_cannot_be_taken():
     assert _model(Mark("degree 9", "polynomial", why="blades")) is None
 
 
-STATES = [START, replace(START, lens="no-such-lens"), replace(START, model="fisheye"), replace(START, f_number=0.3),
+STATES = [START, replace(START, lens="no-such-lens"), replace(START, camera="fisheye"), replace(START, f_number=0.3),
           replace(START, lens="lentil-schneider-anamorphic-31-2001", f_number=None)]
 
 

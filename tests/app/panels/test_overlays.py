@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
-from lensbench.app.state.figures import setup
+from lensbench.app.state.build import setup
 from lensbench.app.state.histogram import BINS, histogram
 from lensbench.app.state.pixel_coc import Blur
 from lensbench.app.state.settings import Settings
@@ -27,9 +27,9 @@ def test_the_overlay_shows_the_circles_of_confusion_of_the_closed_form(focus, f_
 
 
 def test_a_pinhole_blurs_nothing_and_a_missing_lens_is_no_error():
-    assert Blur.of(replace(Settings(), model="pinhole")).gain == 0.0
+    assert Blur.of(replace(Settings(), lens_model="pinhole")).gain == 0.0
     assert Blur.of(replace(Settings(), lens="no-such-lens")).gain == 0.0
-    assert Blur.of(replace(Settings(), model="perspective")).gain > 0.0
+    assert Blur.of(replace(Settings(), camera="perspective")).gain > 0.0
 
 
 def test_a_grey_picture_stands_in_one_bin_and_exposure_moves_it_to_the_right():

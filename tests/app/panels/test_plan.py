@@ -12,13 +12,14 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.falloff import falling
 from lensbench.app.panels.spaces import along, intrinsics, rows, thing_at
-from lensbench.app.state.build import camera
-from lensbench.app.state.figures import readings, setup
+from lensbench.app.state.build import camera, setup
+from lensbench.app.state.figures import readings
 from lensbench.app.state.plan_view import extent, plan, things
 from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
+from tests.app.kinds import of_kind
 
-PERSPECTIVE = replace(Settings(), model="perspective", f_number=4.0)
+PERSPECTIVE = replace(Settings(), camera="perspective", f_number=4.0)
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.4, -2.0])
@@ -42,7 +43,7 @@ def test_the_plane_in_focus_and_its_band_stand_at_their_distances(pitch):
     near, far = shown.band[0, 1], shown.band[3, 1]
     assert (near, far) == (pytest.approx(got.near_limit / 1000.0 * away), pytest.approx(got.far_limit / 1000.0 * away))
     assert plan(replace(settings, f_number=None)).focus is None         # a pinhole focuses nowhere
-    assert plan(replace(settings, model="environment")).view is None
+    assert plan(replace(settings, camera="environment")).view is None
 
 
 def test_things_stand_where_the_scene_has_them_and_where_their_motion_brings_them():
@@ -80,7 +81,7 @@ def test_the_spaces_of_the_middle_of_a_picture():
 
 @pytest.mark.parametrize("model", ["trace", "thin", "perspective", "fisheye", "environment"])
 def test_a_point_pointed_at_is_seen_at_that_point(model):
-    settings = replace(SMALL, model=model, yaw=0.2, pitch=-0.1, position=(10.0, 20.0, 30.0), fisheye_fov=2.0)
+    settings = replace(of_kind(SMALL, model), yaw=0.2, pitch=-0.1, position=(10.0, 20.0, 30.0), fisheye_fov=2.0)
     of, at = camera(settings), (33.0, 61.0)
     depth = np.full((settings.pixels_y, settings.pixels_x), 900.0, np.float32)
     ray = of.generate_rays([at], [of.pupil_centre])
@@ -114,7 +115,7 @@ def test_intrinsics_are_the_focal_length_in_pixels():
     assert found["fx"] == pytest.approx(got.efl / settings.film_width * settings.pixels_x, rel=1e-12)
     assert (found["cx"], found["cy"]) == (480.0, 320.0)
     assert np.array(found["world_from_camera"])[:3, 3].tolist() == [1.0, 2.0, 3.0]
-    assert intrinsics(camera(replace(settings, model="environment"))) is None
+    assert intrinsics(camera(replace(settings, camera="environment"))) is None
 
 
 def test_falloff_and_distortion_reach_to_the_corner_and_a_fisheye_is_measured_as_one():

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from lensbench.app.panels.readouts import NONE, Status, own, readouts_panel, rows
-from lensbench.app.state.constraints import with_model
 from lensbench.app.state.figures import readings
-from lensbench.app.state.settings import LENSLESS, MODELS, Settings
+from lensbench.app.state.settings import Settings
 from lensbench.app.workers.warm_panels import prepare
+from tests.app.kinds import KINDS, of_kind
 from tests.app.stand import drive
 
 START = Settings(lens="pbrt-dgauss-50mm")
@@ -42,17 +42,17 @@ def test_limits_close_together_get_the_digits_that_tell_them_apart():
 
 @pytest.mark.parametrize("model", ["pinhole", "perspective"])
 def test_what_has_no_meaning_is_a_dash(model):
-    said = table(replace(START, model=model))
+    said = table(of_kind(START, model))
     assert said["T-stop"] == NONE
     assert said["Focal length"] != f"{NONE} mm"
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", KINDS)
 def test_a_camera_shows_the_rows_that_it_has(model):
-    settings = with_model(START, model)
+    settings = of_kind(START, model)
     every = rows(settings, readings(settings), Status(164e6, 60.0, 128))
     seen = own(settings, every)
-    if model in LENSLESS or model == "pinhole":
+    if not (settings.has_lens and settings.has_stop):
         assert [row.name for row in seen] == [row.name for row in every if row.value != NONE]
         assert not seen[0].gap and len(seen) < len(every)
     else:
@@ -72,7 +72,7 @@ def test_the_panel_lives_in_any_window_and_any_state(size):
     shown = [START]
 
     def test(ctx):
-        for change in ({}, {"lens": "no-such-lens"}, {"focus_distance": 3.0}, {"model": "perspective"},
+        for change in ({}, {"lens": "no-such-lens"}, {"focus_distance": 3.0}, {"camera": "perspective"},
                        {"film_width": math.nan}):
             shown[0] = replace(START, **change)
             ctx.yield_(2)
@@ -80,6 +80,6 @@ def test_the_panel_lives_in_any_window_and_any_state(size):
     drive(lambda: readouts_panel(shown[0], Status()), test, size)
 
 
-@pytest.mark.parametrize("change", [{}, {"model": "perspective"}, {"model": "pinhole"}, {"lens": "no-such-lens"}])
+@pytest.mark.parametrize("change", [{}, {"camera": "perspective"}, {"lens_model": "pinhole"}, {"lens": "no-such-lens"}])
 def test_the_panels_can_be_prepared_for_any_state(change):
     prepare(replace(START, **change))

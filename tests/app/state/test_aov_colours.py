@@ -24,11 +24,11 @@ def test_every_view_of_the_core_can_be_chosen_and_says_what_it_shows():
 
 def test_a_direction_is_written_as_its_colour_code_by_code(tmp_path):
     path = tmp_path / "a.png"
-    assert main(["render", "pbrt-dgauss-50mm", "--model", "pinhole", "--size", "24x16", "--view", "direction",
+    assert main(["render", "pbrt-dgauss-50mm", "--lens-model", "pinhole", "--size", "24x16", "--view", "direction",
                  "--samples", "256", "--exposure", "+3", "-o", str(path)]) == 0
     with Image.open(path) as read:
         shown = np.asarray(read, float)
-    of = camera(replace(Settings(), model="pinhole", pixels_x=24, pixels_y=16))
+    of = camera(replace(Settings(), lens_model="pinhole", pixels_x=24, pixels_y=16))
     y, x = (np.mgrid[0:16, 0:24] + 0.5).reshape(2, -1)
     rays = of.generate_rays(np.array([x, y]).T, np.full((x.size, 2), 0.5))
     expected = (rays.directions.reshape(16, 24, 3) + 1.0) / 2.0 * 255.0

@@ -41,8 +41,8 @@ def done(worker, settings):
 
 
 def test_the_bench_opens_with_the_automatic_model():
-    assert Settings().model == "auto"
-    assert Settings.from_dict({"version": 1, "model": "trace"}).model == "trace"
+    assert (Settings().camera, Settings().lens_model) == ("lens", "auto")
+    assert Settings.from_dict({"version": 1, "model": "trace"}).lens_model == "trace"
     assert (choice(PART).model, choice(WIDE).model) == ("thin", "polynomial")
 
 
@@ -93,7 +93,7 @@ def test_a_view_of_samples_shows_the_rays_of_the_full_trace(worker):
     origins = replace(PART, view="origin")
     worker.restart(origins)
     wait(lambda: done(worker, origins))
-    traced = lb.Rendering(camera(replace(PART, model="trace")), lb.builtin_scene(PART.scene), view="origin")
+    traced = lb.Rendering(camera(replace(PART, lens_model="trace")), lb.builtin_scene(PART.scene), view="origin")
     traced.add(PART.samples)
     assert worker.newest().choice is None
     np.testing.assert_allclose(worker.newest().image, traced.image(), rtol=1e-5, atol=1e-4)
@@ -120,7 +120,7 @@ def test_the_command_line_says_what_was_chosen(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["chosen"]["model"] == "polynomial"
     assert main(words) == 0
     assert "Auto: polynomial of degree 3, off by" in capsys.readouterr().out
-    assert main([*words, "--model", "thin"]) == 0
+    assert main([*words, "--lens-model", "thin"]) == 0
     assert "Auto" not in capsys.readouterr().out
 
 
@@ -140,10 +140,10 @@ def test_the_bar_says_what_was_chosen_what_it_saves_and_what_was_refused():
 def test_the_model_is_chosen_by_hand_and_followed_along_the_aperture(drive, tmp_path):
     def use(hand):
         hand.picture()
-        hand.ctx.item_click("//Controls/##Model")
+        hand.ctx.item_click("//Controls/##Camera")
         hand.ctx.item_click("//##Combo_00/Automatic")
         hand.picture()
-        assert hand.settings.model == "auto"
+        assert hand.settings.lens_model == "auto"
         assert hand.session.presenter.update.choice.model == "thin"
         # Click the aperture ring at its wide end
         hand.ctx.mouse_move_to_pos(hand.at("**/Aperture", 0.02, 0.6))
@@ -157,5 +157,5 @@ def test_the_model_is_chosen_by_hand_and_followed_along_the_aperture(drive, tmp_
         hand.ctx.sleep_no_skip(1.0, 0.05)
         hand.photograph(tmp_path / "bar.png")
 
-    assert drive(use, replace(PART, model="trace")).view.messages == []
+    assert drive(use, replace(PART, lens_model="trace")).view.messages == []
     assert (tmp_path / "bar.png").exists()

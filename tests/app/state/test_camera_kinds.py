@@ -10,20 +10,21 @@ from imgui_bundle import imgui
 
 import lensbench as lb
 from lensbench.app.state.build import camera
-from lensbench.app.state.constraints import with_equivalent_film, with_layout, with_model, with_projection
+from lensbench.app.state.constraints import with_camera, with_equivalent_film, with_layout, with_projection
 from lensbench.app.state.figures import readings
 from lensbench.app.state.pose import dollied, orbited
 from lensbench.app.state.scales import Scale
-from lensbench.app.state.settings import LENSLESS, MODELS, Settings, SettingsError
+from lensbench.app.state.settings import Settings, SettingsError
 from lensbench.app.state.time_scales import SHUTTERS, format_duration, format_time, read_time, shutter_scale
 from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
 from tests.app.conftest import SMALL
+from tests.app.kinds import KINDS, of_kind
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", KINDS)
 def test_every_model_makes_a_camera_that_takes_its_picture(model):
-    settings = with_model(SMALL, model)
+    settings = of_kind(SMALL, model)
     of = camera(settings)
     picture = lb.render(of, lb.builtin_scene("grid-wall"), samples=1)
     assert picture.shape == (settings.pixels_y, settings.pixels_x, 3) and picture.max() > 0.0
@@ -31,15 +32,15 @@ def test_every_model_makes_a_camera_that_takes_its_picture(model):
 
 
 def test_a_panorama_has_the_shape_of_its_layout_and_gives_the_films_back():
-    panorama = with_model(SMALL, "environment")
+    panorama = with_camera(SMALL, "environment")
     assert (panorama.pixels_x, panorama.pixels_y) == (120, 60)
     assert with_layout(panorama, "equal-area").pixels_y == 120
     assert with_layout(panorama, "cube-map").pixels_y == 90
-    assert with_model(panorama, SMALL.model) == SMALL
+    assert with_camera(panorama, SMALL.camera) == SMALL
 
 
 def test_an_orthographic_fisheye_sees_half_of_the_sphere_at_most():
-    wide = replace(with_model(SMALL, "fisheye"), fisheye_fov=math.radians(220.0))
+    wide = replace(with_camera(SMALL, "fisheye"), fisheye_fov=math.radians(220.0))
     assert with_projection(wide, "orthographic").fisheye_fov == math.pi
     assert readings(wide).fov_vertical == pytest.approx(math.radians(220.0))
     full = replace(wide, fov_axis="diagonal", fisheye_fov=math.pi)
@@ -51,19 +52,19 @@ def test_an_orthographic_fisheye_sees_half_of_the_sphere_at_most():
 
 def test_the_field_of_view_of_a_perspective_is_along_the_side_that_is_chosen():
     for axis, name in (("horizontal", "fov_horizontal"), ("vertical", "fov_vertical"), ("diagonal", "fov_diagonal")):
-        got = readings(replace(Settings(), model="perspective", fov=0.9, fov_axis=axis))
+        got = readings(replace(Settings(), camera="perspective", fov=0.9, fov_axis=axis))
         assert getattr(got, name) == pytest.approx(0.9, rel=1e-12)
 
 
 def test_options_arrive_in_the_settings(viewed):  # noqa: F811
     fisheye = settings_of(viewed, LENS, *shlex.split(
-        "--model fisheye --fov 200deg --projection stereographic --fov-axis diagonal --size 300x200"))
+        "--camera fisheye --fov 200deg --projection stereographic --fov-axis diagonal --size 300x200"))
     assert fisheye.fisheye_fov == pytest.approx(math.radians(200.0)) and fisheye.projection == "stereographic"
     assert camera(fisheye).fov_axis == "diagonal"
-    panorama = settings_of(viewed, LENS, *shlex.split("--model environment --layout cube-map"))
+    panorama = settings_of(viewed, LENS, *shlex.split("--camera environment --layout cube-map"))
     assert (panorama.pixels_x, panorama.pixels_y) == (960, 720)
-    assert settings_of(viewed, LENS, *shlex.split("--model environment --size 500x300")).pixels_y == 300
-    flat = camera(settings_of(viewed, LENS, *shlex.split("--model orthographic --scene-width 2m --lens-radius 5mm")))
+    assert settings_of(viewed, LENS, *shlex.split("--camera environment --size 500x300")).pixels_y == 300
+    flat = camera(settings_of(viewed, LENS, *shlex.split("--camera orthographic --scene-width 2m --lens-radius 5mm")))
     assert (flat.width, flat.lens_radius) == (2000.0, 5.0)
     moving = settings_of(viewed, LENS, *shlex.split(
         "--end-position 0,0,-0.5 --end-yaw 10deg --duration 2s --moment 500ms --shutter 1/4 --shutter-ramp 10% "
@@ -75,8 +76,8 @@ def test_options_arrive_in_the_settings(viewed):  # noqa: F811
 
 
 @pytest.mark.parametrize(("words", "said"), [
-    ("--model environment --fov 90deg", "no field of view"), ("--model orthographic --fov 90deg", "--scene-width"),
-    ("--model fisheye --fov 400deg", "360"), ("--shutter 0", "positive"), ("--shutter-ramp 60%", "0.5"),
+    ("--camera environment --fov 90deg", "no field of view"), ("--camera orthographic --fov 90deg", "--scene-width"),
+    ("--camera fisheye --fov 400deg", "360"), ("--shutter 0", "positive"), ("--shutter-ramp 60%", "0.5"),
     ("--readout=-1ms", "0 or positive"), ("--duration 0s", "positive"), ("--scene-width 0m", "positive"),
 ])
 def test_what_a_camera_cannot_be_is_said_in_one_line(viewed, capsys, words, said):  # noqa: F811
@@ -89,7 +90,7 @@ def test_what_a_camera_cannot_be_is_said_in_one_line(viewed, capsys, words, said
 
 @pytest.mark.parametrize("model", ["trace", "perspective"])
 def test_an_equivalent_film_keeps_the_field_and_the_depth_of_field(model):
-    full = replace(Settings(), model=model, f_number=8.0, focus_distance=3000.0)
+    full = replace(of_kind(Settings(), model), f_number=8.0, focus_distance=3000.0)
     small = with_equivalent_film(full, 24.0, 16.0)
     assert small.f_number == pytest.approx(8.0 * 24.0 / 36.0)
     a, b = readings(full), readings(small)
@@ -154,7 +155,6 @@ def test_third_stops_of_the_shutter_halve_the_time_every_third_click():
 def test_a_settings_error_names_a_camera_that_is_none():
     with pytest.raises(SettingsError, match="choose one of"):
         replace(Settings(), projection="flat").checked()
-    assert set(LENSLESS) < set(MODELS)
 
 
 @pytest.mark.slow
@@ -192,14 +192,14 @@ def test_the_camera_is_keyframed_scrubbed_and_stilled_by_hand(drive):
 def test_panorama_and_fisheye_are_set_by_their_own_lists(drive):
     def use(hand):
         hand.picture()
-        hand.ctx.item_click("//Controls/##Model")
+        hand.ctx.item_click("//Controls/##Camera")
         hand.ctx.item_click("//##Combo_00/Panorama")
         hand.picture()
         hand.ctx.item_click("//Controls/##Layout")
         hand.ctx.item_click("//##Combo_00/cube-map")
         hand.picture()
         assert (hand.settings.layout, hand.settings.pixels_y) == ("cube-map", 90)
-        hand.ctx.item_click("//Controls/##Model")
+        hand.ctx.item_click("//Controls/##Camera")
         hand.ctx.item_click("//##Combo_00/Ideal fisheye")
         hand.ctx.yield_(2)
         hand.ctx.item_click("//Controls/##Rule")

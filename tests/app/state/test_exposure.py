@@ -77,7 +77,7 @@ def test_a_png_is_exposed_and_an_exr_holds_the_light(tmp_path):
 def test_what_the_triangle_comes_to_is_told():
     said = told(exposing(replace(TRIANGLE, f_number=4.0, shutter=1.0 / 60.0, iso=200.0), PICTURE))
     assert "EV 9.9" in said and "ISO 100 8.9" in said and "lx s" in said
-    assert "no exposure value" in told(exposing(replace(TRIANGLE, model="environment"), PICTURE))
+    assert "no exposure value" in told(exposing(replace(TRIANGLE, camera="environment"), PICTURE))
 
 
 def test_isos_are_third_stops_and_read_as_written():

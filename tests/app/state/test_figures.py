@@ -6,10 +6,12 @@ from dataclasses import fields, replace
 import pytest
 
 import lensbench as lb
-from lensbench.app.state.figures import Readings, blur_limit, readings, setup
+from lensbench.app.state.build import setup
+from lensbench.app.state.figures import Readings, blur_limit, readings
 from lensbench.app.state.settings import Settings
+from tests.app.kinds import of_kind
 
-START = Settings(lens="pbrt-dgauss-50mm", focusing="paraxial")     # which the closed forms speak of
+START = Settings(lens="pbrt-dgauss-50mm", focus_position="paraxial")     # which the closed forms speak of
 distances = pytest.mark.parametrize("focus", [250.0, 1200.0, 9000.0, math.inf])
 
 
@@ -101,13 +103,13 @@ def test_limits_are_the_diagonal_over_1500_or_a_pixel():
 
 
 def test_a_pinhole_has_no_depth_of_field_and_no_f_number():
-    got = readings(replace(START, model="pinhole"))
+    got = readings(replace(START, lens_model="pinhole"))
     assert got.f_number is got.working_f_number is got.near_limit is got.hyperfocal is got.t_number is None
     assert got.efl == readings(START).efl
 
 
 def test_a_perspective_camera_is_an_ideal_lens_of_its_field_of_view():
-    got = readings(replace(START, model="perspective", fov=0.6, f_number=4.0, focus_distance=2000.0))
+    got = readings(replace(START, camera="perspective", fov=0.6, f_number=4.0, focus_distance=2000.0))
     assert got.fov_vertical == pytest.approx(0.6, rel=1e-12)        # the shorter side of 36 × 24
     assert got.efl == pytest.approx(12.0 / math.tan(0.3), rel=1e-12)
     assert lb.circle_of_confusion(got.efl, 4.0, 2000.0, got.near_limit) == pytest.approx(got.limit, rel=1e-9)
@@ -118,7 +120,7 @@ def test_a_perspective_camera_is_an_ideal_lens_of_its_field_of_view():
 @pytest.mark.parametrize("change", [
     {"lens": "no-such-lens"}, {"lens": "/no/such/file.toml"}, {"f_number": 0.5}, {"f_number": math.nan},
     {"focus_distance": 5.0}, {"focus_distance": math.nan}, {"film_width": -1.0}, {"focal_length": 0.0},
-    {"crop": 0.0}, {"model": "perspective", "focus_distance": 1.0}, {"model": "perspective", "f_number": -2.0},
+    {"crop": 0.0}, {"camera": "perspective", "focus_distance": 1.0}, {"camera": "perspective", "f_number": -2.0},
 ])
 def test_a_bad_state_gives_its_reason_and_never_an_exception(change):
     assert readings(replace(START, **change)).reason
@@ -131,7 +133,7 @@ def test_what_does_not_touch_the_optics_is_not_computed_again():
 
 def test_every_length_is_finite_or_none_save_the_far_limit():
     for model in ("trace", "thin", "pinhole", "perspective"):
-        got = readings(replace(START, model=model, focus_distance=math.inf))
+        got = readings(replace(of_kind(START, model), focus_distance=math.inf))
         values = {f.name: getattr(got, f.name) for f in fields(Readings)
                   if f.name not in ("far_limit", "reason", "focusing")}
         values["blur"] = got.focusing.blur

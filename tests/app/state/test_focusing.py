@@ -8,8 +8,8 @@ from imgui_bundle import imgui
 
 import lensbench as lb
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
-from lensbench.app.state.build import camera, design, stopped
-from lensbench.app.state.figures import readings, setup
+from lensbench.app.state.build import camera, design, setup
+from lensbench.app.state.figures import readings
 from lensbench.app.state.focusing import focusing, words
 from lensbench.app.state.settings import Settings
 from tests.app.stand import drive
@@ -23,7 +23,7 @@ WIDE = replace(Settings(), lens="pbrt-wide-22mm", f_number=None)
 @pytest.mark.parametrize("f_number", [None, 8.0, 22.0])
 def test_the_film_moves_where_a_point_in_focus_is_half_a_pixel_sharper_for_it(lens, f_number):
     settings = replace(Settings(), lens=lens, f_number=f_number)
-    ways = {how: setup(replace(settings, focusing=how)) for how in ("auto", "paraxial", "real")}
+    ways = {how: setup(replace(settings, focus_position=how)) for how in ("auto", "paraxial", "real")}
     blur = {how: 2.0 * math.sqrt(2.0) * rms_on_film(stand.lens, stand.film_distance, 1200.0)
             for how, stand in ways.items()}
     gain = blur["paraxial"] - blur["real"]
@@ -45,12 +45,12 @@ def test_at_a_switch_the_film_moves_by_less_than_anyone_can_see():
 
 
 def test_ideal_models_and_what_is_too_near_for_the_whole_bundle_are_focused_paraxially():
-    lens = stopped(design(WIDE), WIDE)
+    lens = design(WIDE)                         # wide open
     for model in ("thick", "thin", "pinhole"):
-        assert focusing(lens, replace(WIDE, model=model, focusing="real")).method == "paraxial"
-    near = replace(WIDE, focusing="real", focus_distance=50.0)
+        assert focusing(lens, replace(WIDE, lens_model=model, focus_position="real")).method == "paraxial"
+    near = replace(WIDE, focus_position="real", focus_distance=50.0)
     assert focusing(lens, near).method == "paraxial" and "nearest" in setup(near).reason
-    assert "ideal" in words(focusing(lens, replace(WIDE, model="thin")))
+    assert "ideal" in words(focusing(lens, replace(WIDE, lens_model="thin")))
 
 
 def test_the_read_out_says_what_is_done_and_what_the_other_way_would_give():
@@ -58,16 +58,16 @@ def test_the_read_out_says_what_is_done_and_what_the_other_way_would_give():
     assert got.focusing.method == "real" and got.focusing.blur == got.focusing.least_blur
     said = words(got.focusing)
     assert said.startswith("Focused by the least blur") and "µm paraxially" in said
-    assert words(readings(replace(WIDE, focusing="paraxial")).focusing).startswith("Focused paraxially")
+    assert words(readings(replace(WIDE, focus_position="paraxial")).focusing).startswith("Focused paraxially")
 
 
 def test_settings_from_before_there_was_a_choice_keep_their_paraxial_focus():
     plain = WIDE.to_dict()
-    assert Settings.from_dict(plain).focusing == "auto"
-    del plain["focusing"]
-    assert Settings.from_dict(plain).focusing == "auto"
+    assert Settings.from_dict(plain).focus_position == "auto"
+    del plain["focus_position"]
+    assert Settings.from_dict(plain).focus_position == "auto"
     old = Settings.from_dict({**plain, "version": 2})
-    assert old.focusing == "paraxial"
+    assert old.focus_position == "paraxial"
     assert setup(old).film_distance == lb.film_distance(design(old), 1200.0)
 
 
@@ -88,4 +88,4 @@ def test_the_choice_is_made_by_hand_below_the_rings():
         ctx.yield_(2)
 
     drive(show, test, (262, 440))
-    assert seen["settings"].focusing == "paraxial"
+    assert seen["settings"].focus_position == "paraxial"

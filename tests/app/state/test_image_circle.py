@@ -5,10 +5,11 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
+from lensbench.app.state.build import setup
 from lensbench.app.state.exit_pupil_geometry import region
-from lensbench.app.state.figures import setup
 from lensbench.app.state.image_circle import dark_corners, lit
 from lensbench.app.state.settings import Settings
+from tests.app.kinds import of_kind
 
 CTRL = imgui.Key.mod_ctrl
 FISHEYE = replace(Settings(), lens="pbrt-fisheye-10mm", f_number=None)
@@ -25,13 +26,13 @@ def test_light_reaches_the_film_up_to_the_edge_and_not_beyond():
 def test_dark_corners_are_explained_by_both_diameters_and_only_where_there_are_some():
     assert dark_corners(FISHEYE) == f"Image circle ø {2.0 * lit(FISHEYE):.1f} mm, film diagonal 43.3 mm"
     assert dark_corners(replace(FISHEYE, crop=0.5)) == dark_corners(Settings()) == ""
-    for model in ("thin", "pinhole", "perspective"):
-        assert dark_corners(replace(FISHEYE, model=model)) == ""
+    for name in ("thin", "pinhole", "perspective"):
+        assert dark_corners(of_kind(FISHEYE, name)) == ""
 
 
 @pytest.mark.parametrize("settings", [
     Settings(), replace(Settings(), crop=0.2), replace(Settings(), lens="no such lens"),
-    replace(Settings(), model="perspective")])
+    replace(Settings(), camera="perspective")])
 def test_a_lens_that_covers_its_film_lights_the_corner(settings):
     assert lit(settings) == 0.5 * settings.film.diagonal
 

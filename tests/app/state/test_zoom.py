@@ -14,8 +14,8 @@ from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.panels.controls.controls import Chooser, _plain_title, controls_panel
 from lensbench.app.state import constraints, scales
-from lensbench.app.state.build import camera, design
-from lensbench.app.state.figures import readings, setup
+from lensbench.app.state.build import camera, design, setup
+from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings, SettingsError
 from lensbench.app.state.zoom import focal_length, read_close, read_zoom, zoom_of
 from tests.app.stand import drive
@@ -204,7 +204,7 @@ def test_trace_follows_the_zoom(tmp_path, capsys):
     (["info", NIKKOR, "--close", "x"], "from 0 (infinity) to 1"),
     (["render", NIKKOR, "-o", "a.png", "--fov", "30deg"], "sees 19.1°"),
     (["render", NIKKOR, "-o", "a.png", "--zoom", "1", "--fov", "15deg"], "sees 7.0°"),
-    (["render", NIKKOR, "-o", "a.png", "--zoom", "1", "--model", "perspective"], "has no lens to zoom"),
+    (["render", NIKKOR, "-o", "a.png", "--zoom", "1", "--camera", "perspective"], "has no lens to zoom"),
     (["render", NIKKOR, "-o", "a.png", "--focus", "1m"], "the nearest distance of this lens is 1.5 m"),
 ])
 def test_what_a_lens_cannot_do_is_one_clear_line(words, said, capsys):
@@ -216,7 +216,7 @@ def test_what_a_lens_cannot_do_is_one_clear_line(words, said, capsys):
 def test_the_options_turn_the_zoom_and_what_nobody_asked_for_gives_way(tmp_path):
     from lensbench.app.files.export import read_settings
 
-    small = ["--size", "12x8", "--samples", "1", "--model", "pinhole"]
+    small = ["--size", "12x8", "--samples", "1", "--lens-model", "pinhole"]
     assert main(["render", NIKKOR, "-o", str(tmp_path / "a.png"), "--fov", "10deg", *small]) == 0
     turned = read_settings(str(tmp_path / "a.png"))
     assert turned.crop == 1.0 and constraints.field_of_view(turned) == pytest.approx(math.radians(10.0), rel=1e-9)

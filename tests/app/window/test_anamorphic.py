@@ -14,7 +14,8 @@ from lensbench.app.panels.exit_pupil import UPWARDS
 from lensbench.app.panels.falloff import EVERY_WAY
 from lensbench.app.panels.lens_section import panel
 from lensbench.app.panels.readouts import Status, rows
-from lensbench.app.state.figures import readings, setup
+from lensbench.app.state.build import setup
+from lensbench.app.state.figures import readings
 from lensbench.app.state.image_circle import dark_corners
 from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
@@ -97,7 +98,7 @@ def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, mon
         hand.drag(hand.at("**/Film radius", 0.69, 0.5), hand.at("**/Film radius", 0.3, 0.5))
 
         # What knows lenses of rotation alone is refused in words
-        hand.ctx.item_click("//Controls/##Model")
+        hand.ctx.item_click("//Controls/##Camera")
         hand.ctx.item_click("//##Combo_00/Thin lens")
         hand.wait(lambda: hand.session.view.messages, "a word about the model")
         assert "cylinder or toroid" in hand.session.view.messages[0]

@@ -5,11 +5,10 @@ from imgui_bundle import ImVec2, hello_imgui, imgui, immapp
 from imgui_bundle.immapp import testing
 from PIL import Image
 
-from lensbench.app.state.constraints import with_model
-from lensbench.app.state.settings import MODELS
 from lensbench.app.widgets import theme
 from lensbench.app.window import window
 from tests.app.conftest import SMALL
+from tests.app.kinds import KINDS, of_kind
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
@@ -58,23 +57,23 @@ def test_every_camera_finds_room_for_its_controls_in_a_small_window(drive):
 
     def test(hand):
         hand.picture()
-        for model in MODELS:
-            hand.session.history.edit(with_model(SMALL, model), False, 0.0)
+        for name in KINDS:
+            hand.session.history.edit(of_kind(SMALL, name), False, 0.0)
             hand.ctx.yield_(3)
             controls = imgui.internal.find_window_by_name("Controls")
-            seen[model] = controls.scrollbar_y, hand.ctx.item_exists("**/Aperture")
-        hand.session.history.edit(with_model(SMALL, "polynomial"), False, 0.0)
+            seen[name] = controls.scrollbar_y, hand.ctx.item_exists("**/Aperture")
+        hand.session.history.edit(of_kind(SMALL, "polynomial"), False, 0.0)
         hand.ctx.yield_(3)
         hand.ctx.item_click("//Controls/##Degree")
         hand.ctx.item_click("//##Combo_00/5")
         hand.ctx.yield_(2)
-        assert (hand.settings.model, hand.settings.degree) == ("polynomial", 5)
+        assert (hand.settings.lens_model, hand.settings.degree) == ("polynomial", 5)
 
     drive(test)
     assert [model for model, (scrolls, _) in seen.items() if scrolls] == []
     # what lets light through a point, or through nothing that a hand could close, has no stop
     assert {model for model, (_, stop) in seen.items() if not stop} == {
-        "pinhole", "orthographic", "fisheye", "environment", "hole", "bare"}
+        "pinhole", "orthographic", "fisheye", "environment", "finite-pinhole", "bare-sensor"}
 
 
 def test_the_words_of_the_help_stand_within_it(drive):

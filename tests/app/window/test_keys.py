@@ -71,7 +71,7 @@ def test_the_focus_mark_holds_only_while_the_picture_looks_at_the_same():
         assert mark.holds(kept)
     for changed in (replace(SMALL, focus_distance=1300.0), replace(SMALL, crop=0.5), replace(SMALL, focal_length=80.0),
                     replace(SMALL, lens="pbrt-wide-22mm"), replace(SMALL, scene="room"), replace(SMALL, yaw=0.1),
-                    replace(SMALL, model="thin")):
+                    replace(SMALL, lens_model="thin")):
         assert not mark.holds(changed)
 
 

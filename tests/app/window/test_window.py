@@ -10,6 +10,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.state.settings import Settings
 from lensbench.app.window import docking, window
 from tests.app.conftest import SMALL
@@ -67,11 +68,23 @@ def test_a_slower_lens_opens_as_far_as_it_can_and_focuses_as_near_as_it_can(driv
 
 def test_every_model_and_film_can_be_chosen(drive):
     def use(hand):
-        for model in ("Thin lens", "Pinhole", "Perspective, no lens", "Full lens trace"):
-            hand.ctx.item_click("//Controls/##Model")
-            hand.ctx.item_click(f"//##Combo_00/{model}")
+        for name, model in LENS_MODELS.items():
+            hand.ctx.item_click("//Controls/##Camera")
+            hand.ctx.item_click(f"//##Combo_00/{model.title}")
             hand.picture()
-        assert hand.settings.model == "trace"
+            assert hand.settings.lens_model == name
+        for name, kind in CAMERA_KINDS.items():
+            if kind.has_lens:
+                continue
+            hand.ctx.item_click("//Controls/##Camera")
+            hand.ctx.item_click(f"//##Combo_00/{kind.title}")
+            hand.picture()
+            assert hand.settings.camera == name
+        for name, size in lb.FORMATS.items():
+            hand.ctx.item_click("//Controls/##Film")
+            hand.ctx.item_click("//##Combo_00/" + name.replace("/", "\\/"))
+            hand.ctx.yield_(2)
+            assert (hand.settings.film_width, hand.settings.film_height) == size
         hand.ctx.item_click("//Controls/##Film")
         hand.ctx.item_click("//##Combo_00/6 × 6 cm 56 × 56")
         hand.picture()

@@ -1,0 +1,191 @@
+"""Cameras without a lens: for each its maker, its read-outs, and its field of view.
+
+A maker turns Settings into a camera of the core; a read-out function into Readings. `…_view` returns the field of
+view (radians) and the focal length (mm) that it is seen with; `…_with_view` the settings that have another field of
+view. Lengths in mm.
+"""
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.state.build import place_and_shutter
+from lensbench.app.state.figures import Readings, airy_diameter, angles, blur_limit, readings
+from lensbench.app.state.setting import SettingsError
+
+if TYPE_CHECKING:
+    from lensbench.app.state.settings import Settings
+
+
+def _stop(settings: "Settings") -> dict[str, Any]:
+    """The shape of the stop, as cameras without a lens take it."""
+    return {"blades": settings.blades or 0, "blade_rotation": settings.blade_rotation,
+            "roundness": settings.roundness}
+
+
+# Perspective
+
+
+def perspective(settings: "Settings") -> lb.PerspectiveCamera:
+    """An ideal thin lens; SettingsError where it is focused nearer than magnification 1, as FocusError for a lens."""
+    focal_length = perspective_focal_length(settings)
+    radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
+    if radius > 0.0 and settings.focus_distance < 2.0 * focal_length:
+        raise SettingsError(f"focus at {settings.focus_distance / 1000.0:.6g} m: the nearest distance of this "
+                            f"camera is {math.ceil(2.0 * focal_length) / 1000.0:g} m, twice its focal length")
+    return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis, lens_radius=radius,
+                                focus_distance=settings.focus_distance, **_stop(settings),
+                                **place_and_shutter(settings))
+
+
+def perspective_focal_length(settings: "Settings") -> float:
+    """The focal length (mm) of the perspective camera, which follows from its field of view and its film."""
+    return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis).film_distance
+
+
+@lru_cache(maxsize=64)
+def perspective_readings(settings: "Settings") -> Readings:
+    """The read-outs of an ideal thin lens of the focal length that the field of view implies."""
+    film, limit = settings.film, blur_limit(settings)
+    efl = perspective_focal_length(settings)
+    plain = replace(angles(film, efl), efl=efl, limit=limit)
+    if settings.f_number is None:
+        return plain
+    plain = replace(plain, f_number=settings.f_number, entrance_pupil=efl / settings.f_number,
+                    hyperfocal=lb.hyperfocal(efl, settings.f_number, limit), nearest_focus=2.0 * efl)
+    try:
+        near, far = lb.depth_of_field(efl, settings.f_number, settings.focus_distance, limit)
+    except lb.LensError as error:
+        return replace(plain, reason=str(error))
+    magnification = efl / (settings.focus_distance - efl)
+    working = settings.f_number * (1.0 + magnification)
+    return replace(plain, near_limit=near, far_limit=far, magnification=magnification, working_f_number=working,
+                   airy=airy_diameter(working))
+
+
+def perspective_view(settings: "Settings") -> tuple[float, float]:
+    """The field of view along its own axis, and the focal length."""
+    return settings.fov, perspective_focal_length(settings)
+
+
+def perspective_with_view(settings: "Settings", fov: float) -> "Settings":
+    """Another field of view along its own axis."""
+    return replace(settings, fov=fov)
+
+
+# Orthographic
+
+
+def orthographic(settings: "Settings") -> lb.OrthographicCamera:
+    """Parallel rays, or cones of them about parallel axes."""
+    return lb.OrthographicCamera(settings.film, settings.scene_width * settings.crop, settings.lens_radius,
+                                 settings.focus_distance, **_stop(settings), **place_and_shutter(settings))
+
+
+@lru_cache(maxsize=64)
+def orthographic_readings(settings: "Settings") -> Readings:
+    """The magnification, the same at every distance."""
+    return Readings(magnification=settings.film_width / settings.scene_width, limit=blur_limit(settings),
+                    reason="An orthographic camera sees along parallel rays: it has neither a focal length nor a "
+                           "field of view")
+
+
+# Fisheye
+
+
+def fisheye(settings: "Settings") -> lb.FisheyeCamera:
+    """A camera that maps angles from the axis to lengths on the film by a projection."""
+    return lb.FisheyeCamera(settings.film, settings.fisheye_fov, settings.projection, settings.fov_axis,
+                            **place_and_shutter(settings))
+
+
+@lru_cache(maxsize=64)
+def fisheye_readings(settings: "Settings") -> Readings:
+    """Twice the angle from the axis of rays at the film's sides and corner, within the image circle."""
+    film, of = settings.film, fisheye(settings)
+    edges = [[0.0, film.pixels_y / 2.0], [film.pixels_x / 2.0, 0.0], [0.0, 0.0]]
+    rays = of.generate_rays(edges, np.full((3, 2), 0.5))
+    doubled = np.where(rays.weights > 0.0, 2.0 * np.arccos(np.clip(-rays.directions[:, 2], -1.0, 1.0)),
+                       settings.fisheye_fov)
+    across, down, diagonal = (float(angle) for angle in doubled)
+    return Readings(efl=of.focal_length, limit=blur_limit(settings), fov_horizontal=across, fov_vertical=down,
+                    fov_diagonal=diagonal, reason="An ideal fisheye sees from a point: it has no lens to focus")
+
+
+def fisheye_view(settings: "Settings") -> tuple[float, float]:
+    """The field of view of the image circle, and the focal length."""
+    return settings.fisheye_fov, readings(settings).efl or 50.0
+
+
+def fisheye_with_view(settings: "Settings", fov: float) -> "Settings":
+    """Another field of view of the image circle."""
+    return replace(settings, fisheye_fov=fov)
+
+
+# Panorama
+
+
+def environment(settings: "Settings") -> lb.EnvironmentCamera:
+    """Every direction from one point, in one picture."""
+    return lb.EnvironmentCamera(settings.film, settings.layout, **place_and_shutter(settings))
+
+
+@lru_cache(maxsize=64)
+def environment_readings(settings: "Settings") -> Readings:
+    """The whole sphere."""
+    return Readings(fov_horizontal=2.0 * math.pi, fov_vertical=math.pi,
+                    reason="A panorama sees in every direction from a point: nothing is out of focus")
+
+
+# Pinhole of finite size
+
+
+def finite_pinhole(settings: "Settings") -> lb.PinholeCamera:
+    """A round hole before a film."""
+    return lb.PinholeCamera(settings.film, settings.hole_distance, hole_diameter(settings) / 2.0,
+                            **place_and_shutter(settings))
+
+
+def hole_diameter(settings: "Settings") -> float:
+    """The diameter of the hole (mm): as it is set, or the sharpest for distant objects."""
+    return settings.hole_diameter or lb.best_pinhole(settings.hole_distance)
+
+
+@lru_cache(maxsize=64)
+def finite_pinhole_readings(settings: "Settings") -> Readings:
+    """The read-outs of a hole: the blur of hole and diffraction is nearly the same at every distance."""
+    film, of = settings.film, finite_pinhole(settings)
+    return replace(angles(film, of.distance), efl=of.distance, limit=blur_limit(settings), f_number=of.f_number,
+                   working_f_number=of.f_number, film_distance=of.distance, entrance_pupil=2.0 * of.radius,
+                   airy=of.diffraction())
+
+
+def finite_pinhole_view(settings: "Settings") -> tuple[float, float]:
+    """The field of view along the shorter side of the film in use, and the distance from hole to film."""
+    shorter = min(settings.film_width, settings.film_height)
+    return 2.0 * math.atan(0.5 * shorter * settings.crop / settings.hole_distance), settings.hole_distance
+
+
+def finite_pinhole_with_view(settings: "Settings", fov: float) -> "Settings":
+    """Another distance from the hole to the film."""
+    shorter = min(settings.film.width, settings.film.height)
+    return replace(settings, hole_distance=0.5 * shorter / math.tan(0.5 * fov))
+
+
+# Bare sensor
+
+
+def bare_sensor(settings: "Settings") -> lb.BareSensor:
+    """A film without a lens."""
+    return lb.BareSensor(settings.film, **place_and_shutter(settings))
+
+
+@lru_cache(maxsize=64)
+def bare_sensor_readings(settings: "Settings") -> Readings:
+    """The reason why there are none."""
+    return Readings(limit=blur_limit(settings), reason="Without a lens each place of the film gets light from the "
+                    "whole scene: no picture forms")

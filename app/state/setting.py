@@ -1,0 +1,141 @@
+"""Declaration of one setting: words, unit, range, choices, command-line option, and what a change restarts.
+
+`setting(…)` makes a field of the dataclass Settings whose metadata holds a Spec. The checks, the command line and the
+lists of fields that restart nothing read the Spec; nothing else repeats it.
+"""
+
+import math
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import Field, dataclass, field
+from types import UnionType
+from typing import Any, NamedTuple, get_args, get_origin
+
+PICTURE, MOTION, NOTHING = "picture", "moving picture", "nothing"       # what a change restarts
+
+
+class SettingsError(ValueError):
+    """Invalid settings; the message says what to do."""
+
+
+class Interval(NamedTuple):
+    """The numbers from `low` to `high`; the brackets tell whether an end belongs to them: “(0, 1]” as "(]"."""
+
+    low: float
+    high: float
+    brackets: str = "[]"
+
+    def __contains__(self, value: object) -> bool:
+        """Whether a number lies in the interval; False for nan."""
+        assert isinstance(value, int | float)
+        above = value > self.low or self.brackets[0] == "[" and value == self.low
+        return above and (value < self.high or self.brackets[1] == "]" and value == self.high)
+
+    def rule(self, form: Callable[[float], str]) -> str:
+        """The interval in words, its ends as `form` writes them."""
+        if self.low == -math.inf:
+            return "it must be a finite number"
+        if self.high == math.inf:
+            if self.low == 0.0:
+                return "it must be 0 or positive" if self.brackets[0] == "[" else "it must be a positive number"
+            return f"it must be at least {form(self.low)}"
+        if self.brackets == "[]":
+            return f"it must lie from {form(self.low)} to {form(self.high)}"
+        between = f"it must lie between {form(self.low)} and {form(self.high)}"
+        return between if self.brackets == "()" else f"{between}, {form(self.high)} included"
+
+
+FINITE = Interval(-math.inf, math.inf, "()")
+POSITIVE = Interval(0.0, math.inf, "()")
+NOT_NEGATIVE = Interval(0.0, math.inf, "[)")
+PART = Interval(0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What the program knows of one setting.
+
+    words: its name in messages. unit: "mm", "s", …; "°" for a value in radians that people read in degrees.
+    choices: the values that it may have, with their titles where people see them. rule: the range in words, where
+    `bounds` or `choices` alone say it badly. restarts: what a change restarts, PICTURE, MOTION (the picture, where
+    anything moves) or NOTHING. figures: whether lens, film and their figures depend on it, as they do on most that
+    restarts the picture. none: the word for None in
+    a settings file. read, metavar, help: of the command-line option, which is `option` or the field's own name; there
+    is none without `help`. former: an earlier name of the option, which still works.
+    """
+
+    words: str = ""
+    unit: str = ""
+    bounds: Interval | None = None
+    choices: Collection[Any] = ()
+    rule: str = ""
+    restarts: str = PICTURE
+    figures: bool = True
+    none: str = ""
+    read: Callable[[str], Any] | None = None
+    metavar: str = ""
+    help: str = ""
+    option: str = ""
+    former: str = ""
+
+    def shown(self, value: float) -> str:
+        """A number with its unit, as a person reads it."""
+        if self.unit == "°":
+            return f"{math.degrees(value):g}°"
+        return f"{value:g} {self.unit}".rstrip()
+
+
+def setting(default: Any, words: str = "", unit: str = "", bounds: Interval | None = None, **more: Any) -> Any:
+    """A field of Settings with its default and its Spec."""
+    more.setdefault("figures", more.get("restarts", PICTURE) == PICTURE)
+    return field(default=default, metadata={"spec": Spec(words, unit, bounds, **more)})
+
+
+def spec(of: Field) -> Spec:
+    """The Spec of a field of Settings; the words are the field's name where it has no others."""
+    found: Spec = of.metadata["spec"]
+    return found
+
+
+def words(of: Field) -> str:
+    """The name of a setting in messages."""
+    return spec(of).words or of.name.replace("_", " ")
+
+
+def check(of: Field, value: Any) -> None:
+    """SettingsError where a value is none that the field may have; the message gives the range."""
+    about = spec(of)
+    if value is None:
+        return
+    parts = value if isinstance(value, tuple) else (value,)
+    if about.choices and value not in about.choices:
+        said = about.rule or f"choose one of {', '.join(map(str, about.choices))}"
+        raise SettingsError(f"{words(of)} {value!r}: {said}")
+    if about.bounds is not None and not all(part in about.bounds for part in parts):
+        shown = ", ".join(about.shown(part) for part in parts)
+        each = "its three coordinates must be finite numbers" if len(parts) > 1 else ""
+        raise SettingsError(f"{words(of)} {shown}: {each or about.rule or about.bounds.rule(about.shown)}")
+
+
+def converted(name: str, kind: Any, value: Any) -> Any:
+    """A plain value as one of the field's type; SettingsError where it is of another."""
+    if isinstance(kind, UnionType):                     # of one kind and None
+        return None if value is None else converted(name, get_args(kind)[0], value)
+    if get_origin(kind) is tuple:
+        kinds = get_args(kind)
+        if not isinstance(value, list | tuple) or len(value) != len(kinds):
+            raise SettingsError(f"{name} is {value!r}: it must be {len(kinds)} numbers")
+        return tuple(converted(name, kind, part) for kind, part in zip(kinds, value, strict=True))
+    if kind is float and value == "inf":
+        return math.inf
+    if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not kind:
+        what = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}[kind]
+        raise SettingsError(f"{name} is {value!r}: it must be {what}")
+    return value
+
+
+def titles(of: Field) -> Mapping[Any, str]:
+    """The choices of a setting with their titles."""
+    found = spec(of).choices
+    return found if isinstance(found, Mapping) else {choice: str(choice) for choice in found}
