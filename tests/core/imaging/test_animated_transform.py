@@ -233,7 +233,7 @@ def kernels(steps):
     return [step.kernel.py_func.__name__ for step in steps]
 
 
-def test_what_stands_still_while_the_shutter_is_open_costs_nothing():
+def test_a_pose_that_is_constant_while_the_shutter_is_open_costs_nothing():
     place = turned((0, 1, 0), 0.3, (1, 2, 3))
     still = lb.PerspectiveCamera(FILM, world_from_camera=place)
     way = lb.AnimatedTransform(place, turned((0, 1, 0), 0.5), 2.0, 3.0)

@@ -25,7 +25,7 @@ def by_blocks(values: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("w", "h"), SHAPES)
-def test_every_pixel_of_a_film_is_there_once_and_lands_in_its_place(w, h):
+def test_the_order_holds_every_pixel_once_and_raster_image_inverts_it(w, h):
     places = walk(w, h)
     assert (np.sort(places @ [1, w]) == np.arange(w * h)).all()
     lines, columns = np.mgrid[0:h, 0:w]

@@ -57,7 +57,7 @@ def test_the_paraxial_focus_is_the_limit_of_the_real_one(distance):
 
 
 @pytest.mark.parametrize("distance", DISTANCES)
-def test_the_film_stands_between_the_foci_of_the_sections(distance):
+def test_the_film_lies_between_the_foci_of_the_sections(distance):
     lens = anamorphic()
     film = lb.film_distance(lens, distance)
     foci = lb.section_foci(lens, distance, film)
@@ -75,7 +75,7 @@ def test_the_film_stands_between_the_foci_of_the_sections(distance):
     assert abs(foci[0] - foci[1]) == pytest.approx({math.inf: 0.024, 3000.0: 0.95, 1500.0: 1.9}[distance], rel=0.05)
 
 
-def test_what_is_in_focus_is_what_was_focused_on():
+def test_focused_distance_inverts_film_distance_for_anamorphic_lenses():
     lens = anamorphic()
     for distance in (800.0, 3000.0, 1e5):
         assert lb.focused_distance(lens, lb.film_distance(lens, distance)) == pytest.approx(distance, rel=1e-9)

@@ -142,7 +142,7 @@ def test_a_plane_and_a_sphere_of_a_million_kilometres_bend_a_ray_alike():
             assert np.abs(bent[:6] - flat[:6]).max() < tolerance
 
 
-def test_rays_that_turn_backward_are_blocked_without_a_number_that_is_not_one():
+def test_rays_that_turn_backward_are_blocked_without_a_nan_in_their_weight():
     """A film six times too large: nothing but a blocked sample comes of it."""
     lens = lenses.load("pbrt-fisheye-10mm")
     origins, directions = film_rays(lens, lb.first_order(lens).bfl, 50_000, np.random.default_rng(1), 3.0, 130.0)

@@ -27,7 +27,7 @@ def test_the_paraxial_film_meets_the_paraxial_image(name, metres):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_at_infinity_the_film_stands_in_the_rear_focus_and_tends_to_it(name):
+def test_the_film_tends_to_the_rear_focus_with_distance_and_is_there_at_infinity(name):
     fo = lb.first_order(lens(name))
     assert lb.film_distance(lens(name), inf) == fo.bfl
     for metres in (1e5, 1e7, 1e9):
@@ -112,7 +112,7 @@ def test_a_lens_whose_front_principal_plane_lies_deep_focuses_up_to_its_first_ve
 
 @pytest.mark.parametrize("distance", [nan, -1000.0, 0.0, -inf])
 @pytest.mark.parametrize("method", ["paraxial", "real"])
-def test_a_distance_that_is_none_is_refused(distance, method):
+def test_an_invalid_distance_is_refused(distance, method):
     with pytest.raises(lb.FocusError, match="nearest distance of this lens is"):
         lb.film_distance(biconvex(), distance, method)
 

@@ -13,7 +13,7 @@ BK7 = (1.03961212, 0.00600069867, 0.231792344, 0.0200179144, 1.01046945, 103.560
 
 
 @given(st.floats(1.3, 2.2), st.floats(15.0, 100.0))
-def test_the_model_holds_the_index_and_the_abbe_number_it_is_made_of(n_d, v_d):
+def test_the_model_reproduces_its_index_and_abbe_number(n_d, v_d):
     glass = Glass(n_d, v_d)
     assert glass.index() == n_d
     assert (n_d - 1.0) / (glass.index(F_LINE) - glass.index(C_LINE)) == pytest.approx(v_d, rel=1e-12)

@@ -93,7 +93,7 @@ def test_rays_of_the_camera_are_those_of_the_reference_tracer_in_water(blades):
 
 
 @pytest.mark.parametrize("model", ["trace", "polynomial", "thick", "thin", "pinhole"])
-def test_the_way_back_leads_through_water_too_and_the_ideal_models_follow_the_trace(model):
+def test_projection_leads_through_water_and_the_ideal_models_follow_the_trace(model):
     """A point's image by every model: the ideal ones within the aberrations of the field's middle."""
     camera = lb.LensCamera(wet(), FILM, 2000.0, 8.0, model=model, medium=lb.Medium(WATER))
     traced = replace(camera, model="trace")
@@ -128,7 +128,7 @@ def test_radiance_over_the_index_squared_is_kept_so_that_water_dims_physical_pic
 
 
 @pytest.mark.parametrize("weights", ["relative", "physical"])
-def test_lights_traced_from_their_own_side_agree_in_water(weights):
+def test_light_tracing_agrees_in_water(weights):
     """Flux from the light's side against radiance over n² from the camera's: noise 1.5 %."""
     dark = lb.Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)
     lamp = lb.Material(kind="lamp", colour=(4e3, 4e3, 4e3))
@@ -164,7 +164,7 @@ def test_importance_counts_the_smaller_angles_in_water(weights):
     assert total == pytest.approx(mean, rel=0.01)
 
 
-def test_an_index_that_cannot_be_is_refused_in_one_line():
+def test_an_invalid_index_is_refused_in_one_line():
     for index in (0.9, 4.0, math.nan):
         with pytest.raises(lb.LensError, match="before the lens"):
             replace(lenses.load("pbrt-dgauss-50mm"), front_index=index)

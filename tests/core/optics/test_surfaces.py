@@ -311,7 +311,7 @@ def test_light_runs_back_along_its_own_path_through_every_kind(stack, x, y, dx, 
     ({"curvature_x": inf}, "curvature_x is inf"),
     ({"curvature_x": 0.0, "conic": -1.0}, "neither a conic"),
 ])
-def test_surfaces_that_cannot_be_are_refused_in_one_line(fields, message):
+def test_invalid_surfaces_are_refused_in_one_line(fields, message):
     with pytest.raises(lb.LensError, match=message):
         lb.Surface(0.02, 1.0, 5.0, **fields)
 

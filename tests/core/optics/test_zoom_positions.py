@@ -69,7 +69,7 @@ def test_moving_and_scaling_a_lens_are_the_same_in_either_order(place, factor):
     assert one.positions == other.positions
 
 
-def test_a_lens_comes_back_from_where_it_went():
+def test_moving_a_lens_there_and_back_restores_it():
     lens = zoom(focal_lengths=(30.0, 40.0, 50.0), f_numbers=(2.8, 3.5, 4.0), stops=((8.0,), (7.0,), (6.5,)))
     assert lens.at(zoom=1.0) != lens == lens.at(zoom=0.7).at(zoom=0.0)
     tele = lens.at(zoom=1.0)
@@ -116,7 +116,7 @@ def test_a_position_beyond_the_stations_is_refused(asked):
     ({"thicknesses": (((1.0, nan),), ((1.0, 2.0),), ((1.0, 2.0),))}, "finite"),
     ({"close": 0.5}, "no station"), ({"zoom": 2.0}, "between 0"),
 ])
-def test_a_table_that_cannot_be_says_why(changed, told):
+def test_an_invalid_table_is_refused_with_a_reason(changed, told):
     positions = zoom().positions
     with pytest.raises(lb.PositionsError, match=told):
         replace(positions, **changed)
@@ -169,7 +169,7 @@ def test_the_groups_stand_where_two_thin_lenses_put_the_image_on_the_film(place,
 
 @LAW
 @given(st.floats(0.0, 1.0), st.floats(1.0, 1000.0), st.sampled_from([1.0, 1.333]))
-def test_the_plane_in_focus_is_the_one_that_was_asked_for_at_every_zoom_setting(place, times_nearest, in_front):
+def test_focused_distance_inverts_film_distance_at_every_zoom_setting(place, times_nearest, in_front):
     lens = replace(inner_focus(), front_index=in_front).at(zoom=place)
     distance = times_nearest * lb.nearest_focus(lens)
     moved, film = lb.focused(lens, distance), lb.film_distance(lens, distance)
