@@ -16,8 +16,7 @@ from lensbench.app.state.intrinsics import intrinsics
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import VIEWS, Settings
 from lensbench.app.widgets import theme
-from lensbench.scenery.intersect.moving_objects import displaced
-from lensbench.scenery.intersect.planar import plate_frame
+from lensbench.scenery.objects import displaced
 
 fa = icons_fontawesome_6
 NONE = "–"
@@ -94,23 +93,15 @@ def _object(settings: Settings, of: lb.Camera, at: tuple[float, float], depth: N
 
 
 def thing_at(scene: lb.Scene, point: NDArray[np.float64], moment: float) -> tuple[str, NDArray[np.float64]] | None:
-    """What sphere, rectangle or disk a world point (mm) lies on at a time (s), and the point in its frame.
+    """The shape that a world point (mm) lies on at a time (s), and the point in the frame of the shape.
 
-    A sphere's axes are those of the world, a plate's its half-axes and normal; turns by a spin do not count.
+    A sphere has the axes of the world, a planar shape its half-axes and normal; rotation by a spin does not count.
     """
-    for thing in (*scene.spheres, *scene.plates):
+    for thing in scene.objects:
         here = displaced(thing, moment) if thing.moves else thing
-        away = point - np.asarray(here.centre)
-        if isinstance(here, lb.Sphere):
-            if abs(np.linalg.norm(away) - here.radius) < TOUCH + 1e-3 * here.radius:
-                return f"sphere of {2.0 * here.radius:.3g} mm", away
-            continue
-        _, a, b, normal, disk = plate_frame(here)
-        u, v = away @ a / (a @ a), away @ b / (b @ b)
-        inside = u * u + v * v <= 1.0 if disk else max(abs(u), abs(v)) <= 1.0
-        if inside and abs(away @ normal) < TOUCH:
-            axes = np.array([a / np.linalg.norm(a), b / np.linalg.norm(b), normal])
-            return "disk" if disk else "rectangle", axes @ away
+        found = here.locate(point, TOUCH)
+        if found is not None:
+            return here.label, found
     return None
 
 

@@ -18,7 +18,7 @@ from lensbench.app.state.figures import readings
 from lensbench.app.state.file_stamp import Stamp, file_stamp
 from lensbench.app.state.scene_file import SceneFileError, cached_scene, scene_stamp
 from lensbench.app.state.settings import Settings
-from lensbench.scenery.intersect.moving_objects import displaced
+from lensbench.scenery.objects import displaced
 
 AWAY = 1e7                      # mm along a ray, for infinitely far
 ACROSS = 65                     # rays of the middle row of the picture
@@ -110,17 +110,10 @@ def _things(scene: str, moment: float, stamp: tuple[Stamp, ...]) -> tuple[Thing,
         found = cached_scene(scene)
     except (SceneFileError, OSError):
         return ()
-    turn = 2.0 * np.pi * np.arange(POINTS) / POINTS
     outlines = []
-    for thing in sorted((*found.spheres, *found.plates), key=lambda thing: thing.centre[1]):
-        here = displaced(thing, moment) if thing.moves else thing
-        if isinstance(here, lb.Sphere):
-            circle = here.radius * np.column_stack([np.cos(turn), 0.0 * turn, np.sin(turn)])
-        else:
-            corners = np.column_stack([np.cos(turn), np.sin(turn)]) if here.round else \
-                np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-            circle = corners @ np.array([here.right, here.up])
-        outlines.append(Thing(_above(np.asarray(here.centre) + circle), here.material.shines))
+    for shape in sorted(found.objects, key=lambda shape: shape.centre[1]):
+        here = displaced(shape, moment) if shape.moves else shape
+        outlines.append(Thing(_above(here.outline(POINTS)), here.material.shines))
     return tuple(outlines)
 
 

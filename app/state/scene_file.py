@@ -21,6 +21,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.file_stamp import Stamp, file_stamp
 from lensbench.app.state.tone import linear
+from lensbench.scenery.objects import by_family
 
 MOST_BYTES = 1 << 20                    # of a scene file
 MOST_TEXTURE_BYTES = 64 << 20
@@ -126,25 +127,23 @@ def load_scene(path: str | Path) -> lb.Scene:
 # The whole
 
 def _scene(table: Table, path: Path) -> lb.Scene:
-    _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "sky", "sun", "floor", "material", "sphere",
-                              "rectangle", "disk"))
+    _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "material", *_SURROUNDINGS, *_SHAPES))
     folder = path.resolve().parent
     materials = {name: _within(f"material {name}", _material, _table(value, f"material {name}"), folder)
                  for name, value in _table(table.get("material", {}), "material").items()}
-    lists = {kind: _tables(table, kind) for kind in ("sphere", "rectangle", "disk")}
+    lists = {kind: _tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) > MOST_OBJECTS:
         raise _ContentError(f"has more than {MOST_OBJECTS} objects")
     if not any(lists.values()) and "floor" not in table:
         raise _ContentError("shows nothing: give it a [floor], [[sphere]], [[rectangle]] or [[disk]]")
 
-    def made(kind: str, make: Callable) -> list:
-        return [_within(f"{kind} {k + 1}", make, value, folder, materials) for k, value in enumerate(lists[kind])]
-
-    values: Table = {"spheres": tuple(made("sphere", _sphere)),
-                     "plates": tuple(made("rectangle", _rectangle) + made("disk", _disk))}
-    for kind, make in (("sky", _sky), ("sun", _sun), ("floor", _floor)):
+    shapes = [_within(f"{kind} {k + 1}", _SHAPES[kind], value, folder, materials)
+              for kind, entries in lists.items() for k, value in enumerate(entries)]
+    spheres, planar = by_family(shapes)
+    values: Table = {"spheres": tuple(spheres), "plates": tuple(planar)}
+    for kind, read in _SURROUNDINGS.items():
         if kind in table:
-            values[kind] = _within(kind, make, _table(table[kind], kind))
+            values[kind] = _within(kind, read, _table(table[kind], kind))
     if "ambient" in table:
         values["ambient"] = _colour(table, "ambient", most=math.inf)
     if "depth_range" in table:
@@ -209,6 +208,11 @@ def _disk(t: Table, folder: Path, materials: dict[str, lb.Material]) -> lb.Disk:
     _only(t, "a disk", ("centre", "normal", "radius", "material", *MOTION))
     return lb.Disk(_point(t, "centre"), _vector(t, "normal", needed=True)["normal"],
                    _length(_needed(t, "radius"), "radius"), _of(t, folder, materials), **_motion(t))
+
+
+# What a scene file may hold: the reader of each table. A new shape is one row
+_SURROUNDINGS: dict[str, Callable[[Table], Any]] = {"sky": _sky, "sun": _sun, "floor": _floor}
+_SHAPES: dict[str, Callable[..., Any]] = {"sphere": _sphere, "rectangle": _rectangle, "disk": _disk}
 
 
 def _motion(t: Table) -> Table:

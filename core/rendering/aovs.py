@@ -49,7 +49,8 @@ from lensbench.kernels.block import (
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.optics.block_trace import trace_step
 from lensbench.optics.prescription import Lens
-from lensbench.scenery.scene import SKY_DISTANCE, Scene
+from lensbench.scenery.intersect.sky import SKY_DISTANCE
+from lensbench.scenery.scene import Scene
 
 AOVS = ("direction", "origin", "time", "depth", "weight", "fate")
 AVERAGED = ("direction", "origin", "time", "depth")     # over the samples that arrive

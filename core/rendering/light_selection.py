@@ -25,7 +25,6 @@ from lensbench.rendering.specular_connection import (
     specular_objects,
     visible_lights,
 )
-from lensbench.scenery.objects import Disk, Sphere
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.small_lights import SmallLight, light_samples, mean_radiances, small_lights
 
@@ -173,8 +172,8 @@ def _candidates(scene: Scene, landing: FilmLanding, small: list[SmallLight], mir
     """The lights on their paths. lights: centres, radii and half-axes; paths: as of `_paths`."""
     centres, radii, axes = lights
     which, by, bounds = paths
-    is_ball = np.array([isinstance(scene.objects[light.number], Sphere) for light in small])
-    is_round = np.array([isinstance(scene.objects[light.number], Sphere | Disk) for light in small])
+    is_ball = np.array([scene.objects[light.number].family == "sphere" for light in small])
+    is_round = np.array([scene.objects[light.number].round for light in small])
     balls = np.zeros((len(which), 5))
     centres, axes = centres[which], [axis[which] for axis in axes]
     for k, mirror in enumerate(mirrors):

@@ -12,8 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from lensbench.scenery.intersect.planar import plate_frame
-from lensbench.scenery.objects import Sphere
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.shading.illumination import INDEX
 
@@ -45,12 +43,9 @@ def specular_objects(scene: Scene, rotation: np.ndarray, shift: np.ndarray) -> l
     for j, o in enumerate(scene.objects):
         if o.material.kind in ("metal", "glass") and not o.moves:
             metal = o.material.kind == "metal"
-            if isinstance(o, Sphere):
-                found.append(SpecularObject(j, metal, rotation @ o.centre + shift, o.radius, np.zeros((2, 3)), True))
-            else:
-                centre, a, b, _, disk = plate_frame(o)
-                axes = np.array([a, b]) @ rotation.T
-                found.append(SpecularObject(j, metal, rotation @ centre + shift, 0.0, axes, bool(disk)))
+            radius = o.bounding_radius if o.family == "sphere" else 0.0
+            axes = np.array(o.half_axes) @ rotation.T
+            found.append(SpecularObject(j, metal, rotation @ np.asarray(o.centre) + shift, radius, axes, o.round))
     return found
 
 

@@ -1,8 +1,8 @@
-"""What of a scene's lights is small: each a part of an object, to be followed from its own side.
+"""Small lights of a scene, which are traced from the light to the film.
 
-A plain light is one part. A plate whose picture shines is small in its bright
-patches, where these lie apart: windows of a house by night. Between its texels a picture
-is linear, so that it is the sum of one that holds the patches alone and one that holds the rest.
+A plain light is one small light. A rectangle with a luminous image has one for each bright patch, if the patches lie
+apart, as the windows of a house by night do. An image is linear between its texels, so that it is the sum of one that
+holds the patches alone and one that holds the rest.
 """
 
 import math
@@ -12,67 +12,66 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lensbench.scenery.objects import Image, Plate, Sphere, Triple, triple
+from lensbench.scenery.objects import Image, Shape, Triple, triple
 
-SMALL = 0.05            # radians: nothing whose radius seems larger is small
-BRIGHT = 0.05           # part of the brightest texel that makes another one bright
-MOST_TEXELS = 1 << 16   # of a picture that is searched for patches
-MOST_LIT = 0.3          # part of its area that its patches may cover together
+SMALL = 0.05            # radians: greatest angular radius of a small light
+BRIGHT = 0.05           # of the brightest texel: brighter texels belong to a patch
+MOST_TEXELS = 1 << 16   # of an image that is searched for patches
+MOST_LIT = 0.3          # greatest part of its area that the patches may cover together
 BLACK = (0.0, 0.0, 0.0)
-POINTS = 64             # that stand for a light in the first passes
+POINTS = 64             # samples of a light in the first passes
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
-Thing = Sphere | Plate
 Patch = tuple[int, int, int, int]       # of texels: first and last row, first and last column
 
 
 class SmallLight(NamedTuple):
-    """A light, or one bright patch of it. World frame, mm."""
+    """A light, or one bright patch of a luminous image. World frame, mm."""
 
-    number: int                 # of the object among the scene's
+    number: int                 # index of the shape in `Scene.objects`
     centre: Triple
-    radius: float               # of a sphere about it
-    right: Triple               # half-axes of a plate's part; of a sphere they are (0, 0, 0)
+    radius: float               # of a sphere around it
+    right: Triple               # half-axes of a planar light or patch; (0, 0, 0) for a sphere
     up: Triple
-    patch: Patch | None         # None: the whole of the object
+    patch: Patch | None         # None: the whole shape
 
 
 class ExcludedLight(NamedTuple):
-    """What the camera's rays do not see of a scene's light, for it is traced from its own side."""
+    """Light that the camera's rays do not see, because it is traced from the light."""
 
-    first: tuple[Thing, ...]    # the objects as a ray meets them first
-    bends: frozenset[int]       # numbers of those after which
-    later: tuple[Thing, ...]    # it meets them so
+    first: tuple[Shape, ...]    # the shapes as a ray from the camera sees them
+    bends: frozenset[int]       # indices of the shapes whose reflections show the others as `later`
+    later: tuple[Shape, ...]    # the shapes as they are seen there
 
 
-def small_lights(objects: tuple[Thing, ...], place=BLACK) -> list[SmallLight]:
-    """Those that seem small from this place of the world (mm)."""
+def small_lights(objects: tuple[Shape, ...], place=BLACK) -> list[SmallLight]:
+    """Lights that are small as seen from a place in the world (mm)."""
     return [light for light in _all(objects) if light.radius < SMALL * math.dist(light.centre, place)]
 
 
 @lru_cache(maxsize=16)
-def _all(objects: tuple[Thing, ...]) -> tuple[SmallLight, ...]:
+def _all(objects: tuple[Shape, ...]) -> tuple[SmallLight, ...]:
     lights: list[SmallLight] = []
     for j, o in enumerate(objects):
         if not o.material.shines or o.moves:
             continue
-        if isinstance(o, Sphere):
-            lights.append(SmallLight(j, o.centre, o.radius, BLACK, BLACK, None))
-        elif o.material.pattern is None:
-            lights.append(SmallLight(j, o.centre, math.hypot(*o.right) + math.hypot(*o.up), o.right, o.up, None))
+        if o.material.pattern is None:
+            right, up = o.half_axes
+            radius = math.hypot(*right) + math.hypot(*up) or o.bounding_radius
+            lights.append(SmallLight(j, o.centre, radius, right, up, None))
         elif o.material.pattern.image is not None and not o.round:
             lights += [_patch(j, o, patch) for patch in _patches(o.material.pattern.image)]
     return tuple(lights)
 
 
-def _patch(number: int, plate: Plate, patch: Patch) -> SmallLight:
-    """All that the texels of a patch shed light on: as far as to the middles of their neighbours."""
+def _patch(number: int, plate: Shape, patch: Patch) -> SmallLight:
+    """The part of an image that the texels of a patch brighten, up to the middles of their neighbours."""
     assert plate.material.pattern is not None and plate.material.pattern.image is not None
     image = plate.material.pattern.image
     top, bottom, left, right = patch
     u0, u1 = ((np.clip([left - 0.5, right + 1.5], 0.0, image.width) / image.width) * 2.0 - 1.0)
     v1, v0 = (1.0 - (np.clip([top - 0.5, bottom + 1.5], 0.0, image.height) / image.height) * 2.0)
-    a, b = np.asarray(plate.right), np.asarray(plate.up)
+    a, b = (np.asarray(axis) for axis in plate.half_axes)
     half_a, half_b = a * ((u1 - u0) / 2.0), b * ((v1 - v0) / 2.0)
     centre = np.asarray(plate.centre) + a * ((u0 + u1) / 2.0) + b * ((v0 + v1) / 2.0)
     return SmallLight(number, triple(centre), float(np.linalg.norm(half_a) + np.linalg.norm(half_b)), triple(half_a),
@@ -81,14 +80,14 @@ def _patch(number: int, plate: Plate, patch: Patch) -> SmallLight:
 
 @lru_cache(maxsize=64)
 def _patches(image: Image) -> tuple[Patch, ...]:
-    """Boxes about the bright texels of a picture that lie apart, two dark ones at the least between them; or none."""
+    """Boxes around the bright texels of an image, at least two dark texels apart; none if they do not lie apart."""
     if image.width * image.height > MOST_TEXELS:
         return ()
     values = image.values.max(2)
     lit = values > BRIGHT * values.max()
     if not lit.any() or lit.mean() > MOST_LIT:
         return ()
-    # Runs of bright texels grow into boxes, and boxes that come within two texels of each other into one
+    # Grow runs of bright texels into boxes, and merge boxes within two texels of each other
     boxes: list[list[int]] = []
     for line in range(image.height):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], lit[line], [0]])))
@@ -108,9 +107,9 @@ def _patches(image: Image) -> tuple[Patch, ...]:
 
 
 @lru_cache(maxsize=16)
-def split_light(objects: tuple[Thing, ...],
-                taken: tuple[SmallLight, ...]) -> tuple[tuple[Thing, ...], tuple[Thing, ...]]:
-    """The objects without the light of those that are taken, and with that light alone."""
+def split_light(objects: tuple[Shape, ...],
+                taken: tuple[SmallLight, ...]) -> tuple[tuple[Shape, ...], tuple[Shape, ...]]:
+    """The shapes without the light of some small lights, and with that light alone."""
     parts: dict[int, list[Patch | None]] = {}
     for light in taken:
         parts.setdefault(light.number, []).append(light.patch)
@@ -137,35 +136,35 @@ def split_light(objects: tuple[Thing, ...],
 
 
 @lru_cache(maxsize=16)
-def light_samples(objects: tuple[Thing, ...]) -> dict[SmallLight, np.ndarray]:
-    """Points of each small light, see `points_of`, in single precision."""
+def light_samples(objects: tuple[Shape, ...]) -> dict[SmallLight, np.ndarray]:
+    """Samples of each small light, see `samples_of`, in single precision."""
     return {light: samples_of(objects[light.number], light).astype(np.float32) for light in _all(objects)}
 
 
 @lru_cache(maxsize=16)
-def mean_radiances(objects: tuple[Thing, ...]) -> dict[SmallLight, float]:
+def mean_radiances(objects: tuple[Shape, ...]) -> dict[SmallLight, float]:
     """The mean radiance of each small light, of its brightest channel."""
     return {light: float(points[:, 2:].mean(0).max()) for light, points in light_samples(objects).items()}
 
 
-def samples_of(thing: Thing, light: SmallLight) -> np.ndarray:
-    """(POINTS, 5): places of a light from −1 to 1 along its half-axes, or in the unit disk, and the radiance of each.
+def samples_of(thing: Shape, light: SmallLight) -> np.ndarray:
+    """Samples of a light, (POINTS, 5): place from −1 to 1 along its half-axes, or in the unit disk, and radiance.
 
-    The places are as dense as the light is bright, and the radiance as much less than the light's own: the mean over
-    the points of any function of the place, times the radiance, is that over the light.
+    The density of the places is proportional to the radiance of the light, and their radiance is divided by it: the
+    mean over the samples of any function of the place, times the radiance, is the mean over the light.
     """
     k = np.arange(POINTS)
     u, v = (k + 0.5) / POINTS, (k * GOLDEN + 0.5) % 1.0
     colour = np.asarray(thing.material.colour, float)
     pattern = thing.material.pattern
     if pattern is None:
-        if isinstance(thing, Sphere) or thing.round:
+        if thing.round:
             radius, turn = np.sqrt(u), 2.0 * math.pi * v
             places = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
         else:
             places = 2.0 * np.column_stack([u, v]) - 1.0
         return np.column_stack([places, np.tile(colour, (POINTS, 1))])
-    # Of a patch: as its texels are bright, each reaching to the middles of its neighbours
+    # Interpolate the texels of a patch, each of which reaches to the middles of its neighbours
     assert light.patch is not None and pattern.image is not None
     top, bottom, left, right = light.patch
     image = pattern.image
@@ -176,7 +175,7 @@ def samples_of(thing: Thing, light: SmallLight) -> np.ndarray:
     down = np.maximum(1.0 - np.abs(y[:, None] - np.arange(bottom - top + 1)), 0.0)
     over = np.maximum(1.0 - np.abs(x[:, None] - np.arange(right - left + 1)), 0.0)
     for weights, at, first, size in ((down, y, top, image.height), (over, x, left, image.width)):
-        if first == 0:                                          # a texel at the border reaches out to it
+        if first == 0:                                          # a texel at the border reaches it
             weights[at < 0.0, 0] = 1.0
         if first + weights.shape[1] == size:
             weights[at > weights.shape[1] - 1, -1] = 1.0
@@ -184,7 +183,7 @@ def samples_of(thing: Thing, light: SmallLight) -> np.ndarray:
     within_y, within_x = (y > -0.5) & (y < image.height - 0.5), (x > -0.5) & (x < image.width - 0.5)
     shine = np.einsum("ia,jb,abc->ijc", down[within_y], over[within_x], texels)
     bright = shine.sum(2)
-    # By the inverse of the cumulative, over the lines and then along each
+    # Invert the cumulative distribution, over the lines and then along each
     many = np.cumsum(bright.sum(1)) / bright.sum()
     i = np.searchsorted(many, u).clip(0, len(many) - 1)
     along = np.cumsum(bright, 1) / bright.sum(1, keepdims=True)
@@ -195,12 +194,12 @@ def samples_of(thing: Thing, light: SmallLight) -> np.ndarray:
 
 
 @lru_cache(maxsize=16)
-def with_unit_radiance(objects: tuple[Thing, ...]) -> tuple[Thing, ...]:
-    """The same, but every light all over of radiance 1."""
+def with_unit_radiance(objects: tuple[Shape, ...]) -> tuple[Shape, ...]:
+    """The shapes with every light of uniform radiance 1."""
     return tuple(replace(o, material=replace(o.material, colour=(1.0, 1.0, 1.0), pattern=None))
                  if o.material.shines else o for o in objects)
 
 
-def _darkened(light: Thing) -> Thing:
-    """The same, but black."""
+def _darkened(light: Shape) -> Shape:
+    """A light with radiance 0."""
     return replace(light, material=replace(light.material, colour=BLACK, pattern=None))

@@ -1,4 +1,4 @@
-"""Shapes put together from flat pieces: lengths in mm, in the world."""
+"""Groups of rectangles: boxes, bars, spokes and rings. Lengths in mm, world frame."""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from lensbench.scenery.objects import Material, Rectangle, Triple, across, tripl
 
 
 def box(x0: float, x1: float, y0: float, y1: float, z0: float, z1: float, material: Material) -> list[Rectangle]:
-    """The six faces between two corners."""
+    """The six faces of a box between two corners."""
     cx, cy, cz, a, b, c = (x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2, (x1 - x0) / 2, (y1 - y0) / 2, (z1 - z0) / 2
     faces = []
     for s in (-1.0, 1.0):
@@ -20,7 +20,7 @@ def box(x0: float, x1: float, y0: float, y1: float, z0: float, z1: float, materi
 
 
 def bar(start: Triple, end: Triple, width: float, towards: Triple, material: Material) -> Rectangle:
-    """A flat bar between two points, its broad side towards a third."""
+    """A flat bar between two points whose broad side faces a third."""
     way = np.subtract(end, start)
     middle = np.add(start, end) / 2.0
     side = unit(np.cross(way, np.subtract(towards, middle)))
@@ -29,7 +29,7 @@ def bar(start: Triple, end: Triple, width: float, towards: Triple, material: Mat
 
 def spokes(centre: Triple, axis: Triple, inner: float, outer: float, count: int, width: float,
            materials: Sequence[Material], tilt: float = 0.0) -> list[Rectangle]:
-    """Blades from one radius to another about an axis, the materials in turn; tilt: each about its own length (rad)."""
+    """Blades between two radii about an axis, with the materials in turn, each tilted about its length (rad)."""
     right, up = across(axis)
     blades = []
     for k in range(count):
@@ -42,7 +42,7 @@ def spokes(centre: Triple, axis: Triple, inner: float, outer: float, count: int,
 
 
 def ring(centre: Triple, axis: Triple, radius: float, count: int, width: float, material: Material) -> list[Rectangle]:
-    """A flat ring of so many straight pieces."""
+    """A flat ring of `count` straight pieces."""
     right, up = across(axis)
     half = math.pi / count
     pieces = []

@@ -12,13 +12,14 @@ from lensbench.scenery.objects import (
     Floor,
     Material,
     Pattern,
-    Plate,
     Rectangle,
+    Shape,
     Sky,
     Sphere,
     Sun,
     Triple,
     across,
+    by_family,
     triple,
     unit,
 )
@@ -29,10 +30,10 @@ RED, CREAM, TEAL = (0.62, 0.05, 0.035), (0.80, 0.70, 0.50), (0.02, 0.30, 0.32)
 YELLOW, BLUE, ROSE = (0.85, 0.55, 0.05), (0.05, 0.12, 0.45), (0.70, 0.22, 0.25)
 WARM = (15.0, 9.5, 4.2)
 
-Things = list[Sphere | Plate]
+Things = list[Shape]
 
 
-def _moving(things: Iterable[Sphere | Plate], velocity: Triple = (0.0, 0.0, 0.0), spin: Triple = (0.0, 0.0, 0.0),
+def _moving(things: Iterable[Shape], velocity: Triple = (0.0, 0.0, 0.0), spin: Triple = (0.0, 0.0, 0.0),
             pivot: Triple | None = None) -> Things:
     return [replace(thing, velocity=velocity, spin=spin, pivot=pivot) for thing in things]
 
@@ -147,10 +148,10 @@ def fairground() -> Scene:
         *_pinwheel((-205.0, 42.0, -1150.0), 84.0, 4.0, [RED, CREAM], (0.25, 0.05, 1.0)),
         *_pinwheel((-330.0, 5.0, -1370.0), 66.0, -2.7, [TEAL, YELLOW], (0.1, 0.0, 1.0)),
         *_pinwheel((330.0, 15.0, -1330.0), 62.0, 3.3, [BLUE, ROSE, CREAM, YELLOW], (-0.3, 0.0, 1.0))]
+    spheres, planar = by_family(things)
     return Scene(
         "fairground", sky=Sky((0.03, 0.09, 0.30), (0.34, 0.38, 0.46), (0.16, 0.13, 0.11)),
         sun=Sun((-0.66, 0.40, 0.50), (2.3, 1.45, 0.74), math.radians(1.0)),
         floor=Floor(GROUND, 58.0, (0.34, 0.235, 0.15), (0.26, 0.175, 0.11), turn=math.radians(45.0)),
-        spheres=tuple(thing for thing in things if isinstance(thing, Sphere)),
-        plates=tuple(thing for thing in things if not isinstance(thing, Sphere)),
+        spheres=tuple(spheres), plates=tuple(planar),
         ambient=(0.05, 0.05, 0.06), depth_range=(700.0, 8000.0))

@@ -19,7 +19,23 @@ SCENES = tuple(_MAKERS)
 
 @cache
 def builtin_scene(name: str) -> Scene:
-    """The scene of that name: one of SCENES, or "benchmark"; SceneError where there is none."""
+    """Built-in scene of a name.
+
+    Parameters
+    ----------
+    name : str
+        One of `SCENES`, or "benchmark".
+
+    Returns
+    -------
+    Scene
+        Laid out in mm for a camera at the world's origin that looks along −z, y up.
+
+    Raises
+    ------
+    SceneError
+        If no scene has this name.
+    """
     if name == "benchmark":
         return benchmark_scene()
     if name not in _MAKERS:

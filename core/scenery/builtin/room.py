@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from lensbench.scenery.builtin.composites import box
-from lensbench.scenery.objects import Disk, Image, Material, Pattern, Plate, Rectangle, Sky, Sphere, Sun, Triple
+from lensbench.scenery.objects import Disk, Image, Material, Pattern, Rectangle, Sky, Sphere, Sun, Triple
+from lensbench.scenery.objects.planar import Planar
 from lensbench.scenery.scene import Scene
 
 LEFT, RIGHT, GROUND, TOP, BACK, BEHIND = -1900.0, 2100.0, -1150.0, 1450.0, -5200.0, 1500.0     # mm
@@ -70,7 +71,7 @@ def room() -> Scene:
                  turn=math.radians(12.0))]
     # a sideboard under the picture, the table before the camera, and what stands on them
     sideboard = box(-1450.0, 250.0, GROUND, -420.0, BACK + 20.0, BACK + 480.0, Material((0.22, 0.12, 0.055)))
-    table: list[Plate] = [Disk((60.0, -205.0, -1250.0), (0.0, 1.0, 0.0), 560.0, lacquer),
+    table: list[Planar] = [Disk((60.0, -205.0, -1250.0), (0.0, 1.0, 0.0), 560.0, lacquer),
              *box(20.0, 100.0, GROUND, -206.0, -1290.0, -1210.0, ebony)]
     things = (
         Sphere((-95.0, -205.0 + 62.0, -1160.0), 62.0, Material((0.60, 0.045, 0.03), "coat")),

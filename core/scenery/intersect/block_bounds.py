@@ -1,8 +1,7 @@
-"""What a whole block of rays can reach: a few comparisons for an object in place of B.
+"""Bounds of a whole block of rays, so that one comparison for an object replaces B.
 
-A block is a compact piece of the picture, so its rays fill a thin pyramid, and
-the points that they meet a small box. Least and greatest values are taken of
-whole numbers, for the order of such sums does not matter and they run in full registers.
+A block is a compact piece of the picture, so its rays fill a thin pyramid, the *beam*, and its shadow rays a small
+box. Minima and maxima are taken of integers: their order does not matter, and they run in full vector registers.
 """
 
 import math
@@ -32,24 +31,27 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.layout import offsets, vector
 
 FINE = 1048576.0        # steps of a slope
 STEPS = 8.0             # steps of a millimetre
 MOST = 1 << 30
 
+# Numbers of a beam, in the row BEAM. KNOWN: 1, or 0 where the rays diverge too far; ORIGIN: a point (mm), with unit
+# axes FORWARD, UPWARD, RIGHTWARD. In that frame, over all rays: REAR, where the rearmost begins (mm); VERTICAL and
+# HORIZONTAL, each an interval of places at ORIGIN and one of slopes
+KNOWN, ORIGIN, FORWARD, UPWARD, RIGHTWARD, REAR, VERTICAL, HORIZONTAL, _ = offsets(1, 3, 3, 3, 3, 1, 4, 4)
+LEAST, GREATEST, LEAST_SLOPE, GREATEST_SLOPE = range(4)
+
 
 @stage
 def beam(lanes, p, key):
-    """The pyramid of the block's rays between two pairs of planes: 22 numbers in the row BEAM, for `outside`.
-
-    0: 1 where there is such a beam, 0 where the rays look too far apart; 1 … 3 a point; 4 … 12 unit axes forward,
-    up and right; then for all rays, in that frame, where the rearmost begins (mm), the least and the greatest height
-    at the point (mm), the least and the greatest slope, and the same four to the right.
-    """
+    """Bound the rays of the block by two pairs of planes: the row BEAM, read by `beam_misses`."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, out = row[X], row[Y], row[Z], row[L], row[M], row[N], row[BEAM]
-    # the frame of a ray in the middle, or of the first one that has a direction
+
+    # Take the frame of a ray in the middle, or of the first one that has a direction
     k = B // 2
     if not dx[k] * dx[k] + dy[k] * dy[k] + dz[k] * dz[k] > real(0.5):
         k = 0
@@ -57,10 +59,11 @@ def beam(lanes, p, key):
             k += 1
     ox, oy, oz, fx, fy, fz = x[k], y[k], z[k], dx[k], dy[k], dz[k]
     level = math.sqrt(fx * fx + fz * fz)
-    turn = real(1) / level if level > real(1e-3) else real(0)
-    rx, rz = (-fz * turn, fx * turn) if level > real(1e-3) else (real(1), real(0))
+    per = real(1) / level if level > real(1e-3) else real(0)
+    rx, rz = (-fz * per, fx * per) if level > real(1e-3) else (real(1), real(0))
     ux, uy, uz = -fy * rz, rz * fx - rx * fz, rx * fy
-    # of origins and directions what lies along the axes; a lane without a direction is as the first one is
+
+    # Bound the components of origins and directions; a lane without a direction counts as the first one
     most, least = np.int32(MOST), np.int32(-MOST)
     rear, front, low, high, left, right = most, least, most, least, most, least
     slow, flat, steep, west, east = most, most, least, most, least
@@ -83,54 +86,66 @@ def beam(lanes, p, key):
         flat, steep = min(flat, n), max(steep, n)
         n = np.int32(across if there else real(0))
         west, east = min(west, n), max(east, n)
-    # a number that is too large has become the least or the greatest of all, as the processor has it
+
+    # Write the beam; a number out of the integers' range was converted to the least of all
     known = (min(rear, low, left, flat, west) > least) & (max(front, high, right, steep, east) < most)
-    out[0] = real(1) if known & (slow > np.int32(0.1 * FINE)) else real(0)
-    out[1], out[2], out[3], out[4], out[5], out[6] = ox, oy, oz, fx, fy, fz
-    out[7], out[8], out[9], out[10], out[11], out[12] = ux, uy, uz, rx, real(0), rz
+    out[KNOWN] = real(1) if known & (slow > np.int32(0.1 * FINE)) else real(0)
+    out[ORIGIN], out[ORIGIN + 1], out[ORIGIN + 2] = ox, oy, oz
+    out[FORWARD], out[FORWARD + 1], out[FORWARD + 2] = fx, fy, fz
+    out[UPWARD], out[UPWARD + 1], out[UPWARD + 2] = ux, uy, uz
+    out[RIGHTWARD], out[RIGHTWARD + 1], out[RIGHTWARD + 2] = rx, real(0), rz
     begin, end = _widened(real, rear, front, STEPS)
-    out[13] = begin
-    _side(real, out[14:], begin, end, fine / real(slow), low, high, flat, steep)
-    _side(real, out[18:], begin, end, fine / real(slow), left, right, west, east)
+    out[REAR] = begin
+    _interval(real, out[VERTICAL:], begin, end, fine / real(slow), low, high, flat, steep)
+    _interval(real, out[HORIZONTAL:], begin, end, fine / real(slow), left, right, west, east)
 
 
 @njit(inline="always")
 def _widened(real, low, high, steps):
-    """Least and greatest number, by as much more as was rounded away."""
+    """Least and greatest number, widened by what rounding to integers removed."""
     return (real(low) - real(2)) * real(1 / steps), (real(high) + real(2)) * real(1 / steps)
 
 
 @njit(inline="always")
-def _side(real, out, begin, end, per, low, high, flat, steep):
-    """Heights as they are at the point, of places from begin to end, and slopes of directions 1 … 1 / per forward."""
+def _interval(real, out, begin, end, per, low, high, flat, steep):
+    """Places projected to ORIGIN from between begin and end, and slopes of directions 1 … 1 / per forward."""
     low, high = _widened(real, low, high, STEPS)
     flat, steep = _widened(real, flat, steep, FINE)
     flat, steep = min(flat, flat * per), max(steep, steep * per)
     a, b, c, d = begin * flat, begin * steep, end * flat, end * steep
-    out[0], out[1], out[2], out[3] = low - max(a, b, c, d), high - min(a, b, c, d), flat, steep
+    out[LEAST], out[GREATEST] = low - max(a, b, c, d), high - min(a, b, c, d)
+    out[LEAST_SLOPE], out[GREATEST_SLOPE] = flat, steep
 
 
 @stage
 def beam_misses(seen, cx, cy, cz, half_f, half_u, half_r):
-    """Whether no ray of a `beam`, its row, can meet a box: its centre, its half-widths along forward, up and right."""
-    ax, ay, az = cx - seen[1], cy - seen[2], cz - seen[3]
-    f = ax * seen[4] + ay * seen[5] + az * seen[6]
-    u = ax * seen[7] + ay * seen[8] + az * seen[9]
-    r = ax * seen[10] + az * seen[12]
+    """Whether no ray of a `beam` (its row) meets a box: its centre, and half-widths forward, upward and rightward."""
+    (ox, oy, oz), (fx, fy, fz), (ux, uy, uz) = vector(seen, ORIGIN), vector(seen, FORWARD), vector(seen, UPWARD)
+    ax, ay, az = cx - ox, cy - oy, cz - oz
+    f = ax * fx + ay * fy + az * fz
+    u = ax * ux + ay * uy + az * uz
+    r = ax * seen[RIGHTWARD] + az * seen[RIGHTWARD + 2]
     near, far = f - half_f, f + half_f
-    down = seen[14] + min(near * seen[16], far * seen[16], near * seen[17], far * seen[17])
-    up = seen[15] + max(near * seen[16], far * seen[16], near * seen[17], far * seen[17])
-    left = seen[18] + min(near * seen[20], far * seen[20], near * seen[21], far * seen[21])
-    right = seen[19] + max(near * seen[20], far * seen[20], near * seen[21], far * seen[21])
-    missed = (down > u + half_u) | (up < u - half_u) | (left > r + half_r) | (right < r - half_r) | (far < seen[13])
-    return missed & (seen[0] > 0)                                   # NaN, from an endless box: not outside
+    low, high = _between(seen, VERTICAL, near, far)
+    left, right = _between(seen, HORIZONTAL, near, far)
+    missed = ((low > u + half_u) | (high < u - half_u) | (left > r + half_r) | (right < r - half_r)
+              | (far < seen[REAR]))
+    return missed & (seen[KNOWN] > 0)                               # NaN, from an endless box: not missed
+
+
+@njit(inline="always")
+def _between(seen, k, near, far):
+    """Least and greatest place of the rays, from near to far in front of ORIGIN."""
+    least, greatest = seen[k + LEAST_SLOPE], seen[k + GREATEST_SLOPE]
+    return (seen[k + LEAST] + min(near * least, far * least, near * greatest, far * greatest),
+            seen[k + GREATEST] + max(near * least, far * least, near * greatest, far * greatest))
 
 
 @stage
 def shadow_bounds(lanes):
-    """The box round the lit points A0 A1 A2 and the points of the light that they see: lows (3), highs (3), in mm.
+    """Box around the shadow rays of the block: its least x, y, z and its greatest, in mm.
 
-    A point of the light lies from there along A3 A4 A5 at the distance A6, no farther than 1 km.
+    Rays begin at the lit points A0 A1 A2 and end at the light, along A3 A4 A5 at the distance A6, at most 1 km.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -156,14 +171,14 @@ def shadow_bounds(lanes):
 
 @stage
 def boxes_disjoint(box, cx, cy, cz, half_x, half_y, half_z):
-    """Whether a box has nothing in common with another: its centre and half-widths."""
+    """Whether a box is disjoint from another, given by its centre and half-widths."""
     return ((cx + half_x < box[0]) | (cx - half_x > box[3]) | (cy + half_y < box[1]) | (cy - half_y > box[4])
             | (cz + half_z < box[2]) | (cz - half_z > box[5]))
 
 
 @stage
 def plane_misses(box, cx, cy, cz, ux, uy, uz):
-    """Whether a box lies wholly on one side of a plane: a point of the plane and its unit normal."""
+    """Whether a box lies entirely on one side of a plane, given by a point c and its unit normal u."""
     mx, my, mz = (box[0] + box[3]) / 2 - cx, (box[1] + box[4]) / 2 - cy, (box[2] + box[5]) / 2 - cz
     half = (abs(ux) * (box[3] - box[0]) + abs(uy) * (box[4] - box[1]) + abs(uz) * (box[5] - box[2])) / 2
     return abs(mx * ux + my * uy + mz * uz) > half

@@ -1,8 +1,9 @@
-"""A checkered floor without end."""
+"""An endless checkered floor."""
 
 import math
 
 import numpy as np
+from numba import njit
 
 from lensbench.kernels.block import (
     A0,
@@ -28,7 +29,13 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.scenery.shading.pattern_filter import filtered_contrast, footprint_stretch
+from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.scenery.shading.pattern_filter import checker_contrast, footprint_stretch, parity
+
+# AXIS_A, AXIS_B: unit axes along the tiles over the tile's edge (1/mm); SHIFT in tiles; COLOUR: mean of the two
+# colours; HALF_DIFFERENCE: of the light colour and the dark; PER_TILE: 1 / the tile's edge (1/mm)
+NORMAL, HEIGHT, AXIS_A, AXIS_B, SHIFT, COLOUR, HALF_DIFFERENCE, COAT, PER_TILE, FLOOR = offsets(
+    3, 1, 3, 3, 2, 3, 3, 1, 1)
 
 
 def floor_axes(floor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -43,29 +50,43 @@ def floor_axes(floor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def floor_parameters(floor) -> np.ndarray:
-    """What the stage `floor` reads."""
+    """Parameters of the stage `floor`."""
     normal, a, b = floor_axes(floor)
     light, dark = np.array(floor.light), np.array(floor.dark)
-    return np.array([*normal, floor.height, *(a / floor.tile), *(b / floor.tile), *floor.offset,
-                     *(light + dark) / 2, *(light - dark) / 2, floor.gloss, 1.0 / floor.tile])
+    return pack(FLOOR, {NORMAL: normal, HEIGHT: floor.height, AXIS_A: a / floor.tile, AXIS_B: b / floor.tile,
+                        SHIFT: floor.offset, COLOUR: (light + dark) / 2, HALF_DIFFERENCE: (light - dark) / 2,
+                        COAT: floor.gloss, PER_TILE: 1.0 / floor.tile})
+
+
+@njit(inline="always")
+def tile_side(real, hx, hy, hz, dx, dy, dz, steep, wide, a_axis, b_axis, a0, b0, tile):
+    """Colour of the floor at a point h seen along d, from −1 (dark) to 1 (light), averaged over the footprint.
+
+    steep: 1 / (normal · d); wide: side of the pixel there, in tiles.
+    """
+    ax, ay, az = a_axis
+    bx, by, bz = b_axis
+    a, b = a0 + ax * hx + ay * hy + az * hz, b0 + bx * hx + by * hy + bz * hz
+    wide_a = wide * footprint_stretch(real, (ax * dx + ay * dy + az * dz) * tile, steep)
+    wide_b = wide * footprint_stretch(real, (bx * dx + by * dy + bz * dz) * tile, steep)
+    odd = parity(real, np.floor(a) + np.floor(b))
+    return (real(4) * odd - real(1)) * checker_contrast(real, a, b, wide_a, wide_b)
 
 
 @stage
 def floor(lanes, p, key):
-    """Offer the floor where it is nearer; it is seen from above only.
-
-    p: unit normal (3), distance from the origin along it (mm), two unit axes over the tile's edge (6, 1/mm), their
-    offsets (2, tiles), mean colour (3), half the difference of the colours (3), gloss, 1 / the tile's edge.
-    """
+    """Intersect rays with the floor, visible from above only; the nearest surface stays.  p: floor_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, glow, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
-    red, green, blue, foot, spread = row[RED], row[GREEN], row[BLUE], row[PIXEL_SIDE], row[PIXEL_SPREAD]
-    ux, uy, uz, height = p[0], p[1], p[2], p[3]
-    ax, ay, az, bx, by, bz, a0, b0 = p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11]
-    mr, mg, mb, hr, hg, hb, shine, per = p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19]
+    depth, emits, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
+    red, green, blue, side, spread = row[RED], row[GREEN], row[BLUE], row[PIXEL_SIDE], row[PIXEL_SPREAD]
+    (ux, uy, uz), height, a_axis, b_axis = vector(p, NORMAL), p[HEIGHT], vector(p, AXIS_A), vector(p, AXIS_B)
+    a0, b0, (mr, mg, mb), (hr, hg, hb) = p[SHIFT], p[SHIFT + 1], vector(p, COLOUR), vector(p, HALF_DIFFERENCE)
+    coat, per = p[COAT], p[PER_TILE]
     tile, met, slant = real(1) / per, row[A0], row[A1]
+
+    # Find the distance at which each ray meets the floor, 0 where it does not
     many = np.int32(0)
     for i in range(B):
         steep = real(1) / (ux * dx[i] + uy * dy[i] + uz * dz[i])
@@ -75,26 +96,20 @@ def floor(lanes, p, key):
         many = np.int32(many + np.int32(hit))
     if many == 0:
         return
+
+    # Record the surface there, its tiles averaged over the footprint
     for i in range(B):
         t, steep = met[i], slant[i]
         hit = t > real(0)
         hx, hy, hz = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
-        a, b = a0 + ax * hx + ay * hy + az * hz, b0 + bx * hx + by * hy + bz * hz
-        k = np.floor(a) + np.floor(b)
-        odd = k * real(0.5) - np.floor(k * real(0.5))
-        # as sharp as the footprint is narrow
-        wide = abs(foot[i] + t * spread[i]) * per
-        wide_a = wide * footprint_stretch(real, (ax * dx[i] + ay * dy[i] + az * dz[i]) * tile, steep)
-        wide_b = wide * footprint_stretch(real, (bx * dx[i] + by * dy[i] + bz * dz[i]) * tile, steep)
-        sharp = filtered_contrast(real, abs(a - np.floor(a + real(0.5))), wide_a) * filtered_contrast(
-            real, abs(b - np.floor(b + real(0.5))), wide_b)
-        side = (real(4) * odd - real(1)) * sharp
+        wide = abs(side[i] + t * spread[i]) * per
+        light = tile_side(real, hx, hy, hz, dx[i], dy[i], dz[i], steep, wide, a_axis, b_axis, a0, b0, tile)
         depth[i] = t if hit else depth[i]
-        glow[i] = real(0) if hit else glow[i]
-        gloss[i] = shine if hit else gloss[i]
+        emits[i] = real(0) if hit else emits[i]
+        gloss[i] = coat if hit else gloss[i]
         nx[i] = ux if hit else nx[i]
         ny[i] = uy if hit else ny[i]
         nz[i] = uz if hit else nz[i]
-        red[i] = mr + side * hr if hit else red[i]
-        green[i] = mg + side * hg if hit else green[i]
-        blue[i] = mb + side * hb if hit else blue[i]
+        red[i] = mr + light * hr if hit else red[i]
+        green[i] = mg + light * hg if hit else green[i]
+        blue[i] = mb + light * hb if hit else blue[i]

@@ -1,40 +1,56 @@
-"""The sky, the farthest thing there is: a gradient of three colours, and the sun's disk.
+"""The sky, the farthest surface: a gradient of three colours, and the sun's disk.
 
-Radiance along a unit direction whose part along `up` is m:
+Radiance along a unit direction whose component along `up` is m:
 horizon + m (zenith − horizon) for m ≥ 0, and `ground` below the horizon.
 """
 
 import math
 
 import numpy as np
+from numba import njit
 
 from lensbench.kernels.block import BLUE, DEPTH, EMITS, GLOSS, GREEN, NX, NY, NZ, RED, B, L, M, N, rows, stage
+from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.scenery.values import unit
 
 FAR = 1e9               # mm: DEPTH of the sky
+SKY_DISTANCE = 1e8      # mm: what is farther counts as the sky
+ZENITH, HORIZON, GROUND, UP, SKY = offsets(3, 3, 3, 3)
+DIRECTION, CHORD2, RADIANCE, SUN_DISK = offsets(3, 1, 3)
 
 
 def sky_parameters(sky) -> np.ndarray:
-    """Radiance at zenith, horizon and ground (9), unit up (3)."""
-    up = np.asarray(sky.up, np.float64)
-    return np.array([*sky.zenith, *sky.horizon, *sky.ground, *(up / math.sqrt(up @ up))])
+    """Radiances and unit up direction of a `Sky`."""
+    return pack(SKY, {ZENITH: sky.zenith, HORIZON: sky.horizon, GROUND: sky.ground, UP: unit(sky.up)})
+
+
+def sun_disk_parameters(sun, radius: float) -> np.ndarray:
+    """Direction, squared chord and radiance of a `Sun` shown as a disk of this angular radius (radians)."""
+    return pack(SUN_DISK, {DIRECTION: unit(sun.direction), CHORD2: (2.0 * math.sin(radius / 2)) ** 2,
+                           RADIANCE: np.asarray(sun.colour) / math.sin(radius) ** 2})
+
+
+@njit(inline="always")
+def gradient(p, k):
+    """Coefficients of the sky at p[k …]: radiance at the horizon, its change to the zenith, ground, up; 3 each."""
+    (zr, zg, zb), (r, g, b) = vector(p, k + ZENITH), vector(p, k + HORIZON)
+    return (r, g, b), (zr - r, zg - g, zb - b), vector(p, k + GROUND), vector(p, k + UP)
 
 
 @stage
 def sky(lanes, p, key):
-    """Nothing nearer than the sky.  p: sky_parameters."""
+    """Begin the intersection of rays: each sees the sky.  p: sky_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz = row[L], row[M], row[N]
-    depth, glow, gloss = row[DEPTH], row[EMITS], row[GLOSS]
+    depth, emits, gloss = row[DEPTH], row[EMITS], row[GLOSS]
     nx, ny, nz = row[NX], row[NY], row[NZ]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
-    r, g, b, dr, dg, db = p[3], p[4], p[5], p[0] - p[3], p[1] - p[4], p[2] - p[5]
-    gr, gg, gb = p[6], p[7], p[8]
-    ux, uy, uz = p[9], p[10], p[11]
+    (r, g, b), (dr, dg, db), (gr, gg, gb), (ux, uy, uz) = gradient(p, 0)
     for i in range(B):
         up = ux * dx[i] + uy * dy[i] + uz * dz[i]
         above = up >= real(0)
-        depth[i], glow[i], gloss[i] = real(FAR), real(1), real(0)
+        depth[i], emits[i], gloss[i] = real(FAR), real(1), real(0)
         nx[i], ny[i], nz[i] = real(0), real(0), real(0)
         red[i] = r + up * dr if above else gr
         green[i] = g + up * dg if above else gg
@@ -43,13 +59,13 @@ def sky(lanes, p, key):
 
 @stage
 def sun_disk(lanes, p, key):
-    """The sun on the sky, directly after it.  p: unit direction (3), (2 sin of half its angular radius)², radiance (3).
+    """Draw the sun on the sky, directly after `sky`.  p: sun_disk_parameters.
 
-    The chord |d − s| is exact in float32 where the cosine of so small an angle is not.
+    The squared chord |d − s|² = (2 sin α/2)² is exact in float32 where the cosine of so small an angle α is not.
     """
     row = rows(lanes)
     dx, dy, dz, red, green, blue = row[L], row[M], row[N], row[RED], row[GREEN], row[BLUE]
-    sx, sy, sz, chord2, r, g, b = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
+    (sx, sy, sz), chord2, (r, g, b) = vector(p, DIRECTION), p[CHORD2], vector(p, RADIANCE)
     for i in range(B):
         ax, ay, az = dx[i] - sx, dy[i] - sy, dz[i] - sz
         seen = ax * ax + ay * ay + az * az < chord2

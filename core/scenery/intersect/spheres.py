@@ -1,7 +1,8 @@
 """Spheres, seen from outside: one stage for all of them.
 
-Most spheres are far from every ray of a block: each is first held against the
-block's beam, then against every ray, and only one that some ray crosses is offered.
+Most spheres are far from every ray of a block. Each is first compared with the block's beam, then with every ray, and
+only a sphere that some ray crosses is intersected. Many spheres are packed in groups of neighbours, each with a
+sphere around it that is compared in the same way.
 """
 
 import math
@@ -15,10 +16,8 @@ from lensbench.kernels.block import (
     BLUE,
     DEPTH,
     EMITS,
-    GLASS,
     GLOSS,
     GREEN,
-    METAL,
     NX,
     NY,
     NZ,
@@ -33,20 +32,18 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.layout import offsets, pack, vector
 from lensbench.scenery.intersect.block_bounds import beam_misses
+from lensbench.scenery.intersect.quadrics import closest_approach
 
-SPHERE = 10             # numbers per sphere: centre (3), radius², radius, colour (3), glow, gloss
-GROUP = 6               # numbers before a group: a sphere round it (centre, radius², radius), how many spheres
+# A sphere begins as a group does, whose COUNT spheres follow its own numbers
+CENTRE, RADIUS2, RADIUS, COLOUR, EMISSION, COAT, SPHERE = offsets(3, 1, 1, 3, 1, 1)
+COUNT, GROUP = RADIUS + 1, RADIUS + 2
 CROWD = 8               # a group is split until it holds no more
 
 
-def gloss_of(material, radius: float = 0.0) -> float:
-    """The value of GLOSS: 0 matte, (0, 1] a coat, METAL, or GLASS + radius (mm; 0 for a pane)."""
-    return {"coat": material.gloss, "metal": METAL, "glass": GLASS + radius}.get(material.kind, 0.0)
-
-
 def _groups(seen: np.ndarray, which: np.ndarray) -> list[np.ndarray]:
-    """Those that lie together, halved along the widest of three coordinates (n, 3)."""
+    """Groups of neighbours, halved along the widest of three coordinates (n, 3)."""
     if len(which) <= CROWD:
         return [which]
     order = which[np.argsort(seen[which, np.argmax(np.ptp(seen[which], 0))], kind="stable")]
@@ -54,66 +51,73 @@ def _groups(seen: np.ndarray, which: np.ndarray) -> list[np.ndarray]:
     return _groups(seen, order[:half]) + _groups(seen, order[half:])
 
 
-def sphere_parameters(spheres, glows=None) -> np.ndarray:
-    """What the stage `spheres` reads: groups of neighbours as seen from the origin, each with its spheres.
+def sphere_parameters(spheres, emission=None) -> np.ndarray:
+    """Parameters of the stage `spheres`: groups of neighbours as seen from the origin, each with its spheres.
 
-    glows: the EMITS of each, in place of 1 for what shines and 0 for what does not.
+    emission: value of the row EMITS for each sphere; by default 1 where it shines and 0 elsewhere.
     """
-    glows = [float(s.material.shines) for s in spheres] if glows is None else glows
-    packed: list[float] = []
+    emission = [float(s.material.shines) for s in spheres] if emission is None else emission
+    packed: list[np.ndarray] = []
     seen = np.array([(s.centre[0], s.centre[1], 0.0) for s in spheres])
     distance = np.array([math.dist(s.centre, (0.0, 0.0, 0.0)) + s.radius for s in spheres])
     seen /= distance[:, None]
     seen[:, 2] = np.log(distance)
-    all_of_them = np.arange(len(spheres))
-    groups = _groups(seen, all_of_them) if len(spheres) > 2 * CROWD else [all_of_them]
+    everything = np.arange(len(spheres))
+    groups = _groups(seen, everything) if len(spheres) > 2 * CROWD else [everything]
     for group in groups:
         centres = np.array([spheres[j].centre for j in group])
         middle = (centres.min(0) + centres.max(0)) / 2
         reach = max(math.dist(spheres[j].centre, middle) + spheres[j].radius for j in group) * (1.0 + 1e-5)
-        packed += [*middle, math.inf if len(groups) == 1 else reach**2, reach, len(group)]
+        packed.append(pack(GROUP, {CENTRE: middle, RADIUS2: math.inf if len(groups) == 1 else reach**2, RADIUS: reach,
+                                   COUNT: len(group)}))
         for j in group:
             s = spheres[j]
-            packed += [*s.centre, s.radius**2, s.radius, *s.material.colour, glows[j], gloss_of(s.material, s.radius)]
-    return np.array(packed)
+            packed.append(pack(SPHERE, {CENTRE: s.centre, RADIUS2: s.radius**2, RADIUS: s.radius,
+                                        COLOUR: s.material.colour, EMISSION: emission[j],
+                                        COAT: s.material.gloss_code(s.radius)}))
+    return np.concatenate(packed)
 
 
 @stage
 def spheres(lanes, p, key):
-    """Offer the spheres where they are nearer, after `beam`.  p: sphere_parameters."""
+    """Intersect rays with spheres, after `beam`; the nearest surface stays.  p: sphere_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, glow, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
+    depth, emits, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
     red, green, blue, ahead, inside = row[RED], row[GREEN], row[BLUE], row[A0], row[A1]
     seen = row[BEAM]
     s, left = 0, 0
     while s < p.size:
         heading = left == 0
-        cx, cy, cz, r2, radius = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4]
+        (cx, cy, cz), r2, radius = vector(p, s + CENTRE), p[s + RADIUS2], p[s + RADIUS]
+
+        # Skip a sphere or a whole group that the block's beam misses
         if beam_misses(seen, cx, cy, cz, radius, radius, radius):
-            s += SPHERE if not heading else GROUP + SPHERE * int(p[s + 5])
+            s += SPHERE if not heading else GROUP + SPHERE * int(p[s + COUNT])
             left -= 0 if heading else 1
             continue
-        # how far from the centre each ray passes
+
+        # Find the closest approach of each ray to the centre
         crossed = np.int32(0)
         for i in range(B):
-            ax, ay, az = cx - x[i], cy - y[i], cz - z[i]
-            along = ax * dx[i] + ay * dy[i] + az * dz[i]
-            ox, oy, oz = ax - along * dx[i], ay - along * dy[i], az - along * dz[i]
-            room = r2 - (ox * ox + oy * oy + oz * oz)
+            along, miss2 = closest_approach(cx - x[i], cy - y[i], cz - z[i], dx[i], dy[i], dz[i])
+            room = r2 - miss2
             ahead[i], inside[i] = along, room
             crossed = np.int32(crossed + np.int32(room > real(0)))
-        # a group: into it, or past it
+
+        # Enter or skip a group
         if heading:
-            left = int(p[s + 5])
+            left = int(p[s + COUNT])
             s += GROUP
             if crossed == 0:
                 s += left * SPHERE
                 left = 0
             continue
+
+        # Record the front of the sphere where it is the nearest surface
         scale = real(1) / radius
-        r, g, b, shine, coat = p[s + 5], p[s + 6], p[s + 7], p[s + 8], p[s + 9]
+        (r, g, b), emission, coat = vector(p, s + COLOUR), p[s + EMISSION], p[s + COAT]
         s += SPHERE
         left -= 1
         if crossed == 0:
@@ -128,5 +132,5 @@ def spheres(lanes, p, key):
             red[i] = r if hit else red[i]
             green[i] = g if hit else green[i]
             blue[i] = b if hit else blue[i]
-            glow[i] = shine if hit else glow[i]
+            emits[i] = emission if hit else emits[i]
             gloss[i] = coat if hit else gloss[i]

@@ -1,8 +1,7 @@
-"""A clear coat: what it mirrors of the lights, the sky and the floor, without noise.
+"""Smooth clear coats: what they reflect of the lights, the sky and the floor, without noise.
 
-Other objects are not mirrored. A coat of gloss 1, and glass, shows the lights
-sharply; a lesser gloss spreads them over facets whose slopes have the width
-α = 1 − gloss, in closed form, so that a lamp far away is a long streak on wet ground.
+Other shapes are not reflected. A coat of gloss 1, and glass, reflects the lights sharply; a lower gloss spreads them
+over facets (`rough_clearcoat`).
 """
 
 import math
@@ -48,57 +47,70 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.scenery.intersect.planar import plate_frame
-from lensbench.scenery.shading.illumination import F0
-from lensbench.scenery.shading.pattern_filter import filtered_contrast, footprint_stretch
+from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.scenery.intersect import floor as ground
+from lensbench.scenery.intersect.floor import tile_side
+from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
+from lensbench.scenery.intersect.sky import CHORD2, DIRECTION, RADIANCE, SKY, SUN_DISK, gradient
+from lensbench.scenery.shading.illumination import F0, schlick_edge
 
-SHARP = 0.999           # gloss from which a coat shows lights sharply
-PANEL, BULB = 16, 7       # numbers per plate and per sphere that shine
-LIGHTS = 46             # numbers before them
+SHARP = 0.999           # gloss from which a coat reflects lights sharply
+
+# Switches, number of planar lights; then SURROUND: the sky's numbers, FLOOR: the floor's, FLOOR_LIGHT: irradiance / π
+# on the floor, SUN: the sun's disk; then the lights
+IS_LAST, HAS_FLOOR, HAS_SUN, PLANAR_LIGHTS, SURROUND, FLOOR, FLOOR_LIGHT, SUN, LIGHTS = offsets(
+    1, 1, 1, 1, SKY, ground.FLOOR, 3, SUN_DISK)
+CENTRE, NORMAL, AXIS_U, AXIS_V, IS_DISK, COLOUR, PANEL = offsets(3, 3, 3, 3, 1, 3)
+_, RADIUS2, BULB_COLOUR, BULB = offsets(3, 1, 3)
 
 
-def clearcoat_parameters(sky, floor, floor_light, sun, panels, bulbs, last) -> np.ndarray:
-    """What `clearcoat` reads.
+def clearcoat_parameters(sky, floor, floor_light, sun, spheres, planar, last) -> np.ndarray:
+    """Parameters of `clearcoat`.
 
     sky: sky_parameters; floor: floor_parameters or None, with floor_light, the irradiance / π on it (3); sun:
-    direction, chord², radiance (7) or None; panels, bulbs: plates and spheres that shine; last: a path ends here, and
-    metal mirrors as a coat does.
+    sun_disk_parameters or None; spheres, planar: lights; last: the path ends here, and metal reflects as a coat does.
     """
-    packed = [np.array([float(last), float(floor is not None), float(sun is not None), len(panels)]), sky]
-    packed.append(np.zeros(20) if floor is None else floor)
-    packed.append(np.asarray(floor_light, np.float64))
-    packed.append(np.zeros(7) if sun is None else sun)
-    return np.concatenate([*packed, reflected_parameters(panels, bulbs)])
+    return np.concatenate([
+        pack(LIGHTS, {IS_LAST: float(last), HAS_FLOOR: float(floor is not None), HAS_SUN: float(sun is not None),
+                      PLANAR_LIGHTS: len(planar), SURROUND: sky, FLOOR: np.zeros(1) if floor is None else floor,
+                      FLOOR_LIGHT: floor_light, SUN: np.zeros(1) if sun is None else sun}),
+        reflected_parameters(spheres, planar)])
 
 
-def reflected_parameters(panels, bulbs) -> np.ndarray:
-    """What `sharp_lights` reads: PANEL numbers for each plate that shines, BULB for each sphere."""
-    packed = [np.zeros(0)]
-    for plate in panels:
-        centre, a, b, normal, disk = plate_frame(plate)
-        packed.append(np.array([*centre, *normal, *(a / (a @ a)), *(b / (b @ b)), disk, *plate.material.colour]))
-    for s in bulbs:
-        packed.append(np.array([*s.centre, s.radius**2, *s.material.colour]))
-    return np.concatenate(packed)
+def reflected_parameters(spheres, planar) -> np.ndarray:
+    """Parameters of `sharp_lights`: PANEL numbers for each planar light, then BULB for each sphere."""
+    return np.concatenate([np.zeros(0), *(o.reflection_numbers() for o in (*planar, *spheres))])
+
+
+def planar_reflection(shape) -> np.ndarray:
+    """A planar light as `sharp_lights` reads it."""
+    centre, a, b, normal = shape.frame
+    return pack(PANEL, {CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
+                        IS_DISK: float(shape.round), COLOUR: shape.material.colour})
+
+
+def sphere_reflection(sphere) -> np.ndarray:
+    """A spherical light as `sharp_lights` reads it."""
+    return pack(BULB, {CENTRE: sphere.centre, RADIUS2: sphere.radius**2, BULB_COLOUR: sphere.material.colour})
 
 
 @stage
 def clearcoat(lanes, p, key):
-    """Add what sharp coats and glass mirror; an albedo under a coat gets what the coat lets in.
+    """Add what sharp coats and glass reflect; an albedo under a coat gets what the coat transmits.
 
     p: clearcoat_parameters.
     """
     if sharp_open(lanes, p) == 0:
         return
-    sharp_lights(lanes, p[LIGHTS:], int(p[3]))
+    sharp_lights(lanes, p[LIGHTS:], int(p[PLANAR_LIGHTS]))
     sharp_close(lanes, p)
 
 
 @stage
 def sharp_open(lanes, p):
-    """The ray that a coat mirrors, A0 … A5, what it meets of sky, floor and sun, A6 A7 A8, and how far off, A9.
+    """Reflect the rays, A0 … A5, and find what they see of sky, floor and sun, A6 A7 A8, at the distance A9.
 
-    Returns how many lanes of the block mirror anything; 0: nothing is done.
+    Returns how many lanes of the block reflect anything; nothing is done if none does.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -106,17 +118,16 @@ def sharp_open(lanes, p):
     depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
     hx, hy, hz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     r, g, b, near = row[A6], row[A7], row[A8], row[A9]
-    last, tiled, sunny = p[0] > real(0), p[1] > real(0), p[2] > real(0)
+    last = p[IS_LAST] > real(0)
     many = np.int32(0)
     for i in range(B):
         many = np.int32(many + np.int32((gloss[i] >= real(SHARP)) & ((gloss[i] < real(METAL)) | last |
                                                                      (gloss[i] >= real(GLASS)))))
     if many == 0:
         return many
-    # the mirrored ray, and the sky where it goes
-    k = 4
-    zr, zg, zb, er, eg, eb = p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5]
-    gr, gg, gb, ux, uy, uz = p[k + 6], p[k + 7], p[k + 8], p[k + 9], p[k + 10], p[k + 11]
+
+    # Reflect the ray, and look up the sky in its direction
+    (er, eg, eb), (zr, zg, zb), (gr, gg, gb), (ux, uy, uz) = gradient(p, SURROUND)
     for i in range(B):
         t = depth[i]
         hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
@@ -125,37 +136,15 @@ def sharp_open(lanes, p):
         up = ux * mx + uy * my + uz * mz
         above = up >= real(0)
         wx[i], wy[i], wz[i], near[i] = mx, my, mz, real(math.inf)
-        r[i] = er + up * (zr - er) if above else gr
-        g[i] = eg + up * (zg - eg) if above else gg
-        b[i] = eb + up * (zb - eb) if above else gb
-    k = 16
-    if tiled:
-        ux, uy, uz, height = p[k], p[k + 1], p[k + 2], p[k + 3]
-        ax, ay, az, bx, by, bz = p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8], p[k + 9]
-        a0, b0, per = p[k + 10], p[k + 11], p[k + 19]
-        tile, foot, spread = real(1) / per, row[PIXEL_SIDE], row[PIXEL_SPREAD]
-        fr, fg, fb, qr, qg, qb = p[k + 12], p[k + 13], p[k + 14], p[k + 15], p[k + 16], p[k + 17]
-        er, eg, eb = p[k + 20], p[k + 21], p[k + 22]
-        for i in range(B):
-            steep = real(1) / (ux * wx[i] + uy * wy[i] + uz * wz[i])
-            t = (height - (ux * hx[i] + uy * hy[i] + uz * hz[i])) * steep
-            hit = (t > real(0)) & (steep < real(0))
-            px, py, pz = hx[i] + t * wx[i], hy[i] + t * wy[i], hz[i] + t * wz[i]
-            at_a, at_b = a0 + ax * px + ay * py + az * pz, b0 + bx * px + by * py + bz * pz
-            odd = np.floor(at_a) + np.floor(at_b)
-            wide = abs(foot[i] + (t + depth[i]) * spread[i]) * per
-            wide_a = wide * footprint_stretch(real, (ax * wx[i] + ay * wy[i] + az * wz[i]) * tile, steep)
-            wide_b = wide * footprint_stretch(real, (bx * wx[i] + by * wy[i] + bz * wz[i]) * tile, steep)
-            side = (real(4) * (odd * real(0.5) - np.floor(odd * real(0.5))) - real(1)) * filtered_contrast(
-                real, abs(at_a - np.floor(at_a + real(0.5))), wide_a) * filtered_contrast(
-                real, abs(at_b - np.floor(at_b + real(0.5))), wide_b)
-            near[i] = t if hit else near[i]
-            r[i] = er * (fr + side * qr) if hit else r[i]
-            g[i] = eg * (fg + side * qg) if hit else g[i]
-            b[i] = eb * (fb + side * qb) if hit else b[i]
-    k = 39
-    if sunny:
-        ux, uy, uz, chord2, er, eg, eb = p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5], p[k + 6]
+        r[i] = er + up * zr if above else gr
+        g[i] = eg + up * zg if above else gg
+        b[i] = eb + up * zb if above else gb
+    if p[HAS_FLOOR] > real(0):
+        _reflect_floor(lanes, p[FLOOR:], p[FLOOR_LIGHT:])
+
+    # Show the sun where nothing hides it
+    if p[HAS_SUN] > real(0):
+        (ux, uy, uz), chord2, (er, eg, eb) = vector(p, SUN + DIRECTION), p[SUN + CHORD2], vector(p, SUN + RADIANCE)
         for i in range(B):
             ax, ay, az = wx[i] - ux, wy[i] - uy, wz[i] - uz
             hit = (ax * ax + ay * ay + az * az < chord2) & (near[i] == real(math.inf))
@@ -166,36 +155,55 @@ def sharp_open(lanes, p):
 
 
 @stage
+def _reflect_floor(lanes, p, light):
+    """Show the floor to the reflected rays, under a uniform irradiance / π `light` (3).  p: floor_parameters."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    depth, side, spread = row[DEPTH], row[PIXEL_SIDE], row[PIXEL_SPREAD]
+    hx, hy, hz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
+    r, g, b, near = row[A6], row[A7], row[A8], row[A9]
+    (ux, uy, uz), height, per = vector(p, ground.NORMAL), p[ground.HEIGHT], p[ground.PER_TILE]
+    a_axis, b_axis, a0, b0 = vector(p, ground.AXIS_A), vector(p, ground.AXIS_B), p[ground.SHIFT], p[ground.SHIFT + 1]
+    (fr, fg, fb), (qr, qg, qb) = vector(p, ground.COLOUR), vector(p, ground.HALF_DIFFERENCE)
+    (er, eg, eb), tile = vector(light, 0), real(1) / per
+    for i in range(B):
+        steep = real(1) / (ux * wx[i] + uy * wy[i] + uz * wz[i])
+        t = (height - (ux * hx[i] + uy * hy[i] + uz * hz[i])) * steep
+        hit = (t > real(0)) & (steep < real(0))
+        px, py, pz = hx[i] + t * wx[i], hy[i] + t * wy[i], hz[i] + t * wz[i]
+        wide = abs(side[i] + (t + depth[i]) * spread[i]) * per
+        bright = tile_side(real, px, py, pz, wx[i], wy[i], wz[i], steep, wide, a_axis, b_axis, a0, b0, tile)
+        near[i] = t if hit else near[i]
+        r[i] = er * (fr + bright * qr) if hit else r[i]
+        g[i] = eg * (fg + bright * qg) if hit else g[i]
+        b[i] = eb * (fb + bright * qb) if hit else b[i]
+
+
+@stage
 def sharp_lights(lanes, p, panels):
-    """Offer lights to the mirrored ray where they are nearer.  p: reflected_parameters."""
+    """Show lights to the reflected ray where they are nearer.  p: reflected_parameters, of which `panels` planar."""
     real = lanes.dtype.type
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     r, g, b, near = row[A6], row[A7], row[A8], row[A9]
     end = PANEL * panels
     for s in range(0, end, PANEL):
-        cx, cy, cz, ux, uy, uz = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5]
-        ax, ay, az, bx, by, bz, disk = p[s + 6], p[s + 7], p[s + 8], p[s + 9], p[s + 10], p[s + 11], p[s + 12]
-        er, eg, eb = p[s + 13], p[s + 14], p[s + 15]
+        (cx, cy, cz), (ux, uy, uz) = vector(p, s + CENTRE), vector(p, s + NORMAL)
+        (ax, ay, az), (bx, by, bz), disk = vector(p, s + AXIS_U), vector(p, s + AXIS_V), p[s + IS_DISK]
+        er, eg, eb = vector(p, s + COLOUR)
         for i in range(B):
-            ox, oy, oz = hx[i] - cx, hy[i] - cy, hz[i] - cz
-            t = -(ox * ux + oy * uy + oz * uz) / (wx[i] * ux + wy[i] * uy + wz[i] * uz)
-            qx, qy, qz = ox + t * wx[i], oy + t * wy[i], oz + t * wz[i]
-            qa, qb = qx * ax + qy * ay + qz * az, qx * bx + qy * by + qz * bz
-            a2, b2 = qa * qa, qb * qb
-            most = a2 if a2 > b2 else b2
-            hit = (most + disk * (a2 + b2 - most) <= real(1)) & (t > real(0)) & (t < near[i])
+            t, qa, qb = plane_point(hx[i] - cx, hy[i] - cy, hz[i] - cz, wx[i], wy[i], wz[i], ux, uy, uz,
+                                    ax, ay, az, bx, by, bz)
+            hit = inside_edge(real, qa, qb, disk) & (t > real(0)) & (t < near[i])
             near[i] = t if hit else near[i]
             r[i] = er if hit else r[i]
             g[i] = eg if hit else g[i]
             b[i] = eb if hit else b[i]
     for s in range(end, p.size, BULB):
-        cx, cy, cz, r2, er, eg, eb = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6]
+        (cx, cy, cz), r2, (er, eg, eb) = vector(p, s + CENTRE), p[s + RADIUS2], vector(p, s + BULB_COLOUR)
         for i in range(B):
-            ax, ay, az = cx - hx[i], cy - hy[i], cz - hz[i]
-            along = ax * wx[i] + ay * wy[i] + az * wz[i]
-            ox, oy, oz = ax - along * wx[i], ay - along * wy[i], az - along * wz[i]
-            hit = (ox * ox + oy * oy + oz * oz < r2) & (along > real(0)) & (along < near[i])
+            along, miss2 = closest_approach(cx - hx[i], cy - hy[i], cz - hz[i], wx[i], wy[i], wz[i])
+            hit = (miss2 < r2) & (along > real(0)) & (along < near[i])
             near[i] = along if hit else near[i]
             r[i] = er if hit else r[i]
             g[i] = eg if hit else g[i]
@@ -204,19 +212,16 @@ def sharp_lights(lanes, p, panels):
 
 @stage
 def sharp_close(lanes, p):
-    """As much of what is mirrored as Fresnel's reflectance (Schlick 1994)."""
+    """Add what is reflected (A6 A7 A8) times Schlick's reflectance."""
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, gloss, nx, ny, nz = row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ]
     red, green, blue, tr, tg, tb, sr, sg, sb = (row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB],
                                                 row[SR], row[SG], row[SB])
     r, g, b = row[A6], row[A7], row[A8]
-    last = p[0] > real(0)
+    last = p[IS_LAST] > real(0)
     for i in range(B):
-        cosine = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
-        edge = real(1) - (cosine if cosine > real(0) else real(0))
-        edge2 = edge * edge
-        edge5 = edge2 * edge2 * edge
+        edge5 = schlick_edge(real, -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i]))
         f = real(F0) + real(1 - F0) * edge5
         metal = (gloss[i] >= real(METAL)) & (gloss[i] < real(GLASS))
         coated = (gloss[i] >= real(SHARP)) & (gloss[i] < real(METAL))

@@ -1,8 +1,8 @@
 """Light on surfaces: the sky's and the ambient light, and the bookkeeping of a path.
 
-Without shadows, mirrors and lamps all of it is one stage, `daylight`. Otherwise
-a round of stages is: what is met (the objects), `clearcoat`, `gather_emission`, then each
-light adds to the sum S, then perhaps `specular_bounce` and the next round; `finish_path` ends.
+Without shadows, mirrors and lamps all of it is one stage, `daylight`. Otherwise a path is a round of stages: the
+intersections, the coats, `gather_emission`, then each light adds to the sum S; `specular_bounce` begins the next
+round, and `finish_path` ends the last.
 """
 
 import math
@@ -43,84 +43,114 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.layout import offsets, vector
+from lensbench.scenery.intersect.sky import SKY, gradient
 
 # ∫ (w·u)₊ (w·n)₊ dw / π over the cosine of the angle between u and n: a quartic, exact at −1, 0 and 1, within 0.002
 RISE0, RISE1, RISE2, RISE4 = 2 / (3 * math.pi), 1 / 3, 1 / (3 * math.pi), 1 / 3 - 1 / math.pi
 INDEX = 1.5             # of glass and coats
 F0 = ((INDEX - 1) / (INDEX + 1)) ** 2
 
-POINT = 10              # numbers of a lamp that casts no shadows
-BENDS, SMALL = -1.0, 2.0        # EMITS of what bends a path away from small lights, and of one of those lights
+# Light from everywhere: the sky's numbers, then the AMBIENT radiance. Spheres that occlude the sky follow, or lamps
+_, AMBIENT, SURROUND = offsets(SKY, 3)
+CENTRE, RADIUS2, OCCLUDER = offsets(3, 1)
+# `daylight`, after SURROUND
+SUN_DIRECTION, SUN_IRRADIANCE, DAYLIGHT = SURROUND, SURROUND + 3, SURROUND + 6
+# A lamp without shadows. POINT_AREA: unit normal times area / π; POINT_RADIUS2: of a sphere, else 0
+POINT_PLACE, POINT_AREA, POINT_RADIUS2, POINT_LIGHT, POINT = offsets(3, 3, 1, 3)
+BENDS, SMALL = -1.0, 2.0        # EMITS of a shape that deflects paths from small lights, and of such a light
+
+
+@njit(inline="always")
+def schlick_edge(real, cosine):
+    """(1 − cos θ)⁵ of Schlick's reflectance F0 + (1 − F0) (1 − cos θ)⁵ (Schlick 1994)."""
+    edge = real(1) - (cosine if cosine > real(0) else real(0))
+    edge2 = edge * edge
+    return edge2 * edge2 * edge
+
+
+@njit(inline="always")
+def rise(real, up):
+    """Share of the difference zenith − horizon in the irradiance on a surface whose normal has this part along up."""
+    return real(RISE0) + up * (real(RISE1) + up * (real(RISE2) + up * up * real(RISE4)))
+
+
+@njit(inline="always")
+def irradiance(real, p):
+    """Coefficients of the irradiance / π of sky and ambient light, 3 each.
+
+    Mean, its change with the height of the normal, difference zenith − horizon, up.
+    """
+    (r, g, b), change, (gr, gg, gb), up = gradient(p, 0)
+    ar, ag, ab = vector(p, AMBIENT)
+    half = real(0.5)
+    return ((ar + half * (r + gr), ag + half * (g + gg), ab + half * (b + gb)),
+            (half * (r - gr), half * (g - gg), half * (b - gb)), change, up)
 
 
 @stage
 def daylight(lanes, p, key):
-    """Sky and sun without shadows, in one: RED, GREEN, BLUE become radiance.
-
-    p: sky_parameters (12), ambient radiance (3), direction to the sun (3, unit), its irradiance / π (3).
-    """
+    """Turn albedo into radiance under sky, ambient light and sun without shadows.  p: DAYLIGHT numbers."""
     real = lanes.dtype.type
     row = rows(lanes)
-    glow, nx, ny, nz = row[EMITS], row[NX], row[NY], row[NZ]
+    emits, nx, ny, nz = row[EMITS], row[NX], row[NY], row[NZ]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
-    zr, zg, zb = p[0] - p[3], p[1] - p[4], p[2] - p[5]
-    half = real(0.5)
-    er, eg, eb = p[12] + half * (p[3] + p[6]), p[13] + half * (p[4] + p[7]), p[14] + half * (p[5] + p[8])
-    dr, dg, db = half * (p[3] - p[6]), half * (p[4] - p[7]), half * (p[5] - p[8])
-    ux, uy, uz, sx, sy, sz, sr, sg, sb = p[9], p[10], p[11], p[15], p[16], p[17], p[18], p[19], p[20]
+    (er, eg, eb), (dr, dg, db), (zr, zg, zb), (ux, uy, uz) = irradiance(real, p)
+    (sx, sy, sz), (sr, sg, sb) = vector(p, SUN_DIRECTION), vector(p, SUN_IRRADIANCE)
     for i in range(B):
         up = ux * nx[i] + uy * ny[i] + uz * nz[i]
-        rise = real(RISE0) + up * (real(RISE1) + up * (real(RISE2) + up * up * real(RISE4)))
+        high = rise(real, up)
         slant = sx * nx[i] + sy * ny[i] + sz * nz[i]
         slant = slant if slant > real(0) else real(0)
-        shine = glow[i] > real(0)
-        red[i] *= real(1) if shine else er + up * dr + rise * zr + slant * sr
-        green[i] *= real(1) if shine else eg + up * dg + rise * zg + slant * sg
-        blue[i] *= real(1) if shine else eb + up * db + rise * zb + slant * sb
+        shines = emits[i] > real(0)
+        red[i] *= real(1) if shines else er + up * dr + high * zr + slant * sr
+        green[i] *= real(1) if shines else eg + up * dg + high * zg + slant * sg
+        blue[i] *= real(1) if shines else eb + up * db + high * zb + slant * sb
 
 
 @stage
 def begin_path(lanes, p, key):
-    """A path starts: it carries all of its light (T = 1) and has gathered none (S = 0)."""
+    """Begin a path: full throughput (T = 1), no radiance gathered (S = 0)."""
     real = lanes.dtype.type
     row = rows(lanes)
-    tr, tg, tb, sr, sg, sb, bent = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[SPECULAR]
+    tr, tg, tb, sr, sg, sb, specular = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[SPECULAR]
     for i in range(B):
-        bent[i] = real(0)
+        specular[i] = real(0)
         tr[i], tg[i], tb[i] = real(1), real(1), real(1)
         sr[i], sg[i], sb[i] = real(0), real(0), real(0)
 
 
 @stage
 def gather_emission(lanes, p, key):
-    """Take what is met into the path's account.
+    """Add emission to S, weight albedo by the throughput T, and tint T at metal and glass.
 
-    Emission goes to S, but that of a SMALL light where the path is SPECULAR. Albedo becomes T · albedo, what a unit of
-    irradiance / π adds to S. Metal and glass tint T (Schlick's reflectance; a ball's two transmissions (1 − F)²,
-    a pane's (1 − F) / (1 + F)) and have no albedo.
+    The emission of a SMALL light is left out where the path is SPECULAR. Albedo becomes T · albedo, what a unit of
+    irradiance / π adds to S. Metal and glass have none: T is multiplied by Schlick's reflectance, by the two
+    transmissions (1 − F)² of a ball, or by (1 − F) / (1 + F) of a pane.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, nx, ny, nz = row[L], row[M], row[N], row[NX], row[NY], row[NZ]
-    glow, gloss, red, green, blue = row[EMITS], row[GLOSS], row[RED], row[GREEN], row[BLUE]
-    tr, tg, tb, sr, sg, sb, bent = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[SPECULAR]
+    emits, gloss, red, green, blue = row[EMITS], row[GLOSS], row[RED], row[GREEN], row[BLUE]
+    tr, tg, tb, sr, sg, sb, specular = row[TR], row[TG], row[TB], row[SR], row[SG], row[SB], row[SPECULAR]
+
+    # Add emission, weight albedo
     mirrors = np.int32(0)
     for i in range(B):
         r, g, b = red[i] * tr[i], green[i] * tg[i], blue[i] * tb[i]
-        shine = glow[i] > real(0)
-        seen = shine & (glow[i] + bent[i] < real(SMALL + 1))
+        shines = emits[i] > real(0)
+        seen = shines & (emits[i] + specular[i] < real(SMALL + 1))
         sr[i] += r if seen else real(0)
         sg[i] += g if seen else real(0)
         sb[i] += b if seen else real(0)
-        red[i], green[i], blue[i] = real(0) if shine else r, real(0) if shine else g, real(0) if shine else b
+        red[i], green[i], blue[i] = real(0) if shines else r, real(0) if shines else g, real(0) if shines else b
         mirrors = np.int32(mirrors + np.int32(gloss[i] >= real(METAL)))
     if mirrors == 0:
         return
+
+    # Tint the throughput at metal and glass
     for i in range(B):
-        cosine = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
-        edge = real(1) - (cosine if cosine > real(0) else real(0))
-        edge2 = edge * edge
-        edge5 = edge2 * edge2 * edge
+        edge5 = schlick_edge(real, -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i]))
         f = real(F0) + real(1 - F0) * edge5
         clear = (real(1) - f) * (real(1) - f) if gloss[i] > real(GLASS) else (real(1) - f) / (real(1) + f)
         mirror, glass = gloss[i] >= real(METAL), gloss[i] >= real(GLASS)
@@ -135,7 +165,7 @@ def gather_emission(lanes, p, key):
 
 @stage
 def finish_path(lanes, p, key):
-    """RED, GREEN, BLUE: what the path has gathered."""
+    """RED, GREEN, BLUE: the radiance that the path has gathered."""
     row = rows(lanes)
     red, green, blue, sr, sg, sb = row[RED], row[GREEN], row[BLUE], row[SR], row[SG], row[SB]
     for i in range(B):
@@ -144,7 +174,7 @@ def finish_path(lanes, p, key):
 
 @stage
 def count_lit(lanes):
-    """How many lanes of the block have an albedo that light can fall on."""
+    """Number of lanes of the block that have an albedo."""
     real = lanes.dtype.type
     row = rows(lanes)
     red, green, blue = row[RED], row[GREEN], row[BLUE]
@@ -156,16 +186,16 @@ def count_lit(lanes):
 
 @stage
 def ambient(lanes, p, key):
-    """Add the light of the sky and the ambient light, less what spheres near by hold off in closed form.
+    """Add the light of the sky and the ambient light, less what spheres occlude, in closed form.
 
     A sphere of radius r at distance d, its centre at the angle θ from the normal, covers cos θ r²/d² of the
-    irradiance of a uniform sky (exact where it stands wholly above the surface's horizon); several multiply.
-    p: sky_parameters (12), ambient radiance (3), then 4 for each sphere: centre, radius² (glass: a part of it).
+    irradiance of a uniform sky (exact where it lies entirely above the surface's horizon); several multiply.
+    p: SURROUND numbers, then OCCLUDER for each sphere.
     """
     if count_lit(lanes) == 0:
         return
     sky_begin(lanes)
-    sky_occlusion(lanes, p[15:])
+    sky_occlusion(lanes, p[SURROUND:])
     add_sky(lanes, p)
 
 
@@ -173,8 +203,8 @@ def ambient(lanes, p, key):
 def open_light(lanes, p, key):
     """Add the light of the sky, the ambient light and that of lamps, each as a point at its middle, without shadows.
 
-    A plate gives L cos θ cos θ′ A / (π d²), a sphere by its solid angle, L cos θ · 2 (1 − cos θm). p: the 15 numbers of
-    `ambient`, then POINT for each lamp: its middle, unit normal times area / π, radius² (a plate: 0), radiance.
+    A planar lamp gives L cos θ cos θ′ A / (π d²), a sphere by its solid angle L cos θ · 2 (1 − cos θm).
+    p: SURROUND numbers, then POINT for each lamp.
     """
     if count_lit(lanes) == 0:
         return
@@ -184,9 +214,9 @@ def open_light(lanes, p, key):
     row = rows(lanes)
     nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
     hx, hy, hz, sr, sg, sb = row[A0], row[A1], row[A2], row[SR], row[SG], row[SB]
-    for s in range(15, p.size, POINT):
-        cx, cy, cz, ux, uy, uz, r2, er, eg, eb = (p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6],
-                                                  p[s + 7], p[s + 8], p[s + 9])
+    for s in range(SURROUND, p.size, POINT):
+        (cx, cy, cz), (ux, uy, uz) = vector(p, s + POINT_PLACE), vector(p, s + POINT_AREA)
+        r2, (er, eg, eb) = p[s + POINT_RADIUS2], vector(p, s + POINT_LIGHT)
         if r2 > real(0):
             for i in range(B):
                 qx, qy, qz = cx - hx[i], cy - hy[i], cz - hz[i]
@@ -212,7 +242,7 @@ def open_light(lanes, p, key):
 
 @stage
 def sky_begin(lanes):
-    """A0, A1, A2: the points that are lit; A3, the part of the sky's light that reaches them: all of it."""
+    """A0, A1, A2: the points that are lit; A3, the part of the sky's light that reaches them: 1."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, depth = row[X], row[Y], row[Z], row[L], row[M], row[N], row[DEPTH]
@@ -224,19 +254,19 @@ def sky_begin(lanes):
 
 @stage
 def sky_occlusion(lanes, p):
-    """A3, less what spheres hold off; p: 4 for each, as `ambient` has them."""
+    """Multiply A3 by what spheres leave of the sky.  p: OCCLUDER numbers for each."""
     real = lanes.dtype.type
     row = rows(lanes)
     nx, ny, nz, hx, hy, hz, free = row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2], row[A3]
-    for s in range(0, p.size, 4):
-        cx, cy, cz, r2 = p[s], p[s + 1], p[s + 2], p[s + 3]
+    for s in range(0, p.size, OCCLUDER):
+        (cx, cy, cz), r2 = vector(p, s + CENTRE), p[s + RADIUS2]
         for i in range(B):
             free[i] *= unoccluded(real, cx - hx[i], cy - hy[i], cz - hz[i], r2, nx[i], ny[i], nz[i])
 
 
 @njit(inline="always")
 def unoccluded(real, ax, ay, az, r2, nx, ny, nz):
-    """What a sphere, its centre at a from the point and its radius² r2, leaves of the sky's light there."""
+    """Part of the sky's light that a sphere leaves, its centre at a from the point and its radius² r2."""
     d2 = ax * ax + ay * ay + az * az
     above = ax * nx + ay * ny + az * nz
     held = r2 * above / (d2 * math.sqrt(d2))
@@ -246,19 +276,15 @@ def unoccluded(real, ax, ay, az, r2, nx, ny, nz):
 
 @stage
 def add_sky(lanes, p):
-    """Add the light of the sky and the ambient light, as far as A3 lets it; p: the 15 numbers of `ambient`."""
+    """Add the light of the sky and the ambient light times A3.  p: SURROUND numbers."""
     real = lanes.dtype.type
     row = rows(lanes)
     nx, ny, nz, red, green, blue = row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
     sr, sg, sb, free = row[SR], row[SG], row[SB], row[A3]
-    zr, zg, zb = p[0] - p[3], p[1] - p[4], p[2] - p[5]
-    half = real(0.5)
-    er, eg, eb = p[12] + half * (p[3] + p[6]), p[13] + half * (p[4] + p[7]), p[14] + half * (p[5] + p[8])
-    gr, gg, gb = half * (p[3] - p[6]), half * (p[4] - p[7]), half * (p[5] - p[8])
-    ux, uy, uz = p[9], p[10], p[11]
+    (er, eg, eb), (gr, gg, gb), (zr, zg, zb), (ux, uy, uz) = irradiance(real, p)
     for i in range(B):
         up = ux * nx[i] + uy * ny[i] + uz * nz[i]
-        rise = real(RISE0) + up * (real(RISE1) + up * (real(RISE2) + up * up * real(RISE4)))
-        sr[i] += red[i] * free[i] * (er + up * gr + rise * zr)
-        sg[i] += green[i] * free[i] * (eg + up * gg + rise * zg)
-        sb[i] += blue[i] * free[i] * (eb + up * gb + rise * zb)
+        high = rise(real, up)
+        sr[i] += red[i] * free[i] * (er + up * gr + high * zr)
+        sg[i] += green[i] * free[i] * (eg + up * gg + high * zg)
+        sb[i] += blue[i] * free[i] * (eb + up * gb + high * zb)

@@ -1,8 +1,7 @@
-"""Light in a scene where something moves: every lane's shadows and lamps are those of its TIME.
+"""Light in a scene where shapes move: every lane has the shadows and lamps of its TIME.
 
-Each stage is the one of a still scene, put together from the same parts, and goes
-on to the things that move. Their shadow rays are carried into the frame where
-the thing rests; so is the lit point where it is the lamp that moves.
+Each stage has the parts of its counterpart for a still scene, and goes on to the moving shapes. Shadow rays are
+transformed to the frame where the occluder rests, and lit points to that of a moving lamp.
 """
 
 from collections.abc import Sequence
@@ -39,11 +38,15 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.layout import integer, vector
 from lensbench.kernels.rotation import sine_versine
 from lensbench.scenery.intersect.block_bounds import boxes_disjoint, shadow_bounds
 from lensbench.scenery.intersect.moving_objects import (
-    HEAD,
+    GROUP,
+    GROUP_MOTION,
+    LENGTH,
     MOTION,
+    WHICH,
     motion_of,
     moving_groups,
     rotated,
@@ -52,10 +55,22 @@ from lensbench.scenery.intersect.moving_objects import (
     to_rest_frame,
     to_world_frame,
 )
-from lensbench.scenery.objects import Plate, Sphere
-from lensbench.scenery.shading.illumination import add_sky, count_lit, sky_begin, sky_occlusion, unoccluded
+from lensbench.scenery.objects import Shape, Sphere
+from lensbench.scenery.shading.illumination import (
+    CENTRE,
+    OCCLUDER,
+    RADIUS2,
+    SURROUND,
+    add_sky,
+    count_lit,
+    sky_begin,
+    sky_occlusion,
+    unoccluded,
+)
 from lensbench.scenery.shading.soft_shadows import (
+    IRRADIANCE,
     LAMP,
+    RADIANCE,
     SUN,
     add_light,
     occluder_parameters,
@@ -64,30 +79,31 @@ from lensbench.scenery.shading.soft_shadows import (
     shadow,
 )
 
-AMBIENT = 15            # numbers before the spheres of `ambient`
+
+def moving_occluders(shapes: Sequence[Shape], opening: float) -> np.ndarray:
+    """Parameters of `shadow_moving`; lights are left out. opening: seconds at TIME 0."""
+    return moving_groups([o for o in shapes if not o.material.shines], opening,
+                         lambda spheres, planar: (occluder_parameters(spheres, planar), 0))
 
 
-def moving_occluders(things: Sequence[Sphere | Plate], opening: float) -> np.ndarray:
-    """What `shadow_moving` reads; lights are left out. opening: seconds at TIME 0."""
-    return moving_groups([thing for thing in things if not thing.material.shines], opening,
-                         lambda balls, flat: (occluder_parameters(balls, flat), 0))
+def sky_occluders(spheres: Sequence[Sphere]) -> np.ndarray:
+    """OCCLUDER numbers of spheres that occlude the sky; glass occludes a part of what it covers."""
+    return np.array([[*s.centre, s.radius**2 * (0.4 if s.material.kind == "glass" else 1.0)] for s in spheres]).ravel()
 
 
-def moving_sky_occluders(balls: Sequence[Sphere], opening: float, share) -> np.ndarray:
-    """What `moving_ambient` reads of the spheres that hold off the sky's light; share: the part of each that does."""
-    def four(group: list[Sphere], _: list[Plate]) -> tuple[np.ndarray, int]:
-        return np.array([[*s.centre, s.radius**2 * share(s)] for s in group]).ravel(), 4 * len(group)
-    return moving_groups(balls, opening, four)
+def moving_sky_occluders(spheres: Sequence[Sphere], opening: float) -> np.ndarray:
+    """Parameters of `moving_ambient` for moving spheres. opening: seconds at TIME 0."""
+    return moving_groups(spheres, opening, lambda group, _: (sky_occluders(group), OCCLUDER * len(group)))
 
 
 def after(still: np.ndarray, *more: np.ndarray) -> np.ndarray:
-    """How many numbers `still` has, then all of them."""
+    """The length of `still`, `still` itself, then more numbers."""
     return np.concatenate([[still.size], still, *more])
 
 
 @stage
 def moving_ambient(lanes, p, key):
-    """`ambient`, where spheres move.  p: how many numbers `ambient` reads, these, then moving_sky_occluders."""
+    """`ambient` with moving spheres.  p: length of the parameters of `ambient`, these, then moving_sky_occluders."""
     if count_lit(lanes) == 0:
         return
     real = lanes.dtype.type
@@ -96,26 +112,27 @@ def moving_ambient(lanes, p, key):
     sine, versine = row[A4], row[A5]
     still = 1 + int(p[0])
     sky_begin(lanes)
-    sky_occlusion(lanes, p[1 + AMBIENT:still])
+    sky_occlusion(lanes, p[1 + SURROUND:still])
     s = still
     while s < p.size:
-        end, motion = s + int(p[s]), motion_of(p, s + 3)
-        px, py, pz, vx, vy, vz, ax, ay, az, rate, first = motion
+        end, motion = s + integer(p, s + LENGTH), motion_of(p, s + GROUP_MOTION)
+        px, py, pz, vx, vy, vz, ax, ay, az, rate, phase = motion
         for i in range(B):
-            sine[i], versine[i] = sine_versine(real, rate * time[i] + first)
-        for j in range(s + HEAD, end, 4):
-            cx, cy, cz, r2 = p[j] - px, p[j + 1] - py, p[j + 2] - pz, p[j + 3]
+            sine[i], versine[i] = sine_versine(real, rate * time[i] + phase)
+        for j in range(s + GROUP, end, OCCLUDER):
+            (cx, cy, cz), r2 = vector(p, j + CENTRE), p[j + RADIUS2]
+            cx, cy, cz = cx - px, cy - py, cz - pz
             for i in range(B):
                 qx, qy, qz = rotated(sine[i], versine[i], ax, ay, az, cx, cy, cz)
                 free[i] *= unoccluded(real, qx + (px + vx * time[i]) - hx[i], qy + (py + vy * time[i]) - hy[i],
-                                    qz + (pz + vz * time[i]) - hz[i], r2, nx[i], ny[i], nz[i])
+                                      qz + (pz + vz * time[i]) - hz[i], r2, nx[i], ny[i], nz[i])
         s = end
     add_sky(lanes, p[1:still])
 
 
 @stage
 def shadow_moving(lanes, p):
-    """A7, less what stands between among the things that move; as `shadow`.  p: moving_occluders."""
+    """Multiply A7 by what moving occluders pass, as `shadow` does for still ones.  p: moving_occluders."""
     if p.size == 0:
         return
     real = lanes.dtype.type
@@ -127,39 +144,43 @@ def shadow_moving(lanes, p):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
     s, current = 0, real(-1)
     while s < p.size:
-        size, which, here = int(p[s]), p[s + 2], s + 3
-        first, end = s + HEAD, s + size
+        size, which, here = integer(p, s + LENGTH), p[s + WHICH], s + GROUP_MOTION
+        begin, end = s + GROUP, s + size
+
+        # Skip a group that lies beside all shadow rays
         cx, cy, cz, wide, wx, wy, wz = swept_bounds(real, p, here, early, late)
         s += size
         if boxes_disjoint(box, cx, cy, cz, wide + abs(wx), wide + abs(wy), wide + abs(wz)):
             continue
+
+        # Transform the shadow rays to the frame where it rests
         if which != current:
             motion, current = motion_of(p, here), which
             for i in range(B):
                 x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
-                                                                ex[i], ey[i], ez[i])
-        shadow(lanes, p[first:end])
+                                                                      ex[i], ey[i], ez[i])
+        shadow(lanes, p[begin:end])
     for i in range(B):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
 
 
 @stage
 def moving_sun(lanes, p, key):
-    """`sun`, where casters move.  p: how many numbers `sun` reads, these, then moving_occluders."""
+    """`sun` with moving occluders.  p: length of the parameters of `sun`, these, then moving_occluders."""
     if count_lit(lanes) == 0:
         return
     still = 1 + int(p[0])
     sample_sun(lanes, p[1:])
     shadow(lanes, p[1 + SUN:still])
     shadow_moving(lanes, p[still:])
-    add_light(lanes, p[10], p[11], p[12])
+    add_light(lanes, p[1 + IRRADIANCE:])
 
 
 @stage
 def moving_lamp(lanes, p, key):
-    """`lamp`, where it moves or casters do.
+    """`lamp` where it moves or occluders do.
 
-    p: the MOTION of the lamp, then how many numbers `lamp` reads, these, and moving_occluders.
+    p: the MOTION of the lamp, length of the parameters of `lamp`, these, then moving_occluders.
     """
     if count_lit(lanes) == 0:
         return
@@ -170,22 +191,26 @@ def moving_lamp(lanes, p, key):
     qx, qy, qz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     hx, hy, hz, ex, ey, ez, ux, uy, uz = (row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6], row[H7],
                                           row[H8])
-    motion, k = motion_of(p, 0), MOTION
-    begin, still = k + 1, k + 1 + int(p[k])
+    motion, begin = motion_of(p, 0), MOTION + 1
+    still = begin + int(p[MOTION])
+
+    # Sample the lamp in the frame where it rests
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
         ux[i], uy[i], uz[i] = nx[i], ny[i], nz[i]
     for i in range(B):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
-                                                            ex[i], ey[i], ez[i])
+                                                              ex[i], ey[i], ez[i])
         _, _, _, nx[i], ny[i], nz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i], ux[i], uy[i], uz[i])
     sample_lamp(lanes, p[begin:])
+
+    # Cast the shadow rays in the world
     for i in range(B):
         qx[i], qy[i], qz[i], wx[i], wy[i], wz[i] = to_world_frame(real, motion, time[i], qx[i], qy[i], qz[i],
-                                                            wx[i], wy[i], wz[i])
+                                                                  wx[i], wy[i], wz[i])
     for i in range(B):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
         nx[i], ny[i], nz[i] = ux[i], uy[i], uz[i]
     shadow(lanes, p[begin + LAMP:still])
     shadow_moving(lanes, p[still:])
-    add_light(lanes, p[begin + 15], p[begin + 16], p[begin + 17])
+    add_light(lanes, p[begin + RADIANCE:])

@@ -1,10 +1,10 @@
-"""A homogeneous medium around the camera: fog, smoke, water. What it takes from light, and what it adds.
+"""A homogeneous medium around the camera: fog, smoke or water.
 
 Along a ray of length d from the camera a radiance L becomes
-L e^(−σ d) + (σ_s / σ) J (1 − e^(−σ d)), σ = σ_a + σ_s the extinction (1/mm), and J the radiance that is scattered
-into the ray, the same everywhere (Beer and Lambert; Koschmieder's airlight). Light reaches the surfaces of
+L e^(−σ d) + (σ_s / σ) J (1 − e^(−σ d)), where σ = σ_a + σ_s is the extinction (1/mm) and J the radiance that is
+scattered into the ray, the same everywhere (Beer and Lambert; Koschmieder's airlight). Light reaches the surfaces of
 the scene as through clear air, and is scattered once. The index refracts at a flat window before the camera, or at
-the front surface of a lens that stands in the medium itself (`Lens.front_index`).
+the front surface of a lens that lies in the medium itself (`Lens.front_index`).
 """
 
 import math
@@ -13,21 +13,38 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.kernels.block import A0, BLUE, DEPTH, GREEN, RED, SB, SG, SR, TB, TG, TR, B, Step, rows, stage
+from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.scenery.values import Triple
 
-Triple = tuple[float, float, float]
-DARK = 40.0             # σ d from which nothing comes through
-CONTRAST = 0.02         # of an object that is just seen, by which visibility is told
+DARK = 40.0             # σ d beyond which nothing is transmitted
+CONTRAST = 0.02         # of an object that is just visible, which defines the visibility
 WATER = (0.340, 0.0565, 0.00922)        # 1/m: absorption of pure water at 0.65, 0.55, 0.45 µm (Pope and Fry 1997)
 WATER_INDEX = 1.333
+EXTINCTION, AIRLIGHT, FOG = offsets(3, 3)       # parameters of `fog`
 
 
 class MediumError(ValueError):
-    """A medium that cannot be; the message says what to do."""
+    """An invalid medium; the message says how to correct it."""
 
 
 @dataclass(frozen=True)
 class Medium:
-    """index of refraction before the camera; absorption and scattering (1/mm) and the in-scattered radiance, r g b."""
+    """Homogeneous medium between the camera and the scene, compared by value.
+
+    Parameters
+    ----------
+    index : float
+        Index of refraction before the camera, 1 (air) to 3.
+    absorption, scattering : (r, g, b)
+        Coefficients σ_a and σ_s, 1/mm.
+    light : (r, g, b)
+        Radiance J scattered into every ray, relative as in `Scene`.
+
+    Raises
+    ------
+    MediumError
+        If a value is out of range.
+    """
 
     index: float = 1.0
     absorption: Triple = (0.0, 0.0, 0.0)
@@ -45,14 +62,36 @@ class Medium:
 
     @classmethod
     def fog(cls, visibility: float, light: Triple = (1.0, 1.0, 1.0)) -> "Medium":
-        """Fog that absorbs nothing, of this visibility (mm): there a black object has a fiftieth of its contrast."""
+        """Fog, which absorbs nothing.
+
+        Parameters
+        ----------
+        visibility : float
+            Distance in mm at which a black object has 1/50 of its contrast.
+        light : (r, g, b)
+            Radiance scattered into every ray.
+        """
         return cls(scattering=(_extinction(visibility),) * 3, light=light)
 
     @classmethod
     def water(cls, visibility: float, light: Triple = (1.0, 1.0, 1.0)) -> "Medium":
-        """Water of this visibility (mm) in green: what water itself absorbs, and grey scattering by what floats in it.
+        """Water with particles: the absorption of pure water, and grey scattering.
 
-        MediumError beyond the 69 m of pure water.
+        Parameters
+        ----------
+        visibility : float
+            Distance in mm at which a black object has 1/50 of its contrast in green light.
+        light : (r, g, b)
+            Radiance scattered into every ray.
+
+        Raises
+        ------
+        MediumError
+            If the visibility exceeds that of pure water, 69 m.
+
+        References
+        ----------
+        Pope and Fry, "Absorption spectrum (380-700 nm) of pure water", Applied Optics 36 (1997).
         """
         absorption = tuple(1e-3 * x for x in WATER)
         scattering = _extinction(visibility) - absorption[1]
@@ -63,37 +102,37 @@ class Medium:
 
     @property
     def extinction(self) -> np.ndarray:
-        """(3,) 1/mm."""
+        """Absorption plus scattering, (3,), 1/mm."""
         return np.add(self.absorption, self.scattering)
 
     @property
     def is_clear(self) -> bool:
-        """Whether light goes through it unchanged, but for its index."""
+        """Whether it neither absorbs nor scatters."""
         return not self.extinction.any()
 
     @property
     def airlight(self) -> np.ndarray:
-        """(3,) the radiance of so much of it that nothing is seen through."""
+        """Radiance of an endless length of the medium, (3,)."""
         return np.divide(np.multiply(self.scattering, self.light), self.extinction, out=np.zeros(3),
                          where=self.extinction > 0.0)
 
     def transmittance(self, distance) -> np.ndarray:
-        """(…, 3) the part of light that passes distances (…) in mm."""
+        """Transmitted part of light, (…, 3), over distances (…) in mm."""
         return np.exp(-np.asarray(distance, float)[..., None] * self.extinction)
 
     def seen(self, radiance, distance) -> np.ndarray:
-        """(…, 3) what is seen of radiances (…, 3) through distances (…) in mm."""
+        """Radiances (…, 3) as seen through distances (…) in mm."""
         passed = self.transmittance(distance)
         return radiance * passed + self.airlight * (1.0 - passed)
 
     @property
     def steps(self) -> list[Step]:
-        """The step after what a path meets; none where the medium is clear."""
-        return [] if self.is_clear else [Step(fog, np.concatenate([self.extinction, self.airlight]))]
+        """The stage after the intersection of a path; none if the medium is clear."""
+        return [] if self.is_clear else [Step(fog, pack(FOG, {EXTINCTION: self.extinction, AIRLIGHT: self.airlight}))]
 
     @property
     def dimming(self) -> list[Step]:
-        """The step that takes from RED, GREEN, BLUE what is lost over DEPTH; none where the medium is clear."""
+        """The stage that attenuates RED, GREEN, BLUE over DEPTH; none if the medium is clear."""
         return [] if self.is_clear else [Step(dim, self.extinction)]
 
 
@@ -104,8 +143,8 @@ def _extinction(visibility: float) -> float:
 
 
 @stage
-def _passed(lanes, out, depth, sigma):
-    """Out becomes e^(−σ d): the 64th power of a polynomial, of e^(−σ d / 64)."""
+def _transmitted(lanes, out, depth, sigma):
+    """Write e^(−σ d) to the row `out`: the 64th power of a polynomial for e^(−σ d / 64)."""
     real = lanes.dtype.type
     row = rows(lanes)
     d, o = row[depth], row[out]
@@ -127,38 +166,36 @@ def _passed(lanes, out, depth, sigma):
 
 @stage
 def fog(lanes, p, key):
-    """Over DEPTH, what the path carries on (T) is dimmed, and what is scattered into it is gathered (S).
-
-    p: extinction (3, 1/mm), airlight (3).
-    """
+    """Attenuate the throughput T over DEPTH, and add what is scattered into the path to S.  p: FOG numbers."""
     real = lanes.dtype.type
     row = rows(lanes)
     e, tr, tg, tb, sr, sg, sb = row[A0], row[TR], row[TG], row[TB], row[SR], row[SG], row[SB]
-    _passed(lanes, A0, DEPTH, p[0])
+    r, g, b = vector(p, AIRLIGHT)
+    _transmitted(lanes, A0, DEPTH, p[EXTINCTION])
     for i in range(B):
-        sr[i] += tr[i] * (real(1) - e[i]) * p[3]
+        sr[i] += tr[i] * (real(1) - e[i]) * r
         tr[i] *= e[i]
-    _passed(lanes, A0, DEPTH, p[1])
+    _transmitted(lanes, A0, DEPTH, p[EXTINCTION + 1])
     for i in range(B):
-        sg[i] += tg[i] * (real(1) - e[i]) * p[4]
+        sg[i] += tg[i] * (real(1) - e[i]) * g
         tg[i] *= e[i]
-    _passed(lanes, A0, DEPTH, p[2])
+    _transmitted(lanes, A0, DEPTH, p[EXTINCTION + 2])
     for i in range(B):
-        sb[i] += tb[i] * (real(1) - e[i]) * p[5]
+        sb[i] += tb[i] * (real(1) - e[i]) * b
         tb[i] *= e[i]
 
 
 @stage
 def dim(lanes, p, key):
-    """RED, GREEN, BLUE lose what is absorbed and scattered over DEPTH. p: extinction (3, 1/mm)."""
+    """Attenuate RED, GREEN, BLUE over DEPTH.  p: extinction (3, 1/mm)."""
     row = rows(lanes)
     e, red, green, blue = row[A0], row[RED], row[GREEN], row[BLUE]
-    _passed(lanes, A0, DEPTH, p[0])
+    _transmitted(lanes, A0, DEPTH, p[EXTINCTION])
     for i in range(B):
         red[i] *= e[i]
-    _passed(lanes, A0, DEPTH, p[1])
+    _transmitted(lanes, A0, DEPTH, p[EXTINCTION + 1])
     for i in range(B):
         green[i] *= e[i]
-    _passed(lanes, A0, DEPTH, p[2])
+    _transmitted(lanes, A0, DEPTH, p[EXTINCTION + 2])
     for i in range(B):
         blue[i] *= e[i]

@@ -1,7 +1,7 @@
-"""Patterns as the whole of a pixel sees them: what they are on average over the footprint of a ray on a surface.
+"""Patterns averaged over the footprint of a pixel.
 
-The footprint is a box along the axes of the pattern: as wide along each of them as a square pixel,
-however it is turned, spreads along it (the same variance). With no width a pattern is what it is at the point.
+The footprint of a ray on a surface is a box along the axes of the pattern; along each axis it is as wide as a square
+pixel, rotated in any way, spreads there (the same variance). At zero width a pattern has its value at the point.
 """
 
 import math
@@ -9,12 +9,12 @@ import math
 import numpy as np
 from numba import njit
 
-THIN = 1e-4             # of a pattern's period: lines are sharp where a footprint is narrower, as far as single tells
+THIN = 1e-4             # of a pattern's period: narrower footprints see sharp lines, the limit of float32
 
 
 @njit(inline="always")
 def footprint_stretch(real, along, steep):
-    """How much wider than across the ray a footprint is along an axis of the surface.
+    """Width of a footprint along an axis of the surface over its width across the ray.
 
     along: cosine between ray and axis; steep: 1 / cosine between ray and normal.
     """
@@ -24,10 +24,10 @@ def footprint_stretch(real, along, steep):
 
 @njit(inline="always")
 def filtered_contrast(real, off, width):
-    """How much is left of a square wave of ±1 between whole numbers, with what sign it has at the point.
+    """Mean over a box of a square wave of ±1 with edges at the integers, times its sign at the middle of the box.
 
-    off: to the nearest edge, width: of the box, in the length of a half-wave. Exact below a width of 2, the whole
-    wave; the lobes beyond it, at most a third and of the wrong sign, are left out.
+    off: distance to the nearest edge; width: of the box; both in half-waves. Exact for widths below 2, the full
+    wave; the lobes beyond, at most a third and of the opposite sign, are dropped.
     """
     inverse = real(1) / (width + real(1e-20))
     left, level = real(2) * off * inverse, real(2) * inverse - real(1)
@@ -37,8 +37,21 @@ def filtered_contrast(real, off, width):
 
 
 @njit(inline="always")
+def parity(real, k):
+    """0 for an even whole number, 1/2 for an odd one."""
+    return k * real(0.5) - np.floor(k * real(0.5))
+
+
+@njit(inline="always")
+def checker_contrast(real, a, b, wide_a, wide_b):
+    """Contrast of a checker of unit fields at a, b, averaged over a box wide_a × wide_b: 1 sharp, 0 uniform."""
+    return (filtered_contrast(real, abs(a - np.floor(a + real(0.5))), wide_a)
+            * filtered_contrast(real, abs(b - np.floor(b + real(0.5))), wide_b))
+
+
+@njit(inline="always")
 def line_coverage(real, place, line, width):
-    """What part of a box is covered by lines about all whole numbers, `line` wide; all in the lines' period."""
+    """Part of a box that lines about all integers cover; place, line and box width in periods of the lines."""
     off, half, reach = place - _nearest(real, place), real(0.5) * line, real(0.5) * width
     high, low = off + reach, off - reach
     above, below = _nearest(real, high), _nearest(real, low)
@@ -54,5 +67,5 @@ def line_coverage(real, place, line, width):
 
 @njit(inline="always")
 def _nearest(real, x):
-    """Whole number."""
+    """Nearest integer."""
     return np.floor(x + real(0.5))

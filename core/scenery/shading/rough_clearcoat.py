@@ -1,4 +1,4 @@
-"""A rough coat: the lights it mirrors, spread over its facets in closed form."""
+"""Rough clear coats: the lights that they reflect, spread over their facets in closed form."""
 
 import math
 
@@ -49,43 +49,35 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.scenery.intersect.planar import plate_frame
+from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.scenery.intersect.sky import SKY, gradient
 from lensbench.scenery.shading.clearcoat import SHARP
-from lensbench.scenery.shading.illumination import F0
+from lensbench.scenery.shading.illumination import F0, schlick_edge
 
-SKY = 12                # numbers of sky_parameters
-HIGHLIGHT = 7               # numbers per light: centre, area of its disk / π, radiance (3)
-FLATTEST, FARTHEST = 0.1, 0.9       # cosine of the ray through the middle over the sample's, at the least; and how much
-                                    # longer or shorter it may be, over the length
-WIDEST = 1.0            # slope², how far a sample's part reaches at the most: half a right angle
-DARK = 1e9              # of lobe widths²: from there on nothing is seen of a light, and single numbers soon overflow
+CENTRE, FACING_AREA, COLOUR, HIGHLIGHT = offsets(3, 1, 3)       # FACING_AREA: of the light as a disk, over π (mm²)
+FLATTEST, FARTHEST = 0.1, 0.9       # ray through the middle: least cosine over the sample's, greatest change of length
+WIDEST = 1.0            # slope²: greatest half-width of a sample's part, half a right angle
+DARK = 1e9              # of lobe widths²: beyond, a light is black, and single precision soon overflows
 
 
 def rough_clearcoat_parameters(sky, lights) -> np.ndarray:
-    """What `rough_clearcoat` reads: sky_parameters, then every light as a disk that faces the surface."""
+    """Parameters of `rough_clearcoat`: sky_parameters, then every light as a disk that faces the surface."""
     return np.concatenate([sky, highlight_parameters(lights)])
 
 
 def highlight_parameters(lights) -> np.ndarray:
-    """What `rough_lights` reads."""
-    packed = [np.zeros(0)]
-    for light in lights:
-        if not hasattr(light, "right"):
-            size = light.radius**2
-        else:
-            _, a, b, _, disk = plate_frame(light)
-            size = math.sqrt((a @ a) * (b @ b)) * (1.0 if disk else 4.0 / math.pi)
-        packed.append(np.array([*light.centre, size, *light.material.colour]))
-    return np.concatenate(packed)
+    """Parameters of `rough_lights`."""
+    return np.concatenate([np.zeros(0), *(pack(HIGHLIGHT, {CENTRE: o.centre, FACING_AREA: o.area / math.pi,
+                                                           COLOUR: o.material.colour}) for o in lights)])
 
 
 @stage
 def rough_clearcoat(lanes, p, key):
-    """Add what coats of a gloss below 1 mirror of the lights, and of the sky as if they were smooth.
+    """Add what coats of a gloss below 1 reflect of the lights, and of the sky as if they were smooth.
 
-    The slopes of the facets are spread as 1 / (π α² (1 + tan² / α²)²) (Trowbridge, Reitz), α = 1 − gloss. A light of
-    solid angle Ω is mirrored by slopes of the area Ω / (4 cos θ cos³ δ), with δ the tilt of the facet half way; that
-    area widens α, so that a large light never gets brighter than itself. p: rough_clearcoat_parameters.
+    The slopes of the facets are distributed as 1 / (π α² (1 + tan² / α²)²) (Trowbridge and Reitz), α = 1 − gloss. A
+    light of solid angle Ω is reflected by slopes of the area Ω / (4 cos θ cos³ δ), with δ the tilt of the facet half
+    way; that area widens α, so that a large light is never brighter than itself. p: rough_clearcoat_parameters.
     """
     if rough_open(lanes, p) == 0:
         return
@@ -95,10 +87,10 @@ def rough_clearcoat(lanes, p, key):
 
 @njit(inline="always")
 def lobe_mean(real, place2, reach2, width2):
-    """1 / (1 + x² / w²)² on average over all places from x − h to x + h: a / b · √(c / d), as a, b, c, d.
+    """Mean of 1 / (1 + x² / w²)² from x − h to x + h as a, b, c, d of a / b · √(c / d).
 
-    place2, reach2, width2: x², h² and w², in whatever unit. A sine of spherical caps,
-    J = (1 − q / √(q² + 4 w² h²)) / 2 with q = w² + x² − h², is that lobe where h is small and a box where w is; its
+    place2, reach2, width2: x², h² and w², in any one unit. A sine of spherical caps,
+    J = (1 − q / √(q² + 4 w² h²)) / 2 with q = w² + x² − h², is that lobe for small h and a box for small w; its
     integral over x is π/2 h² / (w k), k² = 1 + t (3/4 + (π² / 64) t) / (1 + t / 4) within a hundredth, t = h² / w².
     """
     q = width2 + place2 - reach2
@@ -111,10 +103,10 @@ def lobe_mean(real, place2, reach2, width2):
 
 @stage
 def rough_open(lanes, p):
-    """The points that mirror, A0 A1 A2, and what they mirror of the sky, A3 A4 A5. Returns how many there are.
+    """Points that reflect, A0 A1 A2, and what they reflect of the sky, A3 A4 A5. Returns how many there are.
 
-    They are those of the rays through the middles of the parts of the pupil that samples stand for: until rough_close
-    L, M, N are the directions of these, A6 A7 A8 those of the samples.
+    The points lie on the rays through the middles of the parts of the pupil that the samples represent. Until
+    `rough_close`, L M N are the directions of these rays and A6 A7 A8 those of the samples.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -132,7 +124,7 @@ def rough_open(lanes, p):
         ux, uy, uz, vx, vy, vz, t = nx[i], ny[i], nz[i], dx[i], dy[i], dz[i], depth[i]
         kept_x[i], kept_y[i], kept_z[i] = vx, vy, vz
         view = -(vx * ux + vy * uy + vz * uz)
-        # the ray through the middle, and where it meets the plane; where that is over the horizon, the ray itself
+        # The ray through the middle, and where it meets the plane; beyond the horizon, the sample's own ray
         wx, wy, wz = vx - fan[i] * ox[i], vy - fan[i] * oy[i], vz - fan[i] * oz[i]
         size = real(1) / math.sqrt(wx * wx + wy * wy + wz * wz)
         wx, wy, wz = wx * size, wy * size, wz * size
@@ -145,36 +137,40 @@ def rough_open(lanes, p):
         hy[i] = y[i] + t * vy + (more * wy - sy if steep else real(0))
         hz[i] = z[i] + t * vz + (more * wz - sz if steep else real(0))
         dx[i], dy[i], dz[i] = wx if steep else vx, wy if steep else vy, wz if steep else vz
+
+    # Reflect the sky as a smooth coat does
+    (er, eg, eb), (zr, zg, zb), (gr, gg, gb), (sx, sy, sz) = gradient(p, 0)
     for i in range(B):
         view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
         edge = real(1) - (view if view > real(0) else real(0))
         edge2 = edge * edge
         f = real(F0) + real(1 - F0) * edge2 * edge2 * edge
         mx, my, mz = dx[i] + real(2) * view * nx[i], dy[i] + real(2) * view * ny[i], dz[i] + real(2) * view * nz[i]
-        up = p[9] * mx + p[10] * my + p[11] * mz
+        up = sx * mx + sy * my + sz * mz
         above = up >= real(0)
-        r[i] = f * (p[3] + up * (p[0] - p[3]) if above else p[6])
-        g[i] = f * (p[4] + up * (p[1] - p[4]) if above else p[7])
-        b[i] = f * (p[5] + up * (p[2] - p[5]) if above else p[8])
+        r[i] = f * (er + up * zr if above else gr)
+        g[i] = f * (eg + up * zg if above else gg)
+        b[i] = f * (eb + up * zb if above else gb)
     return many
 
 
 @stage
 def rough_lights(lanes, p):
-    """Add lights to A3 A4 A5, each on average over the part of pupil and pixel.  p: HIGHLIGHT numbers for each."""
+    """Add lights to A3 A4 A5, each averaged over the part of pupil and pixel.  p: highlight_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, gloss, nx, ny, nz, depth = (row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ], row[DEPTH])
     hx, hy, hz, r, g, b, ax, ay, az = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A9], row[A10],
                                        row[A11])
     disk, fan, foot, spread = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[PIXEL_SIDE], row[PIXEL_SPREAD]
+
+    # Find the axis of the surface across the ray
     for i in range(B):
-        # across, in the plane
         a, c, e = dy[i] * nz[i] - dz[i] * ny[i], dz[i] * nx[i] - dx[i] * nz[i], dx[i] * ny[i] - dy[i] * nx[i]
         size = real(1) / math.sqrt(a * a + c * c + e * e + real(1e-20))
         ax[i], ay[i], az[i] = a * size, c * size, e * size
     for s in range(0, p.size, HIGHLIGHT):
-        cx, cy, cz, size, er, eg, eb = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5], p[s + 6]
+        (cx, cy, cz), size, (er, eg, eb) = vector(p, s + CENTRE), p[s + FACING_AREA], vector(p, s + COLOUR)
         for i in range(B):
             alpha = real(1) - gloss[i]
             qx, qy, qz = cx - hx[i], cy - hy[i], cz - hz[i]
@@ -189,14 +185,14 @@ def rough_lights(lanes, p):
             per = real(1) / (slant + view)                  # times `long`: 1 / cos δ
             per2 = per * per
             area = real(0.5) * size * inverse * inverse * k2 * per2 * per       # of slopes, over π
-            # the slope, across and along, and how far the part reaches across; along, less by the cosine
+            # The slope across and along, and the half-width of the part across; along, it is shorter by the cosine
             across = (qx * ax[i] + qy * ay[i] + qz * az[i]) * per
             across2 = across * across
             along2 = k2 * per2 - real(1) - across2
             pupil, pixel = inverse * (disk[i] + depth[i] * fan[i]) + fan[i], (
                 inverse * (foot[i] + depth[i] * spread[i]) + spread[i])
             reach2 = (pupil * pupil + real(1 / 3) * pixel * pixel) * per2
-            # all in widths of the lobe, which no number outgrows at grazing incidence
+            # All in widths of the lobe, which no number overflows at grazing incidence
             narrow = real(1) / (alpha * alpha + area)
             reach2 = (reach2 if reach2 < real(WIDEST) else real(WIDEST)) * narrow
             deep = real(1) + reach2 * view * view
@@ -215,7 +211,7 @@ def rough_lights(lanes, p):
 
 @stage
 def rough_close(lanes):
-    """What is mirrored goes to the path; an albedo under a coat gets what the coat lets in."""
+    """Add what is reflected to the path; an albedo under a coat gets what the coat transmits."""
     real = lanes.dtype.type
     row = rows(lanes)
     dx, dy, dz, gloss, nx, ny, nz = row[L], row[M], row[N], row[GLOSS], row[NX], row[NY], row[NZ]
@@ -228,8 +224,6 @@ def rough_close(lanes):
         sr[i] += tr[i] * r[i] if coated else real(0)
         sg[i] += tg[i] * g[i] if coated else real(0)
         sb[i] += tb[i] * b[i] if coated else real(0)
-        view = -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i])
-        edge = real(1) - (view if view > real(0) else real(0))
-        edge2 = edge * edge
-        under = real(1 - F0) * (real(1) - edge2 * edge2 * edge) if coated else real(1)
+        edge5 = schlick_edge(real, -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i]))
+        under = real(1 - F0) * (real(1) - edge5) if coated else real(1)
         red[i], green[i], blue[i] = red[i] * under, green[i] * under, blue[i] * under

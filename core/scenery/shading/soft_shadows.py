@@ -1,8 +1,8 @@
-"""The sun and the lamps: one point of the light a sample, V0 and V1 choose which, and one shadow ray to it.
+"""Sun and lamps: for each sample one point of the light, chosen by V0 and V1, and one shadow ray to it.
 
-Lights cast no shadow themselves. A glass ball's shadow is bright in its middle:
-it lets through what its two surfaces transmit, gathered towards the axis, an
-approximation without a second ray (its flux is right, its place for contact).
+Lights cast no shadow themselves. The shadow of a glass ball is bright in its middle: it transmits what its two
+surfaces do, concentrated towards the axis, an approximation without a second ray (its flux is right, and its place
+where the ball touches a surface).
 """
 
 import math
@@ -41,95 +41,120 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.concentric_map import concentric_disk
+from lensbench.kernels.layout import offsets, pack, vector
 from lensbench.scenery.intersect.block_bounds import boxes_disjoint, plane_misses, shadow_bounds
-from lensbench.scenery.intersect.planar import plate_frame
-from lensbench.scenery.shading.illumination import count_lit
+from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
+from lensbench.scenery.shading.illumination import POINT, POINT_AREA, POINT_LIGHT, POINT_PLACE, POINT_RADIUS2, count_lit
+from lensbench.scenery.values import across, unit
 
-BALL = 5                # numbers per sphere: centre, radius², what it lets through
-SHADE = 17              # per plate: its frame, what it lets through, its half-widths along x, y, z
-GLASS_BALL = 0.85       # part of the light that passes a glass ball, all incidences together
+# Occluders: how many spheres, the spheres, then the planar shapes. TRANSMITTED: part of the light that passes
+CENTRE, RADIUS2, TRANSMITTED, BALL = offsets(3, 1, 1)
+_, NORMAL, AXIS_U, AXIS_V, IS_DISK, CLEAR, HALF_WIDTHS, SHADE = offsets(3, 3, 3, 3, 1, 1, 3)
+GLASS_BALL = 0.85       # part of the light that passes a glass ball, averaged over incidences
+
+# The sun, before its occluders: RIGHT, UP: unit axes across its direction times the tangent of its angular radius
+DIRECTION, RIGHT, UP, IRRADIANCE, SUN = offsets(3, 3, 3, 3)
+# A lamp, before its occluders: which KIND; half-axes, normal and area of a planar one; radius² of a sphere
+KIND, MIDDLE, HALF_A, HALF_B, FACING, AREA, LAMP_RADIUS2, RADIANCE, LAMP = offsets(1, 3, 3, 3, 3, 1, 1, 3)
 RECTANGLE_LAMP, DISK_LAMP, SPHERE_LAMP = range(3)
-SUN, LAMP = 12, 18      # numbers before the casters of the sun, of a lamp
 
 
-def occluder_parameters(spheres, plates) -> np.ndarray:
-    """What `shadow` reads: the number of spheres, the spheres, then the plates; lights are left out."""
-    balls = [s for s in spheres if not s.material.shines]
-    packed = [float(len(balls))]
-    for s in balls:
-        packed += [*s.centre, s.radius**2, GLASS_BALL if s.material.kind == "glass" else 0.0]
-    for plate in plates:
-        if not plate.material.shines:
-            centre, a, b, normal, disk = plate_frame(plate)
-            packed += [*centre, *normal, *(a / (a @ a)), *(b / (b @ b)), disk, float(plate.material.kind == "glass"),
-                       *(abs(a) + abs(b))]
-    return np.array(packed)
+def sphere_occluder(sphere) -> np.ndarray:
+    """A sphere as `shadow` reads it."""
+    return pack(BALL, {CENTRE: sphere.centre, RADIUS2: sphere.radius**2,
+                       TRANSMITTED: GLASS_BALL if sphere.material.kind == "glass" else 0.0})
 
 
-def lamp_parameters(light) -> np.ndarray:
-    """Kind, centre, half-axes, unit normal, area, radius², radiance of a plate or sphere that is a lamp."""
-    if not hasattr(light, "right"):
-        return np.array([SPHERE_LAMP, *light.centre, *(0.0,) * 9, 0.0, light.radius**2, *light.material.colour])
-    centre, a, b, normal, disk = plate_frame(light)
-    area = math.sqrt((a @ a) * (b @ b)) * (math.pi if disk else 4.0)
-    return np.array([DISK_LAMP if disk else RECTANGLE_LAMP, *centre, *a, *b, *normal, area, 0.0,
-                     *light.material.colour])
+def planar_occluder(shape) -> np.ndarray:
+    """A planar shape as `shadow` reads it."""
+    centre, a, b, normal = shape.frame
+    return pack(SHADE, {CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
+                        IS_DISK: float(shape.round), CLEAR: float(shape.material.kind == "glass"),
+                        HALF_WIDTHS: abs(a) + abs(b)})
 
 
-def point_parameters(light) -> np.ndarray:
-    """What `open_light` reads of a lamp."""
-    numbers = lamp_parameters(light)
-    return np.array([*numbers[1:4], *(numbers[10:13] * numbers[13] / math.pi), *numbers[14:]])
+def occluder_parameters(spheres, planar) -> np.ndarray:
+    """Parameters of `shadow`: number of spheres, the spheres, then the planar shapes; lights are left out."""
+    spheres, planar = ([o for o in shapes if not o.material.shines] for shapes in (spheres, planar))
+    return np.concatenate([[float(len(spheres))], *(o.occluder_numbers() for o in (*spheres, *planar))])
+
+
+def sphere_lamp(sphere) -> np.ndarray:
+    """A sphere as `lamp` reads it, without occluders."""
+    return pack(LAMP, {KIND: SPHERE_LAMP, MIDDLE: sphere.centre, LAMP_RADIUS2: sphere.radius**2,
+                       RADIANCE: sphere.material.colour})
+
+
+def planar_lamp(shape) -> np.ndarray:
+    """A planar shape as `lamp` reads it, without occluders."""
+    centre, a, b, normal = shape.frame
+    return pack(LAMP, {KIND: DISK_LAMP if shape.round else RECTANGLE_LAMP, MIDDLE: centre, HALF_A: a, HALF_B: b,
+                       FACING: normal, AREA: shape.area, RADIANCE: shape.material.colour})
+
+
+def point_parameters(shape) -> np.ndarray:
+    """A lamp as `open_light` reads it: a point at its middle."""
+    lamp = shape.lamp_numbers()
+    return pack(POINT, {POINT_PLACE: lamp[MIDDLE:MIDDLE + 3],
+                        POINT_AREA: lamp[FACING:FACING + 3] * lamp[AREA] / math.pi,
+                        POINT_RADIUS2: lamp[LAMP_RADIUS2], POINT_LIGHT: lamp[RADIANCE:]})
+
+
+def sun_parameters(sun) -> np.ndarray:
+    """A `Sun` as the stage `sun` reads it, without occluders."""
+    right, up = across(sun.direction)
+    size = math.tan(sun.angular_radius)
+    return pack(SUN, {DIRECTION: unit(sun.direction), RIGHT: right * size, UP: up * size, IRRADIANCE: sun.colour})
 
 
 @stage
 def shadow(lanes, p):
-    """A7, light that arrives at A0 A1 A2 from the unit direction A3 A4 A5 at distance A6, less what stands between."""
+    """Multiply A7, the light at A0 A1 A2 from the direction A3 A4 A5 at the distance A6, by what the occluders pass.
+
+    p: occluder_parameters.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
     if p.size == 1:
         return
     box = shadow_bounds(lanes)
+
+    # Spheres
     end = 1 + BALL * int(p[0])
     for s in range(1, end, BALL):
-        cx, cy, cz, r2, clear = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4]
+        (cx, cy, cz), r2, clear = vector(p, s + CENTRE), p[s + RADIUS2], p[s + TRANSMITTED]
         radius = math.sqrt(r2)
         if boxes_disjoint(box, cx, cy, cz, radius, radius, radius):
             continue
         for i in range(B):
-            ax, ay, az = cx - hx[i], cy - hy[i], cz - hz[i]
-            along = ax * wx[i] + ay * wy[i] + az * wz[i]
-            ox, oy, oz = ax - along * wx[i], ay - along * wy[i], az - along * wz[i]
-            room = r2 - (ox * ox + oy * oy + oz * oz)
+            along, miss2 = closest_approach(cx - hx[i], cy - hy[i], cz - hz[i], wx[i], wy[i], wz[i])
+            room = r2 - miss2
             inner = room / r2
             held = (room > real(0)) & (along > real(0)) & (along < far[i])
             # ∫ 4 (1 − ρ²)³ dρ² = 1: the flux over the ball's disk stays `clear`
             light[i] *= clear * real(4) * inner * inner * inner if held else real(1)
+
+    # Planar shapes
     for s in range(end, p.size, SHADE):
-        cx, cy, cz, ux, uy, uz = p[s], p[s + 1], p[s + 2], p[s + 3], p[s + 4], p[s + 5]
-        ax, ay, az, bx, by, bz, disk, clear = (p[s + 6], p[s + 7], p[s + 8], p[s + 9], p[s + 10], p[s + 11],
-                                               p[s + 12], p[s + 13])
-        wide_x, wide_y, wide_z = p[s + 14], p[s + 15], p[s + 16]
+        (cx, cy, cz), (ux, uy, uz) = vector(p, s + CENTRE), vector(p, s + NORMAL)
+        (ax, ay, az), (bx, by, bz) = vector(p, s + AXIS_U), vector(p, s + AXIS_V)
+        disk, clear, (wide_x, wide_y, wide_z) = p[s + IS_DISK], p[s + CLEAR], vector(p, s + HALF_WIDTHS)
         if boxes_disjoint(box, cx, cy, cz, wide_x, wide_y, wide_z) or plane_misses(box, cx, cy, cz, ux, uy, uz):
             continue
         for i in range(B):
             ox, oy, oz = hx[i] - cx, hy[i] - cy, hz[i] - cz
             off = ox * ux + oy * uy + oz * uz
-            # a point of the plate itself is off it by the rounding of its coordinates, whatever the angle
+            # A point of the shape itself is off it by the rounding of its coordinates, whatever the angle
             blur = real(4e-6) * (abs(hx[i]) + abs(hy[i]) + abs(hz[i]))
-            t = -off / (wx[i] * ux + wy[i] * uy + wz[i] * uz)
-            qx, qy, qz = ox + t * wx[i], oy + t * wy[i], oz + t * wz[i]
-            qa, qb = qx * ax + qy * ay + qz * az, qx * bx + qy * by + qz * bz
-            a2, b2 = qa * qa, qb * qb
-            most = a2 if a2 > b2 else b2
-            held = (most + disk * (a2 + b2 - most) <= real(1)) & (t > real(0)) & (t < far[i]) & (abs(off) > blur)
+            t, qa, qb = plane_point(ox, oy, oz, wx[i], wy[i], wz[i], ux, uy, uz, ax, ay, az, bx, by, bz)
+            held = inside_edge(real, qa, qb, disk) & (t > real(0)) & (t < far[i]) & (abs(off) > blur)
             light[i] *= clear if held else real(1)
 
 
 @stage
 def disk_points(lanes):
-    """A6, A7: the points V0, V1 of the square on the unit disk, of equal area, neighbours kept."""
+    """A6, A7: V0, V1 of the unit square mapped to the unit disk (concentric map: equal areas, neighbours kept)."""
     real = lanes.dtype.type
     row = rows(lanes)
     v0, v1, p, q = row[V0], row[V1], row[A6], row[A7]
@@ -139,23 +164,30 @@ def disk_points(lanes):
 
 @stage
 def sun(lanes, p, key):
-    """Add the light of the sun.
-
-    p: unit direction (3), two unit axes across it times the tangent of its angular radius (6), irradiance / π (3),
-    then occluder_parameters.
-    """
+    """Add the light of the sun.  p: sun_parameters, occluder_parameters."""
     if count_lit(lanes) == 0:
         return
     sample_sun(lanes, p)
     shadow(lanes, p[SUN:])
-    add_light(lanes, p[9], p[10], p[11])
+    add_light(lanes, p[IRRADIANCE:])
 
 
 @stage
-def add_light(lanes, r, g, b):
-    """Add the light A7, of this colour, to what the path gathers."""
+def lamp(lanes, p, key):
+    """Add the light of one lamp.  p: sphere_lamp or planar_lamp, then occluder_parameters."""
+    if count_lit(lanes) == 0:
+        return
+    sample_lamp(lanes, p)
+    shadow(lanes, p[LAMP:])
+    add_light(lanes, p[RADIANCE:])
+
+
+@stage
+def add_light(lanes, colour):
+    """Add the light A7, of a colour (3), to what the path gathers."""
     row = rows(lanes)
     red, green, blue, sr, sg, sb, light = row[RED], row[GREEN], row[BLUE], row[SR], row[SG], row[SB], row[A7]
+    r, g, b = vector(colour, 0)
     for i in range(B):
         sr[i] += red[i] * light[i] * r
         sg[i] += green[i] * light[i] * g
@@ -164,17 +196,18 @@ def add_light(lanes, r, g, b):
 
 @stage
 def sample_sun(lanes, p):
-    """A0 … A7 as `shadow` reads them, towards a point of the sun; p: as `sun` has it."""
+    """Sample a point of the sun: A0 … A7 as `shadow` reads them.  p: sun_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, nx, ny, nz, hx, hy, hz = row[DEPTH], row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
     wx, wy, wz, far, light = row[A3], row[A4], row[A5], row[A6], row[A7]
+    (cx, cy, cz), (ax, ay, az), (bx, by, bz) = vector(p, DIRECTION), vector(p, RIGHT), vector(p, UP)
     disk_points(lanes)
     for i in range(B):
         t, a, b = depth[i], far[i], light[i]
         hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
-        qx, qy, qz = p[0] + a * p[3] + b * p[6], p[1] + a * p[4] + b * p[7], p[2] + a * p[5] + b * p[8]
+        qx, qy, qz = cx + a * ax + b * bx, cy + a * ay + b * by, cz + a * az + b * bz
         size = real(1) / math.sqrt(qx * qx + qy * qy + qz * qz)
         qx, qy, qz = qx * size, qy * size, qz * size
         slant = nx[i] * qx + ny[i] * qy + nz[i] * qz
@@ -183,70 +216,85 @@ def sample_sun(lanes, p):
 
 
 @stage
-def lamp(lanes, p, key):
-    """Add the light of one lamp: a rectangle or disk that shines to both sides, or a sphere.
-
-    A point of a plate is drawn by area: L cos θ cos θ′ A / (π d²). A sphere is drawn by the solid angle
-    2π (1 − cos θm), sin θm = r / d, that it fills: L cos θ · 2 (1 − cos θm). p: lamp_parameters, occluder_parameters.
-    """
-    if count_lit(lanes) == 0:
-        return
-    sample_lamp(lanes, p)
-    shadow(lanes, p[LAMP:])
-    add_light(lanes, p[15], p[16], p[17])
-
-
-@stage
 def sample_lamp(lanes, p):
-    """A0 … A7 as `shadow` reads them, towards a point of the lamp; p: lamp_parameters."""
+    """Sample a point of a lamp: A0 … A7 as `shadow` reads them.  p: sphere_lamp or planar_lamp."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    depth, nx, ny, nz, hx, hy, hz = row[DEPTH], row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
-    v0, v1, wx, wy, wz, far, light = row[V0], row[V1], row[A3], row[A4], row[A5], row[A6], row[A7]
-    kind, cx, cy, cz = p[0], p[1], p[2], p[3]
-    ax, ay, az, bx, by, bz, ux, uy, uz = p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12]
-    flow, r2 = p[13] * real(1 / math.pi), p[14]
-    if kind == RECTANGLE_LAMP:
+    depth, hx, hy, hz, v0, v1, a, b = row[DEPTH], row[A0], row[A1], row[A2], row[V0], row[V1], row[A6], row[A7]
+
+    # Map V0, V1 to the square or the disk
+    if p[KIND] == RECTANGLE_LAMP:
         for i in range(B):
-            far[i], light[i] = real(2) * v0[i] - real(1), real(2) * v1[i] - real(1)
+            a[i], b[i] = real(2) * v0[i] - real(1), real(2) * v1[i] - real(1)
     else:
         disk_points(lanes)
+
+    # Find the lit points, and the point of the lamp that each of them sees
     for i in range(B):
         t = depth[i]
         hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
-    if kind == SPHERE_LAMP:
-        for i in range(B):
-            a, b = far[i], light[i]
-            qx, qy, qz = cx - hx[i], cy - hy[i], cz - hz[i]
-            d2 = qx * qx + qy * qy + qz * qz
-            size = real(1) / math.sqrt(d2)
-            qx, qy, qz = qx * size, qy * size, qz * size
-            sine2 = r2 / d2
-            sine2 = sine2 if sine2 < real(1) else real(1)
-            cap = sine2 / (real(1) + math.sqrt(real(1) - sine2))
-            low = (a * a + b * b) * cap
-            out = math.sqrt(cap * (real(2) - low))
-            # two axes across q, without a branch (Duff et al. 2017)
-            sign = real(1) if qz >= real(0) else real(-1)
-            e = real(-1) / (sign + qz)
-            f = qx * qy * e
-            a, b, c = a * out, b * out, real(1) - low
-            px = c * qx + a * (real(1) + sign * qx * qx * e) + b * f
-            py = c * qy + a * sign * f + b * (sign + qy * qy * e)
-            pz = c * qz - a * sign * qx - b * qy
-            slant = nx[i] * px + ny[i] * py + nz[i] * pz
-            wx[i], wy[i], wz[i], far[i] = px, py, pz, math.sqrt(d2 - r2 if d2 > r2 else real(0))
-            light[i] = real(2) * cap * (slant if slant > real(0) else real(0))
+    if p[KIND] == SPHERE_LAMP:
+        _sample_sphere(lanes, p)
     else:
-        for i in range(B):
-            a, b = far[i], light[i]
-            qx, qy, qz = cx + a * ax + b * bx - hx[i], cy + a * ay + b * by - hy[i], cz + a * az + b * bz - hz[i]
-            d2 = qx * qx + qy * qy + qz * qz
-            size = real(1) / math.sqrt(d2)
-            qx, qy, qz = qx * size, qy * size, qz * size
-            slant = nx[i] * qx + ny[i] * qy + nz[i] * qz
-            facing = abs(ux * qx + uy * qy + uz * qz)
-            arriving = slant * facing * flow / d2
-            wx[i], wy[i], wz[i], far[i] = qx, qy, qz, d2 * size
-            light[i] = arriving if arriving > real(0) else real(0)
+        _sample_planar(lanes, p)
+
+
+@stage
+def _sample_sphere(lanes, p):
+    """Sample the solid angle 2π (1 − cos θm), sin θm = r / d, of a sphere: the light is L cos θ · 2 (1 − cos θm).
+
+    A6, A7: a point of the unit disk.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    nx, ny, nz, hx, hy, hz = row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
+    wx, wy, wz, far, light = row[A3], row[A4], row[A5], row[A6], row[A7]
+    (cx, cy, cz), r2 = vector(p, MIDDLE), p[LAMP_RADIUS2]
+    for i in range(B):
+        a, b = far[i], light[i]
+        qx, qy, qz = cx - hx[i], cy - hy[i], cz - hz[i]
+        d2 = qx * qx + qy * qy + qz * qz
+        size = real(1) / math.sqrt(d2)
+        qx, qy, qz = qx * size, qy * size, qz * size
+        sine2 = r2 / d2
+        sine2 = sine2 if sine2 < real(1) else real(1)
+        cap = sine2 / (real(1) + math.sqrt(real(1) - sine2))
+        low = (a * a + b * b) * cap
+        out = math.sqrt(cap * (real(2) - low))
+        # Two axes across q, without a branch (Duff et al. 2017)
+        sign = real(1) if qz >= real(0) else real(-1)
+        e = real(-1) / (sign + qz)
+        f = qx * qy * e
+        a, b, c = a * out, b * out, real(1) - low
+        px = c * qx + a * (real(1) + sign * qx * qx * e) + b * f
+        py = c * qy + a * sign * f + b * (sign + qy * qy * e)
+        pz = c * qz - a * sign * qx - b * qy
+        slant = nx[i] * px + ny[i] * py + nz[i] * pz
+        wx[i], wy[i], wz[i], far[i] = px, py, pz, math.sqrt(d2 - r2 if d2 > r2 else real(0))
+        light[i] = real(2) * cap * (slant if slant > real(0) else real(0))
+
+
+@stage
+def _sample_planar(lanes, p):
+    """Sample the area A of a planar lamp, which shines to both sides: the light is L cos θ cos θ′ A / (π d²).
+
+    A6, A7: a point of the square or the unit disk.
+    """
+    real = lanes.dtype.type
+    row = rows(lanes)
+    nx, ny, nz, hx, hy, hz = row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2]
+    wx, wy, wz, far, light = row[A3], row[A4], row[A5], row[A6], row[A7]
+    (cx, cy, cz), (ax, ay, az), (bx, by, bz) = vector(p, MIDDLE), vector(p, HALF_A), vector(p, HALF_B)
+    (ux, uy, uz), flow = vector(p, FACING), p[AREA] * real(1 / math.pi)
+    for i in range(B):
+        a, b = far[i], light[i]
+        qx, qy, qz = cx + a * ax + b * bx - hx[i], cy + a * ay + b * by - hy[i], cz + a * az + b * bz - hz[i]
+        d2 = qx * qx + qy * qy + qz * qz
+        size = real(1) / math.sqrt(d2)
+        qx, qy, qz = qx * size, qy * size, qz * size
+        slant = nx[i] * qx + ny[i] * qy + nz[i] * qz
+        facing = abs(ux * qx + uy * qy + uz * qz)
+        arriving = slant * facing * flow / d2
+        wx[i], wy[i], wz[i], far[i] = qx, qy, qz, d2 * size
+        light[i] = arriving if arriving > real(0) else real(0)

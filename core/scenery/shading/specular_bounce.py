@@ -1,4 +1,4 @@
-"""Mirrors and glass: where a path goes on."""
+"""Mirrors and glass: where a path continues."""
 
 import math
 
@@ -37,31 +37,33 @@ from lensbench.kernels.block import (
 )
 from lensbench.scenery.shading.illumination import INDEX
 
-LIFT = 4e-6             # a path goes on so far off the surface, in parts of the coordinates of the point
+LIFT = 4e-6             # offset of a new ray from the surface, as a fraction of the coordinates of its origin
 
 
 @stage
 def specular_bounce(lanes, p, key):
-    """Send the paths that met metal or glass on, end the others; key[ALIVE] = 0 where none goes on.
+    """Continue the paths that met metal or glass, end the others; key[ALIVE] = 0 where none continues.
 
-    Metal mirrors. A glass ball is passed in one step, in closed form: refraction in, the chord 2 R cos θ′,
-    refraction out at the same angle. A pane is passed straight. A path that ends has no direction: it meets nothing.
-    It is SPECULAR where EMITS is below 0. The footprint of a pixel grows on with the length of the path, as it does
-    behind plane mirrors; a ball of glass spreads it as it does near its middle.
+    Metal reflects. A glass ball is crossed in one step, in closed form: refraction in, the chord 2 R cos θ′,
+    refraction out at the same angle. A pane is crossed straight. A path that ends has no direction and meets nothing.
+    It is SPECULAR where EMITS is below 0. The footprint of a pixel grows with the length of the path, as it does
+    behind plane mirrors; a ball of glass spreads it as it does near its axis.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
-    tr, tg, tb, foot, spread = row[TR], row[TG], row[TB], row[PIXEL_SIDE], row[PIXEL_SPREAD]
-    glow, bent = row[EMITS], row[SPECULAR]
+    tr, tg, tb, side, spread = row[TR], row[TG], row[TB], row[PIXEL_SIDE], row[PIXEL_SPREAD]
+    emits, specular = row[EMITS], row[SPECULAR]
+
+    # End the paths that met neither
     many = np.int32(0)
     for i in range(B):
         on = (gloss[i] >= real(METAL)) & (tr[i] + tg[i] + tb[i] > real(0))
         tr[i] = tr[i] if on else real(0)
         tg[i] = tg[i] if on else real(0)
         tb[i] = tb[i] if on else real(0)
-        bent[i] = real(1) if glow[i] < real(0) else real(0)
+        specular[i] = real(1) if emits[i] < real(0) else real(0)
         many = np.int32(many + np.int32(on))
     if many == 0:
         key[ALIVE] = np.uint32(0)
@@ -72,9 +74,11 @@ def specular_bounce(lanes, p, key):
         u, v, w, ux, uy, uz = dx[i], dy[i], dz[i], nx[i], ny[i], nz[i]
         hx, hy, hz = x[i] + t * u, y[i] + t * v, z[i] + t * w
         cosine = -(u * ux + v * uy + w * uz)
-        # metal
+
+        # Reflect at metal
         mx, my, mz = u + real(2) * cosine * ux, v + real(2) * cosine * uy, w + real(2) * cosine * uz
-        # a glass ball: in, across, out
+
+        # Refract into a glass ball, cross it, refract out
         inner = math.sqrt(real(1) - real(1 / INDEX**2) * (real(1) - cosine * cosine))
         bend = real(1 / INDEX) * cosine - inner
         ix, iy, iz = real(1 / INDEX) * u + bend * ux, real(1 / INDEX) * v + bend * uy, real(1 / INDEX) * w + bend * uz
@@ -82,7 +86,8 @@ def specular_bounce(lanes, p, key):
         ex, ey, ez = ux + real(2) * inner * ix, uy + real(2) * inner * iy, uz + real(2) * inner * iz
         back = real(INDEX) * inner - cosine
         gx, gy, gz = real(INDEX) * ix - back * ex, real(INDEX) * iy - back * ey, real(INDEX) * iz - back * ez
-        # which of the three, and a little off the surface
+
+        # Choose one of the three, and offset the ray from the surface
         lift = real(LIFT) * (abs(hx) + abs(hy) + abs(hz))
         lift = -lift if glass & (not ball) else lift
         sx, sy, sz = (ex, ey, ez) if ball else (ux, uy, uz)
@@ -92,11 +97,12 @@ def specular_bounce(lanes, p, key):
         size = real(1) / math.sqrt(qx * qx + qy * qy + qz * qz)
         x[i], y[i], z[i] = px if on else x[i], py if on else y[i], pz if on else z[i]
         dx[i], dy[i], dz[i] = qx * size if on else real(0), qy * size if on else real(0), qz * size if on else real(0)
-        # the footprint: a glass ball is a thin lens in its middle, of the focal length n R / (2 (n − 1))
+
+        # Carry the footprint: a glass ball is a thin lens at its centre, of the focal length n R / (2 (n − 1))
         radius = gloss[i] - real(GLASS) if ball else real(0)
-        inside = foot[i] + (t + radius) * spread[i]
+        inside = side[i] + (t + radius) * spread[i]
         wider = spread[i] - (inside * real(2 * (INDEX - 1) / INDEX) / radius if ball else real(0))
-        foot[i], spread[i] = inside + radius * wider if on else foot[i], wider if on else spread[i]
+        side[i], spread[i] = inside + radius * wider if on else side[i], wider if on else spread[i]
 
 
 @stage

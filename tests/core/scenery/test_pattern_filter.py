@@ -9,7 +9,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import BLUE, GREEN, PIXEL_SIDE, PIXEL_SPREAD, RED, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.planar import ripmap
+from lensbench.scenery.intersect.ripmap import ripmap
 
 WHITE = lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3)
 FILM = lb.Film(36.0, 24.0, 120, 80)
@@ -96,12 +96,7 @@ def test_every_reduction_of_an_image_has_its_mean_and_a_white_one_stays_white():
     random = np.random.default_rng(4)
     for shape in ((2, 2, 3), (37, 5, 3), (64, 100, 3)):
         image = random.random(shape)
-        packed = ripmap(image)
-        m, n = int(packed[0]), int(packed[1])
-        across, down = packed[2:2 + m].astype(int), packed[2 + m:2 + m + n].astype(int)
-        count = 1 + (m - 1) * (n - 1)
-        starts = packed[2 + m + n:2 + m + n + count].astype(int)
-        texels = packed[2 + m + n + count:].reshape(-1, 3)
+        across, down, starts, texels = ripmap(image)
         sizes = [(shape[1], shape[0]), *((a, b) for a in across[1:] for b in down[1:])]
         assert len(texels) == sum(a * b for a, b in sizes)
         for start, (a, b) in zip(starts, sizes, strict=True):

@@ -1,0 +1,201 @@
+"""Rectangles and disks: planar shapes of two half-axes a (right) and b (up) at right angles."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from lensbench.scenery.objects.material import Material
+from lensbench.scenery.objects.shape import Moving
+from lensbench.scenery.shading.clearcoat import planar_reflection
+from lensbench.scenery.shading.soft_shadows import planar_lamp, planar_occluder
+from lensbench.scenery.values import SceneError, Triple, across, check, triple
+
+
+class Frame(NamedTuple):
+    """A planar shape as arrays, mm, world frame."""
+
+    centre: np.ndarray
+    a: np.ndarray           # half-axis to the right
+    b: np.ndarray           # half-axis upwards
+    normal: np.ndarray      # unit vector along a × b
+
+
+class Planar(Moving):
+    """What planar shapes share: all that follows from the centre, the half-axes and whether the edge is round."""
+
+    centre: Triple
+    right: Triple
+    up: Triple
+    material: Material
+    family = "planar"
+    round = False
+
+    @property
+    def label(self) -> str:
+        """What a user calls it."""
+        return type(self).__name__.lower()
+
+    @property
+    def half_axes(self) -> tuple[Triple, Triple]:
+        """Half-axes right and up, mm."""
+        return self.right, self.up
+
+    @property
+    def frame(self) -> Frame:
+        """Centre, half-axes and unit normal."""
+        a, b = np.asarray(self.right, np.float64), np.asarray(self.up, np.float64)
+        normal = np.cross(a, b)
+        return Frame(np.asarray(self.centre, np.float64), a, b, normal / math.sqrt(normal @ normal))
+
+    @property
+    def bounding_radius(self) -> float:
+        """Distance from the centre to the farthest point, mm."""
+        _, a, b, _ = self.frame
+        return math.sqrt(max(a @ a, b @ b) if self.round else a @ a + b @ b)
+
+    @property
+    def area(self) -> float:
+        """mm²."""
+        _, a, b, _ = self.frame
+        return math.sqrt((a @ a) * (b @ b)) * (math.pi if self.round else 4.0)
+
+    def silhouette(self, direction: np.ndarray) -> float:
+        """Area foreshortened towards a unit direction, mm²."""
+        return self.area * abs(float(self.frame.normal @ direction))
+
+    def covers(self, u, v):
+        """Whether points of the plane, u and v in half-axes, lie on the shape."""
+        return u**2 + v**2 <= 1.0 if self.round else (abs(u) <= 1.0) & (abs(v) <= 1.0)
+
+    def distance(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Distance (n,) along rays (n, 3); nan where a ray misses."""
+        centre, a, b, normal = self.frame
+        t = ((centre - origins) @ normal) / (directions @ normal)
+        q = origins + t[:, None] * directions - centre
+        return np.where(self.covers(q @ a / (a @ a), q @ b / (b @ b)), t, math.nan)
+
+    def locate(self, point: np.ndarray, tolerance: float) -> np.ndarray | None:
+        """A point of the shape in mm along right, up and the normal; None off the shape."""
+        centre, a, b, normal = self.frame
+        away = point - centre
+        if not self.covers(away @ a / (a @ a), away @ b / (b @ b)) or abs(away @ normal) >= tolerance:
+            return None
+        return np.array([a / np.linalg.norm(a), b / np.linalg.norm(b), normal]) @ away
+
+    def outline(self, count: int) -> np.ndarray:
+        """Its edge: (count, 3) points of an ellipse, or four corners."""
+        angle = 2.0 * np.pi * np.arange(count) / count
+        edge = np.column_stack([np.cos(angle), np.sin(angle)]) if self.round else \
+            np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        return np.asarray(self.centre) + edge @ np.array(self.half_axes)
+
+    def lamp_numbers(self) -> np.ndarray:
+        """Parameters of `soft_shadows.lamp`."""
+        return planar_lamp(self)
+
+    def occluder_numbers(self) -> np.ndarray:
+        """Parameters of `soft_shadows.shadow`."""
+        return planar_occluder(self)
+
+    def reflection_numbers(self) -> np.ndarray:
+        """Parameters of `clearcoat.sharp_lights`."""
+        return planar_reflection(self)
+
+
+@dataclass(frozen=True)
+class Rectangle(Planar):
+    """Rectangle, visible from both sides.
+
+    Parameters
+    ----------
+    centre : (x, y, z)
+        mm, world frame.
+    right, up : (x, y, z)
+        Half-axes at right angles: from the centre to the middle of an edge, mm, world frame.
+    material : Material
+        Its pattern, if any, has its lower left corner at centre − right − up.
+    velocity, spin, pivot
+        Keywords; see `Moving`.
+
+    Raises
+    ------
+    SceneError
+        If a value is out of range or the half-axes are not at right angles.
+    """
+
+    centre: Triple
+    right: Triple
+    up: Triple
+    material: Material = Material()
+
+    def __post_init__(self):
+        check(self)
+        a, b = np.asarray(self.right), np.asarray(self.up)
+        if not (a @ a > 0.0 and b @ b > 0.0):
+            raise SceneError("the half-axes of a rectangle cannot be zero")
+        if abs(a @ b) > 1e-6 * math.sqrt((a @ a) * (b @ b)):
+            raise SceneError("the half-axes of a rectangle must be at right angles")
+
+    @classmethod
+    def facing(cls, centre: Triple, target: Triple, width: float, height: float,
+               material: Material = Material()) -> "Rectangle":    # noqa: B008  (frozen)
+        """Rectangle whose front faces a point and whose upper edge is horizontal.
+
+        Parameters
+        ----------
+        centre, target : (x, y, z)
+            Its centre and the point that it faces, mm, world frame.
+        width, height : float
+            Full lengths of the edges, mm.
+        material : Material
+            Its surface.
+        """
+        right, up = across(np.subtract(target, centre))
+        return cls(centre, triple(right * width / 2), triple(up * height / 2), material)
+
+
+@dataclass(frozen=True)
+class Disk(Planar):
+    """Disk, visible from both sides.
+
+    Parameters
+    ----------
+    centre : (x, y, z)
+        mm, world frame.
+    normal : (x, y, z)
+        Direction of its axis, of any length, world frame.
+    radius : float
+        mm.
+    material : Material
+        Its surface.
+    velocity, spin, pivot
+        Keywords; see `Moving`.
+
+    Raises
+    ------
+    SceneError
+        If a value is out of range.
+    """
+
+    centre: Triple
+    normal: Triple
+    radius: float
+    material: Material = Material()
+    round = True
+
+    def __post_init__(self):
+        check(self, ("radius",))
+        if not np.any(self.normal):
+            raise SceneError("the normal of a disk cannot be zero")
+
+    @property
+    def right(self) -> Triple:      # type: ignore[override]
+        """Half-axis to the right (mm), horizontal."""
+        return triple(across(self.normal)[0] * self.radius)
+
+    @property
+    def up(self) -> Triple:         # type: ignore[override]
+        """Half-axis upwards (mm)."""
+        return triple(across(self.normal)[1] * self.radius)

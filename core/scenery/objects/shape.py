@@ -1,0 +1,145 @@
+"""What every shape of a scene provides, and how shapes move.
+
+A new shape is a frozen dataclass in a file of its own that derives from `Moving` and has the members of `Shape`; the
+scene file reader gives it a row. Its `family` names the kernels that intersect, reflect and sample it: a shape that
+these can describe (every flat one bounded by half-axes, say) needs no kernel.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol, TypeVar
+
+import numpy as np
+
+from lensbench.scenery.objects.material import Material
+from lensbench.scenery.values import Triple, triple
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moving:
+    """Motion of a shape, whose other fields describe it at the time 0 s.
+
+    Parameters
+    ----------
+    velocity : (x, y, z)
+        mm/s, world frame.
+    spin : (x, y, z)
+        Axis of rotation times angular speed, rad/s, right-handed, world frame.
+    pivot : (x, y, z), optional
+        Point of the axis at 0 s, mm, world frame; it moves with `velocity`. None: the centre of the shape.
+    """
+
+    velocity: Triple = (0.0, 0.0, 0.0)
+    spin: Triple = (0.0, 0.0, 0.0)
+    pivot: Triple | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether it has a velocity or a spin."""
+        return any(self.velocity) or any(self.spin)
+
+
+class Shape(Protocol):
+    """Members that cameras, lights, plans and scene files use of a shape. Lengths in mm, world frame, at 0 s."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]      # a shape is a dataclass
+
+    @property
+    def centre(self) -> Triple:
+        """Middle of the shape."""
+
+    @property
+    def material(self) -> Material:
+        """What it is made of."""
+
+    @property
+    def velocity(self) -> Triple:
+        """mm/s."""
+
+    @property
+    def spin(self) -> Triple:
+        """rad/s."""
+
+    @property
+    def pivot(self) -> Triple | None:
+        """Point of the axis of rotation."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves."""
+
+    @property
+    def family(self) -> str:
+        """Which kernels read its numbers: "sphere" (a radius) or "planar" (two half-axes)."""
+
+    @property
+    def round(self) -> bool:
+        """Whether its silhouette along the normal is an ellipse; else a rectangle."""
+
+    @property
+    def label(self) -> str:
+        """What a user calls it."""
+
+    @property
+    def half_axes(self) -> tuple[Triple, Triple]:
+        """Half-axes right and up of a planar shape; zeros for a sphere."""
+
+    @property
+    def bounding_radius(self) -> float:
+        """Radius of the sphere about the centre that holds it."""
+
+    @property
+    def area(self) -> float:
+        """Area of its largest silhouette, mm²."""
+
+    def silhouette(self, direction: np.ndarray) -> float:
+        """Area that it shows to a viewer in this unit direction, mm²."""
+
+    def distance(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Distance (n,) along rays (n, 3) of unit directions; nan where a ray misses."""
+
+    def locate(self, point: np.ndarray, tolerance: float) -> np.ndarray | None:
+        """A world point in the frame of the shape, (3,); None if it lies off the surface by more than the tolerance."""
+
+    def outline(self, count: int) -> np.ndarray:
+        """Its outline seen from above as a polygon of world points, (m, 3), m ≤ count."""
+
+    def lamp_numbers(self) -> np.ndarray:
+        """Parameters of `soft_shadows.lamp`."""
+
+    def occluder_numbers(self) -> np.ndarray:
+        """Parameters of `soft_shadows.shadow` for this shape."""
+
+    def reflection_numbers(self) -> np.ndarray:
+        """Parameters of `clearcoat.sharp_lights` for this shape as a light."""
+
+
+def by_family(shapes: Iterable) -> tuple[list, list]:
+    """Spheres, and planar shapes."""
+    shapes = list(shapes)
+    spheres, planar = ([o for o in shapes if o.family == family] for family in ("sphere", "planar"))
+    return spheres, planar
+
+
+Moved = TypeVar("Moved", bound=Shape)
+
+
+def displaced(shape: Moved, seconds: float) -> Moved:
+    """The shape translated by its velocity times a number of seconds, not rotated."""
+    way = np.multiply(shape.velocity, seconds)
+    pivot = None if shape.pivot is None else triple(np.add(shape.pivot, way))
+    return replace(shape, centre=triple(np.add(shape.centre, way)), pivot=pivot)
+
+
+def rest_frame(origins, directions, shape: Shape, time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Rays (n, 3) of the world at a time (s), in the frame where the shape lies as it does at 0 s."""
+    if not shape.moves or time == 0.0:
+        return origins, directions
+    spin = np.asarray(shape.spin) * time
+    angle = math.sqrt(spin @ spin)
+    x, y, z = spin / angle if angle > 0.0 else spin
+    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation = np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * k @ k
+    pivot = np.asarray(shape.centre if shape.pivot is None else shape.pivot)
+    return (origins - pivot - np.multiply(shape.velocity, time)) @ rotation + pivot, directions @ rotation

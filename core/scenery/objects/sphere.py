@@ -1,0 +1,94 @@
+"""Spheres."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.scenery.objects.material import Material
+from lensbench.scenery.objects.shape import Moving
+from lensbench.scenery.shading.clearcoat import sphere_reflection
+from lensbench.scenery.shading.soft_shadows import sphere_lamp, sphere_occluder
+from lensbench.scenery.values import SceneError, Triple, check
+
+
+@dataclass(frozen=True)
+class Sphere(Moving):
+    """Sphere, visible from outside.
+
+    Parameters
+    ----------
+    centre : (x, y, z)
+        mm, world frame.
+    radius : float
+        mm.
+    material : Material
+        Without a pattern.
+    velocity, spin, pivot
+        Keywords; see `Moving`.
+
+    Raises
+    ------
+    SceneError
+        If a value is out of range.
+    """
+
+    centre: Triple
+    radius: float
+    material: Material = Material()
+
+    family = "sphere"
+    round = True
+    half_axes = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+
+    def __post_init__(self):
+        check(self, ("radius",))
+        if self.material.pattern is not None:
+            raise SceneError("a sphere has no pattern: give it to a rectangle or a disk")
+
+    @property
+    def label(self) -> str:
+        """What a user calls it."""
+        return f"sphere of {2.0 * self.radius:.3g} mm"
+
+    @property
+    def bounding_radius(self) -> float:
+        """Its radius, mm."""
+        return self.radius
+
+    @property
+    def area(self) -> float:
+        """Area of its silhouette, mm²."""
+        return math.pi * self.radius**2
+
+    def silhouette(self, direction: np.ndarray) -> float:
+        """Area seen from any direction, mm²."""
+        return self.area
+
+    def distance(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Distance (n,) along rays (n, 3) to the front of the sphere; nan where a ray misses."""
+        to = origins - np.asarray(self.centre)
+        half = np.sum(to * directions, 1)
+        return -half - np.sqrt(half**2 - np.sum(to * to, 1) + self.radius**2)
+
+    def locate(self, point: np.ndarray, tolerance: float) -> np.ndarray | None:
+        """A point of the surface relative to the centre, along the world's axes; None off the surface."""
+        away = point - np.asarray(self.centre)
+        return away if abs(np.linalg.norm(away) - self.radius) < tolerance + 1e-3 * self.radius else None
+
+    def outline(self, count: int) -> np.ndarray:
+        """Its equator, (count, 3)."""
+        angle = 2.0 * np.pi * np.arange(count) / count
+        return np.asarray(self.centre) + self.radius * np.column_stack([np.cos(angle), 0.0 * angle, np.sin(angle)])
+
+    def lamp_numbers(self) -> np.ndarray:
+        """Parameters of `soft_shadows.lamp`."""
+        return sphere_lamp(self)
+
+    def occluder_numbers(self) -> np.ndarray:
+        """Parameters of `soft_shadows.shadow`."""
+        return sphere_occluder(self)
+
+    def reflection_numbers(self) -> np.ndarray:
+        """Parameters of `clearcoat.sharp_lights`."""
+        return sphere_reflection(self)

@@ -1,0 +1,117 @@
+"""What surrounds the shapes of a scene: floor, sun and sky."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lensbench.scenery.values import SceneError, Triple, check
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Endless checkered plane, visible from above.
+
+    Parameters
+    ----------
+    height : float
+        Distance along `normal` from the world's origin, mm.
+    tile : float
+        Edge of a tile, mm.
+    light, dark : (r, g, b)
+        Linear albedo of the tiles, in [0, 1].
+    gloss : float
+        0: matte. In (0, 1]: a clear coat, as in `Material`.
+    normal : (x, y, z)
+        Upward direction, of any length, world frame.
+    turn : float
+        Rotation of the tiles about the normal, radians.
+    offset : (a, b)
+        Shift of the tiles, in tiles.
+
+    Raises
+    ------
+    SceneError
+        If a value is out of range.
+    """
+
+    height: float = -250.0
+    tile: float = 100.0
+    light: Triple = (0.75, 0.75, 0.75)
+    dark: Triple = (0.08, 0.08, 0.08)
+    gloss: float = 0.0
+    normal: Triple = (0.0, 1.0, 0.0)
+    turn: float = 0.0
+    offset: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self):
+        check(self, ("tile",))
+        if not 0.0 <= self.gloss <= 1.0:
+            raise SceneError(f"gloss {self.gloss:g}: it must lie between 0 and 1")
+        if not np.any(self.normal):
+            raise SceneError("the normal of a floor cannot be zero")
+        if min(*self.light, *self.dark) < 0.0 or max(*self.light, *self.dark) > 1.0:
+            raise SceneError("the colours of a floor must lie between 0 and 1")
+
+
+@dataclass(frozen=True)
+class Sun:
+    """Distant disk of uniform radiance.
+
+    Parameters
+    ----------
+    direction : (x, y, z)
+        Direction towards the sun, of any length, world frame.
+    colour : (r, g, b)
+        Irradiance on a surface that faces it, divided by π.
+    angular_radius : float
+        Radians, at most 1.
+
+    Raises
+    ------
+    SceneError
+        If a value is out of range.
+    """
+
+    direction: Triple
+    colour: Triple = (2.0, 1.9, 1.7)
+    angular_radius: float = math.radians(0.27)
+
+    def __post_init__(self):
+        check(self, ("angular_radius",))
+        if not np.any(self.direction):
+            raise SceneError("the direction of the sun cannot be zero")
+        if self.angular_radius > 1.0:
+            raise SceneError(f"angular radius of the sun {self.angular_radius:g}: at most 1 radian")
+        if min(self.colour) < 0.0:
+            raise SceneError(f"colour {self.colour}: no component can be negative")
+
+
+@dataclass(frozen=True)
+class Sky:
+    """Sky whose radiance varies linearly with the sine of the elevation.
+
+    Parameters
+    ----------
+    zenith, horizon, ground : (r, g, b)
+        Radiance overhead, at the horizon, and everywhere below the horizon.
+    up : (x, y, z)
+        Direction of the zenith, of any length, world frame.
+
+    Raises
+    ------
+    SceneError
+        If a value is out of range.
+    """
+
+    zenith: Triple = (0.25, 0.45, 0.9)
+    horizon: Triple = (0.8, 0.85, 0.9)
+    ground: Triple = (0.3, 0.28, 0.25)
+    up: Triple = (0.0, 1.0, 0.0)
+
+    def __post_init__(self):
+        check(self)
+        if min(*self.zenith, *self.horizon, *self.ground) < 0.0:
+            raise SceneError("the colours of a sky cannot be negative")
+        if not np.any(self.up):
+            raise SceneError("the up direction of a sky cannot be zero")

@@ -1,0 +1,267 @@
+"""The stages of a scene: what a ray meets, what coats reflect of it, and the light that falls on it.
+
+`scene` is a `Scene` throughout; its file imports this one.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from lensbench.kernels.block import BLUE, DEPTH, GREEN, RED, B, Step, rows, stage
+from lensbench.scenery.intersect.block_bounds import beam
+from lensbench.scenery.intersect.floor import floor, floor_parameters
+from lensbench.scenery.intersect.moving_objects import motion_parameters, moving, moving_parameters
+from lensbench.scenery.intersect.planar import planar, planar_parameters
+from lensbench.scenery.intersect.sky import SKY_DISTANCE, sky, sky_parameters, sun_disk, sun_disk_parameters
+from lensbench.scenery.intersect.spheres import sphere_parameters, spheres
+from lensbench.scenery.objects import Shape, by_family, displaced, unit
+from lensbench.scenery.shading.clearcoat import SHARP, clearcoat, clearcoat_parameters
+from lensbench.scenery.shading.illumination import (
+    BENDS,
+    SMALL,
+    ambient,
+    begin_path,
+    daylight,
+    finish_path,
+    gather_emission,
+    open_light,
+    rise,
+)
+from lensbench.scenery.shading.moving_clearcoat import (
+    moving_clearcoat,
+    moving_highlights,
+    moving_reflected,
+    moving_rough_clearcoat,
+)
+from lensbench.scenery.shading.moving_lights import (
+    after,
+    moving_ambient,
+    moving_lamp,
+    moving_occluders,
+    moving_sky_occluders,
+    moving_sun,
+    sky_occluders,
+)
+from lensbench.scenery.shading.participating_medium import Medium
+from lensbench.scenery.shading.rough_clearcoat import rough_clearcoat, rough_clearcoat_parameters
+from lensbench.scenery.shading.soft_shadows import (
+    lamp,
+    occluder_parameters,
+    point_parameters,
+    sun,
+    sun_parameters,
+)
+from lensbench.scenery.shading.specular_bounce import bounce_pupil_part, specular_bounce
+from lensbench.scenery.small_lights import ExcludedLight
+
+Scene = Any
+BOUNCES = 3             # specular bounces of a path
+MOST_HIGHLIGHTS = 64    # lights that a rough coat reflects: those that are brightest from the origin
+HIGHLIGHT_RADIUS = math.radians(1.5)    # least radius of the sun in mirrors and coats, its light unchanged
+NONE = np.zeros(1)      # parameters of a stage that has none
+
+
+@lru_cache(maxsize=16)
+def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: ExcludedLight | None,
+                   medium: Medium | None) -> tuple[Step, ...]:
+    """Stages from a ray to its radiance, cached: a slider asks for the same ones again and again."""
+    opening, fog = opening if scene.moves else 0.0, []
+    if medium is not None and not medium.is_clear:
+        fog = replace(medium, index=1.0).steps
+    excluded = excluded or ExcludedLight(scene.objects, frozenset(), scene.objects)
+    mirrors = any(o.material.kind in ("metal", "glass") for o in scene.objects)
+    occluders = any(not o.material.shines for o in scene.objects)
+    if not (mirrors or _glosses(scene) or _lamps(scene) or (shadows and occluders) or fog):
+        sunlight = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+        if scene.sun is not None:
+            sunlight = np.array([*unit(scene.sun.direction), *scene.sun.colour])
+        return (*_intersection(scene, opening, shapes=excluded.first),
+                Step(daylight, np.concatenate([_surround(scene), scene.ambient, sunlight])))
+    light = _light(scene, shadows, opening)
+    emission = [BENDS if j in excluded.bends else float(o.material.shines) for j, o in enumerate(excluded.first)]
+    steps = [Step(begin_path, NONE), *_intersection(scene, opening, shapes=excluded.first, emission=emission), *fog,
+             *_coats(scene, False, opening), Step(gather_emission, NONE), *light]
+    if mirrors:
+        emission = [SMALL if o != other and o.material.pattern is None else float(o.material.shines)
+                    for o, other in zip(scene.objects, excluded.later, strict=True)]
+        part = [Step(bounce_pupil_part, NONE)] if is_rough(scene) else []
+        met = _intersection(scene, opening, reflected=True, emission=emission, specular=excluded.later)
+        for k in range(BOUNCES):
+            onward = [*part, Step(specular_bounce, NONE), *met, *fog, *_coats(scene, k == BOUNCES - 1, opening),
+                      Step(gather_emission, NONE), *light]
+            steps += [step._replace(gated=True) for step in onward]
+    return (*steps, Step(finish_path, NONE))
+
+
+@lru_cache(maxsize=16)
+def marking_steps(scene: Scene, shapes: tuple[Shape, ...]) -> tuple[Step, ...]:
+    """Stages that mark which of these still shapes a ray meets; see `Scene.marking_steps`."""
+    emission = [2.0 + j if o.material.shines else -2.0 - j for j, o in enumerate(shapes)]
+    return tuple(_intersection(scene, 0.0, shapes=shapes, emission=emission))
+
+
+@lru_cache(maxsize=16)
+def depth_steps(scene: Scene, opening: float) -> tuple[Step, ...]:
+    """Stages that find the depth only; see `Scene.depth_steps`."""
+    return (*_intersection(scene, opening if scene.moves else 0.0), Step(depth_picture, NONE))
+
+
+def is_rough(scene: Scene) -> bool:
+    """Whether any coat reflects lights roughly."""
+    return any(gloss < SHARP for gloss in _glosses(scene))
+
+
+@stage
+def depth_picture(lanes, p, key):
+    """RED: DEPTH in mm; GREEN: 1 where something was hit; BLUE: 0."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    depth, red, green, blue = row[DEPTH], row[RED], row[GREEN], row[BLUE]
+    for i in range(B):
+        red[i] = depth[i]
+        green[i] = real(1) if depth[i] < real(SKY_DISTANCE) else real(0)
+        blue[i] = real(0)
+
+
+def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes: tuple[Shape, ...] | None = None,
+                  emission: Sequence[float] | None = None,
+                  specular: tuple[Shape, ...] | None = None) -> list[Step]:
+    """Stages that find the nearest surface; `reflected`: the sun's disk is at least HIGHLIGHT_RADIUS.
+
+    shapes: in place of the scene's objects; emission: EMITS of each, by default whether it shines; specular: the
+    shapes as SPECULAR paths see them.
+    """
+    shapes = scene.objects if shapes is None else shapes
+    emission = [float(o.material.shines) for o in shapes] if emission is None else emission
+    seen = [one for one in zip(shapes, emission, shapes if specular is None else specular, strict=True)
+            if not one[0].moves]
+    balls, flat = ([one for one in seen if one[0].family == family] for family in ("sphere", "planar"))
+    steps = [Step(sky, sky_parameters(scene.sky))]
+    if scene.sun is not None:
+        radius = scene.sun.angular_radius
+        steps.append(Step(sun_disk, sun_disk_parameters(scene.sun,
+                                                        max(radius, HIGHLIGHT_RADIUS) if reflected else radius)))
+    if scene.floor is not None:
+        steps.append(Step(floor, floor_parameters(scene.floor)))
+    if balls or flat or scene.moves:
+        steps.append(Step(beam, NONE))
+    if balls:
+        steps.append(Step(spheres, sphere_parameters(*list(zip(*balls, strict=True))[:2])))
+    if flat:
+        steps.append(Step(planar, planar_parameters(*zip(*flat, strict=True))))
+    if scene.moves:
+        steps.append(Step(moving, moving_parameters(_moving(scene.objects), opening)))
+    return steps
+
+
+def _coats(scene: Scene, last: bool, opening: float) -> list[Step]:
+    """Stages of the clear coats; in the last round of a path metal reflects as they do."""
+    steps = []
+    around = sky_parameters(scene.sky)
+    if scene.enclosed:                          # coats reflect the ambient light in place of the sky
+        around = np.array([*scene.ambient * 3, 0.0, 1.0, 0.0])
+    if last or any(g >= SHARP for g in _glosses(scene)) or any(o.material.kind == "glass" for o in scene.objects):
+        disk = None
+        if scene.sun is not None and not scene.enclosed:
+            disk = sun_disk_parameters(scene.sun, max(scene.sun.angular_radius, HIGHLIGHT_RADIUS))
+        ground = None if scene.floor is None else floor_parameters(scene.floor)
+        bulbs, panels = by_family(scene.objects)
+        bulbs = [o for o in bulbs if o.material.kind == "lamp"]
+        panels = [o for o in panels if o.material.shines and o.material.pattern is None]
+        numbers = clearcoat_parameters(around, ground, _floor_light(scene), disk, _still(bulbs), _still(panels), last)
+        moved = moving_reflected(_moving([*bulbs, *panels]), opening)
+        steps.append(Step(moving_clearcoat, after(numbers, moved)) if moved.size else Step(clearcoat, numbers))
+    if is_rough(scene):
+        lights = [o for o in scene.objects if o.material.shines and o.material.pattern is None]
+        lights = sorted(lights, key=_brightness, reverse=True)[:MOST_HIGHLIGHTS]
+        numbers = rough_clearcoat_parameters(around, _still(lights))
+        moved = moving_highlights(_moving(lights), opening)
+        steps.append(Step(moving_rough_clearcoat, after(numbers, moved)) if moved.size
+                     else Step(rough_clearcoat, numbers))
+    return steps
+
+
+def _light(scene: Scene, shadows: bool, opening: float) -> list[Step]:
+    """Stages of the light that falls on an albedo: sky, sun and lamps."""
+    balls, flat = by_family(scene.objects)
+    held = [s for s in balls if shadows and not s.material.shines]
+    around = np.concatenate([_surround(scene), scene.ambient, sky_occluders(_still(held))])
+    occluders, moved = np.zeros(1), np.zeros(0)
+    if shadows:
+        occluders = occluder_parameters(_still(balls), _still(flat))
+        moved = moving_occluders(_moving(scene.objects), opening)
+    lamps = _lamps(scene)
+    if not shadows:
+        steps = [Step(open_light, np.concatenate([around, *(point_parameters(o) for o in _still(lamps))]))]
+    elif _moving(held):
+        steps = [Step(moving_ambient, after(around, moving_sky_occluders(_moving(held), opening)))]
+    else:
+        steps = [Step(ambient, around)]
+    if scene.sun is not None:
+        shining = np.concatenate([sun_parameters(scene.sun), occluders])
+        steps.append(Step(moving_sun, after(shining, moved)) if moved.size else Step(sun, shining))
+    for o in lamps if shadows else _moving(lamps):
+        here = displaced(o, opening)
+        shining = np.concatenate([here.lamp_numbers(), occluders])
+        if o.moves or moved.size:
+            steps.append(Step(moving_lamp, np.concatenate([motion_parameters([here], opening),
+                                                           after(shining, moved)])))
+        else:
+            steps.append(Step(lamp, shining))
+    return steps
+
+
+def _floor_light(scene: Scene) -> np.ndarray:
+    """Irradiance / π on the floor below the middle of the near spheres, for its mirror image in coats."""
+    if scene.floor is None:
+        return np.zeros(3)
+    normal = unit(scene.floor.normal)
+    near = [s.centre for s in scene.spheres if not s.material.shines and math.dist(s.centre, (0, 0, 0)) < 3000.0]
+    middle = np.mean(near, 0) if near else np.array([0.0, 0.0, -1000.0])
+    here = middle + (scene.floor.height - middle @ normal) * normal
+    around = _surround(scene)
+    up = float(normal @ unit(scene.sky.up))
+    zenith, horizon, below = around[0:3], around[3:6], around[6:9]
+    total = np.asarray(scene.ambient) + horizon * (1 + up) / 2 + below * (1 - up) / 2
+    total = total + rise.py_func(float, up) * (zenith - horizon)
+    if scene.sun is not None:
+        total = total + np.asarray(scene.sun.colour) * max(0.0, float(normal @ unit(scene.sun.direction)))
+    for light in _still(_lamps(scene)):
+        to = np.asarray(light.centre) - here
+        distance = math.sqrt(to @ to)
+        slant = max(0.0, float(to @ normal)) / distance
+        size = light.silhouette(to / distance) / math.pi
+        total = total + np.asarray(light.material.colour) * slant * size / distance**2
+    return total
+
+
+def _lamps(scene: Scene) -> list[Shape]:
+    return [o for o in scene.objects if o.material.kind == "lamp"]
+
+
+def _glosses(scene: Scene) -> set[float]:
+    """The gloss of every coat."""
+    glosses = {o.material.gloss for o in scene.objects if o.material.kind == "coat"}
+    return glosses | ({scene.floor.gloss} if scene.floor is not None and scene.floor.gloss > 0.0 else set())
+
+
+def _surround(scene: Scene) -> np.ndarray:
+    """The sky as a light: black where the scene is enclosed."""
+    return sky_parameters(scene.sky) * (0.0 if scene.enclosed else 1.0)
+
+
+def _brightness(light: Shape) -> float:
+    """Of a light seen from the origin: its radiance times its greatest solid angle."""
+    return sum(light.material.colour) * light.area / max(math.hypot(*light.centre), 1.0) ** 2
+
+
+def _still(shapes):
+    return [o for o in shapes if not o.moves]
+
+
+def _moving(shapes):
+    return [o for o in shapes if o.moves]

@@ -1,0 +1,45 @@
+"""Checks and vectors that all scene objects share."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import fields
+
+import numpy as np
+
+Triple = tuple[float, float, float]
+
+
+class SceneError(ValueError):
+    """An invalid scene; the message says how to correct it."""
+
+
+def check(value, positive: Sequence[str] = ()) -> None:
+    """Refuse numbers that are not finite, and named lengths that are not positive."""
+    for f in fields(value):
+        numbers = getattr(value, f.name)
+        for x in numbers if isinstance(numbers, tuple) else (numbers,):
+            if isinstance(x, float | int) and not math.isfinite(x):
+                raise SceneError(f"{f.name} of a {type(value).__name__.lower()} is {x}: it must be a finite number")
+        if f.name in positive and not numbers > 0:
+            raise SceneError(f"{f.name} of a {type(value).__name__.lower()} is {numbers:g}: it must be positive")
+
+
+def unit(v) -> np.ndarray:
+    """The vector scaled to length 1."""
+    v = np.asarray(v, np.float64)
+    return v / math.sqrt(v @ v)
+
+
+def triple(v) -> Triple:
+    """Three numbers of an array as a tuple of floats."""
+    return (float(v[0]), float(v[1]), float(v[2]))
+
+
+def across(direction) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit axes (right, up) perpendicular to a direction.
+
+    right × up points along the direction; right is horizontal (y = 0) unless the direction is nearly vertical.
+    """
+    axis = unit(direction)
+    right = unit(np.cross((0.0, 1.0, 0.0) if abs(axis[1]) < 0.999 else (0.0, 0.0, -1.0), axis))
+    return right, np.cross(axis, right)
