@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit, uint32
 
 from lensbench.kernels.block import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
-from lensbench.kernels.tile_order import HEIGHT, STRIP_WIDTH, WIDTH, add_corners, next_line, pixel_at
+from lensbench.kernels.tile_order import HEIGHT, STRIP_WIDTH, WIDTH, next_line, pixel_at
 
 # Primitive polynomials and first direction numbers of dimensions 1 … (dimension 0 is van der Corput's).
 _JOE_KUO = [(1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)), (3, 2, (1, 1, 1)), (4, 1, (1, 1, 3, 3)),
@@ -147,33 +147,6 @@ def sample_times(lanes, p, key):
     for i in range(B):
         a = mix(uint32(uint32(key[PIXEL] + uint32(i)) ^ _u(0x68E31DA4)))
         time[i] = real(np.int32(uint32(a ^ d) >> _u(8))) * unit
-
-
-@stage
-def white_noise(lanes, p, key):
-    """Independent random numbers for all rows of the samplers above: the baseline for comparisons. p: WIDTH, HEIGHT."""
-    real = lanes.dtype.type
-    row = rows(lanes)
-    u0, u1, x, y, v0, v1, time = row[U0], row[U1], row[X], row[Y], row[V0], row[V1], row[TIME]
-    start = mix(uint32(key[SEED] * _u(0x9E3779B9) + key[SAMPLE]))
-    unit = real(1 / 16777216)
-    step = _u(0x9E3779B9)
-    for i in range(B):
-        a = mix(uint32(mix(uint32(key[PIXEL] + uint32(i))) + start))
-        b = mix(uint32(a + step))
-        c = mix(uint32(b + step))
-        d = mix(uint32(c + step))
-        u0[i] = real(np.int32(a >> _u(8))) * unit
-        u1[i] = real(np.int32(b >> _u(8))) * unit
-        x[i] = real(np.int32(c >> _u(8))) * unit
-        y[i] = real(np.int32(d >> _u(8))) * unit
-    for i in range(B):
-        e = mix(uint32(mix(uint32(mix(uint32(key[PIXEL] + uint32(i))) + start)) ^ _u(0x68E31DA4)))
-        f = mix(uint32(e + step))
-        v0[i] = real(np.int32(e >> _u(8))) * unit
-        v1[i] = real(np.int32(f >> _u(8))) * unit
-        time[i] = real(np.int32(mix(uint32(f + step)) >> _u(8))) * unit
-    add_corners(lanes, p, key)
 
 
 def _first_points() -> np.ndarray:

@@ -15,9 +15,9 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.studies.charts.curves import Curve, Panel
+from lensbench.app.studies.charts.samplers import white_noise
 from lensbench.app.studies.timing import report_progress
 from lensbench.kernels.block import Step
-from lensbench.kernels.sampling import white_noise
 from lensbench.scenery.scene import Scene
 
 PIXELS = (180, 120)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.studies.charts.ray_table import ray_table_step
 from lensbench.kernels.block import Step
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
-from lensbench.lens_models.ray_table import ray_table_step
 from lensbench.pupils.radial_sampler import PupilTable
 
 IDEAL = {"pinhole": "pinhole", "thin": "thin lens", "thick": "thick lens"}

@@ -1,6 +1,6 @@
-"""Other ways to place the samples of a picture: here to be measured against the default net, used nowhere else.
+"""Rival samplers, which the charts measure against the default net.
 
-All of them are keyed by (pixel, sample, dimension, seed) as the default is, and fill the same rows. Sources: Roberts
+All take the key (pixel, sample, dimension, seed) of the default and fill the same rows. Sources: Roberts
 2018 (the additive recurrence of the generalised golden ratio); Cools, Kuo and Nuyens 2006 (the generating vector of
 the lattice sequence); Cranley and Patterson 1976 (a shift of each pixel's own).
 """
@@ -10,7 +10,7 @@ from numba import njit, uint32
 
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
-from lensbench.kernels.sampling import mix, sampling_steps, sobol, white_noise
+from lensbench.kernels.sampling import mix, sampling_steps, sobol
 from lensbench.kernels.tile_order import add_corners
 
 _u = np.uint32
@@ -66,6 +66,33 @@ def scrambled(lanes, p, key):
         for i in range(B):
             own = _seeded(key[PIXEL] + uint32(i), key[SEED], 0)
             out[i] = real(np.int32(sobol(key[SAMPLE], d, own) >> _u(8))) * unit
+
+
+@stage
+def white_noise(lanes, p, key):
+    """White noise: independent random numbers for all rows of the default samplers. p: width, height (pixels)."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    u0, u1, x, y, v0, v1, time = row[U0], row[U1], row[X], row[Y], row[V0], row[V1], row[TIME]
+    start = mix(uint32(key[SEED] * _u(0x9E3779B9) + key[SAMPLE]))
+    unit = real(1 / 16777216)
+    step = _u(0x9E3779B9)
+    for i in range(B):
+        a = mix(uint32(mix(uint32(key[PIXEL] + uint32(i))) + start))
+        b = mix(uint32(a + step))
+        c = mix(uint32(b + step))
+        d = mix(uint32(c + step))
+        u0[i] = real(np.int32(a >> _u(8))) * unit
+        u1[i] = real(np.int32(b >> _u(8))) * unit
+        x[i] = real(np.int32(c >> _u(8))) * unit
+        y[i] = real(np.int32(d >> _u(8))) * unit
+    for i in range(B):
+        e = mix(uint32(mix(uint32(mix(uint32(key[PIXEL] + uint32(i))) + start)) ^ _u(0x68E31DA4)))
+        f = mix(uint32(e + step))
+        v0[i] = real(np.int32(e >> _u(8))) * unit
+        v1[i] = real(np.int32(f >> _u(8))) * unit
+        time[i] = real(np.int32(mix(uint32(f + step)) >> _u(8))) * unit
+    add_corners(lanes, p, key)
 
 
 def samplers(film: Film, timed: bool = False) -> dict[str, list[Step]]:

@@ -1,4 +1,4 @@
-"""Other ways to focus, as pbrt and the books have them: here to be compared, used nowhere else.
+"""Rival ways to focus, of pbrt and of textbooks, which the sweeps compare with the program's.
 
 Distances of the object from the film, film distances from the last vertex (mm), in the precision `real`.
 """

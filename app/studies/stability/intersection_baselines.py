@@ -1,4 +1,4 @@
-"""Other ways to meet a surface, as the books and pbrt have them: here to be compared, used nowhere else.
+"""Rival ray-surface intersections, of textbooks and of pbrt, which the sweeps compare with the program's.
 
 Each takes origins and unit directions (n, 3) in float32 or float64, the light towards +z, the vertex at
 the origin, and gives the hits (n, 3) in the same precision, NaN where it finds none.

@@ -17,7 +17,7 @@ import numpy as np
 Value = TypeVar("Value")
 
 LOST = "weight 0"               # what a stage returns for a ray that does not arrive, for whatever reason
-PRECISIONS: tuple[tuple[type, str], ...] = ((np.float32, "float32"), (np.float64, "float64"))
+PRECISIONS: tuple[tuple[type[np.floating], str], ...] = ((np.float32, "float32"), (np.float64, "float64"))
 
 
 @dataclass(frozen=True, eq=False)

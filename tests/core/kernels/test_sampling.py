@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from lensbench.app.studies.charts.samplers import white_noise
 from lensbench.kernels.block import PITCH, U0, U1, V0, V1, B, Step, X, Y, lane_buffer
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import DIMENSIONS, sample_lights, sample_pixels, sobol, white_noise
+from lensbench.kernels.sampling import DIMENSIONS, sample_lights, sample_pixels, sobol
 from lensbench.kernels.tile_order import add_corners
 
 COUNT = 256

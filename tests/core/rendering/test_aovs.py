@@ -7,9 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.studies.charts.samplers import white_noise
 from lensbench.kernels.block import BLUE, GREEN, RED, TIME, U0, U1, WEIGHT, Step, X, Y
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import white_noise
 from lensbench.rendering.aovs import aov_steps
 
 FILM = lb.Film(36.0, 24.0, 60, 40)

@@ -10,9 +10,10 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.studies.charts.samplers import white_noise
 from lensbench.kernels.block import Step
 from lensbench.kernels.program import Program
-from lensbench.kernels.sampling import sampling_steps, white_noise
+from lensbench.kernels.sampling import sampling_steps
 
 FILM = lb.Film(36.0, 24.0, 150, 100)
 

@@ -1,4 +1,4 @@
-"""A lens as a table of rays, with linear interpolation: a comparison, for polynomials are both faster and nearer.
+"""A lens as a table of rays with linear interpolation: a rival of the polynomials, which are faster and more accurate.
 
 The table goes over film radii, and over places on the plane of the last vertex: along the meridian, less what the
 middle of the pupil region drifts across the film, and across it; by symmetry one half of them. Each entry is the

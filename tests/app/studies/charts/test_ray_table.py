@@ -7,9 +7,9 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.studies.charts.ray_table import ACROSS, ALONG, RADII, _box, ray_table_step
 from lensbench.kernels.block import L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.lens_models.ray_table import ACROSS, ALONG, RADII, _box, ray_table_step
 from lensbench.pupils.radial_sampler import PupilTable
 
 LINE = [X, Y, Z, L, M, N]
