@@ -1,8 +1,7 @@
 """The command `lensbench`: open the bench, render a picture, print the data of a lens.
 
-Bad input ends with 2 and one line on stderr, a failure of the program with 1 (its
-traceback is shown where LENSBENCH_DEBUG is set), Ctrl-C with 130. Whatever is heavy
-is imported by the command that needs it.
+The exit code is 2 for bad input, with one line on stderr; 1 for a failure of the program, with its traceback where
+LENSBENCH_DEBUG is set; 130 for Ctrl-C. Each command imports the heavy modules that it needs.
 """
 
 import argparse
@@ -36,13 +35,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with these arguments (those of the process when None) and return its exit code."""
     try:
         code = _run(list(sys.argv[1:] if argv is None else argv))
-        sys.stdout.flush()                              # here, where a reader that is gone can be told
+        sys.stdout.flush()                              # here, where a closed pipe can be handled
         return code
     except SystemExit as ended:                         # --help, --version, a termination
         return ended.code if isinstance(ended.code, int) else 0
     except KeyboardInterrupt:
         return _end("stopped", 130)
-    except BrokenPipeError:                             # the reader of our output has seen enough
+    except BrokenPipeError:                             # the reader of the output has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except Exception as error:
@@ -67,7 +66,7 @@ def _end(message: str, code: int) -> int:
 
 
 def _mistakes() -> tuple[type[Exception], ...]:
-    """The errors that a person's input can cause: each has a message that says what to do."""
+    """The errors that bad input can cause; their messages say what to do."""
     import lensbench as lb
     from lensbench import lenses
     from lensbench.app.command.lens_files import RaysError
@@ -118,8 +117,8 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--text", action="store_true", help="write a PPM as numbers in text (P3)")
     render.add_argument("--save-settings", metavar="FILE.toml",
                         help="write the settings too, to be read by --settings or changed by hand")
-    render.add_argument("--threads", type=option(read_count), metavar="N", help="as many as there are cores by default")
-    render.add_argument("--json", action="store_true", help="print what was done as JSON")
+    render.add_argument("--threads", type=option(read_count), metavar="N", help="threads; one a core by default")
+    render.add_argument("--json", action="store_true", help="print the result as JSON")
 
     info = command("info", _info, "Print the first-order data of a lens.")
     info.add_argument("lens", metavar="LENS", help="a lens of the library, or a lens file")
@@ -130,7 +129,7 @@ def _parser() -> argparse.ArgumentParser:
     library = command("lenses", _lenses, "List the lenses of the library.")
     library.add_argument("--json", action="store_true", help="print JSON: lengths in mm")
 
-    check.add_check_options(command("check", check.check, "Say what looks wrong in lens files."))
+    check.add_check_options(command("check", check.check, "Report what looks wrong in lens files."))
     lens_files.add_convert_options(command("convert", lens_files.convert,
                                               "Write a lens file in the format of another program."))
     lens_files.add_trace_options(command("trace", lens_files.trace, "Trace a table of rays through a lens."))
@@ -140,7 +139,7 @@ def _parser() -> argparse.ArgumentParser:
     chart.add_chart_options(command("chart", chart.chart,
                                             "Chart the speed of methods against their accuracy."))
     add_stability_options(command("stability", stability,
-                                  "Show where each method of the program breaks, and what it returns there."))
+                                  "Show where each numerical method breaks down, and what it returns there."))
     commands.add_parser("bench", help="Measure the program's speed on this machine.", add_help=False)
     return parser
 
@@ -199,7 +198,7 @@ def _render(arguments: argparse.Namespace) -> int:
     # Let a termination unwind, so that a half-written file is removed
     former = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     started = perf_counter()
-    chosen: list[Any] = []                              # the automatic model, where one was
+    chosen: list[Any] = []                              # the choice of the automatic model, if any
     try:
         with progress() as show:
             export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads,
