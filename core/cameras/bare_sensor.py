@@ -1,4 +1,4 @@
-"""A sensor without a lens: every place of it sees the whole scene before it, and no picture forms."""
+"""Bare sensor: a film without a lens, every point of which receives light from its whole hemisphere."""
 
 import math
 from dataclasses import dataclass
@@ -16,17 +16,29 @@ from lensbench.optics.glass import D_LINE
 
 @dataclass(frozen=True, eq=False)
 class BareSensor(Camera):
-    """A film that lies open at the camera's origin and faces −z: each point gets the irradiance of its hemisphere.
+    """Film without a lens at the camera's origin, facing −z; each point records the irradiance of its hemisphere.
 
-    Relative weights: E / π, the mean radiance weighted by the cosine, 1 under a uniform sky of 1. Physical weights: E
-    times the open time. The film is read as it is behind a lens, turned upright, so that light from the right
-    brightens the left of the picture.
+    Relative weights give E / π, the cosine-weighted mean radiance, which is 1 under a uniform sky of 1. Physical
+    weights give E times the open time. The picture is turned upright as behind a lens, so light from the right
+    brightens its left side.
+
+    Parameters
+    ----------
+    film : Film
+        Size (mm) and pixels.
+    **placement
+        Keyword arguments of `Camera`: transform, shutter, weights and medium.
+
+    Raises
+    ------
+    CameraError
+        Invalid settings of `Camera`.
     """
 
     film: Film
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
-        """One step: a direction of the hemisphere, as often as the cosine is great."""
+        """Step to a direction of the hemisphere, drawn in proportion to its cosine; see `Camera.camera_steps`."""
         return [Step(hemisphere, [self.gain])]
 
     @property
@@ -35,13 +47,13 @@ class BareSensor(Camera):
         return math.pi / self._normaliser(math.pi, 1.0)
 
     def film_slopes(self, film_xy, directions):
-        """The rays of film points are parallel."""
+        """Derivatives in closed form: at a fixed pupil sample the rays of all film points are parallel."""
         slopes = np.zeros((2, len(directions), 6))
         slopes[0, :, 0] = slopes[1, :, 1] = 1.0
         return slopes
 
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
-        """Where the ray of this direction through the point begins: every film point sees every point before it."""
+        """Film points where the rays with the sampled directions through the points begin; every point is visible."""
         given = {U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
         l, m, n = Program(self.camera_steps(wavelength), np.float64).run(given, [L, M, N], len(points))
         before = points[:, 2] < 0.0
@@ -50,7 +62,7 @@ class BareSensor(Camera):
         return np.where(before[:, None], film, math.nan), before & np.isfinite(film).all(1)
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
-        """Of every ray from the film alike."""
+        """Importance, which is the same for all rays from the film."""
         cosine = -directions[:, 2]
         with np.errstate(divide="ignore", invalid="ignore"):
             film = origins[:, :2] + (origins[:, 2] / cosine)[:, None] * directions[:, :2]
@@ -60,7 +72,7 @@ class BareSensor(Camera):
 
 @stage
 def hemisphere(lanes, p, key):
-    """From the film point X, Y, Z to a direction about −z by U0, U1: the unit disk raised on the sphere. p: WEIGHT."""
+    """Choose a direction about −z with U0, U1: a point of the unit disk, projected onto the hemisphere. p: WEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)
     l, m, n, weight, u, v = row[L], row[M], row[N], row[WEIGHT], row[U0], row[U1]

@@ -1,4 +1,9 @@
-"""What every camera has: a film, a place in the world, a shutter, weights, rays, and the way back to the film."""
+"""The base class of every camera: film, placement, shutter, weights, rays and projection.
+
+A camera kind gives its own film and at least `camera_steps` or `gaussian`; everything else here follows from those, or
+has a default that a kind may override. The camera frame has its origin at the camera, x to the right, y up, and the
+camera looks along −z; the film lies in the plane z = 0 of a real lens, or is imagined behind an ideal one.
+"""
 
 import math
 from dataclasses import dataclass, field
@@ -6,16 +11,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lensbench.cameras import camera_spaces
 from lensbench.cameras.differentials import Differentials, ray_slopes
 from lensbench.cameras.film_landing import FilmLanding
 from lensbench.cameras.flat_port import port_step
 from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.cameras.importance import FilmImportance, Importance, gaussian_importance
+from lensbench.cameras.importance import FilmImportance, Importance, camera_importance, gaussian_importance
 from lensbench.cameras.project import film_from_point
 from lensbench.cameras.rays import CameraError, Rays, checked_times
-from lensbench.cameras.rolling_shutter import film_middle, project_onto_open_rows
+from lensbench.cameras.rolling_shutter import film_centre, project_onto_open_rows
 from lensbench.imaging.animated_transform import AnimatedTransform
-from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, Window, film_window, transform_points
+from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, Window, transform_points
 from lensbench.imaging.film import Film
 from lensbench.imaging.shutter import DIRECTIONS, shutter_step
 from lensbench.imaging.transform import checked_rigid, transform_steps
@@ -23,30 +29,49 @@ from lensbench.kernels.block import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import unit_square
 from lensbench.optics.glass import D_LINE
+from lensbench.optics.prescription import Lens
+from lensbench.pupils.film_grid_sampler import PupilGrid
+from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.scenery.shading.participating_medium import Medium
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Camera:
-    """Fields that all cameras share, beside the film that each of them has.
+    """Fields and methods that all camera kinds share; each kind adds a field `film`.
 
-    world_from_camera: (4, 4) rigid, the identity by default, or an AnimatedTransform, which
-    may also scale all directions alike. The shutter is open from shutter_open to
-    shutter_close (s); shutter_ramp: the time that it takes to open and to close (s), 0 for a
-    box. readout: from the opening of the first line to that of the last (s), 0 for a global
-    shutter; shutter_open and shutter_close are those of the first line, and readout_direction
-    says where the lines go in the upright picture: "down", "up", "left" or "right".
-    weights: "relative" (the unvignetted axis point is 1, whatever the stop) or "physical"
-    (cos⁴θ · area / z² · effective time, and radiance falls by the index squared on its way out of a
-    medium). medium: what lies between the camera and the scene; None: clear air. Where its index is not that
-    of air, a flat window stands before the camera's foremost point; the camera is focused and
-    weighted as in air, so that on its scale a thing in water seems nearer by the index.
+    Parameters
+    ----------
+    world_from_camera : (4, 4) array or AnimatedTransform
+        Rigid transform from the camera frame to the world, both in mm; the identity by default. An
+        AnimatedTransform may also scale all directions alike.
+    shutter_open, shutter_close : float
+        Times (s) between which the shutter is open; with a rolling shutter, those of the row that opens first.
+    shutter_ramp : float
+        Time (s) that the shutter takes to open, and again to close; 0 gives a box.
+    readout : float
+        Time (s) from the opening of the first row to that of the last; 0 is a global shutter.
+    readout_direction : str
+        Order of the rows in the upright picture: "down", "up", "left" or "right".
+    weights : str
+        "relative": the unvignetted axis point has weight 1 at every stop. "physical": cos⁴θ · area / z² · effective
+        time, and radiance falls by the squared index when light leaves a medium.
+    medium : Medium or None
+        Medium between the camera and the scene; None is clear air. A flat window at the camera's foremost point
+        separates air from a medium of another index. The camera is focused and weighted as in air, so objects in
+        water appear nearer by the index on its focus scale.
+
+    Raises
+    ------
+    CameraError
+        Unknown weights or readout direction, or shutter times that contradict each other.
+    TransformError
+        A world_from_camera that is not rigid.
     """
 
-    if TYPE_CHECKING:                   # each camera's own field, in its own place among them
+    if TYPE_CHECKING:                   # a field of each camera kind, at that kind's own position in its signature
         @property
         def film(self) -> Film:
-            """What the picture falls on."""
+            """The film that the picture falls on."""
     world_from_camera: np.ndarray | AnimatedTransform = field(default_factory=lambda: np.eye(4))
     shutter_open: float = 0.0
     shutter_close: float = 1.0
@@ -58,7 +83,7 @@ class Camera:
 
     def __post_init__(self):
         if isinstance(self.world_from_camera, AnimatedTransform):
-            _ = self.world_from_camera.scales                       # one that stretches is refused on the way
+            _ = self.world_from_camera.scales               # raises where the transform does not scale evenly
         else:
             object.__setattr__(self, "world_from_camera", checked_rigid(self.world_from_camera))
         if self.weights not in ("relative", "physical"):
@@ -76,89 +101,211 @@ class Camera:
         if self.readout_direction not in DIRECTIONS:
             raise CameraError(f"readout direction {self.readout_direction!r}: choose one of {', '.join(DIRECTIONS)}")
 
+    # Shutter and placement
+
     @property
     def exposure_time(self) -> float:
-        """From the moment when a line begins to open until it is closed (s)."""
+        """Time (s) from the moment when a row begins to open until it is closed."""
         return self.shutter_close - self.shutter_open
 
     @property
     def effective_time(self) -> float:
-        """How long a shutter without ramps would be open for the same light (s): the trapezoid's area."""
+        """Time (s) for which a shutter without ramps would pass the same light: the area of the trapezoid."""
         return self.exposure_time - self.shutter_ramp
 
     @property
     def shutter_efficiency(self) -> float:
-        """effective_time / exposure_time: 1 for a box, down to 1/2 for a shutter that is never quite open."""
+        """effective_time / exposure_time: 1 for a box, 1/2 for a shutter that is fully open only for an instant."""
         return self.effective_time / self.exposure_time if self.exposure_time > 0.0 else 1.0
 
     @property
     def moves(self) -> bool:
-        """Whether the camera moves while any of its lines is open."""
+        """Whether the camera moves while any of its rows is open."""
         place = self.world_from_camera
         return isinstance(place, AnimatedTransform) and place.changes_between(self.shutter_open, self._last_moment)
 
     @property
     def _last_moment(self) -> float:
-        """When the last line is closed (s)."""
+        """Time (s) at which the last row is closed."""
         return self.shutter_close + self.readout
 
     def world_from_camera_at(self, seconds) -> np.ndarray:
-        """(4, 4) at a time (s), or (n, 4, 4) at n times."""
+        """Transform from the camera frame to the world at given times.
+
+        Parameters
+        ----------
+        seconds : float or (n,) array
+            Times (s) on the clock of shutter_open.
+
+        Returns
+        -------
+        (4, 4) array, or (n, 4, 4) for n times.
+        """
         place = self.world_from_camera
         if isinstance(place, AnimatedTransform):
             return place.at(seconds)
         return np.broadcast_to(place, (*np.shape(seconds), 4, 4))
 
+    def placement(self, time=0.0, raster=None) -> np.ndarray:
+        """Transform from the camera frame to the world, at shutter times and for raster points.
+
+        Parameters
+        ----------
+        time : float or (n,) array
+            Shutter times in [0, 1), as `generate_rays` takes them.
+        raster : (n, 2) array or None
+            Raster points (pixels), on which the time depends with a rolling shutter; None: the centre of the film.
+
+        Returns
+        -------
+        (4, 4) array, or (n, 4, 4) where there are n times or raster points and the camera has an AnimatedTransform.
+        """
+        if not isinstance(self.world_from_camera, AnimatedTransform):
+            return self.world_from_camera
+        one = raster is None and np.ndim(time) == 0
+        raster = film_centre(self.film, max(np.size(time), 1)) if raster is None else raster
+        given = {X: raster[:, 0], Y: raster[:, 1], TIME: np.broadcast_to(checked_times(time), (len(raster),))}
+        seconds = self.shutter_open + Program([self.clock], np.float64).run(given, [TIME], len(raster))[0]
+        return self.world_from_camera_at(seconds[0] if one else seconds)
+
+    # What a camera kind may override
+
     @property
     def pupil_centre(self) -> tuple[float, float]:
-        """The U0, U1 of the ray through the middle of the pupil."""
+        """Pupil sample (U0, U1) of the ray through the centre of the pupil."""
         return 0.5, 0.5
 
     @property
     def gaussian(self) -> Gaussian:
-        """Its rays as those of a lens without aberrations; CameraError for a camera that is not projective."""
+        """First-order map from film and pupil to rays; CameraError for a camera that is not projective."""
         raise CameraError("this camera is not projective: straight lines are curves in its pictures")
 
     @property
     def window(self) -> Window | None:
-        """What of the screen falls on the film; None: all of it."""
+        """Part of the screen that falls on the film; None: the whole screen."""
         return None
 
     @property
     def film_step(self) -> Step:
-        """The step from raster pixels to the film."""
+        """Step from raster pixels to the film point X, Y (mm)."""
         return self.film.step
 
     @property
     def disperses(self) -> bool:
-        """Whether its rays differ with the wavelength."""
+        """Whether the rays depend on the wavelength."""
         return False
 
     @property
+    def follows_rays(self) -> bool:
+        """Whether the rays follow a real lens with its aberrations rather than `gaussian`."""
+        return False
+
+    @property
+    def traced_lens(self) -> Lens | None:
+        """Lens whose surfaces the rays are traced through one by one; None for every other camera."""
+        return None
+
+    @property
     def gain(self) -> float:
-        """Of a projective camera the weight of the ray along the axis, by which the others fall off as cos⁴."""
-        raise AssertionError("each projective camera says how bright it is")
+        """Weight of the axial ray of a projective camera; the others fall off from it as cos⁴θ."""
+        raise AssertionError("each projective camera defines its gain")
+
+    @property
+    def geometric_f_number(self) -> float:
+        """Ratio of focal length to pupil diameter, or of image distance for an ideal lens; inf for a pinhole."""
+        slope = abs(self.gaussian.approach_pupil)
+        return 0.5 / slope if slope > 0.0 else math.inf
+
+    @property
+    def nearest_focus(self) -> float:
+        """Shortest distance (mm) at which this camera can be focused."""
+        return 1e-3
+
+    @property
+    def front(self) -> float:
+        """Coordinate z (mm, camera frame) of the camera's foremost point, where a window stands."""
+        return 0.0
+
+    @property
+    def dilution(self) -> float:
+        """Factor by which radiance is lower behind the front surface: the squared index of the medium before it."""
+        return 1.0
+
+    @property
+    def aim_distance(self) -> float | None:
+        """Distance (mm) from the film to the plane with the exit-pupil regions that the first camera step aims at.
+
+        These regions rotate with the film point. None: the same U0, U1 are the same pupil point for every film point.
+        """
+        return None
+
+    @property
+    def pupil(self) -> PupilTable | PupilGrid:
+        """Exit-pupil regions that a camera with an aim_distance samples."""
+        raise AssertionError("a camera with an aim_distance defines its pupil")
+
+    def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
+        """Stages that project traced light onto the raster, or None where the camera has none.
+
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm).
+        """
+        return None
+
+    # Steps
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
-        """From the film point X, Y, Z (camera frame, mm) and U0, U1 to a ray of the camera frame, with its WEIGHT."""
+        """Steps from the film point X, Y (mm) and pupil sample U0, U1 to a ray in the camera frame with its WEIGHT.
+
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm); has no effect on a camera that does not disperse.
+        """
         return self.gaussian.steps(self.gain)
 
-    def steps(self, wavelength: float = D_LINE, timed: bool = False) -> list[Step]:
-        """From raster X, Y, the place in the pupil U0, U1 and TIME to the ray in the world, with its WEIGHT.
+    def lens_steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """Steps from a ray aimed at an exit-pupil region to the ray in front of the lens, for cameras that aim.
 
-        wavelength: of the light, in µm; all the same to a camera that does not disperse. timed: TIME is wanted in
-        seconds since shutter_open; so it is of a camera that moves. Others have no step for the time.
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm).
+        """
+        raise AssertionError("a camera with an aim_distance defines its lens_steps")
+
+    def steps(self, wavelength: float = D_LINE, timed: bool = False) -> list[Step]:
+        """Steps from raster X, Y, pupil sample U0, U1 and TIME to a ray in the world with its WEIGHT.
+
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm); has no effect on a camera that does not disperse.
+        timed : bool
+            Whether TIME becomes seconds since shutter_open. A camera that moves always converts it.
+
+        Returns
+        -------
+        list of Step
         """
         clock = [self.clock] if timed or self.moves else []
         return [*clock, self.film_step, *self.aimed(wavelength), *self.carried]
 
     def aimed(self, wavelength: float = D_LINE) -> list[Step]:
-        """camera_steps, and the window to a medium: to the ray in the scene, in the camera frame."""
+        """Steps from the film point and pupil sample to the ray in the scene's medium, in the camera frame.
+
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm).
+        """
         return [*self.camera_steps(wavelength), *self.port]
 
     @property
     def port(self) -> list[Step]:
-        """The step through the window to a medium of another index; none where there is no window."""
+        """Step through the window into a medium of another index; empty without a window."""
         if not self.has_port:
             return []
         assert self.medium is not None
@@ -167,17 +314,12 @@ class Camera:
 
     @property
     def has_port(self) -> bool:
-        """Whether it looks through a window into a medium of another index."""
+        """Whether the camera looks through a window into a medium of another index."""
         return self.medium is not None and self.medium.index != 1.0
 
     @property
-    def front(self) -> float:
-        """The z of its foremost point in the camera frame (mm), where a window stands."""
-        return 0.0
-
-    @property
     def carried(self) -> list[Step]:
-        """From a ray of the camera frame, at its TIME in seconds since shutter_open, to the world."""
+        """Steps from a ray in the camera frame, at its TIME in seconds since shutter_open, to the world."""
         place = self.world_from_camera
         if isinstance(place, AnimatedTransform):
             return place.steps(self.shutter_open, self._last_moment)
@@ -185,32 +327,47 @@ class Camera:
 
     @property
     def clock(self) -> Step:
-        """The step from TIME in [0, 1) of the shutter, and raster X, Y, to seconds since shutter_open."""
+        """Step from the shutter sample TIME in [0, 1) and raster X, Y to TIME in seconds since shutter_open."""
         return shutter_step(self.exposure_time, self.shutter_ramp, self.readout, self.readout_direction,
-                          self.film.pixels_x, self.film.pixels_y)
-
-    def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """What becomes of light that comes to it, for light that is followed from its source; None: it cannot be."""
-        return None
-
-    @property
-    def dilution(self) -> float:
-        """By how much a radiance of the scene is less behind the front surface: the square of the index before it."""
-        return 1.0
+                            self.film.pixels_x, self.film.pixels_y)
 
     def _normaliser(self, on_axis: float, z: float) -> float:
-        """What cos⁴θ · area is divided by; on_axis: ∫ cos⁴θ dA (mm²) seen from the film's centre."""
+        """Divisor of cos⁴θ · area; on_axis: ∫ cos⁴θ dA (mm²) seen from the film's centre, z: film distance (mm)."""
         if self.weights == "relative":
             return on_axis
         return z * z * self.dilution / self.effective_time if self.effective_time > 0.0 else math.inf
 
-    def generate_rays(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE) -> Rays:
-        """Rays through raster points (n, 2) in pixels and pupil points (n, 2) in [0, 1]², at time (n,) in [0, 1).
+    # Rays
 
-        The very stages that the renderer runs, in float64 unless asked otherwise; wavelength in µm. A time is a part
-        of the light that the shutter lets through: 0 as it begins to open, 1 as it has closed. The rays' own are
-        seconds, with the delay of their line. ValueError for raster points that are not finite, pupil points outside
-        the unit square and times outside [0, 1].
+    def generate_rays(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE) -> Rays:
+        """Rays through raster points and pupil samples, by the same stages that the renderer runs.
+
+        Parameters
+        ----------
+        raster_xy : (n, 2) array
+            Raster points (pixels), the origin at the top left and pixel centres at +0.5.
+        pupil_uv : (n, 2) array
+            Pupil samples in [0, 1]².
+        time : float or (n,) array
+            Shutter samples in [0, 1]: the part of the light that the shutter has let through, 0 as it begins to open
+            and 1 as it has closed.
+        dtype : type
+            Precision of the stages, float64 or float32.
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        Rays
+            Origins (mm) and unit directions in the world, weights, and times in seconds, which include the delay of
+            each ray's row.
+
+        Raises
+        ------
+        CameraError
+            Arrays of other shapes, raster points that are not finite, or times outside [0, 1].
+        ValueError
+            Pupil samples outside the unit square.
         """
         raster_xy, pupil_uv = np.atleast_2d(np.asarray(raster_xy, float)), unit_square(pupil_uv, dtype)
         if raster_xy.shape[1:] != (2,) or raster_xy.shape != pupil_uv.shape:
@@ -225,13 +382,29 @@ class Camera:
 
     def generate_ray_differentials(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE
                                    ) -> tuple[Rays, Differentials, Differentials]:
-        """The rays of generate_rays, and how they change per pixel to the right and down: derivatives in the world.
+        """Rays, and their derivatives per pixel to the right and per pixel down.
 
-        At the same place in the pupil: the point of the unit disk, or of an exit-pupil region, on the plane
-        of the last vertex. At the same `time` of the shutter too: a line that is read later sees a camera that
-        has moved on. In closed form, or by differences of the camera's own stages, to 1e-7 of their size in double. The
-        weights are those of the rays alone: no neighbour that is blocked takes a ray away. NaN where a ray is
-        blocked itself. Errors as of generate_rays.
+        The derivatives hold the pupil point fixed: the point of the unit disk, or of an exit-pupil region on the plane
+        of the last vertex. They hold the shutter sample `time` fixed too, so with a rolling shutter they include the
+        motion of the camera between rows. They have a closed form, or are differences of the camera's own stages with
+        a relative error of 1e-7 in double precision.
+
+        Parameters
+        ----------
+        raster_xy, pupil_uv, time, dtype, wavelength
+            As for `generate_rays`.
+
+        Returns
+        -------
+        rays : Rays
+            The rays of `generate_rays`; a blocked neighbour does not change their weights.
+        dx, dy : Differentials
+            Derivatives in the world per pixel to the right and down; NaN where the ray itself is blocked.
+
+        Raises
+        ------
+        CameraError, ValueError
+            As for `generate_rays`.
         """
         rays = self.generate_rays(raster_xy, pupil_uv, time, dtype, wavelength)
         raster, uv = np.atleast_2d(np.asarray(raster_xy, float)), unit_square(pupil_uv, dtype)
@@ -243,37 +416,59 @@ class Camera:
         return rays, dx, dy
 
     def film_slopes(self, film_xy: np.ndarray, directions: np.ndarray) -> np.ndarray | None:
-        """(2, n, 6): what a mm of film in x and in y adds to origins (mm) and directions of rays; None: no closed form.
+        """Derivatives of rays by the film point at a fixed pupil sample, in the camera frame.
 
-        At the same U0, U1, in the camera's frame, of rays with these film points (n, 2) and directions (n, 3).
+        Parameters
+        ----------
+        film_xy : (n, 2) array
+            Film points (mm) of the rays.
+        directions : (n, 3) array
+            Unit directions of the rays.
+
+        Returns
+        -------
+        (2, n, 6) array or None
+            What a mm of film in x and in y adds to origins (mm) and directions; None without a closed form.
         """
         return self.gaussian.film_slopes(directions)
 
-    @property
-    def aim_distance(self) -> float | None:
-        """From the film to a plane (mm) on which its first step aims at regions that turn with the film point.
-
-        None: the same U0, U1 are the same place in the pupil for every film point.
-        """
-        return None
+    # Projection onto the film
 
     def raster_from_point(self, points, pupil_uv=None, time=0.0, wavelength: float = D_LINE):
-        """The way back: which raster points (n, 2) see points (n, 3) of the world (mm), and whether they do, (n,) bool.
+        """Projection of points of the world onto the raster. Other objects of the scene hide nothing.
 
-        By the ray through pupil points (n, 2) in [0, 1]² at time (n,) in [0, 1), as generate_rays takes them; None:
-        through the middle of the pupil. wavelength in µm. Not visible: what lies behind the camera, is blocked by the
-        lens, or falls beside the film; its raster point may still be told, or is NaN. The scene hides nothing.
-        ValueError for points that are not finite, pupil points outside the unit square and times outside [0, 1].
+        Parameters
+        ----------
+        points : (n, 3) array
+            Points in the world (mm).
+        pupil_uv : (n, 2) array or None
+            Pupil samples in [0, 1]² of the rays that project; None: the centre of the pupil.
+        time : float or (n,) array
+            Shutter samples in [0, 1), as `generate_rays` takes them.
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        raster : (n, 2) array
+            Raster points (pixels); those of points that are not visible are NaN or have no meaning.
+        visible : (n,) bool array
+            False for points behind the camera, blocked by the lens, or beside the film.
+
+        Raises
+        ------
+        ValueError
+            Points that are not finite, pupil samples outside the unit square, or times outside [0, 1].
         """
         points = np.atleast_2d(np.asarray(points, float))
         if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
             raise ValueError(f"points of the shape {points.shape}: they must be (n, 3) finite numbers")
-        middle = self.pupil_centre if pupil_uv is None else pupil_uv
-        pupil_uv = np.broadcast_to(unit_square(middle, np.float64), (len(points), 2))
+        centre = self.pupil_centre if pupil_uv is None else pupil_uv
+        pupil_uv = np.broadcast_to(unit_square(centre, np.float64), (len(points), 2))
 
-        def project(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            """As the camera stands when these lines of the film are open."""
-            there = transform_points(np.linalg.inv(self.placement(time, line)), points)
+        def project(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            """Raster points with the camera where it is while these rows of the film are open."""
+            there = transform_points(np.linalg.inv(self.placement(time, row)), points)
             if self.has_port:
                 program = Program(self.aimed(wavelength), np.float64)
                 film, visible = film_from_point(program, there, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
@@ -283,118 +478,145 @@ class Camera:
 
         return project_onto_open_rows(self, project, len(points))
 
-    def importance(self, origins, directions, time=0.0, wavelength: float = D_LINE) -> Importance:
-        """Importance and densities of rays (n, 3) of the world, mm, that run from the camera into the scene.
+    def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray, wavelength: float = D_LINE):
+        """Film points whose rays through given pupil samples meet points of the camera frame.
 
-        origins: any points on the rays; directions of any length; time (n,) in [0, 1) of the shutter, wavelength in µm.
-        To join a point to the camera: raster_from_point with drawn places in the pupil, then generate_rays there
-        tells the ray; per solid angle at the point it is chosen with position_pdf · distance² / cos θ, distance to
-        where the ray crosses the entrance pupil. ValueError for rays that are not finite, or have no direction;
-        CameraError behind the window to a medium.
+        Parameters
+        ----------
+        points : (n, 3) array
+            Points in the camera frame (mm).
+        pupil_uv : (n, 2) array
+            Pupil samples in [0, 1]².
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        film : (n, 2) array
+            Film points (mm).
+        visible : (n,) bool array
+            Whether the camera sees the points.
         """
-        if self.has_port:
-            raise CameraError("importance is told in air, and not through the window to a medium of another index")
-        origins, directions = (np.atleast_2d(np.asarray(values, float)) for values in (origins, directions))
-        length = np.linalg.norm(directions, axis=-1)
-        if origins.shape != directions.shape or origins.shape[1:] != (3,) or not (
-                np.isfinite(origins).all() and np.isfinite(directions).all() and (length > 0.0).all()):
-            raise ValueError("rays need origins and directions of the shape (n, 3), finite, and no direction zero")
-        ways = directions / length[:, None]
+        return self.gaussian.film_points(points, pupil_uv)
 
-        def found(line: np.ndarray) -> FilmImportance:
-            """As the camera stands when these lines of the film are open."""
-            camera_from_world = np.linalg.inv(self.placement(time, line))
-            there = transform_points(camera_from_world, origins)
-            turned = (camera_from_world[..., :3, :3] @ ways[..., None])[..., 0]
-            return self.film_importance(there, turned / np.linalg.norm(turned, axis=1)[:, None], wavelength)
+    def raster_from_film(self, film_xy: np.ndarray) -> np.ndarray:
+        """Raster points of film points: the inverse of `film_step`.
 
-        def project(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            of = found(line)
-            return self.raster_from_film(of.film), of.passes
+        Parameters
+        ----------
+        film_xy : (n, 2) array
+            Film points (mm).
 
-        raster, visible = project_onto_open_rows(self, project, len(ways))
-        raster = np.where(np.isfinite(raster), raster, 0.0)
-        of = found(raster)
-        we, position_pdf, direction_pdf = (np.where(visible, value, 0.0) for value in of[1:4])
-        if not of.is_point:                             # per mm² of the world, which may be scaled
-            area = np.abs(np.linalg.det(self.placement(time, raster)[..., :3, :3])) ** (2.0 / 3.0)
-            we, position_pdf = we / area, position_pdf / area
-        return Importance(we, position_pdf, direction_pdf, np.where(visible[:, None], raster, math.nan), visible)
+        Returns
+        -------
+        (n, 2) array of raster points (pixels).
+        """
+        across, right, down, bottom = self.film_step.parameters
+        return np.stack([(right - film_xy[:, 0]) / across, (film_xy[:, 1] + bottom) / down], 1)
+
+    def importance(self, origins, directions, time=0.0, wavelength: float = D_LINE) -> Importance:
+        """Importance and densities of rays that run from the camera into the scene.
+
+        To connect a point of the scene to the camera, pass drawn pupil samples to `raster_from_point` and the raster
+        points that it returns to `generate_rays`. Per solid angle at the point, that ray is chosen with the density
+        position_pdf · distance² / cos θ, with the distance to the point where the ray crosses the entrance pupil.
+
+        Parameters
+        ----------
+        origins : (n, 3) array
+            Any points on the rays, in the world (mm).
+        directions : (n, 3) array
+            Directions in the world, of any length.
+        time : float or (n,) array
+            Shutter samples in [0, 1), as `generate_rays` takes them.
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        Importance
+
+        Raises
+        ------
+        ValueError
+            Rays of other shapes, not finite, or with a zero direction.
+        CameraError
+            A camera behind a window to a medium.
+        """
+        return camera_importance(self, origins, directions, time, wavelength)
 
     def film_importance(self, origins: np.ndarray, directions: np.ndarray,
                         wavelength: float = D_LINE) -> FilmImportance:
-        """As importance, for rays of the camera's frame, directions of length 1."""
+        """Importance and densities of rays in the camera frame.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3) arrays
+            Points on the rays (mm) and their unit directions, camera frame.
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        FilmImportance
+        """
         return gaussian_importance(self.gaussian, self.gain, self._film_area, origins, directions)
 
     @property
     def _film_area(self) -> float:
-        """Mm², of the film as it is imagined."""
+        """Area (mm²) of the film, at the scale of `film_step`."""
         across, _, down, _ = self.film_step.parameters
         return across * self.film.pixels_x * down * self.film.pixels_y
 
-    def placement(self, time=0.0, raster=None) -> np.ndarray:
-        """world_from_camera at times (n,) in [0, 1) of the shutter, for raster points (n, 2): (4, 4), or (n, 4, 4).
-
-        raster, which a rolling shutter asks for: the middle of the film by default.
-        """
-        if not isinstance(self.world_from_camera, AnimatedTransform):
-            return self.world_from_camera
-        one = raster is None and np.ndim(time) == 0
-        raster = film_middle(self.film, max(np.size(time), 1)) if raster is None else raster
-        given = {X: raster[:, 0], Y: raster[:, 1], TIME: np.broadcast_to(checked_times(time), (len(raster),))}
-        seconds = self.shutter_open + Program([self.clock], np.float64).run(given, [TIME], len(raster))[0]
-        return self.world_from_camera_at(seconds[0] if one else seconds)
-
-    def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray, wavelength: float = D_LINE):
-        """As raster_from_point, from points of the camera frame to film points (n, 2) in mm, and which it sees."""
-        return self.gaussian.film_points(points, pupil_uv)
-
-    def raster_from_film(self, film_xy: np.ndarray) -> np.ndarray:
-        """Raster points (n, 2) of film points (n, 2) in mm: the inverse of the film's step."""
-        across, right, down, bottom = self.film_step.parameters
-        return np.stack([(right - film_xy[:, 0]) / across, (film_xy[:, 1] + bottom) / down], 1)
+    # Spaces
 
     @property
     def intrinsics(self) -> Intrinsics:
-        """Focal length and principal point in pixels; CameraError for a camera that is not projective.
+        """Focal lengths and principal point in pixels; a traced lens has those of its first order.
 
-        Of a traced lens: those of its first order.
+        Raises CameraError for a camera that is not projective.
         """
-        across, right, down, bottom = self.film_step.parameters
-        lens = self.gaussian
-        per_slope = -1.0 / (lens.slope_film if lens.slope_film != 0.0 else lens.origin_film)
-        return Intrinsics(per_slope / across, per_slope / down, right / across, bottom / down)
+        return camera_spaces.intrinsics(self)
 
     def spaces(self, near: float = 1.0, far: float = math.inf, time=0.0) -> Spaces:
-        """The transforms between its spaces, with depth from `near` to `far` (mm); CameraError where it has none.
+        """Transforms between raster, screen, camera and world.
 
-        An orthographic camera needs a finite far plane.
+        Parameters
+        ----------
+        near, far : float
+            Distances (mm) of the planes that depth 0 and 1 lie on; an orthographic camera needs a finite far plane.
+        time : float
+            Shutter sample in [0, 1) at which the camera is placed.
+
+        Returns
+        -------
+        Spaces
+
+        Raises
+        ------
+        CameraError
+            A camera that is not projective.
+        ValueError
+            Planes in the wrong order.
         """
-        film, lens = self.film, self.gaussian
-        half = min(film.width, film.height) / 2.0
-        perspective = lens.slope_film != 0.0
-        per_slope = lens.slope_film if perspective else lens.origin_film
-        eye = lens.z + lens.origin_film / lens.slope_film if perspective else lens.z
-        return Spaces(film.pixels_x, film.pixels_y, self.window or film_window(film), -1.0 / (per_slope * half),
-                      near, far, perspective, eye, self.placement(time))
+        return camera_spaces.spaces(self, near, far, time)
 
     def places(self, raster_xy, distance: float, time=0.0, object_from_world=None) -> Places:
-        """Raster points (n, 2) in every space, for every kind of camera: what a read-out under the mouse shows.
+        """Raster points in every space, for every camera kind: the data of a read-out under the mouse.
 
-        distance: along the ray through the middle of the pupil to what is seen there (mm), a number or (n,).
-        object_from_world: (4, 4), into the frame of a thing in the scene.
+        Parameters
+        ----------
+        raster_xy : (n, 2) array
+            Raster points (pixels).
+        distance : float or (n,) array
+            Distance (mm) to the object, along the ray through the centre of the pupil.
+        time : float or (n,) array
+            Shutter samples in [0, 1).
+        object_from_world : (4, 4) array or None
+            Transform from the world into the frame of an object; None: the object frame is the world.
+
+        Returns
+        -------
+        Places
         """
-        film = self.film
-        raster = np.atleast_2d(np.asarray(raster_xy, float))
-        ndc = raster / [film.pixels_x, film.pixels_y]
-        left, right, bottom, top = self.window or film_window(film)
-        screen = ndc * [right - left, bottom - top] + [left, top]
-        across, middle, down, low = self.film_step.parameters
-        on_film = np.column_stack([middle - raster[:, 0] * across, raster[:, 1] * down - low, np.zeros(len(raster))])
-        rays = self.generate_rays(raster, np.tile(self.pupil_centre, (len(raster), 1)), time)
-        seen = rays.weights > 0.0
-        world = np.where(seen[:, None], rays.origins + rays.directions * np.broadcast_to(distance, seen.shape)[:, None],
-                         math.nan)
-        camera = transform_points(np.linalg.inv(self.placement(time, raster)), world)
-        return Places(raster, ndc, screen, on_film, camera, world,
-                      world if object_from_world is None else transform_points(object_from_world, world))
+        return camera_spaces.places(self, raster_xy, distance, time, object_from_world)

@@ -1,18 +1,16 @@
-"""How rays change from pixel to pixel: in closed form where a camera has one, otherwise by differences on the film.
+"""Ray differentials: derivatives of rays per pixel, in closed form or by differences of the camera's own stages.
 
-What stays the same is the place where a ray passes the pupil. Where a camera aims at regions that
-turn and shrink with the film point, that is the point on the plane of the lens's last
-vertex: one pencil of light through one point, as it fans out from a piece of film. Were
-the numbers U0, U1 kept instead, the point would turn about the axis with the film point, and near
-the axis no derivative would exist. (Igehy 1999, Tracing ray differentials, for what they are good for.)
+The derivative holds the point fixed where a ray passes the pupil. For a camera that aims at exit-pupil regions, which
+rotate and shrink with the film point, that is the point on the plane of the lens's last vertex. At fixed U0, U1
+instead, that point would rotate about the axis with the film point, and no derivative would exist near the axis.
+(Igehy 1999, Tracing ray differentials, for their use.)
 """
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lensbench.cameras.protocol import DifferentiableCamera
 from lensbench.kernels.block import (
     A0,
     PIXEL_SIDE,
@@ -37,36 +35,54 @@ from lensbench.kernels.block import (
 from lensbench.kernels.program import Program
 from lensbench.optics.glass import D_LINE
 
-CELLS = 32              # of the film, each way, for which a picture knows its pixels' spread
+if TYPE_CHECKING:
+    from lensbench.cameras.base import Camera
+
+CELLS = 32              # cells of the film, each way, with a pixel spread of their own
+
+# Parameters of `pixel_spread`: cells per pixel across and down, PIXEL_SIDE of the first sample, PIXEL_SPREAD per cell
+CELLS_ACROSS, CELLS_DOWN, FIRST_SIDE, SPREADS = range(4)
 
 
 class Differentials(NamedTuple):
-    """What one pixel to the right, or down, adds to rays at the same place in the pupil; derivatives, in the world."""
+    """Derivatives of rays per pixel to the right, or per pixel down, at a fixed pupil point.
 
-    origins: np.ndarray         # (n, 3) mm a pixel
-    directions: np.ndarray      # (n, 3) radians a pixel, at right angles to the rays
+    Parameters
+    ----------
+    origins : (n, 3) array
+        Derivatives of the origins (mm per pixel), world.
+    directions : (n, 3) array
+        Derivatives of the unit directions (radians per pixel), world; perpendicular to the rays.
+
+    References
+    ----------
+    Igehy 1999, Tracing ray differentials, Proceedings of SIGGRAPH.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
 
 
 _RAY = [X, Y, Z, L, M, N, WEIGHT]
 
 
-def ray_slopes(camera: DifferentiableCamera, given: dict[int, np.ndarray], dtype, wavelength: float,
+def ray_slopes(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength: float,
                timed: bool) -> np.ndarray:
-    """(2, n, 6) per pixel: what a pixel to the right and one down add to the origins and directions of rays.
+    """Derivatives (2, n, 6) of origins (mm) and directions of rays in the world, per pixel to the right and down.
 
-    given: raster X, Y, U0, U1 and TIME, (n,) each; timed: the TIME is that of a shutter.
+    given: raster X, Y, U0, U1 and TIME, (n,) each; timed: TIME is a shutter sample.
     """
-    # A line that is read later sees a camera that has moved on: only differences know that
-    lagging = camera.moves and camera.readout > 0.0
-    found = None if lagging else _closed_form(camera, given, dtype, wavelength)
+    # A row that opens later sees a camera that has moved: only differences include that
+    rolling = camera.moves and camera.readout > 0.0
+    found = None if rolling else _closed_form(camera, given, dtype, wavelength)
     return _by_differences(camera, given, dtype, wavelength, timed) if found is None else found
 
 
-def _closed_form(camera: DifferentiableCamera, given: dict[int, np.ndarray], dtype,
+def _closed_form(camera: "Camera", given: dict[int, np.ndarray], dtype,
                  wavelength: float) -> np.ndarray | None:
-    """As ray_slopes, where the camera knows its slopes on the film and stands still while a ray is taken."""
+    """`ray_slopes` of a camera with `film_slopes`, placed as it is at the time of each ray; else None."""
     if camera.film_slopes(np.zeros((0, 2)), np.zeros((0, 3))) is None:
-        return None                             # before rays are followed for it
+        return None                             # known before any ray is computed
     n = len(given[X])
     film = Program([camera.film_step], dtype).run(given, [X, Y], n).T.astype(float)
     rays = Program([camera.film_step, *camera.camera_steps(wavelength)], dtype).run(given, _RAY, n).T.astype(float)
@@ -83,7 +99,7 @@ def _closed_form(camera: DifferentiableCamera, given: dict[int, np.ndarray], dty
 
 
 def _through_port(slopes: np.ndarray, rays: np.ndarray, window: float, ratio: float) -> np.ndarray:
-    """Slopes (2, n, 6) of rays (n, 6 or more), camera frame, behind a flat window at z; ratio: 1 / index behind it."""
+    """Derivatives (2, n, 6) of rays (n, 6 or more) behind a flat window at z (camera frame); ratio: 1 / index there."""
     do, dd, d = slopes[..., :3], slopes[..., 3:], rays[:, 3:6]
     with np.errstate(divide="ignore", invalid="ignore"):
         t = ((window - rays[:, 2]) / d[:, 2])[..., None]
@@ -94,12 +110,12 @@ def _through_port(slopes: np.ndarray, rays: np.ndarray, window: float, ratio: fl
     return np.concatenate([do + t * dd + dt * d, dbent, dalong[..., None]], -1)
 
 
-def _by_differences(camera: DifferentiableCamera, given: dict[int, np.ndarray], dtype, wavelength: float,
+def _by_differences(camera: "Camera", given: dict[int, np.ndarray], dtype, wavelength: float,
                     timed: bool) -> np.ndarray:
-    """As ray_slopes, by the camera's own stages.
+    """`ray_slopes` by differences of the camera's own stages.
 
-    Central where the rays on both sides arrive, otherwise to the side whose rays do, to the same order; where neither
-    do, they are sought nearer by. NaN where a ray has no neighbours at all: on a point of light.
+    Central differences where the rays on both sides arrive, one-sided ones of the same order where one side does, and
+    smaller steps where neither does. NaN for a ray without neighbours, on an isolated point of light.
     """
     n = len(given[X])
     steps = camera.steps(wavelength, timed)
@@ -113,7 +129,7 @@ def _by_differences(camera: DifferentiableCamera, given: dict[int, np.ndarray], 
         rear = np.stack([x - l / n_ * aim_distance, y - m / n_ * aim_distance])
 
     def rays(h: float) -> tuple[np.ndarray, np.ndarray]:
-        """(2, 2, n, 6) rays of raster points shifted by h pixels right and left, down and up, and which arrive."""
+        """Rays (2, 2, n, 6) of raster points shifted by h pixels right and left, down and up; and which arrive."""
         shifts = h * np.array([[[1.0, 0.0], [-1.0, 0.0]], [[0.0, 1.0], [0.0, -1.0]]])
         m = 4 * n
         shifted = {row: np.tile(values, 4) for row, values in given.items()}
@@ -136,7 +152,7 @@ def _by_differences(camera: DifferentiableCamera, given: dict[int, np.ndarray], 
         todo &= ~ok
         if not todo.any():
             break
-        # to one side
+        # One-sided differences
         middle = rays(0.0)[0][0] if middle is None else middle
         far, far_ok = rays(2 * h)
         for side, k in enumerate((1, -1)):
@@ -148,20 +164,20 @@ def _by_differences(camera: DifferentiableCamera, given: dict[int, np.ndarray], 
     return found
 
 
-def _widths(camera: DifferentiableCamera, dtype) -> tuple[float, ...]:
-    """Of the differences, in pixels: the first, and those that are tried where rays are blocked.
+def _widths(camera: "Camera", dtype) -> tuple[float, ...]:
+    """Steps of the differences in pixels: the first, and smaller ones for rays with blocked neighbours.
 
-    A step of h of a film's width is off by h², and by the rounding of the numbers over h.
+    With a step of h film widths, the error is the sum of a term in h² and of the rounding error divided by h.
     """
     wide = (1e-4 if np.dtype(dtype) == np.float64 else 1e-2) * max(camera.film.pixels_x, camera.film.pixels_y)
     return wide, wide / 16, wide / 256
 
 
-def spread_step(camera: DifferentiableCamera, real) -> Step:
-    """The step, between the sampler and the camera, that tells every sample the size of its pixel in the scene.
+def spread_step(camera: "Camera", real) -> Step:
+    """Step between sampler and camera that gives every sample the size of its pixel in the scene.
 
-    By the rays through the middle of the pupil, for CELLS × CELLS parts of the film; across and along a pixel by the
-    root of the mean square. It is the camera's own precision that does: `real`, in which its stages are compiled.
+    The size is that of the rays through the centre of the pupil, in CELLS × CELLS cells of the film, as the root mean
+    square of its extents across and down. real: the precision of the camera's stages.
     """
     film = camera.film
     nodes = (np.arange(CELLS) + 0.5) / CELLS
@@ -176,12 +192,15 @@ def spread_step(camera: DifferentiableCamera, real) -> Step:
     foot = np.copysign(foot, (moved * turned).sum((0, 2)))
     seen = (rays[6] > 0.0) & np.isfinite(spread) & np.isfinite(foot)
     table = fill_gaps(np.where(seen, spread, math.nan).reshape(CELLS, CELLS))
-    return Step(pixel_spread, np.concatenate([
-        [CELLS / film.pixels_x, CELLS / film.pixels_y, foot[seen].mean() if seen.any() else 0.0], table.ravel()]))
+    p = np.empty(SPREADS + CELLS * CELLS)
+    p[CELLS_ACROSS], p[CELLS_DOWN] = CELLS / film.pixels_x, CELLS / film.pixels_y
+    p[FIRST_SIDE] = foot[seen].mean() if seen.any() else 0.0
+    p[SPREADS:] = table.ravel()
+    return Step(pixel_spread, p)
 
 
 def fill_gaps(table: np.ndarray) -> np.ndarray:
-    """A table whose NaNs are filled from their neighbours, ring by ring; with zeros where all are NaN."""
+    """Copy of a table with NaNs replaced by the means of their neighbours, ring by ring; all zeros if all are NaN."""
     while np.isnan(table).any() and not np.isnan(table).all():
         wide = np.pad(table, 1, constant_values=math.nan)
         near = np.stack([wide[1:-1, :-2], wide[1:-1, 2:], wide[:-2, 1:-1], wide[2:, 1:-1]])
@@ -193,24 +212,26 @@ def fill_gaps(table: np.ndarray) -> np.ndarray:
 
 @stage
 def pixel_spread(lanes, p, key):
-    """PIXEL_SIDE and PIXEL_SPREAD, less for every further SAMPLE. p: cells a pixel (2), then both of every cell.
+    """PIXEL_SIDE and PIXEL_SPREAD of the part of its pixel that a sample covers; p: see CELLS_ACROSS and following.
 
-    The first sample stands for its pixel alone; of n that are spread over it each stands for the nth part, with sides
-    shorter by √n. They are shortened by n^¾, so that the first ones, which are kept, do not blur the last picture: what
-    they do to it falls as 1 / n, faster than its noise.
+    The first sample covers its pixel alone; n samples that share a pixel cover the nth part each, with sides shorter by
+    √n. The stage shortens them by n^¾, so that the first samples, which stay in the sum, do not blur the final picture:
+    their effect on it falls as 1 / n, faster than the noise.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, foot, spread, cell = row[X], row[Y], row[PIXEL_SIDE], row[PIXEL_SPREAD], row[A0]
-    across, down, last = p[0], p[1], real(CELLS - 1)
+    across, down, last = p[CELLS_ACROSS], p[CELLS_DOWN], real(CELLS - 1)
+    # Share of the pixel that this sample covers
     root = math.sqrt(real(key[SAMPLE]) + real(1))
     part = real(1) / (root * math.sqrt(root))
-    begin = p[2] * part
+    begin = p[FIRST_SIDE] * part
+    # Look up the cell of the film
     for i in range(B):
         a, b = np.floor(x[i] * across), np.floor(y[i] * down)
         a, b = a if a < last else last, b if b < last else last
         cell[i] = b * real(CELLS) + a
-    gather(spread, p[3:], cell)
+    gather(spread, p[SPREADS:], cell)
     for i in range(B):
         foot[i] = begin
         spread[i] *= part

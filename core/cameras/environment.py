@@ -1,8 +1,7 @@
-"""A camera that sees in every direction from one point: panoramas in three layouts.
+"""Panoramas: cameras that see in every direction from one point, in three layouts. Camera frame.
 
-Directions are of the camera's frame. Each layout is a stage from the film to the
-direction, and a function back. Across a panorama x runs to the right, y down; u and v
-below are the same from the film's centre, 1 at the film's sides.
+Each layout has a stage from the film to the direction, its inverse and its derivatives. In a panorama x runs to the
+right and y down; u and v below are the same from the film's centre, 1 at the film's sides.
 """
 
 import math
@@ -20,18 +19,34 @@ from lensbench.kernels.rotation import sine_versine
 from lensbench.optics.glass import D_LINE
 
 LAYOUTS = ("equirectangular", "equal-area", "cube-map")
+ACROSS, DOWN = range(2)         # parameters of every layout: 2 / width and 2 / height of the film (1/mm)
 
 
 @dataclass(frozen=True, eq=False)
 class EnvironmentCamera(Camera):
-    """The full sphere as seen from the camera's origin; each pixel shows the radiance of its directions (weight 1).
+    """Full sphere as seen from the camera's origin; each pixel shows the radiance of its directions with weight 1.
 
-    layout: "equirectangular": θ = π y / h from straight up, φ = 2π x / w − π to the right, direction
-    (sin θ sin φ, cos θ, −sin θ cos φ), −z in the centre. "equal-area": the octahedron, each pixel the same solid angle;
-    −z in the centre, +z in the corners (Clarberg 2008). "cube-map": six faces as a cross of 4 × 3 cells,
-    left, front, right and back in the middle row, up and down above and below front; the other cells stay dark.
-    CameraError for another layout, for physical weights, which need an area for light to pass, and for
-    a medium of another index, which a flat window shows only in part.
+    Parameters
+    ----------
+    film : Film
+        Size (mm) and pixels.
+    layout : str
+        "equirectangular": θ = π y / h from straight up and φ = 2π x / w − π to the right, with the direction
+        (sin θ sin φ, cos θ, −sin θ cos φ) and −z in the centre. "equal-area": an octahedron, on which each pixel has
+        the same solid angle, with −z in the centre and +z in the corners. "cube-map": six faces in a cross of 4 × 3
+        cells, left, front, right and back in the middle row, up and down above and below front; the rest stays dark.
+    **placement
+        Keyword arguments of `Camera`: transform, shutter, weights and medium.
+
+    Raises
+    ------
+    CameraError
+        Another layout; physical weights, for which a point has no area; a medium of another index, which a flat window
+        shows only in part.
+
+    References
+    ----------
+    Clarberg 2008, Fast equal-area mapping of the (hemi)sphere using SIMD, for the equal-area layout.
     """
 
     film: Film
@@ -49,17 +64,19 @@ class EnvironmentCamera(Camera):
                               "choose a medium of index 1")
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
-        """One step: the layout's."""
-        return [Step(_STAGES[self.layout], np.array([2.0 / self.film.width, 2.0 / self.film.height]))]
+        """Step of the layout; see `Camera.camera_steps`."""
+        p = np.empty(2)
+        p[ACROSS], p[DOWN] = 2.0 / self.film.width, 2.0 / self.film.height
+        return [Step(_STAGES[self.layout], p)]
 
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
-        """In closed form; it sees every point but its own origin."""
+        """Projection of points in closed form, all visible but the origin; see `Camera.film_from_point`."""
         u, v = _BACK[self.layout](points)
         film = np.stack([-u * self.film.width / 2.0, v * self.film.height / 2.0], 1)
         return film, np.isfinite(film).all(1)
 
     def film_slopes(self, film_xy, directions):
-        """In closed form, within a face or an octant."""
+        """Derivatives in closed form within a face or octant; see `Camera.film_slopes`."""
         size = np.array([2.0 / self.film.width, 2.0 / self.film.height])
         u, v = (film_xy * size * [-1.0, 1.0]).T
         slopes = np.zeros((2, len(directions), 6))
@@ -68,7 +85,7 @@ class EnvironmentCamera(Camera):
         return slopes
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
-        """By the solid angle that falls on a piece of film."""
+        """Importance from the film area per solid angle; see `Camera.film_importance`."""
         x, y, z = directions.T
         with np.errstate(divide="ignore"):
             density = {"equirectangular": lambda: 0.5 / (math.pi**2 * np.hypot(x, z)),
@@ -80,11 +97,11 @@ class EnvironmentCamera(Camera):
 
 @stage
 def equirectangular(lanes, p, key):
-    """The film point X, Y to the direction at longitude φ, θ from the pole. p: 2 / width, 2 / height (1/mm)."""
+    """Turn the film point X, Y into the direction at longitude φ and polar angle θ. p: ACROSS, DOWN."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
-    across, down = real(-0.5) * p[0], real(0.25) * p[1]
+    across, down = real(-0.5) * p[ACROSS], real(0.25) * p[DOWN]
     for i in range(B):
         sine, versine = sine_versine(real, x[i] * across)
         below, less = sine_versine(real, y[i] * down)           # θ − 90°
@@ -95,22 +112,23 @@ def equirectangular(lanes, p, key):
 
 @stage
 def equal_area(lanes, p, key):
-    """The film point X, Y to the direction, by the octahedron. p: 2 / width, 2 / height (1/mm).
+    """Turn the film point X, Y into the direction on Clarberg's equal-area octahedron. p: ACROSS, DOWN.
 
-    Of the distance r from the nearer pole, in [0, 1], and the turn about the axis between
-    two edges: 1 − |cos| is r².
+    r in [0, 1] is the distance from the nearer pole: 1 − |cos θ| = r².
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
-    across, down = -p[0], -p[1]
+    across, down = -p[ACROSS], -p[DOWN]
     for i in range(B):
+        # Distance r from the centre of the octahedron's half, and angle in its octant
         u, v = x[i] * across, y[i] * down
         au, av = abs(u), abs(v)
         front = real(1) - (au + av)
         r = real(1) - abs(front)
         turn = (av - au) / (r if r > real(0) else real(1))
         sine, versine = sine_versine(real, real(0.125) * turn + real(0.125))
+        # Direction: |cos θ| = 1 − r²
         ring = r * math.sqrt(real(2) - r * r)
         cosine = ring - ring * versine
         sine = ring * sine
@@ -122,15 +140,13 @@ def equal_area(lanes, p, key):
 
 @stage
 def cube_map(lanes, p, key):
-    """The film point X, Y to the direction through the face of a cube; dark beside the cross.
-
-    p: 2 / width, 2 / height (1/mm).
-    """
+    """Turn the film point X, Y into the direction through a face of the cube, dark beside them. p: ACROSS, DOWN."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
-    across, down = real(-2) * p[0], real(1.5) * p[1]
+    across, down = real(-2) * p[ACROSS], real(1.5) * p[DOWN]
     for i in range(B):
+        # Cell of the cross, and the place (a, b) in it from −1 to 1
         u, v = x[i] * across + real(2), y[i] * down + real(1.5)
         column, line = np.floor(u), np.floor(v)
         column = column if column > real(0) else real(0)
@@ -138,7 +154,8 @@ def cube_map(lanes, p, key):
         line = line if line > real(0) else real(0)
         line = line if line < real(2) else real(2)
         a, b = real(2) * (u - column) - real(1), real(2) * (v - line) - real(1)
-        k = column - real(1)                                # quarter turns to the right
+        # Direction through the face, k quarter turns to the right of the front, or above or below it
+        k = column - real(1)
         cosine, sine = real(1) - abs(k), k if k < real(1.5) else real(0)
         rise = real(1) - line                               # 1 the face above, −1 the one below
         level = rise == real(0)
@@ -152,6 +169,7 @@ def cube_map(lanes, p, key):
 
 
 def _equirectangular_back(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Inverse of `equirectangular`: u and v of points (n, 3)."""
     x, y, z = points.T
     u = np.arctan2(x, -z) / math.pi
     v = np.arctan2(-y, np.hypot(x, z)) / (math.pi / 2.0)
@@ -159,6 +177,7 @@ def _equirectangular_back(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _equal_area_back(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Inverse of `equal_area`: u and v of points (n, 3)."""
     with np.errstate(invalid="ignore"):
         x, y, z = (points / np.linalg.norm(points, axis=1)[:, None]).T
     r = np.sqrt((x * x + y * y) / (1.0 + np.abs(z)))
@@ -169,7 +188,7 @@ def _equal_area_back(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _cube_map_back(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """By the greatest of the three coordinates."""
+    """Inverse of `cube_map`: u and v of points (n, 3); the greatest coordinate says which face."""
     x, y, z = points.T
     size = np.abs(points).max(1)
     level = np.maximum(np.abs(x), np.abs(z)) >= np.abs(y)
@@ -183,7 +202,7 @@ def _cube_map_back(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _equirectangular_slopes(u: np.ndarray, v: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """(2, n, 3): what 1 of u and of v adds to the directions d (n, 3)."""
+    """Derivatives (2, n, 3) of the directions d (n, 3) by u and by v."""
     phi, theta = math.pi * u, 0.5 * math.pi * (1.0 + v)
     to_right = math.pi * np.stack([-d[:, 2], np.zeros(len(d)), d[:, 0]], 1)
     down = np.stack([np.cos(theta) * np.sin(phi), -np.sin(theta), -np.cos(theta) * np.cos(phi)], 1)
@@ -191,6 +210,7 @@ def _equirectangular_slopes(u: np.ndarray, v: np.ndarray, d: np.ndarray) -> np.n
 
 
 def _equal_area_slopes(u: np.ndarray, v: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Derivatives (2, n, 3) of the directions by u and by v."""
     au, av = np.abs(u), np.abs(v)
     front = 1.0 - au - av
     r, side = 1.0 - np.abs(front), np.where(front >= 0.0, 1.0, -1.0)
@@ -200,7 +220,7 @@ def _equal_area_slopes(u: np.ndarray, v: np.ndarray, d: np.ndarray) -> np.ndarra
     ring = np.stack([-np.copysign(np.sin(angle), u), np.copysign(np.cos(angle), -v)], 1)
     slopes = []
     for own, sign in ((-1.0, np.copysign(1.0, u)), (1.0, np.copysign(1.0, v))):
-        # of |u| or |v|: what it adds to r, and to r times the angle
+        # Derivatives of r, and of r times the angle, by |u| or |v|
         dr, dangle = side, 0.25 * math.pi * (own - turn * side)
         level = (dr * (2.0 - 2.0 * r * r) / root)[:, None] * out + (dangle * root)[:, None] * ring
         slopes.append(np.concatenate([level, (2.0 * r * dr * side)[:, None]], 1) * sign[:, None])
@@ -208,6 +228,7 @@ def _equal_area_slopes(u: np.ndarray, v: np.ndarray, d: np.ndarray) -> np.ndarra
 
 
 def _cube_map_slopes(u: np.ndarray, v: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Derivatives (2, n, 3) of the directions d (n, 3) by u and by v."""
     column = np.clip(np.floor(2.0 * u + 2.0), 0.0, 3.0)
     rise = 1.0 - np.clip(np.floor(1.5 * v + 1.5), 0.0, 2.0)
     k = column - 1.0

@@ -1,9 +1,8 @@
-"""The way back: where light that reaches a camera falls on its film, and how bright it makes the picture.
+"""Film landing: the place and the brightness of traced light on the raster.
 
-A ray of the camera frame that travels towards the film carries in WEIGHT an
-étendue: cos θ · area · solid angle, in mm² sr. These stages find its place on
-the raster, and make its WEIGHT the value of a pixel on which radiance 1 in that
-étendue falls alone: the very measure that the camera's own rays estimate.
+A ray of the camera frame that travels towards the film carries in WEIGHT an étendue, cos θ · area · solid angle, in
+mm² sr. These stages find the raster point where the ray lands, and turn its WEIGHT into the pixel value of radiance 1
+in that étendue alone: the same measure that the camera's own rays estimate.
 """
 
 import math
@@ -15,23 +14,30 @@ from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import CLEARANCE, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 
+# Parameters of `land`: mm per pixel and half the film (mm), across and down, as for the film's step; then the gain.
+# `land_ideal` has these, then z of a plane (mm): a ray that crosses it at P with the slope S towards the scene comes
+# from the film point FILM_P · P + FILM_S · S by the pupil point PUPIL_P · P + PUPIL_S · S of the unit disk, and its
+# slope on the film's side is APPROACH_FILM · film point + APPROACH_PUPIL · pupil point.
+(PIXEL_X, HALF_X, PIXEL_Y, HALF_Y, GAIN,
+ PLANE_Z, FILM_P, FILM_S, PUPIL_P, PUPIL_S, APPROACH_FILM, APPROACH_PUPIL) = range(12)
+
 
 class FilmLanding(NamedTuple):
-    """What a camera does with light that comes to it."""
+    """Stages of a camera for light that is traced from its source."""
 
-    steps: list[Step]       # from the ray towards the film (X … N) and its WEIGHT to raster X, Y and WEIGHT
-    bounding: list[Step]    # the same without the blades of the stop: then CLEARANCE tells how near a ray is to passing
-    front: float            # z (mm, camera frame) of the axis point before the lens that rays are aimed about
-    radius: float           # mm: rays that miss the sphere of this radius about it do not pass; 0: a pinhole
+    steps: list[Step]       # from a ray towards the film, X … N, and its WEIGHT to raster X, Y and WEIGHT
+    bounding: list[Step]    # the same without the stop's blades; CLEARANCE then says by how much a ray passes or misses
+    front: float            # z (mm, camera frame) of the axis point before the lens at which rays are aimed
+    radius: float           # mm; rays that miss the sphere of this radius about that point are blocked; 0: a pinhole
 
 
 @stage
 def land(lanes, p, key):
-    """From the last surface on to the film. p: mm per pixel across, half the width, the same downwards, the gain."""
+    """Land a ray behind the last surface on the film: raster X, Y and WEIGHT. p: PIXEL_X … GAIN."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
-    across, right, down, bottom, gain = real(1) / p[0], p[1], real(1) / p[2], p[3], p[4]
+    across, right, down, bottom, gain = real(1) / p[PIXEL_X], p[HALF_X], real(1) / p[PIXEL_Y], p[HALF_Y], p[GAIN]
     for i in range(B):
         t = -z[i] / n[i]
         x[i] = (right - (x[i] + t * l[i])) * across
@@ -42,24 +48,26 @@ def land(lanes, p, key):
 
 @stage
 def land_ideal(lanes, p, key):
-    """Through a lens without aberrations to the film.
+    """Land a ray on the film through an ideal lens: raster X, Y, the pupil point in L, M, CLEARANCE and WEIGHT.
 
-    p: as for `land`, then z of a plane; a ray that crosses it at P with the slope S (to the scene, for each mm)
-    comes from the film point p[6] P + p[7] S by the place p[8] P + p[9] S of the unit disk in the pupil, with the
-    slopes p[10] of the one and p[11] of the other on the film's side. Such a lens keeps no
-    étendue: the picture is cos⁴ of the film's side, for every part of the pupil. L, M become the place in the pupil.
+    p: PIXEL_X … APPROACH_PUPIL. Such a lens does not keep étendue; its pictures fall off as cos⁴ of the angle on the
+    film's side, for every part of the pupil.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight, margin = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[CLEARANCE]
-    across, right, down, bottom, gain, plane = real(1) / p[0], p[1], real(1) / p[2], p[3], p[4], p[5]
-    film_p, film_s, pupil_p, pupil_s, aim, aim_p = p[6], p[7], p[8], p[9], p[10], p[11]
+    across, right, down, bottom, gain = real(1) / p[PIXEL_X], p[HALF_X], real(1) / p[PIXEL_Y], p[HALF_Y], p[GAIN]
+    film_p, film_s, pupil_p, pupil_s = p[FILM_P], p[FILM_S], p[PUPIL_P], p[PUPIL_S]
+    plane, aim, aim_p = p[PLANE_Z], p[APPROACH_FILM], p[APPROACH_PUPIL]
     for i in range(B):
+        # Cross the plane at P = (px, py) with the slope S = (sx, sy)
         t = (plane - z[i]) / n[i]
         px, py, sx, sy = x[i] + t * l[i], y[i] + t * m[i], -l[i] / n[i], -m[i] / n[i]
+        # Film point, pupil point, and the slope between them
         fx, fy, a, b = film_p * px + film_s * sx, film_p * py + film_s * sy, pupil_p * px + pupil_s * sx, (
             pupil_p * py + pupil_s * sy)
         ex, ey = aim * fx + aim_p * a, aim * fy + aim_p * b
+        # Étendue on the scene's side to cos⁴θ on the film's side
         c2 = (real(1) + sx * sx + sy * sy) / (real(1) + ex * ex + ey * ey)
         margin[i] = a * a + b * b
         weight[i] = weight[i] * c2 * c2 * gain if (margin[i] <= real(1)) & (n[i] > real(0)) else real(0)
@@ -67,37 +75,47 @@ def land_ideal(lanes, p, key):
 
 
 def landing_step(film: Film, gain: float) -> Step:
-    """The step from the last surface to the raster; gain: the picture's value of an irradiance of 1 radiance · sr."""
-    raster = film.step.parameters
-    return Step(land, np.array([*raster, gain / (raster[0] * raster[2])]))
+    """Step from the last surface to the raster; gain: pixel value of an irradiance of radiance 1 times 1 sr."""
+    p = np.empty(GAIN + 1)
+    p[PIXEL_X:GAIN] = film.step.parameters
+    p[GAIN] = gain / (p[PIXEL_X] * p[PIXEL_Y])
+    return Step(land, p)
 
 
 def ideal_film_landing(lens: Gaussian, film: Step, gain: float) -> FilmLanding | None:
-    """Of a lens without aberrations whose rays have the weight cos⁴ · gain; film: the step from raster to film.
+    """Film landing of an ideal lens whose rays have the weight cos⁴θ · gain; film: step from raster to film.
 
     None where its rays are parallel, or start on the film.
     """
     z, origin, origin_p, slope, slope_p, aim, aim_p, iris = lens
-    pixel = film.parameters[0] * film.parameters[2]
-    whole = origin * slope_p - origin_p * slope
-    if slope == 0.0 or (whole == 0.0 and origin != 0.0):
+    determinant = origin * slope_p - origin_p * slope
+    if slope == 0.0 or (determinant == 0.0 and origin != 0.0):
         return None
-    if whole == 0.0:
-        numbers = [gain / slope**2 / pixel, z, 0.0, 1.0 / slope, 0.0, 0.0, aim, 0.0]
-        arriving = [Step(land_ideal, np.array([*film.parameters, *numbers]))]
+    p = np.zeros(APPROACH_PUPIL + 1)
+    p[PIXEL_X:GAIN] = film.parameters
+    pixel = p[PIXEL_X] * p[PIXEL_Y]
+    p[PLANE_Z], p[APPROACH_FILM] = z, aim
+
+    # A pinhole: the slope alone gives the film point
+    if determinant == 0.0:
+        p[GAIN], p[FILM_S] = gain / slope**2 / pixel, 1.0 / slope
+        arriving = [Step(land_ideal, p)]
         return FilmLanding(arriving, arriving, z, 0.0)
-    numbers = [gain / (iris.area * whole**2) / pixel, z, slope_p / whole, -origin_p / whole, -slope / whole,
-               origin / whole, aim, aim_p]
-    arriving = [Step(land_ideal, np.array([*film.parameters, *numbers]))]
+
+    # Otherwise invert the 2 × 2 map from film and pupil point to P and S
+    p[GAIN], p[APPROACH_PUPIL] = gain / (iris.area * determinant**2) / pixel, aim_p
+    p[FILM_P], p[FILM_S] = slope_p / determinant, -origin_p / determinant
+    p[PUPIL_P], p[PUPIL_S] = -slope / determinant, origin / determinant
+    arriving = [Step(land_ideal, p)]
     swapped = Step(swap_raster_and_pupil, np.zeros(1))
-    covered = [] if iris.is_round else [swapped, *iris.blocking(1.0), swapped]
-    reach = abs(origin_p) + abs(origin) * math.hypot(film.parameters[1], film.parameters[3])
-    return FilmLanding([*arriving, *covered], arriving, z, reach)
+    blades = [] if iris.is_round else [swapped, *iris.blocking(1.0), swapped]
+    reach = abs(origin_p) + abs(origin) * math.hypot(p[HALF_X], p[HALF_Y])
+    return FilmLanding([*arriving, *blades], arriving, z, reach)
 
 
 @stage
 def swap_raster_and_pupil(lanes, p, key):
-    """X, Y and L, M change places: of the raster and of the pupil, after `land_ideal`."""
+    """Swap X, Y with L, M: the raster point with the pupil point, after `land_ideal`."""
     row = rows(lanes)
     x, y, l, m = row[X], row[Y], row[L], row[M]
     for i in range(B):

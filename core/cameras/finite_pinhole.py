@@ -1,4 +1,4 @@
-"""A pinhole of finite size: sharp at no distance, and for all distances nearly alike."""
+"""Pinhole of finite size, whose blur is nearly the same at all distances."""
 
 import math
 from dataclasses import dataclass
@@ -10,16 +10,32 @@ from lensbench.cameras.rays import CameraError
 from lensbench.imaging.film import Film
 from lensbench.optics.glass import D_LINE
 
-RAYLEIGH = 1.9          # the diameter of the sharpest hole over √(wavelength · distance)
-AIRY = 2.44             # the diameter of Airy's disk, to its first dark ring, over wavelength · distance / diameter
+RAYLEIGH = 1.9          # diameter of the sharpest hole over √(wavelength · distance)
+AIRY = 2.44             # diameter of Airy's disk, to its first dark ring, over wavelength · distance / hole diameter
 
 
 @dataclass(frozen=True, eq=False)
 class PinholeCamera(Camera):
-    """A round hole at the camera's origin, `radius` mm, and a film `distance` mm behind it; it looks along −z.
+    """Round hole of finite size at the camera's origin, looking along −z.
 
-    Rays run straight through every point of the hole. They know no diffraction: `diffraction` tells its disk,
-    and `best_pinhole` the hole for which both together blur least. CameraError for what cannot be.
+    Rays run straight through every point of the hole, without diffraction: `diffraction` gives the diameter of its
+    disk, and `best_pinhole` the hole for which both together blur least.
+
+    Parameters
+    ----------
+    film : Film
+        Size (mm) and pixels.
+    distance : float
+        Distance (mm) from the hole to the film.
+    radius : float
+        Radius (mm) of the hole.
+    **placement
+        Keyword arguments of `Camera`: transform, shutter, weights and medium.
+
+    Raises
+    ------
+    CameraError
+        A distance or radius that is not positive and finite.
     """
 
     film: Film
@@ -34,46 +50,95 @@ class PinholeCamera(Camera):
 
     @property
     def gaussian(self) -> Gaussian:
-        """Its rays: those of a lens without power."""
+        """First-order map of a lens without power."""
         per = 1.0 / self.distance
         return Gaussian(0.0, 0.0, self.radius, -per, self.radius * per, -per, self.radius * per)
 
     @property
     def fov(self) -> float:
-        """Along the shorter side of the film (radians)."""
+        """Field of view (radians) along the shorter side of the film."""
         return 2.0 * math.atan(min(self.film.width, self.film.height) / (2.0 * self.distance))
 
     @property
     def f_number(self) -> float:
-        """Film distance over the diameter of the hole."""
+        """Ratio of film distance to hole diameter."""
         return self.distance / (2.0 * self.radius)
 
     def blur(self, object_distance: float = math.inf) -> float:
-        """Diameter (mm) of the light that a point at this distance from the hole (mm) leaves on the film."""
+        """Diameter of the disk of light from an object point on the film.
+
+        Parameters
+        ----------
+        object_distance : float
+            Distance (mm) from the hole to the point; math.inf is allowed.
+
+        Returns
+        -------
+        float
+            Diameter (mm).
+
+        Raises
+        ------
+        CameraError
+            A distance that is not positive.
+        """
         if not object_distance > 0.0:
             raise CameraError(f"object distance {object_distance:g} mm: it must be positive")
         return 2.0 * self.radius * (1.0 + self.distance / object_distance)
 
     def diffraction(self, wavelength: float = D_LINE) -> float:
-        """Diameter (mm) of Airy's disk on the film, to its first dark ring; wavelength in µm."""
+        """Diameter of Airy's disk on the film, to its first dark ring.
+
+        Parameters
+        ----------
+        wavelength : float
+            Wavelength of the light (µm).
+
+        Returns
+        -------
+        float
+            Diameter (mm).
+        """
         return AIRY * wavelength * 1e-3 * self.distance / (2.0 * self.radius)
 
     def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """In closed form, for every wavelength alike."""
+        """Film landing in closed form, the same for every wavelength; see `Camera.way_back`."""
         return ideal_film_landing(self.gaussian, self.film_step, self.gain)
 
     @property
     def gain(self) -> float:
-        """Weight of the ray along the axis."""
+        """Weight of the axial ray."""
         lens = self.gaussian
         return lens.cone / self._normaliser(lens.axis_irradiance, 1.0)
 
 
 def best_pinhole(distance: float, object_distance: float = math.inf, wavelength: float = D_LINE) -> float:
-    """The diameter (mm) of the sharpest hole: 1.9 √(λ b) with 1 / b = 1 / distance + 1 / object distance.
+    """Diameter of the sharpest pinhole: 1.9 √(λ b), with 1 / b = 1 / distance + 1 / object_distance.
 
-    distance: hole → film, mm; wavelength in µm. Source: Rayleigh, On pin-hole photography, 1891: the sharpest hole
-    passes 0.9 of the first zone of Fresnel. CameraError for distances that are not positive.
+    The sharpest hole passes 0.9 of the first Fresnel zone.
+
+    Parameters
+    ----------
+    distance : float
+        Distance (mm) from the hole to the film.
+    object_distance : float
+        Distance (mm) from the hole to the object; math.inf is allowed.
+    wavelength : float
+        Wavelength of the light (µm).
+
+    Returns
+    -------
+    float
+        Diameter (mm).
+
+    Raises
+    ------
+    CameraError
+        A distance or wavelength that is not positive.
+
+    References
+    ----------
+    Rayleigh 1891, On pin-hole photography.
     """
     if not (distance > 0.0 and object_distance > 0.0 and wavelength > 0.0):
         raise CameraError("the sharpest pinhole needs positive distances and a positive wavelength")

@@ -1,4 +1,8 @@
-"""Ideal fisheyes: the angle θ from the axis becomes the height r on the film by one of four projections."""
+"""Ideal fisheyes: four projections from the angle θ off the axis to the image height r on the film.
+
+"equidistant" r = f θ, "equisolid" r = 2 f sin(θ/2), "stereographic" r = 2 f tan(θ/2), "orthographic" r = f sin θ.
+Camera frame, mm.
+"""
 
 import math
 from dataclasses import dataclass
@@ -14,17 +18,33 @@ from lensbench.kernels.rotation import sine_versine
 from lensbench.optics.glass import D_LINE
 
 PROJECTIONS = ("equidistant", "equisolid", "stereographic", "orthographic")
+INVERSE_F, IMAGE_RADIUS = range(2)      # parameters of every projection: 1 / f (1/mm), and of the image circle (mm)
 
 
 @dataclass(frozen=True, eq=False)
 class FisheyeCamera(Camera):
-    """A fisheye without aberrations at the camera's origin, which looks along −z; weight 1 within its image circle.
+    """Fisheye without aberrations at the camera's origin, looking along −z; weight 1 within its image circle.
 
-    projection: "equidistant" r = f θ, "equisolid" r = 2 f sin(θ/2), "stereographic" r = 2 f tan(θ/2),
-    "orthographic" r = f sin θ. fov (radians) spans the film along fov_axis, one of "shorter" (a round picture, the
-    corners dark), "longer", "horizontal", "vertical", "diagonal" (a full one): what lies at more than fov / 2 from the
-    axis is dark. CameraError where the projection does not reach so far (below 360°; the orthographic to 180°),
-    and for physical weights, which need an area for light to pass.
+    Parameters
+    ----------
+    film : Film
+        Size (mm) and pixels.
+    fov : float
+        Full field of view (radians) along fov_axis: below 2π, at most π for the orthographic projection. The film is
+        dark where it shows angles of more than fov / 2 from the axis.
+    projection : str
+        "equidistant" r = f θ, "equisolid" r = 2 f sin(θ/2), "stereographic" r = 2 f tan(θ/2) or "orthographic"
+        r = f sin θ.
+    fov_axis : str
+        Length of the film that fov spans: "shorter" (a circular picture with dark corners), "longer", "horizontal",
+        "vertical" or "diagonal" (a full-frame picture).
+    **placement
+        Keyword arguments of `Camera`: transform, shutter, weights and medium.
+
+    Raises
+    ------
+    CameraError
+        A field of view beyond the projection's; physical weights, for which a point has no area.
     """
 
     film: Film
@@ -50,20 +70,22 @@ class FisheyeCamera(Camera):
 
     @property
     def image_radius(self) -> float:
-        """Of the image circle (mm)."""
+        """Radius (mm) of the image circle."""
         return self.film.extent(self.fov_axis) / 2.0
 
     @property
     def focal_length(self) -> float:
-        """Mm: the scale of the picture in its centre."""
+        """Focal length f (mm): the scale of the picture at its centre."""
         return self.image_radius / float(image_height(self.projection, self.fov / 2.0))
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
-        """One step: the projection's."""
-        return [Step(_STAGES[self.projection], np.array([1.0 / self.focal_length, self.image_radius]))]
+        """Step of the projection; see `Camera.camera_steps`."""
+        p = np.empty(2)
+        p[INVERSE_F], p[IMAGE_RADIUS] = 1.0 / self.focal_length, self.image_radius
+        return [Step(_STAGES[self.projection], p)]
 
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
-        """In closed form."""
+        """Projection of points in closed form; see `Camera.film_from_point`."""
         across = np.hypot(points[:, 0], points[:, 1])
         theta = np.arctan2(across, -points[:, 2])
         seen = points.any(1) & (theta <= self.fov / 2.0 * (1.0 + 1e-12))
@@ -73,7 +95,7 @@ class FisheyeCamera(Camera):
         return np.where(seen[:, None], film, math.nan), seen
 
     def film_slopes(self, film_xy, directions):
-        """By dθ/dr along the radius and sin θ / r across it."""
+        """Derivatives in closed form: dθ/dr along the radius and sin θ / r across it; see `Camera.film_slopes`."""
         sine, cosine = np.hypot(directions[:, 0], directions[:, 1]), -directions[:, 2]
         theta = np.arctan2(sine, cosine)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -93,7 +115,7 @@ class FisheyeCamera(Camera):
         return slopes
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
-        """By the solid angle that falls on a piece of film: r dr / (sin θ dθ) of it to one of that."""
+        """Importance from the film area per solid angle, r dr / (sin θ dθ); see `Camera.film_importance`."""
         sine = np.hypot(directions[:, 0], directions[:, 1])
         theta = np.arctan2(sine, -directions[:, 2])
         with np.errstate(invalid="ignore"):
@@ -107,7 +129,7 @@ class FisheyeCamera(Camera):
 
 
 def image_height(projection: str, theta):
-    """The height on the film of the angle θ (radians, a number or an array), in focal lengths."""
+    """Image height r / f of the angle θ (radians, a number or an array)."""
     if projection == "equidistant":
         return np.asarray(theta) * 1.0
     if projection == "equisolid":
@@ -119,11 +141,11 @@ def image_height(projection: str, theta):
 
 @stage
 def equidistant(lanes, p, key):
-    """The film point X, Y to the direction at θ = r / f. p: 1 / f (1/mm), radius of the image circle (mm)."""
+    """Turn the film point X, Y into the direction at θ = r / f. p: INVERSE_F, IMAGE_RADIUS."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
-    per, edge = p[0], p[1]
+    per, edge = p[INVERSE_F], p[IMAGE_RADIUS]
     turns = per * real(0.5 / math.pi)
     for i in range(B):
         r = math.sqrt(x[i] * x[i] + y[i] * y[i])
@@ -136,11 +158,11 @@ def equidistant(lanes, p, key):
 
 @stage
 def equisolid(lanes, p, key):
-    """The film point X, Y to the direction at sin(θ/2) = r / 2f. p: 1 / f (1/mm), radius of the image circle (mm)."""
+    """Turn the film point X, Y into the direction at sin(θ/2) = r / 2f. p: INVERSE_F, IMAGE_RADIUS."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
-    per, edge2 = p[0], p[1] * p[1]
+    per, edge2 = p[INVERSE_F], p[IMAGE_RADIUS] * p[IMAGE_RADIUS]
     for i in range(B):
         r2 = x[i] * x[i] + y[i] * y[i]
         h2 = real(0.25) * r2 * per * per                    # sin²(θ/2)
@@ -153,11 +175,11 @@ def equisolid(lanes, p, key):
 
 @stage
 def stereographic(lanes, p, key):
-    """The film point X, Y to the direction at tan(θ/2) = r / 2f. p: 1 / f (1/mm), radius of the image circle (mm)."""
+    """Turn the film point X, Y into the direction at tan(θ/2) = r / 2f. p: INVERSE_F, IMAGE_RADIUS."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
-    per, edge2 = p[0], p[1] * p[1]
+    per, edge2 = p[INVERSE_F], p[IMAGE_RADIUS] * p[IMAGE_RADIUS]
     for i in range(B):
         r2 = x[i] * x[i] + y[i] * y[i]
         t2 = real(0.25) * r2 * per * per                    # tan²(θ/2)
@@ -170,11 +192,11 @@ def stereographic(lanes, p, key):
 
 @stage
 def orthographic(lanes, p, key):
-    """The film point X, Y to the direction at sin θ = r / f. p: 1 / f (1/mm), radius of the image circle (mm)."""
+    """Turn the film point X, Y into the direction at sin θ = r / f. p: INVERSE_F, IMAGE_RADIUS."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
-    per, edge2 = p[0], p[1] * p[1]
+    per, edge2 = p[INVERSE_F], p[IMAGE_RADIUS] * p[IMAGE_RADIUS]
     for i in range(B):
         r2 = x[i] * x[i] + y[i] * y[i]
         left = real(1) - r2 * per * per

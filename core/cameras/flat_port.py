@@ -1,4 +1,4 @@
-"""A flat window between a camera in air and a denser medium, before its foremost point."""
+"""Flat port: a plane window between a camera in air and a medium of another index, at the camera's foremost point."""
 
 import math
 
@@ -6,17 +6,20 @@ import numpy as np
 
 from lensbench.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 
+# Parameters of `port`: z of the window (mm, camera frame), 1 / index of the medium, factor of the weights
+WINDOW_Z, RATIO, GAIN = range(3)
+
 
 @stage
 def port(lanes, p, key):
-    """On to the window and into the medium, in the camera frame; a ray that runs along it or back is lost.
+    """Refract the ray at the window by Snell's law, camera frame. p: see WINDOW_Z and following.
 
-    p: z of the window (mm), 1 / index of the medium, what weights are multiplied by.
+    A ray that runs along the window or backwards gets WEIGHT 0.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
-    window, ratio, gain = p[0], p[1], p[2]
+    window, ratio, gain = p[WINDOW_Z], p[RATIO], p[GAIN]
     for i in range(B):
         out = n[i] < real(0)
         t = (window - z[i]) / n[i]
@@ -29,5 +32,7 @@ def port(lanes, p, key):
 
 
 def port_step(z: float, index: float, gain: float) -> Step:
-    """The step of a window at z (mm, camera frame) into a medium of this index."""
-    return Step(port, np.array([z, 1.0 / index, gain]))
+    """Step through a window at z (mm, camera frame) into a medium of this index; gain: factor of the weights."""
+    p = np.empty(3)
+    p[WINDOW_Z], p[RATIO], p[GAIN] = z, 1.0 / index, gain
+    return Step(port, p)

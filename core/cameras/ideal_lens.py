@@ -1,9 +1,9 @@
-"""Lenses without aberrations, in the frame of the camera (mm): pinhole, thin lens, thick lens, telecentric lens.
+"""Ideal lenses, free of aberrations: pinhole, thin lens, thick lens and telecentric lens. Camera frame, mm.
 
-What such a lens does is linear, and the same across and up: the ray of the film
-point x, by the place a of the unit disk in the pupil, crosses a plane z at
-origin_film x + origin_pupil a, and runs there on by slope_film x + slope_pupil a for each mm towards
-the scene. (Gaussian optics: Welford, Aberrations of Optical Systems, ch. 3.)
+An ideal lens maps film and pupil linearly to rays, alike across and up. The ray of the film point x through the pupil
+point a of the unit disk crosses the plane z at origin_film · x + origin_pupil · a, and moves sideways by
+slope_film · x + slope_pupil · a for each mm towards the scene. (Gaussian optics: Welford, Aberrations of Optical
+Systems, ch. 3.)
 """
 
 import math
@@ -20,12 +20,15 @@ from lensbench.optics.prescription import Lens
 
 ROUND = Iris()
 
+# Parameters of `gaussian` and `hole`: the numbers of `Gaussian` in their order, then the weight of the axial ray
+(PLANE_Z, ORIGIN_FILM, ORIGIN_PUPIL, SLOPE_FILM, SLOPE_PUPIL, APPROACH_FILM, APPROACH_PUPIL, AXIAL_WEIGHT) = range(8)
+
 
 class Gaussian(NamedTuple):
-    """The rays of such a lens, which start on the plane z (camera frame, mm).
+    """Linear map from film point x (mm) and pupil point a to rays that start on the plane z (mm, camera frame).
 
-    approach_film and approach_pupil: the slope on the film's side of the lens, by which
-    the light falls off as cos⁴. iris: what of the unit disk is open.
+    approach_film and approach_pupil give the slope on the film's side of the lens, x · approach_film +
+    a · approach_pupil, with whose angle θ the light falls off as cos⁴θ. iris: the open part of the unit disk.
     """
 
     z: float
@@ -39,27 +42,27 @@ class Gaussian(NamedTuple):
 
     @property
     def is_hole(self) -> bool:
-        """Whether every film point has one ray."""
+        """Whether every film point has a single ray."""
         return self.origin_pupil == 0.0 and self.slope_pupil == 0.0
 
     @property
     def cone(self) -> float:
-        """Area of the pupil over its squared distance from the film's centre: π tan² of the half angle."""
+        """Pupil area over its squared distance from the film's centre: π tan² of the half angle."""
         return self.iris.area * self.approach_pupil**2
 
     @property
     def axis_irradiance(self) -> float:
-        """∫ cos⁴θ dA / z² on the axis, which is π sin² of the half angle where the iris is round."""
+        """∫ cos⁴θ dA / z² on the axis; π sin² of the half angle for a round iris."""
         return self.iris.axis_irradiance(self.approach_pupil, 1.0)
 
     def steps(self, gain: float) -> list[Step]:
-        """The steps from the film point X, Y to its ray; WEIGHT becomes cos⁴θ · gain, θ that of the film's side."""
-        if self.is_hole:
-            return [Step(hole, np.array([self.z, self.origin_film, self.slope_film, self.approach_film, gain]))]
-        return [*self.iris.steps, Step(gaussian, np.array([*self[:-1], gain]))]
+        """Steps from the film point X, Y to its ray; WEIGHT becomes cos⁴θ · gain, with θ on the film's side."""
+        p = np.empty(AXIAL_WEIGHT + 1)
+        p[:AXIAL_WEIGHT], p[AXIAL_WEIGHT] = self[:-1], gain
+        return [Step(hole, p)] if self.is_hole else [*self.iris.steps, Step(gaussian, p)]
 
     def film_slopes(self, directions: np.ndarray) -> np.ndarray:
-        """(2, n, 6): what a mm of film in x and in y adds to origins (mm) and unit directions (n, 3), at a place a."""
+        """Derivatives (2, n, 6) of origins (mm) and unit directions (n, 3) per mm of film in x and y, at a fixed a."""
         slopes = np.zeros((2, len(directions), 6))
         for axis in range(2):
             slopes[axis, :, axis] = self.origin_film
@@ -68,9 +71,9 @@ class Gaussian(NamedTuple):
         return slopes
 
     def film_points(self, points: np.ndarray, pupil_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Film points (n, 2) whose rays by these places of the unit square (n, 2) meet points (n, 3), all in mm.
+        """Film points (n, 2) whose rays through pupil samples (n, 2) meet points (n, 3) of the camera frame, in mm.
 
-        And which of the points, in the camera frame, lie before the lens, (n,) bool.
+        Also returns which points lie in front of the lens, (n,) bool.
         """
         n = len(points)
         given = {X: np.zeros(n), Y: np.zeros(n), U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
@@ -83,23 +86,23 @@ class Gaussian(NamedTuple):
 
 
 def unit_direction_change(change: np.ndarray, directions: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """What a change (…, 3) of vectors adds to their unit directions (n, 3); size (n,): 1 / their lengths."""
+    """Change of unit directions (n, 3) by a change (…, 3) of the vectors along them; size (n,): 1 / their lengths."""
     along = (change * directions).sum(-1)[..., None]
     return (change - along * directions) * size[:, None]
 
 
 def thin(z: float, radius: float, behind: float, focus: float, iris: Iris = ROUND) -> Gaussian:
-    """A thin lens at z, or a pinhole where its radius is 0.
+    """Thin lens at z (mm), a pinhole for radius 0.
 
-    behind: to its (imagined) film; focus: to the plane in focus; mm from the lens, focus may be inf.
+    behind: distance to the (imagined) film; focus: distance to the plane in focus, which may be inf; both mm.
     """
     return Gaussian(z, 0.0, radius, -1.0 / behind, -radius / focus, -1.0 / behind, radius / behind, iris)
 
 
 def telecentric(scale: float, radius: float, focus: float, iris: Iris = ROUND) -> Gaussian:
-    """Rays along the axis at z = 0 for every film point, `scale` mm of scene to one of film, in cones of `radius`.
+    """Telecentric lens: every film point sees along the axis, `scale` mm of scene for each mm of film.
 
-    The cones have their points on the plane at `focus`, mm, which may be inf: then every ray of a point is the same.
+    Its rays form cones of `radius` (mm) at z = 0 with their apex at the distance `focus` (mm); a single ray for inf.
     """
     if radius == 0.0 or math.isinf(focus):
         return Gaussian(0.0, -scale, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -107,21 +110,21 @@ def telecentric(scale: float, radius: float, focus: float, iris: Iris = ROUND) -
 
 
 def thick(lens: Lens, film_distance: float) -> Gaussian:
-    """A real lens to first order: the principal planes image every film point, and its rays aim at the exit pupil.
+    """Thick lens: a real lens to first order, with its principal planes and pupils.
 
-    The rays start on the entrance pupil where that lies between the first vertex and the film, otherwise on the
-    plane of the first vertex: a pupil at infinity, out in the scene or behind the camera is only pointed at. The
-    film is in air, and the exit pupil does not lie on it.
+    The rays start on the entrance pupil where that lies between the first vertex and the film, otherwise on the plane
+    of the first vertex, and point to the pupil at infinity, in the scene or behind the camera. The film is in air; the
+    exit pupil must not lie on it.
     """
     fo, film = first_order(lens), lens.length + film_distance
-    # On the film's side: dy/dz towards the exit pupil, which is the stop's image and may be upside down
+    # Slopes dy/dz on the film's side towards the exit pupil, which may be an inverted image of the stop
     _, _, c, d = ray_matrix(lens, lens.stop_index, len(lens.surfaces))
     if math.isinf(fo.exit_pupil.z):
         film_aims, pupil_aims = 0.0, c * fo.stop_radius
     else:
         away = fo.exit_pupil.z - film
         film_aims, pupil_aims = -1.0 / away, math.copysign(fo.exit_pupil.radius, d) / away
-    # To the last vertex, by the inverse of the matrix to the first, and from there to where the rays start
+    # Transfer to the last vertex, by the inverse matrix to the first vertex, and on to the plane where rays start
     a, b, c, d = ray_matrix(lens, 0, len(lens.surfaces))
     within = 0.0 <= fo.entrance_pupil.z <= film
     start = fo.entrance_pupil.z if within else 0.0
@@ -133,42 +136,48 @@ def thick(lens: Lens, film_distance: float) -> Gaussian:
         rays.append((height + start * slope, -slope))
     (origin_film, slope_film), (origin_pupil, slope_pupil) = rays
     if within:
-        origin_film = 0.0                               # but for its rounding: all film points share the entrance pupil
+        origin_film = 0.0                               # exactly: all film points share the entrance pupil
     return Gaussian(start - film, origin_film, origin_pupil, slope_film, slope_pupil, -film_aims, -pupil_aims,
                     lens.iris)
 
 
 @stage
 def gaussian(lanes, p, key):
-    """From the film point X, Y and the place in the pupil U0, U1 to the ray. p: the numbers of `Gaussian`, gain."""
+    """Turn the film point X, Y and pupil sample U0, U1 into a ray of an ideal lens. p: PLANE_Z … AXIAL_WEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
     u, v = row[U0], row[U1]
-    place, origin, origin_p, slope, slope_p, aim, aim_p, gain = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
+    plane, origin, origin_p, slope, slope_p = p[PLANE_Z], p[ORIGIN_FILM], p[ORIGIN_PUPIL], p[SLOPE_FILM], p[SLOPE_PUPIL]
+    aim, aim_p, gain = p[APPROACH_FILM], p[APPROACH_PUPIL], p[AXIAL_WEIGHT]
     for i in range(B):
-        a, b = concentric_disk(real, v[i], u[i])                 # v = 1/2 and u = 1/2: the centre
+        # Pupil point (a, b) of the unit disk; u = v = 1/2 is its centre
+        a, b = concentric_disk(real, v[i], u[i])
+        # Direction towards the scene
         dx, dy = x[i] * slope + a * slope_p, y[i] * slope + b * slope_p
         size = real(1) / math.sqrt(dx * dx + dy * dy + real(1))
         l[i], m[i], n[i] = dx * size, dy * size, -size
+        # cos⁴θ on the film's side
         ex, ey = x[i] * aim + a * aim_p, y[i] * aim + b * aim_p
         c2 = real(1) / (ex * ex + ey * ey + real(1))
         weight[i] = c2 * c2 * gain
-        x[i], y[i], z[i] = x[i] * origin + a * origin_p, y[i] * origin + b * origin_p, place
+        x[i], y[i], z[i] = x[i] * origin + a * origin_p, y[i] * origin + b * origin_p, plane
 
 
 @stage
 def hole(lanes, p, key):
-    """From the film point X, Y to its only ray. p: z, origin_film, slope_film, approach_film of `Gaussian`, gain."""
+    """Turn the film point X, Y into its only ray, through a pinhole or parallel. p: PLANE_Z … AXIAL_WEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
-    place, origin, slope, aim, gain = p[0], p[1], p[2], p[3], p[4]
+    plane, origin, slope, aim, gain = p[PLANE_Z], p[ORIGIN_FILM], p[SLOPE_FILM], p[APPROACH_FILM], p[AXIAL_WEIGHT]
     for i in range(B):
+        # Direction towards the scene
         dx, dy = x[i] * slope, y[i] * slope
         size = real(1) / math.sqrt(dx * dx + dy * dy + real(1))
         l[i], m[i], n[i] = dx * size, dy * size, -size
+        # cos⁴θ on the film's side
         ex, ey = x[i] * aim, y[i] * aim
         c2 = real(1) / (ex * ex + ey * ey + real(1))
         weight[i] = c2 * c2 * gain
-        x[i], y[i], z[i] = x[i] * origin, y[i] * origin, place
+        x[i], y[i], z[i] = x[i] * origin, y[i] * origin, plane

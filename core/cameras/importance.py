@@ -1,58 +1,116 @@
-"""What a camera would send into the scene if it shone: its importance, and how likely it is to choose a ray.
+"""Importance of rays, and the densities with which a camera chooses them.
 
-The film's mean reading of a radiance L is ∫∫ W L cos θ dω dA over all rays that leave the camera, θ from its
-axis. With the densities, per area and per solid angle, in which generate_rays chooses its rays for raster points
-and places in the pupil that are drawn evenly, W cos θ is their product times the weight of the ray. (Veach 1997,
-ch. 8; pbrt, third edition, ch. 16, where every weight is 1.)
+The mean of a film's readings of a radiance L is ∫∫ W L cos θ dω dA over all rays that leave the camera, θ measured from
+its axis. `Camera.generate_rays` chooses rays, for raster points and pupil samples that are drawn uniformly, with one
+density per area and one per solid angle: W cos θ is the product of both and of the ray's weight. (Veach 1997, Robust
+Monte Carlo Methods for Light Transport Simulation, ch. 8; Pharr, Jakob and Humphreys, Physically Based Rendering, third
+edition, ch. 16, where every weight is 1.)
 """
 
-from typing import NamedTuple
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from lensbench.cameras.ideal_lens import Gaussian
+from lensbench.cameras.rays import CameraError
+from lensbench.cameras.rolling_shutter import project_onto_open_rows
+from lensbench.imaging.coordinate_spaces import transform_points
 
-HIT = 1e-6              # how near to its one point (mm) or its one direction (radians) a ray must be
+if TYPE_CHECKING:
+    from lensbench.cameras.base import Camera
+
+HIT = 1e-6              # mm from the one point, or radians from the one direction, of a camera with a single one
 
 
 class Importance(NamedTuple):
-    """Of n rays that leave a camera. All is 0 for a ray that no film point sends, and its raster point is NaN.
+    """Importance and densities of n rays. A ray that no film point sends has zeros and a NaN raster point.
 
-    we: 1 / (mm² sr), with physical weights times seconds; of a camera that sees from a point 1 / sr (of a panorama or
-    an ideal fisheye, which has no axis to measure θ from, for θ = 0), and of one with parallel rays alone 1 / mm².
-    position_pdf: 1 / mm², of where the ray crosses the entrance pupil, or, where that lies at infinity, the plane in
-    focus; 1 where there is one choice. direction_pdf: 1 / sr, of its direction there; 1 where there is one choice.
-    Of a bare sensor and a real lens both are those of the ray as it leaves the film, from which its place and
-    direction in the scene follow: W is the same before and behind a lens, and cos θ dω dA too.
+    Behind a bare sensor or a real lens, both densities are those of the ray where it leaves the film, which determines
+    the ray in the scene: W and cos θ dω dA are the same before and behind a lens.
+
+    Parameters
+    ----------
+    we : (n,) array
+        Importance W in 1 / (mm² sr), times seconds with physical weights. For a camera that sees from a point it is in
+        1 / sr (for a panorama or an ideal fisheye, which have no axis, with θ = 0); for parallel rays in 1 / mm².
+    position_pdf : (n,) array
+        Density (1 / mm²) of the point where the ray crosses the entrance pupil or, for a pupil at infinity, the plane
+        in focus; 1 where there is one choice.
+    direction_pdf : (n,) array
+        Density (1 / sr) of the direction at that point; 1 where there is one choice.
+    raster : (n, 2) array
+        Raster points (pixels) of the rays.
+    visible : (n,) bool array
+        Whether each ray is a ray of this camera.
+
+    References
+    ----------
+    Veach 1997, Robust Monte Carlo Methods for Light Transport Simulation, ch. 8.
     """
 
-    we: np.ndarray              # (n,)
-    position_pdf: np.ndarray    # (n,)
-    direction_pdf: np.ndarray   # (n,)
-    raster: np.ndarray          # (n, 2) pixels
-    visible: np.ndarray         # (n,) bool: whether it is a ray of this camera
+    we: np.ndarray
+    position_pdf: np.ndarray
+    direction_pdf: np.ndarray
+    raster: np.ndarray
+    visible: np.ndarray
 
 
 class FilmImportance(NamedTuple):
-    """The same by film points: (n, 2) mm, W, both densities, and whether the ray passes the camera."""
+    """`Importance` by film points (n, 2) in mm; `passes` says whether each ray passes the camera."""
 
     film: np.ndarray
     we: np.ndarray
     position_pdf: np.ndarray
     direction_pdf: np.ndarray
     passes: np.ndarray
-    is_point: bool = False      # whether W is of no area, for all rays cross one point
+    is_point: bool = False      # whether all rays cross one point, so that W has no area
+
+
+def camera_importance(camera: "Camera", origins, directions, time, wavelength: float) -> Importance:
+    """Importance of rays in the world, each at the time when the row of its raster point is open."""
+    if camera.has_port:
+        raise CameraError("importance is known in air, not through the window to a medium of another index")
+    origins, directions = (np.atleast_2d(np.asarray(values, float)) for values in (origins, directions))
+    length = np.linalg.norm(directions, axis=-1)
+    if origins.shape != directions.shape or origins.shape[1:] != (3,) or not (
+            np.isfinite(origins).all() and np.isfinite(directions).all() and (length > 0.0).all()):
+        raise ValueError("rays need origins and directions of the shape (n, 3), finite, and no direction zero")
+    ways = directions / length[:, None]
+
+    def found(row: np.ndarray) -> FilmImportance:
+        """Importance with the camera where it is while these rows of the film are open."""
+        camera_from_world = np.linalg.inv(camera.placement(time, row))
+        there = transform_points(camera_from_world, origins)
+        turned = (camera_from_world[..., :3, :3] @ ways[..., None])[..., 0]
+        return camera.film_importance(there, turned / np.linalg.norm(turned, axis=1)[:, None], wavelength)
+
+    def project(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        of = found(row)
+        return camera.raster_from_film(of.film), of.passes
+
+    raster, visible = project_onto_open_rows(camera, project, len(ways))
+    raster = np.where(np.isfinite(raster), raster, 0.0)
+    of = found(raster)
+    we, position_pdf, direction_pdf = (np.where(visible, value, 0.0) for value in of[1:4])
+    if not of.is_point:                             # per mm² of the world, to which the placement may scale
+        area = np.abs(np.linalg.det(camera.placement(time, raster)[..., :3, :3])) ** (2.0 / 3.0)
+        we, position_pdf = we / area, position_pdf / area
+    return Importance(we, position_pdf, direction_pdf, np.where(visible[:, None], raster, math.nan), visible)
 
 
 def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: np.ndarray,
-                directions: np.ndarray) -> FilmImportance:
-    """Of rays of the camera's frame, (n, 3) mm and (n, 3) unit. gain: as of the lens's steps; film_area: mm²."""
+                        directions: np.ndarray) -> FilmImportance:
+    """Importance of rays of an ideal lens: origins (n, 3) in mm and unit directions (n, 3), camera frame.
+
+    gain: as for the steps of the lens; film_area: mm².
+    """
     is_point = lens.is_hole and lens.slope_film != 0.0
     cosine = -directions[:, 2]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         slope = directions[:, :2] / cosine[:, None]
         crossing = origins[:, :2] + (origins[:, 2] - lens.z)[:, None] * slope
-        one, per_slope = np.ones(len(cosine)), 1.0 / cosine**3          # sr in a unit of slope²
+        one, per_slope = np.ones(len(cosine)), 1.0 / cosine**3          # sr per unit of slope²
         a = np.zeros_like(slope)
         if is_point:
             film, place, way = slope / lens.slope_film, one, per_slope / (film_area * lens.slope_film**2)
@@ -61,12 +119,12 @@ def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: 
             film, place, way = crossing / lens.origin_film, one / (film_area * lens.origin_film**2), one
             passes = np.hypot(slope[:, 0], slope[:, 1]) <= HIT
         else:
-            both = lens.origin_film * lens.slope_pupil - lens.origin_pupil * lens.slope_film
-            film = (lens.slope_pupil * crossing - lens.origin_pupil * slope) / both
-            a = (lens.origin_film * slope - lens.slope_film * crossing) / both
+            determinant = lens.origin_film * lens.slope_pupil - lens.origin_pupil * lens.slope_film
+            film = (lens.slope_pupil * crossing - lens.origin_pupil * slope) / determinant
+            a = (lens.origin_film * slope - lens.slope_film * crossing) / determinant
             passes = lens.iris.contains(a[:, 0], a[:, 1])
             if lens.slope_film != 0.0:
-                place = one / (lens.iris.area * (both / lens.slope_film) ** 2)
+                place = one / (lens.iris.area * (determinant / lens.slope_film) ** 2)
                 way = per_slope / (film_area * lens.slope_film**2)
             else:
                 place = one / (film_area * lens.origin_film**2)
@@ -78,8 +136,8 @@ def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: 
 
 
 def point_importance(film: np.ndarray, density: np.ndarray, seen: np.ndarray, origins: np.ndarray,
-             directions: np.ndarray) -> FilmImportance:
-    """Of a camera that sees from its origin with weight 1; density: of the directions of its samples, 1 / sr."""
+                     directions: np.ndarray) -> FilmImportance:
+    """Importance for a camera that sees from its origin with weight 1; density: of its directions (1 / sr)."""
     along = (origins * directions).sum(1)[:, None]
     aside = np.linalg.norm(origins - along * directions, axis=1)
     return FilmImportance(film, density, np.ones(len(film)), density, seen & (aside <= HIT), True)

@@ -1,4 +1,4 @@
-"""A camera whose rays are parallel: things keep their size at any distance."""
+"""Orthographic camera: parallel chief rays, so objects keep their size at any distance."""
 
 import math
 from dataclasses import dataclass
@@ -15,12 +15,30 @@ from lensbench.optics.iris import Iris
 
 @dataclass(frozen=True, eq=False)
 class OrthographicCamera(Camera):
-    """Looks along −z from the plane z = 0 of the camera's frame.
+    """Orthographic camera that looks along −z from the plane z = 0 of the camera frame.
 
-    width: mm of scene across the film's width. lens_radius (mm): 0 gives each film point one ray; otherwise a cone
-    of rays, this wide at z = 0, with its point on the plane focus_distance before the camera, as a telecentric lens
-    does it: things out of focus blur, and still keep their size. With focus_distance=math.inf
-    nothing blurs. window and blades: as of a PerspectiveCamera. CameraError for what cannot be.
+    Parameters
+    ----------
+    film : Film
+        Size (mm) and pixels.
+    width : float
+        Width (mm) of the scene that falls on the film's width.
+    lens_radius : float
+        Radius (mm) of a telecentric lens at z = 0, from which each film point's cone of rays has its apex on the plane
+        in focus: objects out of focus blur and still keep their size. 0 gives each film point a single ray.
+    focus_distance : float
+        Distance (mm) from the camera to the plane in focus; math.inf blurs nothing.
+    window : tuple of four floats or None
+        Part of the screen that falls on the film; see `PerspectiveCamera`.
+    blades, blade_rotation, roundness
+        Shape of the lens's edge; see `PerspectiveCamera`.
+    **placement
+        Keyword arguments of `Camera`: transform, shutter, weights and medium.
+
+    Raises
+    ------
+    CameraError
+        A size that is not positive, an invalid window or iris, or physical weights without a cone of rays.
     """
 
     film: Film
@@ -45,22 +63,22 @@ class OrthographicCamera(Camera):
 
     @property
     def film_step(self) -> Step:
-        """From raster to the film, of which the window is imagined as a part."""
+        """Step from raster to the film, scaled so that the window falls on it."""
         return self.film.step if self.window is None else window_step(self.film, self.window)
 
     @property
     def scale(self) -> float:
-        """How many mm of scene fall on one of film."""
+        """Scene size (mm) for each mm of film."""
         return self.width / self.film.width
 
     @property
     def gaussian(self) -> Gaussian:
-        """Its rays."""
+        """First-order map of the telecentric lens."""
         return telecentric(self.scale, self.lens_radius, self.focus_distance,
                            Iris(self.blades, self.blade_rotation, self.roundness))
 
     @property
     def gain(self) -> float:
-        """Weight of the ray along the axis: what a cone brings to the plane in focus is scale² as dense on the film."""
+        """Weight of the axial ray; the film receives the light of a cone on an area smaller by scale²."""
         lens = self.gaussian
         return 1.0 if lens.cone == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0 / self.scale)

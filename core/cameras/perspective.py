@@ -1,4 +1,4 @@
-"""A camera without a prescription: a field of view, and a thin lens or a pinhole."""
+"""Perspective camera: a field of view, and a thin lens or a pinhole in place of a prescription."""
 
 import math
 from dataclasses import dataclass
@@ -16,14 +16,36 @@ from lensbench.optics.iris import Iris, IrisError
 
 @dataclass(frozen=True, eq=False)
 class PerspectiveCamera(Camera):
-    """Looks from its lens at the camera's origin along −z.
+    """Perspective camera with a thin lens or a pinhole at the camera's origin, looking along −z.
 
-    fov: along the shorter side (radians), or along what fov_axis says: "shorter", "longer", "horizontal", "vertical",
-    "diagonal". lens_radius: mm, 0 is a pinhole; focus_distance: from the lens (mm), math.inf allowed. window: what
-    of the screen falls on the film, (left, right, bottom, top) with 1 half the shorter side; None: all of it. A window
-    crops, extends or shifts the view (a shifted one is a view camera's rise); fov stays that of the whole screen.
-    blades (0: a circle), blade_rotation (radians), roundness: the shape of the lens's edge, as an `Iris` has it.
-    CameraError for what cannot be.
+    Parameters
+    ----------
+    film : Film
+        Size (mm) and pixels.
+    fov : float
+        Full field of view (radians) of the whole screen along fov_axis.
+    lens_radius : float
+        Radius (mm) of the thin lens; 0 is a pinhole.
+    focus_distance : float
+        Distance (mm) from the lens to the plane in focus; math.inf is allowed.
+    fov_axis : str
+        Length of the film that fov spans: "shorter", "longer", "horizontal", "vertical" or "diagonal".
+    window : tuple of four floats or None
+        Part of the screen that falls on the film: left, right, bottom, top, where 1 is half the shorter side. It
+        crops, extends or shifts the view, as the rise of a view camera does. None is the whole screen.
+    blades : int
+        Number of blades of the lens's edge; 0 is a circle.
+    blade_rotation : float
+        Rotation (radians) of the blades; see `Iris`.
+    roundness : float
+        0 for straight blades to 1 for a circle; see `Iris`.
+    **placement
+        Keyword arguments of `Camera`: transform, shutter, weights and medium.
+
+    Raises
+    ------
+    CameraError
+        A field of view, lens, window or iris that is not valid, or physical weights with a pinhole.
     """
 
     film: Film
@@ -50,45 +72,45 @@ class PerspectiveCamera(Camera):
 
     @property
     def iris(self) -> Iris:
-        """The shape of the lens's edge, for a radius of 1."""
+        """Shape of the lens's edge, for a radius of 1."""
         return Iris(self.blades, self.blade_rotation, self.roundness)
 
     @property
     def film_distance(self) -> float:
-        """From the lens to its film (mm), as the field of view has it: the film may be imagined anywhere."""
+        """Distance (mm) from the lens to the film that gives this field of view."""
         half = self.film.extent(self.fov_axis) / 2.0
         return half / math.tan(self.fov / 2.0)
 
     @property
     def film_step(self) -> Step:
-        """From raster to the film, of which the window is imagined as a part."""
+        """Step from raster to the film, scaled so that the window falls on it."""
         return self.film.step if self.window is None else window_step(self.film, self.window)
 
     @property
     def gaussian(self) -> Gaussian:
-        """Its rays."""
+        """First-order map of the thin lens or pinhole."""
         return thin(0.0, self.lens_radius, self.film_distance, self.focus_distance, self.iris)
 
     @property
     def image_plane_area(self) -> float:
-        """Of the part of the plane at distance 1 from the lens that the film sees: mm² on a plane at 1 mm."""
+        """Area (mm²) that the film sees of a plane at a distance of 1 mm from the lens."""
         left, right, bottom, top = self.window or film_window(self.film)
         half = min(self.film.width, self.film.height) / 2.0 / self.film_distance
         return (right - left) * (top - bottom) * half * half
 
     def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """In closed form, for every wavelength alike."""
+        """Film landing in closed form, the same for every wavelength; see `Camera.way_back`."""
         return ideal_film_landing(self.gaussian, self.film_step, self.gain)
 
     @property
     def gain(self) -> float:
-        """Weight of the ray along the axis."""
+        """Weight of the axial ray."""
         lens = self.gaussian
         return 1.0 if self.lens_radius == 0.0 else lens.cone / self._normaliser(lens.axis_irradiance, 1.0)
 
 
 def check_lens(radius: float, focus_distance: float) -> None:
-    """CameraError where no thin lens can have this radius and focus (mm)."""
+    """Raise CameraError for an invalid lens radius or focus distance (mm)."""
     if not (math.isfinite(radius) and radius >= 0.0):
         raise CameraError(f"lens radius {radius:g} mm: it must be 0 (a pinhole) or positive")
     if not focus_distance > 0.0:
@@ -96,7 +118,7 @@ def check_lens(radius: float, focus_distance: float) -> None:
 
 
 def checked_iris(blades: int, rotation: float, roundness: float) -> Iris:
-    """The shape of a lens's edge; CameraError where it can have no such one."""
+    """Shape of a lens's edge; CameraError for invalid blades."""
     try:
         return Iris(blades, rotation, roundness)
     except IrisError as error:
@@ -104,7 +126,7 @@ def checked_iris(blades: int, rotation: float, roundness: float) -> Iris:
 
 
 def checked_window(window) -> Window | None:
-    """The window as four floats; CameraError where it is none."""
+    """Window as four floats, or None; CameraError for other values."""
     if window is None:
         return None
     sides = tuple(float(side) for side in window)

@@ -1,9 +1,8 @@
-"""Back through a real lens: the film point whose ray, by a given place in the pupil, meets a point of the scene.
+"""Projection through a real lens: the film point whose ray, by a given pupil sample, meets a point of the scene.
 
-Newton's method on the film point, with the very stages that the camera renders with,
-in double. What is brought to zero is the angle between the ray and the way from where
-it leaves the lens to the point, which knows no special direction: points beside and behind the
-front of a fisheye are found as well.
+Newton's method finds the film point with the very stages that the camera renders with, in double precision. It brings
+to zero the angle between the ray and the line from its origin to the point. This angle has no singular direction, so
+points beside and behind the front of a fisheye are found as well. Camera frame, mm.
 """
 
 import math
@@ -13,28 +12,29 @@ import numpy as np
 from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 
-RADII = 129             # of the table that the search begins with
-BEYOND = 1.25           # that table over the film's radius: for points whose middle ray falls beside the film
-ROUNDS = 60             # of Newton; five or six do, but for points near where the light ends
-AGAIN = 12              # times that the search begins anew where it failed
+RADII = 129             # film radii of the table that gives the starting points
+BEYOND = 1.25           # largest of them over the film's radius: a central ray may fall beside the film
+ITERATIONS = 60         # of Newton's method; five or six suffice except near the end of the light
+RESTARTS = 12           # further starting points after a failure
 CONVERGED = 1e-10       # radians
 
 
 def film_from_point(program: Program, points: np.ndarray, pupil_uv: np.ndarray, middle: tuple[float, float],
                     film_radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Film points (n, 2) in mm for points (n, 3) of the camera's frame (mm), and which of them are seen.
+    """Film points (n, 2) in mm for points (n, 3) in mm, and which of them the camera sees, (n,) bool.
 
-    program: from the film to the ray of the camera's frame, in float64. middle: the U0, U1 of the ray by which the
-    search begins. NaN where no such film point is found within BEYOND · film_radius. Places in the pupil turn with the
-    film point, so a point that is far out of focus may have several; it is one of them.
+    program: the camera's steps from the film to the ray, in float64. pupil_uv: pupil samples (n, 2). middle: U0, U1 of
+    the central ray, with which the search begins. NaN where no film point is found within BEYOND · film_radius.
+    Exit-pupil regions rotate with the film point, so several film points may see a point that is far out of focus; the
+    result is one of them.
     """
     reach = BEYOND * film_radius
-    film = _begin(program, points, middle, reach)
-    axes, seen = _across(points), np.zeros(len(points), bool)
+    film = _starting_points(program, points, middle, reach)
+    axes, seen = _perpendicular_axes(points), np.zeros(len(points), bool)
     todo = np.nonzero(np.isfinite(film).all(1))[0]
-    for again in range(AGAIN + 1):
-        if again:                                       # from elsewhere: along a spiral that fills the film
-            angle, radius = again * math.pi * (3.0 - math.sqrt(5.0)), film_radius * math.sqrt(again / (AGAIN + 1))
+    for again in range(RESTARTS + 1):
+        if again:                                       # start on a spiral that fills the film
+            angle, radius = again * math.pi * (3.0 - math.sqrt(5.0)), film_radius * math.sqrt(again / (RESTARTS + 1))
             film[todo] = radius * math.cos(angle), radius * math.sin(angle)
         film[todo], seen[todo] = _newton(program, film[todo], points[todo], pupil_uv[todo], axes[todo], film_radius)
         todo = todo[np.isnan(film[todo, 0])]
@@ -45,11 +45,11 @@ def film_from_point(program: Program, points: np.ndarray, pupil_uv: np.ndarray, 
 
 def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np.ndarray, axes: np.ndarray,
             film_radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """As film_from_point, from given film points (n, 2)."""
+    """`film_from_point` with Newton's method, from starting film points (n, 2)."""
     step, reach = 1e-6 * film_radius, BEYOND * film_radius
 
     def miss(film, which):
-        """(m, 2) radians between the rays and their points, and the weights (m,), 0 where a ray runs the other way."""
+        """Angles (m, 2) between rays and points (radians), and weights (m,), −1 where a ray runs away."""
         o, d, weight = _rays(program, film, pupil_uv[which])
         way = points[which] - o
         with np.errstate(invalid="ignore"):
@@ -59,14 +59,14 @@ def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np
     n = len(film)
     best, weights, change = np.full(n, np.inf), np.zeros(n), np.zeros((n, 2))
     film, trial, todo = film.copy(), film.copy(), np.arange(n)
-    for _ in range(ROUNDS):
+    for _ in range(ITERATIONS):
         off, weight = miss(trial[todo], todo)
         size = np.hypot(off[:, 0], off[:, 1])
-        better = size < best[todo]                      # NaN is not
-        change[todo[~better]] *= 0.25                   # otherwise back, a quarter of the way
+        better = size < best[todo]                      # False for NaN
+        change[todo[~better]] *= 0.25                   # a shorter step from the same place
         new, off = todo[better], off[better]
         if new.size:
-            # Slopes by differences, and Newton's step
+            # Newton's step, with the Jacobian by differences
             film[new], best[new], weights[new] = trial[new], size[better], weight[better]
             columns = [(miss(film[new] + shift, new)[0] - off) / step for shift in ((step, 0.0), (0.0, step))]
             (a, b), (c, d) = (column.T for column in columns)
@@ -87,14 +87,14 @@ def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np
 
 
 def _rays(program: Program, film: np.ndarray, pupil_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Origins (n, 3), directions (n, 3) and weights (n,) from film points."""
+    """Origins (n, 3), directions (n, 3) and weights (n,) of the rays of film points."""
     given = {X: film[:, 0], Y: film[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
     out = program.run(given, [X, Y, Z, L, M, N, WEIGHT], len(film))
     return out[:3].T, out[3:6].T, out[6]
 
 
-def _across(points: np.ndarray) -> np.ndarray:
-    """(n, 2, 3): two unit vectors across the direction of each point, and across each other (Duff and others 2017)."""
+def _perpendicular_axes(points: np.ndarray) -> np.ndarray:
+    """Two unit vectors (n, 2, 3) perpendicular to the direction of each point and to each other (Duff et al. 2017)."""
     with np.errstate(invalid="ignore"):
         x, y, z = (points / np.sqrt((points * points).sum(1))[:, None]).T
     sign = np.copysign(1.0, z)
@@ -104,11 +104,11 @@ def _across(points: np.ndarray) -> np.ndarray:
     return np.stack([first, np.stack([b, sign + y * y * a, -y], 1)], 1)
 
 
-def _begin(program: Program, points: np.ndarray, middle: tuple[float, float], reach: float) -> np.ndarray:
-    """Where the search begins (n, 2): the radius whose ray by the middle of the pupil passes the point.
+def _starting_points(program: Program, points: np.ndarray, middle: tuple[float, float], reach: float) -> np.ndarray:
+    """Starting film points (n, 2), at the radius whose central ray passes the point.
 
-    By the sign of its distance, in the plane of the axis and the point, between neighbours of a table; where
-    it never changes, the nearest. NaN for a point that no ray of the table runs towards.
+    Between neighbours of a table of film radii, the signed angle from ray to point changes its sign in the plane of the
+    axis and the point; where it never does, the nearest radius serves. NaN where no ray runs towards the point.
     """
     radii = np.linspace(0.0, reach, RADII)
     o, d, _ = _rays(program, np.stack([radii, 0.0 * radii], 1), np.tile(middle, (RADII, 1)))

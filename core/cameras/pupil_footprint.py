@@ -1,12 +1,13 @@
-"""Which part of the pupil a sample stands for: a rough mirror shows lights out of focus on average over it.
+"""Pupil footprint: the part of the pupil that a sample covers, over which rough mirrors average lights out of focus.
 
-The rays from a film point through all of the pupil nearly meet in one point, the focus; that, the
-middle of the pupil and its size, for every part of the film, are found from the camera's own rays. A sample stands
-for a disk. So that all disks together are the pupil, and no larger, they lie nearer to its middle than
-their samples do: the spread of the middles and that of a disk add up to the spread of the pupil.
+The rays from a film point through all of the pupil nearly meet in one point, the focus. The camera's own rays give the
+focus, and the centre and the radius of the pupil for every cell of the film. Each sample covers a disk of the pupil.
+These disks are drawn towards the pupil's centre, so that together they cover the pupil and no more: the variance of
+their centres and that of one disk add up to the variance of the pupil.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,38 +40,75 @@ from lensbench.kernels.block import (
 )
 from lensbench.kernels.program import Program
 
-CELLS = 16              # of the film, each way, for which the pupil is known
-PLACES = 16             # of the pupil, by which it is known
-FEWEST = 8              # of those that must be open, or a part of the film is told by its neighbours
-STEADY = 0.2            # radii of the pupil: by how much its middle may change, at the most, from cell to cell
-FULL_PUPIL_SAMPLES = 4               # first samples, of which each stands for all of the pupil
+CELLS = 16              # cells of the film, each way, with a pupil of their own
+PUPIL_SAMPLES = 16      # rays through the pupil for each cell
+FEWEST = 8              # rays of a cell that must pass; otherwise its neighbours define its pupil
+STEADY = 0.2            # largest shift of the pupil's centre between neighbouring cells, in pupil radii
+FULL_PUPIL_SAMPLES = 4  # first samples of a pixel, each of which covers the whole pupil
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+# Parameters of `pupil_size`: cells per pixel across and down, then three tables of all cells
+CELLS_ACROSS, CELLS_DOWN, RADII = range(3)
+CENTRES_X, CENTRES_Y, SIZES_END = (RADII + table * CELLS * CELLS for table in (1, 2, 3))
+# Parameters of `pupil_part`: the camera's axes in the world, right, up and back; the origin of the pupil's plane in the
+# world (mm); the distance (mm) along the back axis from that plane to the focus
+RIGHT, UP, BACK, PLANE, FOCUS, PART_END = 0, 3, 6, 9, 12, 13
+
+
+class _Pupil(NamedTuple):
+    """Pupil as the camera's rays show it, in mm, camera frame."""
+
+    plane: float                # z
+    focus: float                # z from the plane to the focus
+    radius: np.ndarray          # (CELLS, CELLS)
+    centre_x: np.ndarray        # (CELLS, CELLS)
+    centre_y: np.ndarray        # (CELLS, CELLS)
 
 
 def footprint_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
-    """The steps between the sampler and the camera, and after the camera, that tell every sample its part of the pupil.
+    """Steps before and after the camera's that give every sample the part of the pupil that it covers.
 
-    None where every film point has a single ray, where the camera moves, or where the pupil is not the same one for
-    neighbouring parts of the film. `real`: the precision in which the camera's stages are compiled.
+    Both lists are empty where every film point has a single ray, where the camera moves, or where the pupil differs
+    between neighbouring cells of the film. real: the precision of the camera's stages.
     """
     place = camera.world_from_camera
     if isinstance(place, AnimatedTransform):
         return [], []
+    pupil = _measured_pupil(camera, real)
+    if pupil is None:
+        return [], []
+    sizes, part = np.empty(SIZES_END), np.empty(PART_END)
+    sizes[CELLS_ACROSS], sizes[CELLS_DOWN] = CELLS / camera.film.pixels_x, CELLS / camera.film.pixels_y
+    sizes[RADII:CENTRES_X] = pupil.radius.ravel()
+    sizes[CENTRES_X:CENTRES_Y], sizes[CENTRES_Y:] = pupil.centre_x.ravel(), pupil.centre_y.ravel()
+    axes = place[:3, :3]
+    part[RIGHT:PLANE] = axes.T.ravel()
+    part[PLANE:FOCUS] = axes[:, 2] * pupil.plane + place[:3, 3]
+    part[FOCUS] = pupil.focus
+    return [Step(pupil_size, sizes)], [Step(pupil_part, part)]
+
+
+def _measured_pupil(camera: Camera, real) -> _Pupil | None:
+    """Pupil and focus from PUPIL_SAMPLES rays of every cell; None where they define no common pupil."""
+    # Rays of all cells
     film, n = camera.film, CELLS * CELLS
     nodes = (np.arange(CELLS) + 0.5) / CELLS
-    k = np.arange(PLACES)
-    x, y = (np.repeat(values.ravel(), PLACES) for values in np.meshgrid(nodes * film.pixels_x, nodes * film.pixels_y))
-    given = {X: x, Y: y, U0: np.tile((k + 0.5) / PLACES, n), U1: np.tile((k * GOLDEN + 0.5) % 1.0, n),
-             TIME: np.full(n * PLACES, 0.5)}
-    rays = Program([camera.film_step, *camera.aimed()], real).run(given, [X, Y, Z, L, M, N, WEIGHT], n * PLACES)
-    rays = rays.astype(float).reshape(7, n, PLACES)
+    k = np.arange(PUPIL_SAMPLES)
+    x, y = (np.repeat(values.ravel(), PUPIL_SAMPLES)
+            for values in np.meshgrid(nodes * film.pixels_x, nodes * film.pixels_y))
+    given = {X: x, Y: y, U0: np.tile((k + 0.5) / PUPIL_SAMPLES, n), U1: np.tile((k * GOLDEN + 0.5) % 1.0, n),
+             TIME: np.full(n * PUPIL_SAMPLES, 0.5)}
+    rays = Program([camera.film_step, *camera.aimed()], real).run(given, [X, Y, Z, L, M, N, WEIGHT],
+                                                                  n * PUPIL_SAMPLES)
+    rays = rays.astype(float).reshape(7, n, PUPIL_SAMPLES)
     seen = rays[6] > 0.0
     known = seen.sum(1) >= FEWEST
     if not known.any():
-        return [], []
+        return None
     seen[~known] = False
 
     def mean(values: np.ndarray) -> np.ndarray:
+        """Mean over the rays of each cell that pass."""
         with np.errstate(invalid="ignore"):
             return np.where(seen, values, 0.0).sum(-1) / seen.sum(1)
 
@@ -78,68 +116,71 @@ def footprint_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
         slopes = rays[3:5] / rays[5]
         plane = float(rays[2][seen].mean())
         points = rays[:2] + slopes * (plane - rays[2])
-        # where rays through the middle cross: the pupil
-        middles, ways = mean(points)[:, known], mean(slopes)[:, known]
+        # The pupil's plane: where the mean rays of the cells cross
+        centres, ways = mean(points)[:, known], mean(slopes)[:, known]
         ways = ways - ways.mean(1)[:, None]
-        shift = -float((middles * ways).sum() / max((ways**2).sum(), 1e-30))
+        shift = -float((centres * ways).sum() / max((ways**2).sum(), 1e-30))
         plane, points = plane + shift, points + slopes * shift
-        middles = mean(points)
-        off, turned = points - middles[..., None], slopes - mean(slopes)[..., None]
+        centres = mean(points)
+        # The focus: where the rays of a cell meet
+        off, turned = points - centres[..., None], slopes - mean(slopes)[..., None]
         spread = mean((off**2).sum(0)) / 2.0
         focus = -spread[known].sum() / (mean((off * turned).sum(0))[known].sum() / 2.0)
     if not spread[known].min() > 0.0:
-        return [], []
-    radius, *middle = (fill_gaps(np.where(known, values, math.nan).reshape(CELLS, CELLS))
-                       for values in (2.0 * np.sqrt(spread), *middles))
-    if max(np.abs(np.diff(table, axis=axis)).max() for table in middle for axis in (0, 1)) > STEADY * radius.min():
-        return [], []
-    tables = np.concatenate([[CELLS / film.pixels_x, CELLS / film.pixels_y], radius.ravel(), *map(np.ravel, middle)])
-    axes = place[:3, :3]
-    numbers = [*axes.T.ravel(), *(axes[:, 2] * plane + place[:3, 3]), focus]
-    return [Step(pupil_size, tables)], [Step(pupil_part, numbers)]
+        return None
+    radius, *centre = (fill_gaps(np.where(known, values, math.nan).reshape(CELLS, CELLS))
+                       for values in (2.0 * np.sqrt(spread), *centres))
+    if max(np.abs(np.diff(table, axis=axis)).max() for table in centre for axis in (0, 1)) > STEADY * radius.min():
+        return None
+    return _Pupil(plane, float(focus), radius, *centre)
 
 
 @stage
 def pupil_size(lanes, p, key):
-    """PUPIL_RADIUS: that of the pupil; OX, OY: its middle, on its plane. p: cells a pixel (2), three of every cell."""
+    """PUPIL_RADIUS, and the pupil's centre OX, OY on its plane (mm), of the film's cell. p: CELLS_ACROSS and so on."""
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, disk, ox, oy, cell = row[X], row[Y], row[PUPIL_RADIUS], row[OX], row[OY], row[A0]
-    across, down, last = p[0], p[1], real(CELLS - 1)
+    x, y, radius, ox, oy, cell = row[X], row[Y], row[PUPIL_RADIUS], row[OX], row[OY], row[A0]
+    across, down, last = p[CELLS_ACROSS], p[CELLS_DOWN], real(CELLS - 1)
     for i in range(B):
         a, b = np.floor(x[i] * across), np.floor(y[i] * down)
         a, b = a if a < last else last, b if b < last else last
         cell[i] = b * real(CELLS) + a
-    gather(disk, p[2:], cell)
-    gather(ox, p[2 + CELLS * CELLS:], cell)
-    gather(oy, p[2 + 2 * CELLS * CELLS:], cell)
+    gather(radius, p[RADII:], cell)
+    gather(ox, p[CENTRES_X:], cell)
+    gather(oy, p[CENTRES_Y:], cell)
 
 
 @stage
 def pupil_part(lanes, p, key):
-    """PUPIL_RADIUS, PUPIL_SPREAD, OX, OY, OZ of the ray, from what `pupil_size` left.
+    """PUPIL_RADIUS, PUPIL_SPREAD, OX, OY, OZ of the ray, from the rows that `pupil_size` wrote. p: RIGHT and following.
 
-    p: the camera's axes in the world (9), the origin of the pupil's plane (3), z from there to the focus.
-    The nth of a pixel's samples stands for less than the nth part of the pupil, with the radius (WHOLE / n)^¾: what it
-    blurs of the last picture falls faster than its noise.
+    The nth sample of a pixel covers a part of the radius (FULL_PUPIL_SAMPLES / n)^¾, less than the nth part of the
+    pupil, so that the blur that it adds to the final picture falls faster than the noise.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
-    disk, fan, ox, oy, oz = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[OX], row[OY], row[OZ]
-    rx, ry, rz, ux, uy, uz, bx, by, bz = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]
-    cx, cy, cz = p[9], p[10], p[11]
+    radius, spread, ox, oy, oz = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[OX], row[OY], row[OZ]
+    rx, ry, rz = p[RIGHT], p[RIGHT + 1], p[RIGHT + 2]
+    ux, uy, uz = p[UP], p[UP + 1], p[UP + 2]
+    bx, by, bz = p[BACK], p[BACK + 1], p[BACK + 2]
+    cx, cy, cz = p[PLANE], p[PLANE + 1], p[PLANE + 2]
+    # Radius of the part, and how far its centre is drawn towards that of the pupil
     late = real(FULL_PUPIL_SAMPLES) / (real(key[SAMPLE]) + real(1))
     part = math.sqrt(late * math.sqrt(late)) if late < real(1) else real(1)
     share = part / (real(1) + math.sqrt(real(1) - part * part))
-    nearer = -part / p[12]
+    nearer = -part / p[FOCUS]
     for i in range(B):
+        # Cross the pupil's plane
         a, b, c = x[i] - cx, y[i] - cy, z[i] - cz
         along = l[i] * bx + m[i] * by + n[i] * bz
         t = -(a * bx + b * by + c * bz) / along
         a, b, c = a + t * l[i], b + t * m[i], c + t * n[i]
-        per = share / disk[i]
+        # Offset from the centre of the part, in its radii, in the world
+        per = share / radius[i]
         u, v = (a * rx + b * ry + c * rz - ox[i]) * per, (a * ux + b * uy + c * uz - oy[i]) * per
         ox[i], oy[i], oz[i] = u * rx + v * ux, u * ry + v * uy, u * rz + v * uz
-        fan[i] = disk[i] * along * nearer
-        disk[i] = disk[i] * part - t * fan[i]
+        # Radius at the origin of the ray, and its change along the ray
+        spread[i] = radius[i] * along * nearer
+        radius[i] = radius[i] * part - t * spread[i]

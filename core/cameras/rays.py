@@ -1,4 +1,4 @@
-"""What a camera gives, and what it is asked for: rays, times, and the error of a camera that cannot be."""
+"""Rays in the world, checked shutter samples, and the error of a camera with invalid settings."""
 
 from typing import NamedTuple
 
@@ -6,20 +6,34 @@ import numpy as np
 
 
 class CameraError(ValueError):
-    """A camera that cannot be; the message says what to do."""
+    """Invalid settings of a camera; the message says what to change."""
 
 
 class Rays(NamedTuple):
-    """Rays in the world frame (mm); what a camera blocks has weight 0 and numbers without meaning."""
+    """Rays of a camera in the world frame.
 
-    origins: np.ndarray         # (n, 3)
-    directions: np.ndarray      # (n, 3) unit
-    weights: np.ndarray         # (n,)
-    times: np.ndarray           # (n,) seconds
+    A ray that the camera blocks has weight 0; its other numbers have no meaning.
+
+    Parameters
+    ----------
+    origins : (n, 3) array
+        Points on the rays (mm), world.
+    directions : (n, 3) array
+        Unit directions, world.
+    weights : (n,) array
+        Weights by which the radiance of each ray enters its pixel; see `Camera.weights`.
+    times : (n,) array
+        Times (s) on the clock of `Camera.shutter_open`.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    weights: np.ndarray
+    times: np.ndarray
 
 
 def checked_times(time) -> np.ndarray:
-    """Parts of what the shutter lets through; CameraError where they are not in [0, 1]."""
+    """Shutter samples as an array; CameraError where they do not lie in [0, 1]."""
     times = np.asarray(time, float)
     if not ((times >= 0.0) & (times <= 1.0)).all():
         raise CameraError("times must lie between 0 and 1, parts of what the shutter lets through")

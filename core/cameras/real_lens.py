@@ -1,4 +1,4 @@
-"""A camera with a real lens, in as much detail as is wanted: the full trace, a thick or thin lens, or a pinhole."""
+"""Camera with a real lens: the full trace, a fitted polynomial, or an ideal lens of the same first order."""
 
 import math
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from lensbench.kernels.block import WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
 from lensbench.optics.block_trace import round_stop_steps, trace_steps
-from lensbench.optics.focus import METHODS, FocusError, film_distance, focused
+from lensbench.optics.focus import METHODS, FocusError, film_distance, focused, nearest_focus
 from lensbench.optics.glass import D_LINE, GlassError
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
 from lensbench.optics.prescription import Lens
@@ -32,27 +32,49 @@ MODELS = ("auto", "trace", "polynomial", "thick", "thin", "pinhole")
 
 @dataclass(frozen=True, eq=False)
 class LensCamera(Camera):
-    """A prescription before a film, focused as a whole or by its focus groups (see `focus`).
+    """Lens prescription in front of a film, focused as a whole or by its focus groups.
 
-    The camera's origin is the film's centre, in every model. focus_distance:
-    from the film (mm), math.inf allowed; FocusError where the lens cannot come
-    so near. The camera's own lens has its groups in their places. f_number, which counts
-    at infinity: None is wide open; LensError where it cannot open so far.
-    model: "trace" follows every ray through every surface; "polynomial" evaluates a polynomial of this degree
-    (3, 5, 7, 9 or 11) that is fitted to the trace, and traces where the stop has blades; "thick" images every
-    film point by the lens's principal planes and pupils, which may lie anywhere but on the film (CameraError);
-    "thin" puts a thin lens of the same focal length and aperture at the entrance pupil; "pinhole" a hole, which
-    passes as much light as that lens. CameraError for these two where the entrance pupil lies at infinity or
-    beyond the object. "auto" leaves the choice to what knows the scene, `render` and the bench (see
-    `choose_model`); its own rays, and those of a light field, which is focused afterwards, are traced in full.
-    dispersion: whether pictures are traced at many wavelengths, or all at the d line; None: where the indices of
-    the glasses are known for all that a picture sees. CameraError where it is True and
-    they are not. A lens whose front_index is not 1 stands in the medium itself, without a window; its
-    f-number is the one that is engraved, for air. focus_method: where the film stands, whatever the model:
-    "paraxial", or "real", where the real rays' blur is least at this aperture (see `film_distance`), which
-    is beside the focus of an ideal model. Focus, aperture and the ideal models are those of the d line. A lens with a
-    cylinder or toroid is traced (CameraError for the other models, and for blades); it is focused between its two foci
-    (`section_foci`), and f_number is that of its section y–z.
+    The camera's origin is the centre of the film, with every model. `lens` of the camera is the lens stopped down and
+    with its groups in focus. Focus, aperture and the ideal models are those of the d line.
+
+    Parameters
+    ----------
+    lens : Lens
+        Prescription. A lens whose front_index is not 1 stands in the medium itself, without a window; its f-number is
+        the engraved one, for air. A lens with a cylinder or toroid is traced, focused between its two foci
+        (`section_foci`) and has the f-number of its section y–z.
+    film : Film
+        Size (mm) and pixels.
+    focus_distance : float
+        Distance (mm) from the film to the plane in focus; math.inf is allowed.
+    f_number : float or None
+        f-number at infinity; None is wide open.
+    model : str
+        "trace": every ray through every surface. "polynomial": a polynomial fitted to the trace, and the trace itself
+        for a stop with blades. "thick": the principal planes and pupils of the lens. "thin": a thin lens of the same
+        focal length and aperture at the entrance pupil. "pinhole": a hole there that passes as much light. "auto":
+        `render` chooses for its scene (see `choose_model`); this camera's own rays and its light fields are traced.
+    degree : int
+        Degree of the polynomial: 3, 5, 7, 9 or 11.
+    dispersion : bool or None
+        Whether pictures are traced at many wavelengths rather than the d line; None: where the indices of all glasses
+        are known at these wavelengths.
+    focus_method : str
+        Position of the film, for every model: "paraxial", or "real" for the least blur of real rays at this aperture
+        (see `film_distance`), where an ideal model is out of focus.
+    **placement
+        Keyword arguments of `Camera`: transform, shutter, weights and medium.
+
+    Raises
+    ------
+    FocusError
+        A focus distance that the lens cannot reach.
+    LensError
+        An f-number to which the lens cannot open.
+    CameraError
+        An unknown model, degree or focus method; a lens with a cylinder or toroid and another model than the trace, or
+        with blades; dispersion with unknown indices; "thick" with the exit pupil on the film; "thin" or "pinhole" with
+        the entrance pupil at infinity or beyond the object.
     """
 
     lens: Lens
@@ -84,17 +106,17 @@ class LensCamera(Camera):
             raise CameraError(f"this lens stands in a medium of index {lens.front_index:g}, and the camera in one of "
                               f"{self.medium.index:g}: give both the same")
         object.__setattr__(self, "lens", focused(lens, self.focus_distance, self.focus_method))
-        if not self.film_distance > 0.0:            # what cannot be focused at all is refused on the way
+        if not self.film_distance > 0.0:            # evaluated here, so that a lens without focus raises
             raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
                              "where no film can stand")
         if not self.follows_rays:
-            _ = self.gaussian                       # an ideal lens that cannot stand is refused on the way
+            _ = self.gaussian                       # evaluated here, so that an impossible ideal lens raises
         if self.dispersion and not self.disperses and missing_dispersion(self.lens):
             raise CameraError(f"no picture in colours: {missing_dispersion(self.lens)}")
 
     @property
     def follows_rays(self) -> bool:
-        """Whether its rays are those of the real lens, traced or fitted, through the exit-pupil regions."""
+        """Whether rays follow the real lens, traced or fitted, through its exit-pupil regions."""
         return self.model in ("auto", "trace", "polynomial")
 
     @cached_property
@@ -105,17 +127,17 @@ class LensCamera(Camera):
 
     @cached_property
     def first_order(self) -> FirstOrder:
-        """Of the lens as it is stopped down."""
+        """First-order properties of the stopped-down lens."""
         return first_order(self.lens)
 
     @cached_property
     def film_distance(self) -> float:
-        """From the last vertex to the film (mm)."""
+        """Distance (mm) from the last vertex to the film."""
         return film_distance(self.lens, self.focus_distance, self.focus_method)
 
     @cached_property
     def pupil(self) -> PupilTable | PupilGrid:
-        """The exit-pupil regions that the camera samples, for every radius of the film, or all over it."""
+        """Exit-pupil regions that the camera samples: by film radius, or over a film grid for an unsymmetric lens."""
         return self._pupil_at(D_LINE)
 
     def _pupil_at(self, wavelength: float) -> PupilTable | PupilGrid:
@@ -130,7 +152,7 @@ class LensCamera(Camera):
 
     @cached_property
     def axis_irradiance(self) -> float:
-        """∫ cos⁴θ dA over the region that the film's centre sees (mm²), less what the stop's blades cover."""
+        """∫ cos⁴θ dA (mm²) over the region that the film's centre sees through the stop's blades."""
         return self._axis_irradiance_at(D_LINE)
 
     def _axis_irradiance_at(self, wavelength: float) -> float:
@@ -138,7 +160,7 @@ class LensCamera(Camera):
 
     @property
     def is_traced(self) -> bool:
-        """Whether rays are followed through every surface.
+        """Whether rays are traced through every surface.
 
         A polynomial does not give the points where rays meet the blades of a stop.
         """
@@ -146,16 +168,31 @@ class LensCamera(Camera):
 
     @property
     def _pupil_z(self) -> float:
-        """Of the entrance pupil, in the camera frame (mm)."""
+        """Coordinate z (mm, camera frame) of the entrance pupil."""
         return self.first_order.entrance_pupil.z - self.lens.length - self.film_distance
 
     @cached_property
     def gaussian(self) -> Gaussian:
-        """The rays of the ideal models, and of a trace those of the lens's first order."""
+        """First-order map of the model; the thick lens for traced and fitted rays."""
         return thick(self.lens, self.film_distance) if self.follows_rays else self.ideal(self.model)
 
     def ideal(self, model: str) -> Gaussian:
-        """The rays of this lens by the model "thick", "thin" or "pinhole"; CameraError where that cannot stand."""
+        """First-order map of this lens by an ideal model.
+
+        Parameters
+        ----------
+        model : str
+            "thick", "thin" or "pinhole".
+
+        Returns
+        -------
+        Gaussian
+
+        Raises
+        ------
+        CameraError
+            A pupil where the model cannot place it.
+        """
         if model == "thick":
             if abs(self.first_order.exit_pupil.z - self.lens.length - self.film_distance) <= 1e-9 * self.film_distance:
                 raise CameraError("the exit pupil of this lens lies on the film: the thick model cannot aim at it")
@@ -166,42 +203,42 @@ class LensCamera(Camera):
         fo = self.first_order
         s_e = self.focus_distance + self._pupil_z
         s_p = s_e - fo.entrance_pupil.z + fo.front_principal
-        efl = self.lens.front_index * fo.efl                        # of the scene's side
+        efl = self.lens.front_index * fo.efl                        # on the scene's side
         behind = efl if math.isinf(s_e) else efl * s_e / (s_p - efl)
-        upside_down = ray_matrix(self.lens, 0, self.lens.stop_index)[0] < 0.0       # the stop as it is seen from before
+        upside_down = ray_matrix(self.lens, 0, self.lens.stop_index)[0] < 0.0       # image of the stop, from the front
         iris = replace(self.lens.iris, rotation=self.lens.blade_rotation + math.pi * upside_down)
         lens = thin(self._pupil_z, fo.entrance_pupil.radius, behind, s_e, iris)
         return lens._replace(origin_pupil=0.0, slope_pupil=0.0) if model == "pinhole" else lens
 
     @property
     def pupil_centre(self) -> tuple[float, float]:
-        """The U0, U1 of the ray through the middle of the pupil."""
+        """Pupil sample (U0, U1) of the ray through the centre of the pupil or region."""
         return (0.0, 0.0) if self.follows_rays else (0.5, 0.5)
 
     @property
     def has_port(self) -> bool:
-        """Whether it looks through a window into a medium of another index: not where the lens stands in it."""
+        """Whether the camera looks through a window into a medium of another index around the lens in air."""
         return super().has_port and self.lens.front_index == 1.0
 
     @property
     def front(self) -> float:
-        """The z of the lens's foremost point in the camera frame (mm): its first vertex, or the rim before it."""
+        """Coordinate z (mm, camera frame) of the lens's foremost point: its first vertex, or the rim before it."""
         first = self.lens.surfaces[0]
         return min(0.0, float(first.sag(first.semi_diameter))) - self.lens.length - self.film_distance
 
     def film_slopes(self, film_xy, directions):
-        """In closed form for the ideal models."""
+        """Derivatives in closed form for the ideal models; see `Camera.film_slopes`."""
         return None if self.follows_rays else self.gaussian.film_slopes(directions)
 
     @property
     def aim_distance(self) -> float | None:
-        """Rays that are followed aim at exit-pupil regions on the plane of the last vertex."""
+        """Distance (mm) to the plane of the last vertex, with the exit-pupil regions; None for the ideal models."""
         return self.film_distance if self.follows_rays else None
 
     def camera_steps(self, wavelength: float = D_LINE) -> list[Step]:
-        """Aim and trace, or the one step of the ideal lens.
+        """Steps that aim and trace, or the step of the ideal lens; see `Camera.camera_steps`.
 
-        Each wavelength has its own exit-pupil regions and, with relative weights, is 1 on the axis.
+        Each wavelength has its own exit-pupil regions and, with relative weights, weight 1 on the axis.
         """
         if wavelength not in self._known_steps:
             self._known_steps[wavelength] = self._new_steps(wavelength)
@@ -209,20 +246,39 @@ class LensCamera(Camera):
 
     @cached_property
     def _known_steps(self) -> dict[float, list[Step]]:
-        """A picture asks for the same ones several times, and a polynomial is fitted for them."""
+        """Steps by wavelength: a picture needs them several times, and a polynomial takes long to fit."""
         return {}
 
     def _new_steps(self, wavelength: float) -> list[Step]:
-        if self.follows_rays:
-            table, normaliser = self._sampled(wavelength)
-            if self.is_traced or isinstance(table, PupilGrid):
-                return [table.step(normaliser), *trace_steps(self.lens, self.film_distance, wavelength)]
-            fit = Polynomial.fit(self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance)
-            return [table.step(normaliser), fit.step]
-        return self.gaussian.steps(self.gain)
+        if not self.follows_rays:
+            return self.gaussian.steps(self.gain)
+        table, normaliser = self._sampled(wavelength)
+        if self.is_traced or isinstance(table, PupilGrid):
+            return [table.step(normaliser), *self.lens_steps(wavelength)]
+        fit = Polynomial.fit(self.lens, self.film_distance, table, self.degree, wavelength, self.focus_distance)
+        return [table.step(normaliser), fit.step]
+
+    def lens_steps(self, wavelength: float = D_LINE) -> list[Step]:
+        """Steps of the full trace from an aimed ray to the ray in front of the lens; see `Camera.lens_steps`."""
+        return trace_steps(self.lens, self.film_distance, wavelength)
+
+    @property
+    def traced_lens(self) -> Lens | None:
+        """Lens whose surfaces the rays are traced through, or None."""
+        return self.lens if self.is_traced else None
+
+    @property
+    def geometric_f_number(self) -> float:
+        """f-number of the stopped-down lens at infinity."""
+        return self.first_order.f_number
+
+    @property
+    def nearest_focus(self) -> float:
+        """Shortest distance (mm) from the film at which the lens can be focused."""
+        return nearest_focus(self.lens)
 
     def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """Traced, for a polynomial as well; in closed form for the ideal models."""
+        """Film landing by the trace, for a polynomial as well; in closed form for the ideal models."""
         if not self.follows_rays:
             return ideal_film_landing(self.gaussian, self.film_step, self.gain)
         lens = self.lens
@@ -236,35 +292,35 @@ class LensCamera(Camera):
 
     @property
     def gain(self) -> float:
-        """Of an ideal model the weight of the ray along the axis."""
+        """Weight of the axial ray of an ideal model."""
         ideal = self.gaussian
         return ideal.cone / self._normaliser(ideal.cone if self.model == "pinhole" else ideal.axis_irradiance, 1.0)
 
     @property
     def dilution(self) -> float:
-        """The square of the index before the lens; a thin lens has it in the place of its imagined film."""
+        """Squared index before the lens; for a thin lens the place of its imagined film accounts for it."""
         return 1.0 if self.model in ("thin", "pinhole") else self.lens.front_index**2
 
     def _ray_normaliser(self, wavelength: float) -> float:
-        """What cos⁴θ · area is divided by where rays are followed."""
+        """Divisor of cos⁴θ · area for rays that follow the lens."""
         on_axis = self.axis_irradiance if wavelength == D_LINE else self._axis_irradiance_at(wavelength)
         return self._normaliser(on_axis, self.film_distance) if on_axis > 0.0 else math.inf
 
     def _sampled(self, wavelength: float) -> tuple[PupilTable | PupilGrid, float]:
-        """The regions that a film point aims into, and what cos⁴θ · area is divided by."""
+        """Exit-pupil regions to aim at, and the divisor of cos⁴θ · area."""
         return self.pupil if wavelength == D_LINE else self._pupil_at(wavelength), self._ray_normaliser(wavelength)
 
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
-        """In closed form for the ideal models; through the real lens by Newton's method, to the last digits."""
+        """Projection in closed form for the ideal models, by Newton's method to rounding through the real lens."""
         if not self.follows_rays:
             return self.gaussian.film_points(points, pupil_uv)
         program = Program(self.camera_steps(wavelength), np.float64)
         return film_from_point(program, points, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
-        """Of a real lens: traced back to the film, which emits z² / normaliser evenly over its area.
+        """Importance of rays traced back to the film, which emits z² / normaliser evenly over its area.
 
-        In a medium cos θ dω dA is less by the square of its index, and W more.
+        In a medium, cos θ dω dA is smaller and W larger by the squared index.
         """
         if not self.follows_rays:
             return super().film_importance(origins, directions, wavelength)
@@ -286,7 +342,7 @@ class LensCamera(Camera):
 
 
 def missing_dispersion(lens: Lens) -> str:
-    """Which glass is not known for all the wavelengths that a picture sees, and where it is; "" where they all are."""
+    """Message that names a glass whose index is unknown at some wavelength of pictures; "" where all are known."""
     try:
         for wavelength in (wavelength for row in WAVELENGTHS.values() for wavelength in row):
             lens.indices(wavelength)

@@ -1,48 +1,52 @@
-"""Which line of the film is open when a point falls on it: what the way back asks of a rolling shutter."""
+"""Rolling-shutter rows: projection of moving points onto the row of the film that is open when they fall on it."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lensbench.cameras.protocol import DifferentiableCamera
 from lensbench.imaging.film import Film
 
+if TYPE_CHECKING:
+    from lensbench.cameras.base import Camera
+
 Project = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""Raster points (n, 2) → where n things fall as the camera stands when the lines of these are open, and whether."""
+"""Raster points (n, 2) → raster points of n objects, with the camera where it is while the rows of the former are open;
+and which objects are visible, (n,) bool."""
 
-ROUNDS = 40
+ITERATIONS = 40         # of the secant rule, at most
 
 
-def film_middle(film: Film, n: int) -> np.ndarray:
-    """The raster point of the film's middle, n times."""
+def film_centre(film: Film, n: int) -> np.ndarray:
+    """Raster point of the film's centre, n times: (n, 2) pixels."""
     return np.tile([film.pixels_x / 2.0, film.pixels_y / 2.0], (n, 1))
 
 
-def project_onto_open_rows(camera: DifferentiableCamera, project: Project, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Raster points (n, 2) of n things, each on the line that is open when it falls there; which are on the film."""
-    raster, visible = project(film_middle(camera.film, n))
+def project_onto_open_rows(camera: "Camera", project: Project, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Raster points (n, 2) of n objects, each on the row that is open when it falls there; and which are visible."""
+    raster, visible = project(film_centre(camera.film, n))
     if camera.moves and camera.readout > 0.0:
-        raster, visible = _rolled(camera, project, raster)
+        raster, visible = _solve_rows(camera, project, raster)
     with np.errstate(invalid="ignore"):
         inside = ((raster >= 0.0) & (raster <= [camera.film.pixels_x, camera.film.pixels_y])).all(1)
     return raster, visible & inside
 
 
-def _rolled(camera: DifferentiableCamera, project: Project, raster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """By the secant rule along the readout, each thing on its own."""
+def _solve_rows(camera: "Camera", project: Project, raster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fixed points of `project` along the readout, by the secant rule for each object on its own."""
     axis = 0 if camera.readout_direction in ("left", "right") else 1
-    before, place = film_middle(camera.film, len(raster)), raster.copy()
-    off = raster[:, axis] - before[:, axis]
-    for _ in range(ROUNDS):
+    before, place = film_centre(camera.film, len(raster)), raster.copy()
+    error_before = raster[:, axis] - before[:, axis]
+    for _ in range(ITERATIONS):
         raster, visible = project(place)
-        now = raster[:, axis] - place[:, axis]
+        error = raster[:, axis] - place[:, axis]
         with np.errstate(divide="ignore", invalid="ignore"):
-            step = -now * (place[:, axis] - before[:, axis]) / (now - off)
-        step = np.where(np.isfinite(step), step, now)
-        before, off, place = place, now, place.copy()
+            step = -error * (place[:, axis] - before[:, axis]) / (error - error_before)
+        step = np.where(np.isfinite(step), step, error)
+        before, error_before, place = place, error, place.copy()
         place[:, axis] += step
         if not (np.abs(step) > 1e-11).any():
             break
     raster, visible = project(place)
-    with np.errstate(invalid="ignore"):                 # a panorama that turns fast may miss a point, or see it twice
+    with np.errstate(invalid="ignore"):                 # a fast panorama may miss a point, or see it twice
         return raster, visible & (np.abs(raster[:, axis] - place[:, axis]) < 1e-6)

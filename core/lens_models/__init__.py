@@ -1,1 +1,1 @@
-"""Faster stand-ins for a traced lens: fitted polynomial and table of rays."""
+"""Approximations of a traced lens: fitted polynomials, and a table of rays for comparison."""

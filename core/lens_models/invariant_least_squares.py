@@ -1,8 +1,8 @@
-"""Least squares for vector fields that are rotation invariant: polynomials of three invariants, fitted and summed.
+"""Least-squares fit and evaluation of rotation-invariant vector fields: polynomials of three invariants.
 
-A field is F u + G v along the film and H along the axis, F, G and H polynomials of a = u·u, b = v·v and c = u·v. The
-product of two monomials is a monomial: so every number of the normal equations is one of the moments
-Σ w aⁱ bʲ cᵏ, of which there are few.
+A field is F u + G v along the film and H along the axis, with polynomials F, G and H of a = u·u, b = v·v and c = u·v.
+The product of two monomials is a monomial, so every entry of the normal equations is one of the few moments
+Σ w aⁱ bʲ cᵏ.
 """
 
 import math
@@ -10,22 +10,23 @@ import math
 import numpy as np
 from numba import njit
 
-RIDGE = 1e-14               # of the normal equations' diagonal: a pivot is not let below
+RIDGE = 1e-14               # smallest pivot, relative to the normal equations' diagonal
 _FAST = {"contract", "reassoc", "nsz"}
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def monomial_index(i, j, k, n):
-    """Where aⁱ bʲ cᵏ stands among the monomials up to the total degree n: in the order that the kernel sums them."""
+    """Index of aⁱ bʲ cᵏ among the monomials up to the total degree n, in the order in which the kernels sum them."""
     p, q, r = n - i, n - i - j, n - i - j - k
     return p * (p + 1) * (p + 2) // 6 + q * (q + 1) // 2 + r
 
 
 @njit(cache=True, error_model="numpy", nogil=True, fastmath=_FAST)
-def _sums(abc, weights, fields, n, low):
-    """The moments (2 n + 2)³ up to the degree 2 n + 1, and the right sides of the fields: (3, terms) and (3, terms).
+def _moments(abc, weights, fields, n, low):
+    """Moments (2 n + 2)³ up to the degree 2 n + 1, and the right sides (3, terms) of both fields.
 
-    abc: (3, rays); fields: (6, rays), the parts along u, v and z of a field of degree n, then of one of degree low.
+    abc: (3, rays); weights: (rays,); fields: (6, rays), the components along u, v and z of a field of degree n, then of
+    one of degree low.
     """
     rays, top = weights.size, 2 * n + 2
     moments = np.zeros((top, top, top))
@@ -60,11 +61,12 @@ def _sums(abc, weights, fields, n, low):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _solved(moments, right, n):
-    """The polynomials along u, along v and along z, (3, terms), whose normal equations these are.
+def _solve_normal_equations(moments, right, n):
+    """Polynomials (3, terms) along u, v and z that solve the normal equations of degree n.
 
-    The first two together, by Cholesky's method; a pivot that rounding has made nothing is held up.
+    Those along u and v are coupled. Cholesky's method, with pivots kept above RIDGE against rounding.
     """
+    # Exponents of every monomial
     k = right.shape[1]
     of_a, of_b, of_c = np.empty(k, np.int64), np.empty(k, np.int64), np.empty(k, np.int64)
     for i in range(n + 1):
@@ -72,7 +74,8 @@ def _solved(moments, right, n):
             for m in range(n + 1 - i - j):
                 t = monomial_index(i, j, m, n)
                 of_a[t], of_b[t], of_c[t] = i, j, m
-    across, plain = np.zeros((2 * k, 2 * k + 1)), np.zeros((k, k + 1))      # with the right side as the last column
+    # Normal matrices from the moments, with the right side as the last column
+    across, plain = np.zeros((2 * k, 2 * k + 1)), np.zeros((k, k + 1))
     for s in range(k):
         for t in range(k):
             i, j, m = of_a[s] + of_a[t], of_b[s] + of_b[t], of_c[s] + of_c[t]
@@ -91,7 +94,7 @@ def _solved(moments, right, n):
 
 @njit(cache=True, error_model="numpy", nogil=True, fastmath=_FAST)
 def _cholesky(m):
-    """Solve in place: the upper half of m (n, n + 1) is a positive matrix, its last column becomes the solution."""
+    """Solve in place: m (n, n + 1) holds the upper half of a positive matrix; its last column becomes the solution."""
     n = m.shape[0]
     least = np.empty(n)
     for i in range(n):
@@ -116,18 +119,18 @@ def _cholesky(m):
 
 def fit_vector_fields(abc: np.ndarray, weights: np.ndarray, fields: np.ndarray, n: int,
                       low: int) -> tuple[np.ndarray, np.ndarray]:
-    """The polynomials of two vector fields: (3, terms) of degree n, and (3, terms) of degree low ≤ n.
+    """Polynomials (3, terms) of degree n of one vector field, and (3, terms) of degree low ≤ n of another.
 
-    abc: (3, rays) the invariants, the first of them u² and the second v·v for a u that lies along the film's x.
-    fields: (6, rays), each field's u·f, v·f and its part along z.
+    abc: (3, rays) invariants u², v·v and u·v, for u along the film's x. weights: (rays,). fields: (6, rays), for each
+    field its component times u, its scalar product with v, and its component along z.
     """
-    moments, high_right, low_right = _sums(abc, weights, fields, n, low)
-    return _solved(moments, high_right, n), _solved(moments, low_right, low)
+    moments, high_right, low_right = _moments(abc, weights, fields, n, low)
+    return _solve_normal_equations(moments, high_right, n), _solve_normal_equations(moments, low_right, low)
 
 
 @njit(cache=True, error_model="numpy", nogil=True, fastmath=_FAST)
 def evaluate_polynomials(abc, polynomials, n):
-    """(3, rays) the sums of three polynomials (3, terms) of degree n."""
+    """Values (3, rays) of three polynomials (3, terms) of degree n."""
     rays = abc.shape[1]
     of_a, of_ab, row, out = np.ones(rays), np.empty(rays), np.empty(rays), np.zeros((3, rays))
     for i in range(n + 1):

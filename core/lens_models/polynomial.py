@@ -1,16 +1,14 @@
-"""A lens as a polynomial: from a film point and a direction there, straight to the ray in front of the lens.
+"""Polynomial optics: a lens as a polynomial from a film point and a direction there to the ray in front of the lens.
 
-By rotational symmetry the ray can only depend on film point u and aim v (both made as large
-as 1) through the invariants a = u·u, b = v·v and c = u·v. Its direction is
-(F u + G v, H) and its point nearest to the entrance pupil (P u + Q v, R), six polynomials of a, b, c;
-with F, G and H of total degree n the map is said to be of degree 2 n + 1 in the film and the aim. The aim
-is where the ray meets the rear vertex's plane, less what the middle of the pupil region drifts across the film;
-all three components of the direction are fitted, so that a field beyond 90° is nothing special. Positions matter
-less than directions, for they are not magnified by the distance: their degree is lower by 4.
+By rotational symmetry the ray depends on the film point u and the aim v, both scaled to at most 1, through the
+invariants a = u·u, b = v·v and c = u·v. Its direction is (F u + G v, H), and its point nearest to the entrance pupil is
+(P u + Q v, R), with six polynomials of a, b and c. With F, G and H of total degree n, the map has degree 2 n + 1 in the
+film point and aim. The aim is the point where the ray meets the plane of the rear vertex, minus the linear drift of the
+pupil regions' centres across the film. All three components of the direction are fitted, so a field beyond 90° is no
+special case. Positions need fewer digits than directions, since distance does not magnify them: their degree is lower.
 
-The fit is by least squares over the solved exit-pupil regions, through the normal equations, of which
-the weights of the invariants themselves make every block. Camera frame, mm. The idea of polynomial optics: Hullin,
-Hanika and Heidrich 2012.
+The least-squares fit runs over the solved exit-pupil regions, by the normal equations of `invariant_least_squares`.
+Camera frame, mm. (Hullin, Hanika and Heidrich 2012, Polynomial optics, for the idea.)
 """
 
 import math
@@ -51,21 +49,24 @@ from lensbench.optics.prescription import Lens, LensError
 from lensbench.pupils.radial_sampler import PupilTable
 
 DEGREES = (3, 5, 7, 9, 11)
-HEAD = 5                    # numbers before the coefficients
-LEAST = 0.02                # of a ray's share
+LEAST = 0.02                # smallest weight of a ray
 SLACK = 1.05                # (r / semi-diameter)² up to which a ray beyond the rim still serves the fit
-JUDGES = 127                # rays on which the error is measured; with those of degree 9, one block of lanes
-EVENLY = 0.6                # how far the rays' weights go from Chebyshev's (0) to their share of film and pupil (1)
+HELD_OUT = 127              # rays on which the error is measured; with those of degree 9, one block of lanes
+EVENLY = 0.6                # exponent of the weights, from Chebyshev's (0) to shares of film and pupil area (1)
 SPREAD = (0.7548776662466927, 0.5698402909980532)       # whose multiples fill a square evenly: 1/ρ, 1/ρ² of ρ³ = ρ + 1
-DRIFTS = 17                 # film points between which the middles of the regions are followed
+DRIFT_POINTS = 17           # film points at which the drift of the regions' centres is measured
+
+# Parameters of the stage: −film distance over the reach of the aim, (1 − drift) over that reach (1/mm), 1 / film radius
+# (1/mm), z of the centre (mm), 1 / distance from it to objects in focus (1/mm), coefficients of F, G, H, P, Q and R
+DISTANCE_SHARE, DRIFT_SHARE, INVERSE_RADIUS, CENTRE_Z, NEARNESS, COEFFICIENTS = range(6)
 
 
 @dataclass(frozen=True, eq=False)
 class Polynomial:
-    """A fitted lens.
+    """Fitted lens.
 
-    degree: in film point and aim. numbers: what the stage reads. rms, worst: the error on rays that did not
-    serve the fit, as mm on the film, for objects at the distance that the fit was told.
+    degree: in film point and aim. numbers: parameters of the stage. rms, worst: error in mm on the film, on rays that
+    did not serve the fit, for objects at the distance given to the fit.
     """
 
     degree: int
@@ -76,79 +77,101 @@ class Polynomial:
     @classmethod
     def fit(cls, lens: Lens, film_distance: float, table: PupilTable, degree: int = 9, wavelength: float = D_LINE,
             distance: float = math.inf) -> "Polynomial":
-        """Fit the lens as it stands before its film, for the film points and regions of the table.
+        """Fit a lens for the film points and exit-pupil regions of a table.
 
-        film_distance: last vertex → film (mm); distance: from the film to what the errors are stated for (mm).
-        LensError for a degree that is none of DEGREES, a lens without rotational symmetry, and one that
-        passes too little light to be fitted.
+        Parameters
+        ----------
+        lens : Lens
+            The lens, stopped down and focused.
+        film_distance : float
+            Distance (mm) from the last vertex to the film.
+        table : PupilTable
+            Regions of the lens, not widened.
+        degree : int
+            Degree in film point and aim, one of DEGREES.
+        wavelength : float
+            Wavelength of the light (µm).
+        distance : float
+            Distance (mm) from the film to the objects for which the errors are measured.
+
+        Returns
+        -------
+        Polynomial
+
+        Raises
+        ------
+        LensError
+            Another degree, a lens without rotational symmetry, or too little light for a fit.
         """
         if degree not in DEGREES:
             raise LensError(f"polynomial degree {degree}: choose one of {', '.join(map(str, DEGREES))}")
         if not lens.is_rotationally_symmetric:
             raise LensError("a polynomial is fitted in rotation invariants, and this lens has a cylinder or toroid")
-        n, low = degree // 2, _low(degree // 2)
-        places, shares = _places(n)
-        film, aim, drift = _aimed(table.outline, table.course, table.offsets, table.radius, table.end, table.scale,
+        n, low = degree // 2, _position_degree(degree // 2)
+        places, shares = _sample_places(n)
+        film, aim, drift = _aim_rays(table.outline, table.course, table.offsets, table.radius, table.end, table.scale,
                                    *places)
         fo = first_order(lens, wavelength)
         centre = scene_side_origin(lens, wavelength)
         eye = centre - lens.length - film_distance
-        lines = _traced(lens, film_distance, film, aim, wavelength)
+        lines = _trace_rays(lens, film_distance, film, aim, wavelength)
         nearness = 1.0 / (distance + eye)
-        abc, weights, fields, v, reach, served = _invariants(film, aim, lines, shares, table.radius, drift, eye,
+        abc, weights, fields, v, reach, served = _fit_data(film, aim, lines, shares, table.radius, drift, eye,
                                                              nearness)
         if served < 2 * monomial_count(n):
             raise LensError("too little light passes this lens for a polynomial to be fitted: open the stop")
         towards, points = fit_vector_fields(abc, weights, fields, n, low)
 
-        # The error on the rays that were held out
+        # Measure the error on the rays that were held out
         held = np.ascontiguousarray(abc[:, len(shares):])
         rms, worst = _errors(film, lines, v, table.radius, evaluate_polynomials(held, towards, n),
                              evaluate_polynomials(held, points, low), nearness, len(shares))
-        behind = _behind(lens, fo, nearness, centre)
-        numbers = [-film_distance / reach, (1.0 - drift) / reach, 1.0 / table.radius, eye, nearness]
-        return cls(degree, np.concatenate([numbers, towards.ravel(), points.ravel()]), rms * behind, worst * behind)
+        scale = _film_scale(lens, fo, nearness, centre)
+        p = np.empty(COEFFICIENTS + towards.size + points.size)
+        p[DISTANCE_SHARE], p[DRIFT_SHARE] = -film_distance / reach, (1.0 - drift) / reach
+        p[INVERSE_RADIUS], p[CENTRE_Z], p[NEARNESS] = 1.0 / table.radius, eye, nearness
+        p[COEFFICIENTS:] = np.concatenate([towards.ravel(), points.ravel()])
+        return cls(degree, p, rms * scale, worst * scale)
 
     @property
     def step(self) -> Step:
-        """The step from an aimed ray at the film to the ray in front of the lens."""
+        """Step from an aimed ray at the film to the ray in front of the lens."""
         return Step(polynomial_stage(self.degree // 2), self.numbers)
 
 
 @cache
-def _places(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """(3, rays) where a fit looks: shares of the film's radius, of a region's, and along its rim; (fits,) weights.
+def _sample_places(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places (3, rays) of the rays: shares of the film's radius, of a region's, and along its rim; and weights (fits,).
 
-    The first rays crowd towards the edges of field and pupil, and stand for the less of the light; the last JUDGES lie
-    between them, to judge the fit by.
+    The first rays, which serve the fit, crowd towards the edges of field and pupil, with weights by their share of the
+    light; the last HELD_OUT lie between them and measure the error.
     """
     grid = np.meshgrid(np.sin(np.linspace(0.0, 0.5 * math.pi, 2 * n + 3)),
                        np.sin(0.5 * math.pi * np.arange(1, n + 2) / (n + 1)),
                        (np.arange(n + 3) + 0.5) / (n + 3), indexing="ij")
     r, reach, turn = (each.ravel() for each in grid)
     shares = r * reach * np.sqrt(np.maximum((1.0 - r * r) * (1.0 - reach * reach), 0.0))
-    k = np.arange(JUDGES)
-    judges = np.stack([np.sqrt((k + 0.5) / JUDGES), np.sqrt(k * SPREAD[0] % 1.0), k * SPREAD[1] % 1.0])
+    k = np.arange(HELD_OUT)
+    judges = np.stack([np.sqrt((k + 0.5) / HELD_OUT), np.sqrt(k * SPREAD[0] % 1.0), k * SPREAD[1] % 1.0])
     return np.concatenate([np.stack([r, reach, turn]), judges], 1), np.maximum(shares, LEAST) ** EVENLY
 
 
 def monomial_count(n: int) -> int:
-    """How many monomials three variables have up to the total degree n."""
+    """Number of monomials of three variables up to the total degree n."""
     return (n + 1) * (n + 2) * (n + 3) // 6
 
 
-def _low(n: int) -> int:
-    """The degree in a, b, c of the positions."""
+def _position_degree(n: int) -> int:
+    """Degree in a, b and c of the positions."""
     return min(n, max(n - 1, 2))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _aimed(outline, course, offsets, radius, end, scale, radii, reach, turn):
-    """Rays from film points at the share `radii` of the table's radius to its regions' upper halves.
+def _aim_rays(outline, course, offsets, radius, end, scale, radii, reach, turn):
+    """Film points x (n,), rear points (2, n), and the drift of the regions' centres, in mm.
 
-    outline … scale: the table's. reach: from the region's centre (0) to its rim (1); turn: along the rim, 0 … 1.
-    Returns the film points' x (n,) and the points on the plane of the rear vertex (2, n), mm; and how far the middle of
-    the regions moves for each mm that the film point does, along a straight line.
+    radii: (n,) shares of the film's radius; reach: from a region's centre (0) to its rim (1); turn: along the upper
+    half of the rim, 0 … 1; outline … scale: those of the table. drift: mm per mm of film, by a straight line.
     """
     sectors = outline.shape[1] - 1
     film, aim = radii * radius, np.empty((2, radii.size))
@@ -163,8 +186,8 @@ def _aimed(outline, course, offsets, radius, end, scale, radii, reach, turn):
             aim[axis, q] = reach[q] * (inner * (1.0 - f) + outer * f)
         aim[0, q] += middle
     above, below = 0.0, 0.0
-    for q in range(DRIFTS):
-        at = radius * q / (DRIFTS - 1)
+    for q in range(DRIFT_POINTS):
+        at = radius * q / (DRIFT_POINTS - 1)
         above += _middle(at, course, offsets, end, scale)[2] * at
         below += at * at
     return film, aim, above / below
@@ -172,7 +195,7 @@ def _aimed(outline, course, offsets, radius, end, scale, radii, reach, turn):
 
 @njit(inline="always")
 def _middle(r, course, offsets, end, scale):
-    """Between which rings of the table a film radius lies: the inner one, the share of the next; and their centre."""
+    """Inner ring of a film radius in the table, the share of the next ring, and the region's centre there."""
     place = (1.0 - math.sqrt(max(1.0 - r / end, 0.0))) * scale
     ring = min(int(place), offsets.size - 2)
     f, t = place - ring, (r / end) ** 2
@@ -180,8 +203,8 @@ def _middle(r, course, offsets, end, scale):
     return ring, f, middle + offsets[ring] * (1.0 - f) + offsets[ring + 1] * f
 
 
-def _traced(lens: Lens, film_distance: float, film: np.ndarray, aim: np.ndarray, wavelength: float) -> np.ndarray:
-    """(7, n) the rays in front, X … N in the camera's frame, and their CLEARANCE."""
+def _trace_rays(lens: Lens, film_distance: float, film: np.ndarray, aim: np.ndarray, wavelength: float) -> np.ndarray:
+    """Rays (7, n) in front of the lens: X … N in the camera frame, and CLEARANCE."""
     x, y = aim[0] - film, aim[1]
     size = 1.0 / np.sqrt(x * x + y * y + film_distance**2)
     given = {X: film, L: x * size, M: y * size, N: -film_distance * size}
@@ -190,11 +213,11 @@ def _traced(lens: Lens, film_distance: float, film: np.ndarray, aim: np.ndarray,
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _invariants(film, aim, lines, shares, radius, drift, eye, nearness):
-    """What is fitted: of all rays the invariants (3, n); of the first ones weights (fits,) and fields (6, fits).
+def _fit_data(film, aim, lines, shares, radius, drift, eye, nearness):
+    """Data of the fit: invariants (3, n) of all rays, weights (fits,) and fields (6, fits) of the first ones.
 
-    And v (2, n), its reach in mm, and how many rays serve the fit. The places of lines (7, n) become the points of
-    the rays that are nearest to the eye, from there; what does not arrive has an infinite margin.
+    Also v (2, n), its reach (mm), and the number of rays that serve the fit. Moves the points of lines (7, n) to those
+    nearest to the eye, relative to it, and sets the clearance of rays that do not arrive to infinity.
     """
     rays, fits = film.size, shares.size
     v, abc, weights, fields = np.empty((2, rays)), np.empty((3, rays)), np.zeros(fits), np.zeros((6, fits))
@@ -223,9 +246,9 @@ def _invariants(film, aim, lines, shares, radius, drift, eye, nearness):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _errors(film, lines, v, radius, there, here, nearness, first):
-    """How far off (rms, worst, in radians) the rays from the first on are: of objects in focus, and at infinity.
+    """Error (rms and worst, radians) of the rays from `first` on, for objects in focus and at infinity.
 
-    there, here: (3, …) the polynomials' sums at those rays, of directions to objects in focus and of places.
+    there, here: values (3, …) of the polynomials for those rays, for directions to objects in focus and for positions.
     """
     total, worst, seen = 0.0, 0.0, 0
     for r in range(first, film.size):
@@ -244,10 +267,10 @@ def _errors(film, lines, v, radius, there, here, nearness, first):
     return (math.sqrt(total / seen), math.sqrt(worst)) if seen else (math.inf, math.inf)
 
 
-def _behind(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float:
-    """Film mm per radian of an object's place seen from the centre, paraxially, whichever way up its image stands.
+def _film_scale(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float:
+    """Size of the paraxial image: mm of film per radian of an object's position seen from the centre.
 
-    nearness: 1 / its distance.
+    nearness: 1 / distance of the object (1/mm).
     """
     efl = lens.front_index * fo.efl
     return abs(efl / (1.0 + nearness * (fo.front_principal - centre - efl)))
@@ -258,7 +281,7 @@ def _behind(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float
 
 @njit(inline="always")
 def _of_two(q, k, b, c, n, real):
-    """The part of one power of a: all terms in b and c up to the degree n, nested."""
+    """Terms of one power of a: all monomials in b and c up to the degree n, by Horner's rule."""
     total = real(0)
     for j in range(n + 1):
         part = q[k]
@@ -272,27 +295,28 @@ def _of_two(q, k, b, c, n, real):
 
 @cache
 def polynomial_stage(n: int):
-    """The stage for polynomials of the degree n in a, b, c."""
-    low = _low(n)
+    """Stage for polynomials of the degree n in a, b and c."""
+    low = _position_degree(n)
     high_terms, low_terms = monomial_count(n), monomial_count(low)
 
     @stage
     def polynomial(lanes, p, key):
-        """Replace the ray at the film by the ray in front of the lens. p: −film distance and 1 − drift over the reach,
-        1 / film radius, z of the centre, 1 / distance from it, then the six polynomials.
-        """
+        """Replace the ray at the film by the ray in front of the lens. p: DISTANCE_SHARE and so on."""
         real = lanes.dtype.type
         row = rows(lanes)
         x, y, z, l, m, n_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
         a, b, c, total = row[A0], row[A1], row[A2], row[A3]
-        f, g, h, e, d = row[A4], row[A5], row[A6], row[A7], row[A8]
-        reach, drift, scale, centre, near = p[0], p[1], p[2], p[3], p[4]
+        f, g, h, pu, pv = row[A4], row[A5], row[A6], row[A7], row[A8]
+        reach, drift, scale = p[DISTANCE_SHARE], p[DRIFT_SHARE], p[INVERSE_RADIUS]
+        centre, near = p[CENTRE_Z], p[NEARNESS]
+        # Invariants of the film point u and the aim v
         for i in range(B):
             ux, uy = x[i] * scale, y[i] * scale
             away = reach / n_[i]
             vx, vy = l[i] * away + x[i] * drift, m[i] * away + y[i] * drift
             a[i], b[i], c[i] = ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy
-        at = HEAD
+        # Polynomials F, G and H of the direction
+        at = COEFFICIENTS
         _summed(lanes, p[at:], n)
         for i in range(B):
             f[i] = total[i]
@@ -302,22 +326,24 @@ def polynomial_stage(n: int):
         _summed(lanes, p[at + 2 * high_terms:], n)
         for i in range(B):
             h[i] = total[i]
+        # Polynomials P, Q and R of the position
         at += 3 * high_terms
         _summed(lanes, p[at:], low)
         for i in range(B):
-            e[i] = total[i]
+            pu[i] = total[i]
         _summed(lanes, p[at + low_terms:], low)
         for i in range(B):
-            d[i] = total[i]
+            pv[i] = total[i]
         _summed(lanes, p[at + 2 * low_terms:], low)
         for i in range(B):
+            # Position (P u + Q v, R), and direction from there to objects in focus
             ux, uy = x[i] * scale, y[i] * scale
             away = reach / n_[i]
             vx, vy = l[i] * away + x[i] * drift, m[i] * away + y[i] * drift
-            px, py, pz = e[i] * ux + d[i] * vx, e[i] * uy + d[i] * vy, total[i]
+            px, py, pz = pu[i] * ux + pv[i] * vx, pu[i] * uy + pv[i] * vy, total[i]
             dx, dy = f[i] * ux + g[i] * vx - near * px, f[i] * uy + g[i] * vy - near * py
             dz = h[i] - near * pz
-            # Nearly a unit vector: two steps of Newton's for 1 / √
+            # Normalise what is nearly a unit vector: two steps of Newton's method for 1 / √
             square = dx * dx + dy * dy + dz * dz
             size = real(1.5) - real(0.5) * square
             size = size * (real(1.5) - real(0.5) * square * size * size)
@@ -329,11 +355,13 @@ def polynomial_stage(n: int):
 
 @cache
 def _sum(n: int):
-    """The function that leaves one polynomial of the rows A0, A1, A2 in A3: one loop, so few coefficients that
-    they stay in registers.
+    """Stage that evaluates one polynomial of the rows A0, A1 and A2 into A3.
+
+    One loop per polynomial: its coefficients are so few that they stay in registers.
     """
     @stage
     def sum_polynomial(lanes, q):
+        """Write into A3 the polynomial with the coefficients q."""
         real = lanes.dtype.type
         row = rows(lanes)
         a, b, c, total = row[A0], row[A1], row[A2], row[A3]
@@ -352,13 +380,13 @@ def _sum(n: int):
     return sum_polynomial
 
 
-# Under names of the module: a function in the closure of a kernel would keep numba from finding that in its cache
+# Module-level names: numba cannot cache a kernel with a function in its closure
 _of_1, _of_2, _of_3, _of_4, _of_5 = (_sum(n) for n in range(1, 6))
 
 
 @njit(inline="always")
 def _summed(lanes, q, n):
-    """One polynomial of the degree n, a constant."""
+    """Evaluate one polynomial of the degree n, a compile-time constant, into A3."""
     if n == 1:
         _of_1(lanes, q)
     elif n == 2:

@@ -23,10 +23,8 @@ import numpy as np
 
 from lensbench.cameras.base import Camera
 from lensbench.cameras.ideal_lens import Gaussian
-from lensbench.cameras.real_lens import LensCamera
 from lensbench.imaging.film import Film
 from lensbench.lightfields.refocus_kernel import rescaled, shift_and_add, spectral_gain
-from lensbench.optics.focus import nearest_focus
 
 SUBCELLS = 16           # across and down a cell, to find the share of the cell that a round aperture takes
 CLEAR = 1.0             # pixels between neighbouring views, above which blur separates into dots
@@ -324,14 +322,12 @@ class LightField:
     @cached_property
     def f_number(self) -> float:
         """F-number of the recorded aperture, as the camera defines it."""
-        if isinstance(self.camera, LensCamera):
-            return self.camera.first_order.f_number
-        return 0.5 / abs(self.camera.gaussian.approach_pupil)
+        return self.camera.geometric_f_number
 
     @cached_property
     def nearest(self) -> float:
         """Nearest focus distance, mm."""
-        return nearest_focus(self.camera.lens) if isinstance(self.camera, LensCamera) else 1e-3
+        return self.camera.nearest_focus
 
     def apart(self, distance: float) -> float:
         """Shift between neighbouring views at a focus distance.

@@ -25,7 +25,6 @@ import numpy as np
 
 from lensbench.cameras.base import Camera
 from lensbench.cameras.perspective import PerspectiveCamera
-from lensbench.cameras.real_lens import LensCamera
 from lensbench.imaging.coordinate_spaces import film_window, transform_points
 from lensbench.kernels.half_float import as_bits, scale_of
 from lensbench.lightfields.capture import HIGHEST, checked_views
@@ -163,7 +162,7 @@ class Lumigraph:
         None for a camera whose rays are not.
         """
         lens = camera.gaussian
-        if camera.moves or camera.has_port or isinstance(camera, LensCamera) and camera.follows_rays:
+        if camera.moves or camera.has_port or camera.follows_rays:
             return None
         across, middle, down, low = camera.film_step.parameters
         film = np.array([[-across, 0.0, middle], [0.0, down, -low]])

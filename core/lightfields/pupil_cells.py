@@ -9,12 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.real_lens import LensCamera
 from lensbench.kernels.block import U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program
 from lensbench.lightfields.light_field import LightFieldError
-from lensbench.optics.block_trace import trace_steps
 from lensbench.pupils.film_grid import SECTORS
 from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.radial_sampler import PupilTable
@@ -59,7 +57,7 @@ def pupil_reach(camera: Camera) -> float:
     lens = camera.gaussian
     if lens.is_hole:
         raise LightFieldError("a pinhole sees from one place alone: record a light field through a lens")
-    if not (isinstance(camera, LensCamera) and camera.follows_rays):
+    if not camera.follows_rays:
         if not lens.iris.is_round and lens.origin_film != 0.0:
             raise LightFieldError("without a pupil that all film points share, the ideal models record a light field "
                                   "through a round stop alone: choose the full trace, or no blades")
@@ -95,9 +93,9 @@ def _grid_rims(grid: PupilGrid) -> tuple[np.ndarray, np.ndarray]:
 def cell_steps(camera: Camera, cell: Cell, wavelength: float) -> list[Step]:
     """The stages from the film point X, Y and U0, U1 of a cell to the ray; WEIGHT: cos⁴θ where light comes."""
     lens, box = camera.gaussian, [*cell.corner, *cell.sides]
-    if isinstance(camera, LensCamera) and camera.follows_rays:
+    if camera.follows_rays:
         aim = Step(aim_at_cell, [*box, lens.approach_film, lens.approach_pupil])
-        return [aim, *trace_steps(camera.lens, camera.film_distance, wavelength)]
+        return [aim, *camera.lens_steps(wavelength)]
     return [Step(gaussian_through_cell, [*box, *lens[:-1]]), *lens.iris.blocking(lens.origin_pupil)]
 
 

@@ -1,9 +1,8 @@
-"""Exit-pupil regions in pieces: one convex outline about all of them.
+"""Disjoint exit-pupil regions: one convex outline around all pieces.
 
-Seen from a point inside it a region is star-shaped, save at the edge of the light
-of some fisheyes, where it splits. A camera then samples the convex outline about
-the pieces: every ray is traced, so what is blocked between them costs samples
-and no light. Lens frame, mm.
+Seen from a point inside, a region is star-shaped, except at the edge of the light of some fisheyes, where it splits. A
+camera then samples the convex outline around the pieces: every ray is traced, so the blocked part between the pieces
+costs samples but no light. Lens frame, mm.
 """
 
 import math
@@ -16,17 +15,17 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.rim_solver import ROUGH, solve_rims
 
-LOOKS = 96              # points of the meridian in the search for pieces
-EVENLY = np.arange(LOOKS) + 0.5
-NEIGHBOURS = 4          # film radii to either side whose regions say where pieces can be
+SCAN = 96               # points of the meridian in the search for pieces
+CELL_CENTRES = np.arange(SCAN) + 0.5
+NEIGHBOURS = 4          # film radii to either side whose regions bound the search
 
 
 def enclose_disjoint_regions(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray,
              tolerance: float, by: ClearanceTracer, wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
-    """The centres (n,) and rims (n, m, 2) of `solve_rims` for rising radii, with an outline about regions in pieces.
+    """Centres (n,) and rims (n, m, 2) of `solve_rims` for rising radii, with outlines around disjoint regions.
 
-    The radii beside such a one get the outline about its pieces and their own region, so that no light is
-    lost between them.
+    The neighbouring radii get the outline around those pieces and their own region, so that interpolation between the
+    radii loses no light.
     """
     pieces = _pieces(lens, film_distance, radii, centres, rims, tolerance, by, wavelength)
     if not pieces:
@@ -49,21 +48,22 @@ def _pieces(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.nda
             tolerance: float, by: ClearanceTracer, wavelength: float) -> dict[int, np.ndarray]:
     """Points (p, 2) on the outermost pieces of each radius whose meridian begins to pass light more than once.
 
-    Or once, where no region had been found.
+    Where `solve_rims` found no region, once is enough.
     """
     n, lit = len(radii), rims[:, 0, 0] > rims[:, -1, 0]
-    low, step = _where_light_is(centres + rims[:, -1, 0], centres + rims[:, 0, 0], lit)
-    along, film, margin = (low[:, None] + step[:, None] * EVENLY).ravel(), np.repeat(radii, LOOKS), np.empty(n * LOOKS)
-    clearances(film, 0.0 * film, along, 0.0 * film, film_distance, margin, by, ROUGH)
-    light = (margin <= 1.0).reshape(n, LOOKS)
+    low, step = _search_intervals(centres + rims[:, -1, 0], centres + rims[:, 0, 0], lit)
+    along, film = (low[:, None] + step[:, None] * CELL_CENTRES).ravel(), np.repeat(radii, SCAN)
+    clearance = np.empty(n * SCAN)
+    clearances(film, 0.0 * film, along, 0.0 * film, film_distance, clearance, by, ROUGH)
+    light = (clearance <= 1.0).reshape(n, SCAN)
     split = (light[:, 1:] & ~light[:, :-1]).sum(1) + light[:, 0] > lit
-    # Solve the outermost pieces, each from a look at itself alone
+    # Solve the outermost pieces, each within its own interval
     pieces = {}
     for k in np.flatnonzero(split):
-        along = low[k] + step[k] * EVENLY
+        along = low[k] + step[k] * CELL_CENTRES
         begins = np.diff(light[k], prepend=False) & light[k]
         points = []
-        for begin in {np.argmax(begins), LOOKS - 1 - np.argmax(begins[::-1])}:
+        for begin in {np.argmax(begins), SCAN - 1 - np.argmax(begins[::-1])}:
             end = begin + np.append(light[k, begin:], False).argmin()
             span = along[begin] - step[k], along[end - 1] + step[k]
             centre, rim = solve_rims(lens, film_distance, radii[k:k + 1], rims.shape[1], tolerance, wavelength, span,
@@ -74,8 +74,8 @@ def _pieces(lens: Lens, film_distance: float, radii: np.ndarray, centres: np.nda
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _where_light_is(left, right, lit):
-    """Where each meridian (n,) is looked at, for this radius's region or its neighbours': its low end, and the step."""
+def _search_intervals(left, right, lit):
+    """Low end and step (n,) of the search on each meridian, from the regions of this radius and its neighbours."""
     low, step = np.zeros(lit.size), np.zeros(lit.size)
     for k in range(lit.size):
         least, most = math.inf, -math.inf
@@ -83,12 +83,12 @@ def _where_light_is(left, right, lit):
             if lit[j]:
                 least, most = min(least, left[j]), max(most, right[j])
         if least < most:
-            low[k], step[k] = least, (most - least) / LOOKS
+            low[k], step[k] = least, (most - least) / SCAN
     return low, step
 
 
 def _upper_hull(points: np.ndarray) -> np.ndarray:
-    """(q, 2) corners of the upper half of the convex hull of (p, 2) points and their mirror images, from +x to −x."""
+    """Corners (q, 2), from +x to −x, of the upper half of the convex hull of points (p, 2) and their mirror images."""
     chain: list[np.ndarray] = []
     for point in points[np.lexsort((points[:, 1], -points[:, 0]))]:
         while len(chain) > 1 and np.linalg.det([chain[-1] - chain[-2], point - chain[-2]]) <= 0.0:

@@ -1,9 +1,10 @@
-"""Nodes: the exit-pupil regions of film points all over a quadrant, solved and cut for `PupilGrid` to interpolate.
+"""Film grid: exit-pupil regions of film points over a quadrant of the film, for `PupilGrid` to interpolate.
 
-A film point is told by u and v, its x and y in halves of the film. Nodes lie on rings about the film's centre and on
-columns, which fan out from there at even shares v / (u + v). The last ring lies where the light ends, or at the
-film's corner; towards an end of the light the rings crowd, for there a region shrinks as a root. A polynomial first
-takes up the way that the regions' centres go, which a small stop's region leaves soon. Lens frame, mm.
+Film coordinates u and v are x and y over half the film's width and height. The nodes lie on rings about the film's
+centre and on columns, which fan out from there at even shares v / (u + v). The last ring lies where the light ends, or
+at the film's corner; towards an end of the light the rings crowd, for a region shrinks there as a square root. A
+polynomial, the course, first takes up the motion of the regions' centres, for the region of a small stop moves by many
+times its size. Lens frame, mm.
 """
 
 import math
@@ -17,22 +18,23 @@ from lensbench.pupils.outline_solver import solve_outlines
 from lensbench.pupils.ray_aiming import Aim
 from lensbench.pupils.rim_solver import REACH
 
-RINGS, COLUMNS, SECTORS = 16, 11, 48        # of nodes, and triangles in a region
-EDGES = 8 * (COLUMNS - 1) + 1   # places at which the last ring is told
-POINTS = 64                     # solved on each rim
-SPARE = 0.25                    # the crowding of the rings where the light does not end
-FAR = 2.5                       # × what is interpolated: where a region ends at once, its neighbours say too little
-SPREAD = 1.003                  # the sampled region over the true one where they are compared: it bulges between
+RINGS, COLUMNS, SECTORS = 16, 11, 48        # of nodes; and triangles in a region
+EDGE_POINTS = 8 * (COLUMNS - 1) + 1         # columns at which the distance of the last ring is known
+POINTS = 64                     # solved points on each rim
+TERMS = 10                      # coefficients of the course, along x and along y
+MILD_CROWDING = 0.25            # of the rings where the light does not end
+LARGEST_GROWTH = 2.5            # × a node's region: beyond it, the neighbours' outline replaces the region
+SPREAD = 1.003                  # sampled region over the true one where they are compared: it bulges between
 
 
 class Nodes(NamedTuple):
     """RINGS × COLUMNS film points in the quadrant x ≥ 0, y ≥ 0, the region of each cut into SECTORS triangles.
 
-    edge: (EDGES,) √(u² + v²) of the last ring, at even shares v / (u + v); no light falls beyond it. Ring k stands
-    where 1 − √(1 − crowding · √(u² + v²) / edge) is k / (RINGS − 1) of what it is at the edge. course: (2, 10)
-    coefficients of `powers`, the centres' x and y in mm but for what `centres` (RINGS, COLUMNS, 2) adds. outline:
-    (RINGS, COLUMNS, SECTORS + 1, 2) corners in mm from there, counter-clockwise from the one in +x, at equal areas;
-    0 where there is no light.
+    edge: (EDGE_POINTS,) distance √(u² + v²) of the last ring at even shares v / (u + v); no light falls beyond it.
+    Ring k lies where 1 − √(1 − crowding · √(u² + v²) / edge) is k / (RINGS − 1) of its value at the edge. course:
+    (2, TERMS) coefficients of `course_terms` for x and y of the centres (mm), to which `centres` (RINGS, COLUMNS, 2)
+    in mm is added. outline: (RINGS, COLUMNS, SECTORS + 1, 2) corners in mm from there, counter-clockwise from the one
+    in +x, at equal areas; 0 where there is no light.
     """
 
     edge: np.ndarray
@@ -43,48 +45,50 @@ class Nodes(NamedTuple):
 
 
 def solve_nodes(lens: Lens, film_distance: float, half_film: np.ndarray, wavelength: float) -> Nodes:
-    """Solve the regions of a film whose halves are half_film (2,) mm, and draw them out until they hold all light."""
+    """Nodes of a film with half sides half_film (2,) mm, enlarged until the regions between them hold all light."""
     tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter)
-    # Twice as fine as the nodes: what lies between them says how much larger their regions must be
+    # Solve a grid twice as fine as the nodes, which shows how much larger the nodes' regions must be
     share = np.linspace(0.0, 1.0, 2 * COLUMNS - 1)
     ways = np.stack([1.0 - share, share], 1) / np.hypot(1.0 - share, share)[:, None]
     edge, ends = edge_of_light(Aim(lens, film_distance, wavelength), ways * half_film, math.sqrt(2.0))
-    crowding = 1.0 if ends else SPARE
+    crowding = 1.0 if ends else MILD_CROWDING
     rings = 1.0 - np.linspace(0.0, 1.0, 2 * RINGS - 1) * (1.0 - math.sqrt(1.0 - crowding))
     film = (((1.0 - rings**2) / crowding)[:, None] * edge)[:, :, None] * ways
     centres, rims = solve_outlines(lens, film_distance, (film * half_film).reshape(-1, 2), POINTS, tolerance,
                                    wavelength)
-    # Take up the course of the centres
+    # Fit the course to the centres
     lit, of_film = np.asarray(rims.any((1, 2))), course_terms(film.reshape(-1, 2))
     course = np.array([np.linalg.lstsq(power[lit], centres[lit, axis], rcond=None)[0]
                        for axis, power in enumerate(of_film)])
     centres = (centres - course_at(course, of_film)).reshape(film.shape)
     rims = rims.reshape(*film.shape[:2], POINTS, 2)
-    # Cut the regions, those that are dark or say too little enlarged by their neighbours'
+    # Cut the regions; a node that is dark, or would grow too much, takes the outline of its neighbours
     at, outline = centres[::2, ::2].copy(), rims[::2, ::2].copy()
-    _lend(centres, rims, np.asarray(~outline.any((2, 3))), at, outline)
-    wide = _needed(centres, rims, at, _equal_areas(outline))
-    _lend(centres, rims, wide.max(2) > FAR, at, outline)
+    _adopt_neighbours(centres, rims, np.asarray(~outline.any((2, 3))), at, outline)
+    growth = _growth(centres, rims, at, _equal_areas(outline))
+    _adopt_neighbours(centres, rims, growth.max(2) > LARGEST_GROWTH, at, outline)
     corners = _equal_areas(outline)
-    wide = _needed(centres, rims, at, corners)
-    return Nodes(_smooth(_smooth(edge)), crowding, course, at, corners * (SPREAD * wide)[..., None])
+    growth = _growth(centres, rims, at, corners)
+    outline = corners * (SPREAD * growth)[..., None]
+    return Nodes(_cubic_midpoints(_cubic_midpoints(edge)), crowding, course, at, outline)
 
 
 def course_at(course: np.ndarray, of_film: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """(n, 2) mm: the course (2, 10) at film points whose `powers` these are."""
+    """Course (n, 2) in mm at film points with these `course_terms`; course: (2, TERMS) coefficients."""
     return np.stack([power @ terms for power, terms in zip(of_film, course, strict=True)], 1)
 
 
 def course_terms(film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 10) each, for film points (n, 2): u and v times the powers of u² and v² up to the third."""
+    """Terms (n, TERMS) of the course along x and y at film points (n, 2): u, or v, times powers of u² and v² to 3."""
     u, v = film.T
     s, t = u * u, v * v
-    course_terms = np.stack([u**0, s, t, s * s, s * t, t * t, s**3, s * s * t, s * t * t, t**3], 1)
-    return course_terms * u[:, None], course_terms * v[:, None]
+    even = np.stack([u**0, s, t, s * s, s * t, t * t, s**3, s * s * t, s * t * t, t**3], 1)
+    return even * u[:, None], even * v[:, None]
 
 
-def _lend(centres: np.ndarray, rims: np.ndarray, which: np.ndarray, at: np.ndarray, outline: np.ndarray) -> None:
-    """Give the nodes `which` the convex outline about all regions up to their neighbours; at, outline are changed."""
+def _adopt_neighbours(centres: np.ndarray, rims: np.ndarray, which: np.ndarray, at: np.ndarray,
+                      outline: np.ndarray) -> None:
+    """Give the nodes `which` the convex outline around all regions up to their neighbours; change at and outline."""
     lit = np.asarray(rims.any((2, 3)))
     for i, j in zip(*np.nonzero(which), strict=True):
         around = (slice(max(2 * i - 2, 0), 2 * i + 3), slice(max(2 * j - 2, 0), 2 * j + 3))
@@ -95,7 +99,7 @@ def _lend(centres: np.ndarray, rims: np.ndarray, which: np.ndarray, at: np.ndarr
 
 
 def _hull(points: np.ndarray) -> np.ndarray:
-    """(POINTS, 2) at equal angles on the convex outline about points (p, 2), which holds 0, from the direction +x."""
+    """Points (POINTS, 2) at equal angles from +x on the convex outline around points (p, 2) about 0."""
     turn = 2.0 * math.pi * np.arange(POINTS) / POINTS
     normals = 2.0 * math.pi * np.arange(4 * POINTS) / (4 * POINTS)
     support = (points @ np.stack([np.cos(normals), np.sin(normals)])).max(0)
@@ -105,7 +109,7 @@ def _hull(points: np.ndarray) -> np.ndarray:
 
 
 def _equal_areas(outline: np.ndarray) -> np.ndarray:
-    """(…, POINTS, 2) of closed rims → (…, SECTORS + 1, 2) corners at equal areas along the same chords."""
+    """Corners (…, SECTORS + 1, 2) at equal areas along the chords of closed rims (…, POINTS, 2)."""
     closed = np.concatenate([outline, outline[..., :1, :]], -2)
     x, y = closed[..., 0], closed[..., 1]
     area = np.zeros(x.shape)
@@ -118,11 +122,11 @@ def _equal_areas(outline: np.ndarray) -> np.ndarray:
     return corners
 
 
-def _needed(centres: np.ndarray, rims: np.ndarray, at: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """By how much each corner is to be drawn out, that what lies between the nodes holds the finer grid's regions."""
-    true = rims + (centres - _between(at))[:, :, None]
-    polygon = _between(corners)
-    # The chord of the polygon that each point of a rim looks through, and how far beyond it the point lies
+def _growth(centres: np.ndarray, rims: np.ndarray, at: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Factor (RINGS, COLUMNS, SECTORS + 1) for each corner so that interpolated regions hold the finer grid's."""
+    true = rims + (centres - _midpoints(at))[:, :, None]
+    polygon = _midpoints(corners)
+    # Chord of the polygon in the direction of each rim point, and how far beyond it the point lies
     turn = np.unwrap(np.arctan2(polygon[..., 1], polygon[..., 0]))
     angle = turn[..., :1] + (np.arctan2(true[..., 1], true[..., 0]) - turn[..., :1]) % (2.0 * math.pi)
     chord = np.clip((turn[:, :, None, :] <= angle[..., None]).sum(-1) - 1, 0, SECTORS - 1)[..., None]
@@ -136,13 +140,13 @@ def _needed(centres: np.ndarray, rims: np.ndarray, at: np.ndarray, corners: np.n
     for end in (0, 1):
         np.maximum.at(factors, (i[..., None], j[..., None], chord[..., 0] + end), needed)
     factors[..., 0] = factors[..., -1] = np.maximum(factors[..., 0], factors[..., -1])
-    # A node's corner stands for all points that lie beside it
+    # A node's corner serves all points of the finer grid beside it
     padded = np.pad(factors, ((1, 1), (1, 1), (0, 0)), mode="edge")
     return np.max([padded[i:i + 2 * RINGS - 1:2, j:j + 2 * COLUMNS - 1:2] for i in range(3) for j in range(3)], 0)
 
 
-def _between(nodes: np.ndarray) -> np.ndarray:
-    """Values (RINGS, COLUMNS, …) → (2 RINGS − 1, 2 COLUMNS − 1, …), with the means between neighbours."""
+def _midpoints(nodes: np.ndarray) -> np.ndarray:
+    """Values (RINGS, COLUMNS, …) → (2 RINGS − 1, 2 COLUMNS − 1, …), with the means of neighbours between them."""
     for axis in (0, 1):
         nodes = np.moveaxis(nodes, axis, 0)
         finer = np.empty((2 * len(nodes) - 1, *nodes.shape[1:]))
@@ -151,8 +155,8 @@ def _between(nodes: np.ndarray) -> np.ndarray:
     return nodes
 
 
-def _smooth(values: np.ndarray) -> np.ndarray:
-    """Values (n,) → (2 n − 1,) with those of a cubic through four neighbours between, mirrored at either end."""
+def _cubic_midpoints(values: np.ndarray) -> np.ndarray:
+    """Values (n,) → (2 n − 1,), with cubic interpolation of four neighbours between them, mirrored at the ends."""
     padded = np.pad(values, 1, mode="reflect")
     finer = np.empty(2 * len(values) - 1)
     finer[::2] = values

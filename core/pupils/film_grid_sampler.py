@@ -1,8 +1,8 @@
-"""What a camera samples behind a lens without rotational symmetry: regions between the nodes of a grid.
+"""Sampler on a film grid: exit-pupil regions behind a lens without rotational symmetry, for a camera to sample.
 
-A lens with a cylinder or toroid has two planes of symmetry: one quadrant of the film stands for all four. The
-regions between the nodes of `film_grid` are interpolated; being a hair larger than need be, they lose no light. The
-tracer kills what does not pass, and the weight holds the area of the very triangle sampled. Lens frame, mm.
+A lens with a cylinder or toroid has two planes of symmetry, so one quadrant of the film serves for all four. The
+sampler interpolates the regions between the nodes of `film_grid`, which are a hair larger than the true ones, so that
+no light is lost; the trace blocks the rest. The weight holds the area of the sampled triangle. Lens frame, mm.
 """
 
 import math
@@ -43,14 +43,40 @@ from lensbench.kernels.block import (
 )
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
-from lensbench.pupils.film_grid import COLUMNS, EDGES, RINGS, SECTORS, Nodes, course_at, course_terms, solve_nodes
+from lensbench.pupils.film_grid import (
+    COLUMNS,
+    EDGE_POINTS,
+    RINGS,
+    SECTORS,
+    TERMS,
+    Nodes,
+    course_at,
+    course_terms,
+    solve_nodes,
+)
 
-ROUNDING = 1e-5                 # by which a place in the film's corner may seem to lie beyond it in float32
+ROUNDING = 1e-5                 # share by which rounding may put a point in the film's corner beyond the last ring
+
+# Parameters of `aim_in_quadrant`, then its tables: the corners of all nodes, x, then y; their centres, x, then y
+(FILM_DISTANCE,                 # mm
+ INVERSE_WIDTH, INVERSE_HEIGHT, # 1 / half the film's width and height, 1/mm
+ CROWDING,                      # of the rings
+ RING_SCALE,                    # rings per unit of 1 − √(1 − crowding · distance)
+ GAIN,                          # 1 / normaliser
+ COURSE_X) = range(7)           # coefficients of the course
+COURSE_Y = COURSE_X + TERMS
+EDGE = COURSE_Y + TERMS         # distance of the last ring at EDGE_POINTS columns
+CORNERS_X = EDGE + EDGE_POINTS
+NODE_CORNERS, NODES = SECTORS + 1, RINGS * COLUMNS
+CORNERS_Y = CORNERS_X + NODES * NODE_CORNERS
+CENTRES_X = CORNERS_Y + NODES * NODE_CORNERS
+CENTRES_Y = CENTRES_X + NODES
+END = CENTRES_Y + NODES
 
 
 @dataclass(frozen=True, eq=False)
 class PupilGrid:
-    """The regions all over a film of these half sides, for a camera with its film at film_distance to sample (mm)."""
+    """Exit-pupil regions over a film of half_width and half_height, film_distance behind the last vertex (mm)."""
 
     film_distance: float
     half_width: float
@@ -60,14 +86,14 @@ class PupilGrid:
     @classmethod
     def of(cls, lens: Lens, film_distance: float, half_width: float, half_height: float,
            wavelength: float = D_LINE) -> "PupilGrid":
-        """Solve the grid for film points up to half_width and half_height (mm) from the axis."""
+        """Grid for film points up to half_width and half_height (mm) from the axis; wavelength in µm."""
         half_width, half_height = max(half_width, 1e-30), max(half_height, 1e-30)
         nodes = solve_nodes(lens, film_distance, np.array([half_width, half_height]), wavelength)
         return cls(film_distance, half_width, half_height, nodes)
 
     @classmethod
     def interpolated(cls, grids: Sequence["PupilGrid"], shares: Sequence[float]) -> "PupilGrid":
-        """The grid between `grids` of one film and crowding, by their shares (sum 1)."""
+        """Grid interpolated between `grids` of one film and crowding, with shares that sum to 1."""
         first = grids[0]
         edge, course, centres, outline = (
             np.tensordot(shares, np.stack([getattr(grid.nodes, name) for grid in grids]), 1)
@@ -76,15 +102,16 @@ class PupilGrid:
                    Nodes(edge, first.nodes.crowding, course, centres, outline))
 
     def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
-        """Over what area (n,) in mm² the samples of film points (n, 2) are spread, as densely as at rear points (n, 2).
+        """Area (n,) in mm² over which the samples of film points (n, 2) are spread, from their density at rear points.
 
-        That of the triangle there times their number; 0 where no sample goes.
+        That is the area of the triangle at the rear point (n, 2) mm times the number of triangles; 0 where no sample
+        goes.
         """
         nodes = self.nodes
-        # The corners of each film point's triangles, and where it aims, both from the region's centre
+        # Corners of each film point's triangles, and its rear point, both from the region's centre
         u, v = (np.abs(film_xy) / [self.half_width, self.half_height]).T
         column = np.divide(v, u + v, out=np.zeros_like(v), where=u + v > 0.0)
-        distance = np.hypot(u, v) / np.interp(column, np.linspace(0.0, 1.0, EDGES), nodes.edge)
+        distance = np.hypot(u, v) / np.interp(column, np.linspace(0.0, 1.0, EDGE_POINTS), nodes.edge)
         ring = 1.0 - np.sqrt(1.0 - nodes.crowding * np.minimum(distance, 1.0))
         ring /= 1.0 - math.sqrt(1.0 - nodes.crowding)
         cells = np.stack([np.minimum(ring * (RINGS - 1), RINGS - 1.001),
@@ -98,7 +125,7 @@ class PupilGrid:
                 centre += share[:, None] * nodes.centres[i[:, 0] + x, i[:, 1] + y]
         centre += course_at(nodes.course, course_terms(np.stack([u, v], 1)))
         at = rear_xy * np.where(film_xy < 0.0, -1.0, 1.0) - centre
-        # The last corner that it lies beyond, counter-clockwise
+        # Last corner, counter-clockwise, before the rear point
         turn = np.unwrap(np.arctan2(corners[..., 1], corners[..., 0]))
         angle = turn[:, 0] + (np.arctan2(at[:, 1], at[:, 0]) - turn[:, 0]) % (2.0 * math.pi)
         k = np.clip((turn <= angle[:, None]).sum(1) - 1, 0, SECTORS - 1)
@@ -108,36 +135,35 @@ class PupilGrid:
         return np.where(within, 0.5 * SECTORS * np.maximum(twice, 0.0), 0.0)
 
     def step(self, normaliser: float) -> Step:
-        """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
+        """Step that aims from the film into the region; WEIGHT becomes cos⁴θ · area / normaliser."""
         nodes = self.nodes
-        apart = (RINGS - 1) / (1.0 - math.sqrt(1.0 - nodes.crowding))
-        head = [self.film_distance, 1.0 / self.half_width, 1.0 / self.half_height, nodes.crowding, apart,
-                1.0 / normaliser, *nodes.course.ravel(), *nodes.edge]
-        tables = [nodes.outline[..., 0], nodes.outline[..., 1], nodes.centres[..., 0], nodes.centres[..., 1]]
-        return Step(aim_in_quadrant, np.concatenate([head, *(table.ravel() for table in tables)]))
-
-
-_HEAD, _CORNERS, _NODES = 26, SECTORS + 1, RINGS * COLUMNS
-_Y, _CENTRE_X, _CENTRE_Y = _NODES * _CORNERS, 2 * _NODES * _CORNERS, _NODES * (2 * _CORNERS + 1)
+        p = np.empty(END)
+        p[FILM_DISTANCE] = self.film_distance
+        p[INVERSE_WIDTH], p[INVERSE_HEIGHT] = 1.0 / self.half_width, 1.0 / self.half_height
+        p[CROWDING], p[RING_SCALE] = nodes.crowding, (RINGS - 1) / (1.0 - math.sqrt(1.0 - nodes.crowding))
+        p[GAIN] = 1.0 / normaliser
+        p[COURSE_X:EDGE], p[EDGE:CORNERS_X] = nodes.course.ravel(), nodes.edge
+        p[CORNERS_X:CORNERS_Y], p[CORNERS_Y:CENTRES_X] = nodes.outline[..., 0].ravel(), nodes.outline[..., 1].ravel()
+        p[CENTRES_X:CENTRES_Y], p[CENTRES_Y:] = nodes.centres[..., 0].ravel(), nodes.centres[..., 1].ravel()
+        return Step(aim_in_quadrant, p)
 
 
 @stage
 def aim_in_quadrant(lanes, p, key):
-    """From a film point X, Y (mm, Z = 0) aim into the region that it sees: L, M, N and WEIGHT.
+    """Aim from a film point X, Y (mm, Z = 0) into its exit-pupil region: L, M, N and WEIGHT. p: see FILM_DISTANCE.
 
-    p: film distance, 1 / half the film's width and height, crowding, rings per 1 − √, 1 / normaliser, the course, the
-    edge, then the table: x and y of every corner, x and y of the centres. The film point is mirrored into the first
-    quadrant, its region interpolated between four nodes, and the ray mirrored back.
+    The film point is mirrored into the first quadrant, its region interpolated between four nodes, and the ray mirrored
+    back.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, v, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[U1], row[WEIGHT]
     node, right, up, turn, corner, found = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     ax, ay, bx, by, centre_x, centre_y = row[A6], row[A7], row[A8], row[A9], row[A10], row[A11]
-    at, share = row[L], row[M]
-    distance, gain = p[0], p[5]
-    table = p[_HEAD + EDGES:]
+    at, share = row[L], row[M]                  # scratch until the direction is known
+    distance, gain = p[FILM_DISTANCE], p[GAIN]
     _find_cell(lanes, p)
+    # Add up the triangle's corners and the centre of the four nodes by their shares
     for k in range(4):
         beside, above = real(k % 2), real(k // 2)
         for i in range(B):
@@ -145,26 +171,27 @@ def aim_in_quadrant(lanes, p, key):
             f, g = beside * f + (real(1) - beside) * (real(1) - f), above * g + (real(1) - above) * (real(1) - g)
             share[i] = f * g
             at[i] = node[i] + beside + above * real(COLUMNS)
-            corner[i] = at[i] * real(_CORNERS) + np.floor(turn[i])
-        gather(found, table, corner)
+            corner[i] = at[i] * real(NODE_CORNERS) + np.floor(turn[i])
+        gather(found, p[CORNERS_X:], corner)
         for i in range(B):
             ax[i] += share[i] * found[i]
-        gather(found, table[1:], corner)
+        gather(found, p[CORNERS_X + 1:], corner)
         for i in range(B):
             bx[i] += share[i] * found[i]
-        gather(found, table[_Y:], corner)
+        gather(found, p[CORNERS_Y:], corner)
         for i in range(B):
             ay[i] += share[i] * found[i]
-        gather(found, table[_Y + 1:], corner)
+        gather(found, p[CORNERS_Y + 1:], corner)
         for i in range(B):
             by[i] += share[i] * found[i]
-        gather(found, table[_CENTRE_X:], at)
+        gather(found, p[CENTRES_X:], at)
         for i in range(B):
             centre_x[i] += share[i] * found[i]
-        gather(found, table[_CENTRE_Y:], at)
+        gather(found, p[CENTRES_Y:], at)
         for i in range(B):
             centre_y[i] += share[i] * found[i]
     for i in range(B):
+        # Choose a point of the triangle, and mirror the direction to it back
         g = turn[i] - np.floor(turn[i])
         h = real(1) - g
         reach = math.sqrt(v[i])
@@ -173,11 +200,13 @@ def aim_in_quadrant(lanes, p, key):
         size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)
         l[i], m[i] = (dx if x[i] >= real(0) else -dx) * size, (dy if y[i] >= real(0) else -dy) * size
         n[i] = -distance * size
-        c2 = distance * size
-        c2 = c2 * c2
+        # Weight by cos⁴θ and the area of all triangles
+        cosine2 = distance * size
+        cosine2 = cosine2 * cosine2
         area = real(0.5) * (ax[i] * by[i] - bx[i] * ay[i])
-        weight[i] *= gain * c2 * c2 * real(SECTORS) * (area if area > real(0) else real(0))
+        weight[i] *= gain * cosine2 * cosine2 * real(SECTORS) * (area if area > real(0) else real(0))
         z[i] = real(0)
+    # Skip all further steps where no lane has any weight
     alive = np.int32(0)
     for i in range(B):
         alive += np.int32(1) if weight[i] > real(0) else np.int32(0)
@@ -187,28 +216,30 @@ def aim_in_quadrant(lanes, p, key):
 
 @stage
 def _find_cell(lanes, p):
-    """A0 the node before the film point, A1 and A2 the way on from it in column and ring, A3 triangle and place in it.
+    """Find the grid cell of each film point.
 
-    WEIGHT is 0 beyond the edge of light and else 1; A6 to A9 are cleared, A10 and A11 begin with the course.
+    A0: the node below it; A1, A2: how far it lies towards the next column and ring; A3: triangle, and place in it.
+    WEIGHT: 0 beyond the last ring, else 1. A6 to A9 become 0; A10, A11: the course at the film point.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, u, weight = row[X], row[Y], row[U0], row[WEIGHT]
     node, right, up, turn, place, near, far = row[A0], row[A1], row[A2], row[A3], row[A4], row[A6], row[A8]
     ax, ay, bx, by, centre_x, centre_y = row[A6], row[A7], row[A8], row[A9], row[A10], row[A11]
-    across, along, crowding, apart = p[1], p[2], p[3], p[4]
-    edge = p[_HEAD:_HEAD + EDGES]
-    last_edge, last_ring, last_column = real(EDGES - 1.001), real(RINGS - 1.001), real(COLUMNS - 1.001)
+    across, along, crowding, apart = p[INVERSE_WIDTH], p[INVERSE_HEIGHT], p[CROWDING], p[RING_SCALE]
+    last_edge, last_ring, last_column = real(EDGE_POINTS - 1.001), real(RINGS - 1.001), real(COLUMNS - 1.001)
+    # Distance from the film's centre, and column, of (s, t) = (u, v)
     for i in range(B):
         s, t = abs(x[i]) * across, abs(y[i]) * along
         both = s + t
         up[i] = t / (both if both > real(0) else real(1))
         right[i] = math.sqrt(s * s + t * t)
-        t = up[i] * real(EDGES - 1)
+        t = up[i] * real(EDGE_POINTS - 1)
         t = t if t < last_edge else last_edge
         place[i], turn[i] = np.floor(t), t - np.floor(t)
-    gather(near, edge, place)
-    gather(far, edge[1:], place)
+    # Ring, from the distance of the last ring at this column
+    gather(near, p[EDGE:], place)
+    gather(far, p[EDGE + 1:], place)
     for i in range(B):
         s = right[i] / (near[i] + turn[i] * (far[i] - near[i]))
         weight[i] = real(1) if s <= real(1 + ROUNDING) else real(0)
@@ -218,10 +249,17 @@ def _find_cell(lanes, p):
         node[i] = np.floor(s) * real(COLUMNS) + np.floor(t)
         right[i], up[i], turn[i] = t - np.floor(t), s - np.floor(s), u[i] * real(SECTORS)
         ax[i], ay[i], bx[i], by[i] = real(0), real(0), real(0), real(0)
+    # Course of the centres: the polynomials of `course_terms`, in s = u² and t = v²
+    a0, a1, a2, a3, a4, a5, a6, a7, a8, a9 = (
+        p[COURSE_X], p[COURSE_X + 1], p[COURSE_X + 2], p[COURSE_X + 3], p[COURSE_X + 4],
+        p[COURSE_X + 5], p[COURSE_X + 6], p[COURSE_X + 7], p[COURSE_X + 8], p[COURSE_X + 9])
+    b0, b1, b2, b3, b4, b5, b6, b7, b8, b9 = (
+        p[COURSE_Y], p[COURSE_Y + 1], p[COURSE_Y + 2], p[COURSE_Y + 3], p[COURSE_Y + 4],
+        p[COURSE_Y + 5], p[COURSE_Y + 6], p[COURSE_Y + 7], p[COURSE_Y + 8], p[COURSE_Y + 9])
     for i in range(B):
         e, f = abs(x[i]) * across, abs(y[i]) * along
         s, t = e * e, f * f
-        centre_x[i] = e * (p[6] + s * (p[7] + s * (p[9] + s * p[12]) + t * (p[10] + s * p[13] + t * p[14]))
-                           + t * (p[8] + t * (p[11] + t * p[15])))
-        centre_y[i] = f * (p[16] + s * (p[17] + s * (p[19] + s * p[22]) + t * (p[20] + s * p[23] + t * p[24]))
-                           + t * (p[18] + t * (p[21] + t * p[25])))
+        centre_x[i] = e * (a0 + s * (a1 + s * (a3 + s * a6) + t * (a4 + s * a7 + t * a8))
+                           + t * (a2 + t * (a5 + t * a9)))
+        centre_y[i] = f * (b0 + s * (b1 + s * (b3 + s * b6) + t * (b4 + s * b7 + t * b8))
+                           + t * (b2 + t * (b5 + t * b9)))

@@ -1,37 +1,38 @@
-"""Where on the film the light ends, for lenses of any symmetry. Lengths in mm, lens frame, float64."""
+"""Image circle: the end of the light on the film, for lenses of any symmetry. Lengths in mm, lens frame, float64."""
 
 import numpy as np
 
 from lensbench.pupils.ray_aiming import Aim
 
-LOOKS = 16              # along each way, for the last place with light
-ROUNDS = 7              # to close in on the end between two looks
-NO_LIGHT = 2.0          # for a root margin beyond it, which may be infinite
+PLACES = 16             # along each way, to find the last one with light
+ITERATIONS = 7          # of false position between two places
+NO_LIGHT = 2.0          # largest clearance that the iteration uses; beyond it, it may be infinite
 
 
 def edge_of_light(aim: Aim, ways: np.ndarray, furthest: float) -> tuple[np.ndarray, bool]:
-    """How far along ways (n, 2) from the film's centre light falls, as multiples (n,) of each, and whether it ends.
+    """Multiples (n,) of ways (n, 2) mm from the film's centre up to which light falls, and whether any light ends.
 
-    The last place with light; `furthest` where it goes on to there, or where there is none at all.
+    `furthest` where light reaches that multiple, or where there is none at all.
     """
     n = len(ways)
-    looks = furthest * np.arange(1, LOOKS + 1) / LOOKS
-    lit = aim.find_light((looks[:, None, None] * ways).reshape(-1, 2))[1].reshape(LOOKS, n) < 1.0
-    last = np.where(lit.any(0), LOOKS - 1 - np.argmax(lit[::-1], 0), LOOKS - 1)
-    edge = looks[last]
-    which = np.flatnonzero(last < LOOKS - 1)
+    places = furthest * np.arange(1, PLACES + 1) / PLACES
+    lit = aim.find_light((places[:, None, None] * ways).reshape(-1, 2))[1].reshape(PLACES, n) < 1.0
+    last = np.where(lit.any(0), PLACES - 1 - np.argmax(lit[::-1], 0), PLACES - 1)
+    edge = places[last]
+    which = np.flatnonzero(last < PLACES - 1)
     if not which.size:
         return edge, False
 
-    # The least root margin is 1 at the end: false position, Illinois form
+    # The least clearance is 1 at the end of the light: false position, Illinois form
     def level(place: np.ndarray) -> np.ndarray:
+        """Least clearance − 1 of the rays of film points at these multiples."""
         film = place[:, None] * ways[which]
         centre, window = aim.stop_centres(film, aim.paraxial_centres(film))
         return np.minimum(aim.scan(film, centre, window, 0.0)[1], NO_LIGHT) - 1.0
 
-    low, high = edge[which], looks[last[which] + 1]
+    low, high = edge[which], places[last[which] + 1]
     at_low, at_high, side = np.minimum(level(low), -1e-9), np.maximum(level(high), 1e-9), np.zeros(which.size)
-    for _ in range(ROUNDS):
+    for _ in range(ITERATIONS):
         place = np.clip(high - at_high * (high - low) / (at_high - at_low), low, high)
         here = level(place)
         dark = ~(here < 0.0)

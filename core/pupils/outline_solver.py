@@ -1,7 +1,7 @@
-"""Solving the whole outline of the exit-pupil region, for film points anywhere and lenses of any symmetry.
+"""Outline of the exit-pupil region, for any film points and lenses of any symmetry.
 
-As `rim_solver`, but a region has no axis of symmetry here: its centre is looked for
-in both directions of the plane, and its rim all the way around. Lens frame, mm, float64.
+As in `rim_solver`, but without an axis of symmetry: the search for the centre covers both directions of the plane, and
+the rim is solved all the way around. Lens frame, mm, float64.
 """
 
 import math
@@ -13,16 +13,16 @@ from lensbench.optics.prescription import Lens
 from lensbench.pupils.ray_aiming import Aim
 from lensbench.pupils.rim_solver import REACH, ROUGH, rim_distances
 
-ROUGH_POINTS = 16       # of a first rim, which tells where on the rim the others are to be
-LOOKS = 128             # directions in which its length is measured
+ROUGH_POINTS = 16       # of a rough rim, along which the final points are spaced evenly
+DIRECTIONS = 128        # in which the length of the rough rim is measured
 
 
 def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, tolerance: float,
                    wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
-    """Centres (n, 2), and (n, points, 2) of each rim seen from them, counter-clockwise from the one in +x, in mm.
+    """Centres (n, 2), and points (n, points, 2) of each rim from its centre, counter-clockwise from +x, in mm.
 
-    The centre is the centroid; the points are evenly spaced along the rim to about a tenth. A film
-    point whose region is empty has all its points at 0. tolerance: of a rim, in mm.
+    The centre is the centroid; the points are evenly spaced along the rim to about a tenth, and 0 for a film point
+    whose region is empty. film_points: (n, 2) mm; tolerance: of the rims (mm); wavelength: µm.
     """
     film = np.asarray(film_points, float)
     film_x, film_y = np.ascontiguousarray(film.T)
@@ -33,6 +33,7 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
 
     def solved(centre: np.ndarray, level: np.ndarray, cosine: np.ndarray, sine: np.ndarray, guess: np.ndarray,
                accuracy: float) -> np.ndarray:
+        """Distances (n, directions) to the rims from these centres."""
         rim = np.zeros(cosine.shape)
         rim_distances(film_x, film_y, *np.ascontiguousarray(centre.T), level, np.ascontiguousarray(cosine),
              np.ascontiguousarray(sine), guess, film_distance, reach, accuracy, rim, aim.tracer, 0.0)
@@ -41,15 +42,15 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
     centre, level = aim.find_light(film)
     lit = level < 1.0
 
-    # A rough rim, and from its centroid the directions of the final one
+    # Rough rims, and from their centroids the directions of the final ones
     turn = 2.0 * math.pi * np.arange(ROUGH_POINTS) / ROUGH_POINTS
     cosine, sine = (np.tile(f(turn), (n, 1)) for f in (np.cos, np.sin))
     begin = np.where(lit, 0.6 * reach * np.maximum(1.0 - level, 1e-3), reach)
     rough = solved(centre, level, cosine, sine, np.tile(begin[:, None], ROUGH_POINTS), ROUGH * size)
     outline = np.stack([rough * cosine, rough * sine], 2)
     moved = centre + _centroids(outline)
-    there = aim.root_margins(film, moved)
-    better = lit & (there < 1.0)                        # or stay where light is known
+    there = aim.clearances(film, moved)
+    better = lit & (there < 1.0)                        # otherwise keep the first centre
     outline += np.where(better[:, None], centre - moved, 0.0)[:, None, :]
     centre, level = np.where(better[:, None], moved, centre), np.where(better, there, level)
     angle, guess = _even_directions(outline, points)
@@ -59,7 +60,7 @@ def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, t
 
 
 def _centroids(outlines: np.ndarray) -> np.ndarray:
-    """(n, 2) of polygons (n, m, 2); 0 where one is empty."""
+    """Centroids (n, 2) of polygons (n, m, 2); 0 for an empty one."""
     after = np.roll(outlines, -1, 1)
     cross = outlines[..., 0] * after[..., 1] - outlines[..., 1] * after[..., 0]
     area = cross.sum(1)[:, None]
@@ -68,8 +69,8 @@ def _centroids(outlines: np.ndarray) -> np.ndarray:
 
 
 def _even_directions(outlines: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Angles (n, points), from 0, of places evenly spaced along outlines (n, m, 2) about 0, and how far they are."""
-    around = 2.0 * math.pi * np.arange(LOOKS + 1) / LOOKS
+    """Angles (n, points), from 0, of points evenly spaced along outlines (n, m, 2) about 0, and their distances."""
+    around = 2.0 * math.pi * np.arange(DIRECTIONS + 1) / DIRECTIONS
     angles, sizes = np.zeros((2, len(outlines), points))
     for k, line in enumerate(outlines):
         size = np.interp(around, np.arctan2(line[:, 1], line[:, 0]), np.hypot(line[:, 0], line[:, 1]),

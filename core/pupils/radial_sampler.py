@@ -1,4 +1,8 @@
-"""What a camera samples: the exit-pupil regions of many film radii, cut into triangles of equal area."""
+"""Radial sampler: the exit-pupil regions of many film radii, cut into triangles of equal area for a camera to sample.
+
+For lenses with rotational symmetry: regions rotate with the film point, and are symmetric about the meridian, so the
+table holds the upper halves of the regions of film points (+r, 0). Lens frame, mm.
+"""
 
 import math
 from dataclasses import dataclass
@@ -49,29 +53,45 @@ from lensbench.pupils.rim_solver import (
 )
 
 RINGS, SECTORS = 64, 32         # film radii, and triangles in half a region
-POINTS = 41                     # solved on the upper half of each rim
-TOLERANCE = 2e-4                # of the rims, of the regions' size
+POINTS = 41                     # solved points on the upper half of each rim
+TOLERANCE = 2e-4                # of the rims, relative to the region's scale
 GRID = 4096                     # cells across the table's corners: two coordinates fit one float32 exactly
-LOOKS, ROUNDS = 24, 3           # film radii in one look for where the light ends, and looks
-NEARLY = 0.95                   # of the radius where the light ends
-STEADY = 0.015                  # of a half width: regions that move so evenly from ring to ring need no course
-SPREAD = 1.004                  # the sampled region over the solved one, for what lies between the table's points
+SEARCH_RADII, SEARCHES = 24, 3  # film radii in one search for the end of the light, and searches
+NEARLY = 0.95                   # share of the radius where the light ends
+STEADY = 0.015                  # in half widths: coarseness up to which the centres need no course
+SPREAD = 1.004                  # size of the sampled region over the solved one, to cover what lies between points
+
+# Parameters of `aim_radial`, then its two tables: every corner, ring by ring, with x + GRID · y in cells as one number,
+# and every ring's offset
+(FILM_DISTANCE,         # mm
+ RING_SCALE,            # rings per unit of 1 − √(1 − r / end)
+ INVERSE_END,           # 1 / end, 1/mm
+ DARK_BEYOND,           # film radius (mm) beyond which no light falls
+ GAIN,                  # 1 / normaliser
+ COURSE,                # c₀, c₁ and c₂ of the course
+ CELL,                  # size of a cell (mm)
+ ORIGIN,                # coordinate of the first cell (mm)
+ CORNERS) = 0, 1, 2, 3, 4, 5, 8, 9, 10
+RING_CORNERS = SECTORS + 1
+OFFSETS = CORNERS + RINGS * RING_CORNERS
 
 
 @dataclass(frozen=True, eq=False)
 class PupilTable:
-    """The regions of RINGS film radii, each cut into 2 SECTORS triangles of equal area, for a camera to sample.
+    """Exit-pupil regions of RINGS film radii, each cut into 2 SECTORS triangles of equal area.
 
-    outline: (RINGS, SECTORS + 1, 2) corners in the upper half, from the region's
-    centre; that lies at (c₀ + c₁ t + c₂ t²) r, t = (r / end)², and what the rings' `offsets` (RINGS,) add to it.
-    course: those c, 0 but where a small stop's regions move by much of their size from ring to ring. Ring k stands
-    where 1 − √(1 − r / end) is k / (RINGS − 1)
-    of what it is at the last: the rings crowd towards a radius `end` where the light
-    ends, for there a region shrinks as a root. No light falls beyond dark_beyond.
+    Ring k lies where 1 − √(1 − r / end) is k / (RINGS − 1) of its value on the last ring: the rings crowd towards the
+    film radius `end` where the light ends, for a region shrinks there as a square root.
+
+    film_distance: last vertex → film (mm). radius: film radius of the last ring (mm). end: mm. dark_beyond: film radius
+    (mm) beyond which no light falls. outline: (RINGS, SECTORS + 1, 2) corners in the upper half, in mm from the
+    region's centre. The centre lies at x = (c₀ + c₁ t + c₂ t²) r + offset, t = (r / end)², with the numbers c of the
+    `course` and the `offsets` (RINGS,) in mm. The course is 0 unless the regions of a small stop move by much of their
+    size from ring to ring.
     """
 
     film_distance: float
-    radius: float                   # of the last ring, mm
+    radius: float
     end: float
     dark_beyond: float
     outline: np.ndarray
@@ -81,17 +101,17 @@ class PupilTable:
     @classmethod
     def of(cls, lens: Lens, film_distance: float, film_radius: float, wavelength: float = D_LINE,
            widened: bool = True) -> "PupilTable":
-        """Solve the table for film radii 0 … film_radius, or to where the light ends.
+        """Table for film radii 0 … film_radius (mm), or to the radius where the light ends; wavelength in µm.
 
-        widened: by SPREAD, for a camera that traces what it samples; or else of the regions' own area.
+        widened: larger than the regions by SPREAD, for a camera that traces its samples; otherwise of equal area.
         """
         tolerance = TOLERANCE * region_scale(lens, film_distance, wavelength)
         by = clearance_tracer(lens, film_distance, wavelength)
-        film_radius = max(film_radius, 1e-30)           # a film that is a point has a ring of its own all the same
+        film_radius = max(film_radius, 1e-30)           # a film of size 0 still needs distinct rings
         rim, middle = rear_rim(lens, film_distance), paraxial_centre_ratio(lens, film_distance, wavelength)
         dark = _dark_beyond(film_radius, film_distance, rim, middle, by)
         end = 4.0 * film_radius
-        if 0.0 < dark < math.inf:                       # spread the rings to where the light ends
+        if 0.0 < dark < math.inf:                       # spread the rings up to the end of the light
             film_radius = end = dark
         radii = _ring_radii(film_radius, end)
         centres, rims = solve_rims(lens, film_distance, radii, POINTS, tolerance, wavelength,
@@ -102,22 +122,22 @@ class PupilTable:
                    _equal_areas(_widened(offsets, rims)) if widened else _filled(rims), course, offsets)
 
     def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Between which rings film radii (n,) lie: the inner one, (n,) below RINGS − 1, and the share of the next."""
+        """Inner ring (n,), below RINGS − 1, of film radii (n,) in mm, and the share (n,) of the next ring."""
         place = (1.0 - np.sqrt(np.maximum(1.0 - film_radius / self.end, 0.0))) * self.scale
         inner = np.minimum(place.astype(int), RINGS - 2)
         return inner, place - inner
 
     def centre(self, film_radius: np.ndarray) -> np.ndarray:
-        """(n,) x from which the region of film points (r, 0), r in film_radius (n,), is told."""
+        """Centre (n,) x in mm of the regions of film points (r, 0), with r in film_radius (n,) mm."""
         inner, f = self.ring(film_radius)
-        return (_followed(self.course, film_radius, self.end)
+        return (_course_at(self.course, film_radius, self.end)
                 + self.offsets[inner] * (1.0 - f) + self.offsets[inner + 1] * f)
 
     @property
     def coarseness(self) -> float:
-        """How far regions between two rings may lie from where these say, as a part of their half width.
+        """Largest error along the meridian of regions between two rings, in their half widths.
 
-        Along the meridian, at worst, up to nearly where the light ends.
+        Up to NEARLY of the radius where the light ends.
         """
         return _coarseness(_ring_radii(self.radius, self.end), self.dark_beyond, self.offsets, self.outline)
 
@@ -127,11 +147,12 @@ class PupilTable:
         return (RINGS - 1) / (1.0 - math.sqrt(1.0 - self.radius / self.end))
 
     def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
-        """Over what area (n,) in mm² the samples of film points (n, 2) are spread, as densely as at rear points (n, 2).
+        """Area (n,) in mm² over which the samples of film points (n, 2) are spread, from their density at rear points.
 
-        That of the triangle there times their number; 0 for film points beyond dark_beyond.
+        That is the area of the triangle at the rear point (n, 2) mm times the number of triangles; 0 for film points
+        beyond dark_beyond.
         """
-        # The corners of each film point's triangles, and where it aims, both from the region's centre
+        # Corners of each film point's triangles, and its rear point, both from the region's centre
         r = np.hypot(film_xy[:, 0], film_xy[:, 1])
         inner, f = self.ring(r)
         size, cells = self._grid
@@ -141,7 +162,7 @@ class PupilTable:
         cosine, sine = np.where(off, film_xy.T / np.where(off, r, 1.0), [[1.0], [0.0]])
         x = rear_xy[:, 0] * cosine + rear_xy[:, 1] * sine - self.centre(r)
         y = np.abs(rear_xy[:, 1] * cosine - rear_xy[:, 0] * sine)
-        # The last corner that it lies beyond, counter-clockwise
+        # Last corner, counter-clockwise, before the rear point
         beyond = corners[..., 0] * y[:, None] - corners[..., 1] * x[:, None] >= 0.0
         k = np.clip(beyond.sum(1) - 1, 0, SECTORS - 1)
         i = np.arange(len(k))
@@ -150,34 +171,38 @@ class PupilTable:
 
     @property
     def _grid(self) -> tuple[float, np.ndarray]:
-        """The reach of the corners (mm), and the corners as whole cells of 2 reach / (GRID − 1)."""
+        """Largest coordinate of the corners (mm), and the corners as whole cells of 2 · that / (GRID − 1)."""
         size = max(float(np.abs(self.outline).max()), 1e-30)
         return size, np.round((self.outline / size + 1.0) * (0.5 * (GRID - 1)))
 
     def step(self, normaliser: float) -> Step:
-        """The step that aims from the film into the region; WEIGHT becomes cos⁴ · area / normaliser."""
+        """Step that aims from the film into the region; WEIGHT becomes cos⁴θ · area / normaliser."""
         size, cells = self._grid
-        head = [self.film_distance, self.scale, 1.0 / self.end, self.dark_beyond, 1.0 / normaliser, *self.course]
-        return Step(aim_radial, np.concatenate([
-            [*head, 2.0 * size / (GRID - 1), -size],
-            (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel(), self.offsets]))
+        p = np.empty(OFFSETS + RINGS)
+        p[FILM_DISTANCE], p[RING_SCALE], p[INVERSE_END] = self.film_distance, self.scale, 1.0 / self.end
+        p[DARK_BEYOND], p[GAIN] = self.dark_beyond, 1.0 / normaliser
+        p[COURSE:CELL] = self.course
+        p[CELL], p[ORIGIN] = 2.0 * size / (GRID - 1), -size
+        p[CORNERS:OFFSETS] = (cells[:, :, 0] + GRID * cells[:, :, 1]).ravel()
+        p[OFFSETS:] = self.offsets
+        return Step(aim_radial, p)
 
 
 def _dark_beyond(film_radius: float, film_distance: float, rim: tuple[np.ndarray, np.ndarray, float], middle: float,
                  by: ClearanceTracer) -> float:
-    """The film radius beyond which no light falls; inf where it reaches film_radius, 0 where there is none at all.
+    """Film radius (mm) beyond which no light falls; inf where light reaches film_radius, 0 where there is none.
 
-    rim: the last surface's; middle: where the paraxial exit pupil is seen, as a multiple of the film radius.
+    rim: `rear_rim` of the lens; middle: its `paraxial_centre_ratio`.
     """
     corner, zero, level = np.full(B, film_radius), np.zeros(B), np.empty(B)
     low, high = project_rear_rim(corner[:1], *rim)
-    heights = low + (high - low) * (np.arange(B) + 0.5) / B         # one block of rays mostly says that there is light
+    heights = low + (high - low) * (np.arange(B) + 0.5) / B         # one block of rays is mostly enough to find light
     clearances(corner, zero, heights, zero, film_distance, level, by, ROUGH)
     if (level <= 1.0).any():
         return math.inf
     inner, outer = 0.0, film_radius
-    for _ in range(ROUNDS):
-        between = np.linspace(inner, outer, LOOKS)
+    for _ in range(SEARCHES):
+        between = np.linspace(inner, outer, SEARCH_RADII)
         low, high = project_rear_rim(between, *rim)
         _, level = find_interior_points(between, film_distance, low, high, middle * between, by)
         last = int(np.max(np.flatnonzero(level < 1.0), initial=-1))
@@ -185,21 +210,22 @@ def _dark_beyond(film_radius: float, film_distance: float, rim: tuple[np.ndarray
             return 0.0
         if between[last] == film_radius:
             return math.inf
-        inner, outer = between[last], between[min(last + 1, LOOKS - 1)]
+        inner, outer = between[last], between[min(last + 1, SEARCH_RADII - 1)]
     return float(outer)
 
 
 def _ring_radii(radius: float, end: float) -> np.ndarray:
-    """(RINGS,) film radii 0 … radius, ever denser towards `end`."""
+    """Film radii (RINGS,) 0 … radius in mm, denser towards `end`."""
     last = 1.0 - math.sqrt(1.0 - radius / end)
     return end * (1.0 - (1.0 - np.linspace(0.0, last, RINGS)) ** 2)
 
 
 def _course(radii: np.ndarray, end: float, dark: float, centres: np.ndarray,
             rims: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The course that the regions' centres take across the film, if they need one, and the offsets from it.
+    """Course of the regions' centres across the film, 0 if they need none, and the offsets (RINGS,) from it.
 
-    As near to all of them as it can be, in their own half widths. Beyond the light nothing moves.
+    The course is the least-squares fit to the centres in units of the regions' half widths. Dark rings repeat the
+    offset of the last lit one.
     """
     half = 0.5 * (rims[:, 0, 0] - rims[:, -1, 0])
     lit = half > 0.0
@@ -210,18 +236,19 @@ def _course(radii: np.ndarray, end: float, dark: float, centres: np.ndarray,
     t, weight = (radii[lit] / end) ** 2, 1.0 / half[lit]
     terms = np.stack([t**0, t, t * t], 1) * radii[lit, None]
     course = np.linalg.lstsq(terms * weight[:, None], centres[lit] * weight, rcond=None)[0]
-    offsets = centres - _followed(course, radii, end)
+    offsets = centres - _course_at(course, radii, end)
     offsets[dark_from:] = offsets[dark_from - 1]
     return course, offsets
 
 
-def _followed(course: np.ndarray, radii: np.ndarray, end: float) -> np.ndarray:
+def _course_at(course: np.ndarray, radii: np.ndarray, end: float) -> np.ndarray:
+    """Course (n,) in mm at film radii (n,)."""
     t = (radii / end) ** 2
     return radii * (course[0] + t * (course[1] + t * course[2]))
 
 
 def _coarseness(radii: np.ndarray, dark: float, offsets: np.ndarray, rims: np.ndarray) -> float:
-    """As the table's; the first and the last points of rims are the ends along the meridian."""
+    """`PupilTable.coarseness` of rims whose first and last points are their ends along the meridian."""
     ends = offsets[:, None] + rims[:, [0, -1], 0]
     half, off = 0.5 * (ends[1:-1, 0] - ends[1:-1, 1]), np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0
     counts = (half > 0.0) & (radii[1:-1] < NEARLY * dark)
@@ -229,14 +256,14 @@ def _coarseness(radii: np.ndarray, dark: float, offsets: np.ndarray, rims: np.nd
 
 
 def _widened(offsets: np.ndarray, rims: np.ndarray) -> np.ndarray:
-    """The rims by SPREAD larger, and drawn out along the meridian by what a straight line between two rings may be off.
+    """Rims enlarged by SPREAD, and drawn out along the meridian by the error of linear interpolation between rings.
 
-    The latter counts where the stop is so small that a region moves by many times its own size from ring to ring.
+    That error matters where the stop is so small that a region moves by many times its own size from ring to ring.
     """
     off, ends = np.zeros(len(offsets)), offsets[:, None] + rims[:, [0, -1], 0]
-    off[1:-1] = np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0       # of a straight line from a parabola
+    off[1:-1] = np.abs(np.diff(ends, 2, axis=0)).max(1) / 8.0       # error of a chord of a parabola
     off = np.maximum(np.maximum(off, np.roll(off, 1)), np.roll(off, -1))
-    off[rims[:, 0, 0] <= rims[:, -1, 0]] = 0.0          # an empty region stays so
+    off[rims[:, 0, 0] <= rims[:, -1, 0]] = 0.0          # an empty region stays empty
     widened = rims * SPREAD
     side = np.sign(np.argmax(rims[:, :, 1], 1)[:, None] - np.arange(rims.shape[1]))     # of the topmost point
     widened[:, :, 0] += side * off[:, None]
@@ -245,7 +272,7 @@ def _widened(offsets: np.ndarray, rims: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _filled(rims):
-    """Corners at equal areas, that together have the area of the regions and not of their chords."""
+    """Corners at equal areas, enlarged so that the triangles have the area of the regions rather than of the chords."""
     corners = _equal_areas(rims)
     for ring in range(rims.shape[0]):
         rim, corner, area, chords = rims[ring], corners[ring], 0.0, 0.0
@@ -263,7 +290,7 @@ def _filled(rims):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _equal_areas(rims):
-    """(rings, points, 2) of the rims → (rings, SECTORS + 1, 2) corners at equal areas along the same chords."""
+    """Corners (rings, SECTORS + 1, 2) at equal areas along the chords of rims (rings, points, 2)."""
     rings, points, _ = rims.shape
     corners, area = np.zeros((rings, SECTORS + 1, 2)), np.zeros(points)
     for ring in range(rings):
@@ -283,19 +310,12 @@ def _equal_areas(rims):
     return corners
 
 
-_NODES = SECTORS + 1
-
-
 @stage
 def aim_radial(lanes, p, key):
-    """From a film point X, Y (mm, Z = 0) aim into the region that it sees: L, M, N and WEIGHT.
+    """Aim from a film point X, Y (mm, Z = 0) into its exit-pupil region: L, M, N and WEIGHT. p: see FILM_DISTANCE.
 
-    p: film distance, rings per unit of 1 − √(1 − r / end), 1 / end, the radius
-    beyond which no light falls, 1 / normaliser, the course's three numbers, the size and origin of the corners' grid,
-    then the table: both coordinates of every corner in one number, and the offsets.
-    The weight holds the exact area of the triangle that was sampled, so that
-    neither the interpolation between rings nor the grid leaves an error, or a
-    ring in the picture.
+    WEIGHT holds the exact area of the sampled triangle, so that neither the interpolation between rings nor the grid of
+    the corners leaves an error, or a ring, in the picture.
     """
     real = lanes.dtype.type
     row = rows(lanes)
@@ -303,10 +323,10 @@ def aim_radial(lanes, p, key):
     ring, between, turn, corner = row[A0], row[A1], row[A2], row[A3]
     inner0, inner1, outer0, outer1 = row[A4], row[A5], row[A6], row[A7]
     centre0, centre1 = row[A8], row[A9]
-    distance, scale, end, dark, gain, cell, origin = p[0], p[1], p[2], p[3], p[4], p[8], p[9]
-    straight, bent, bent_more = p[5], p[6], p[7]
-    table = p[10:]
+    distance, scale, end, dark, gain = p[FILM_DISTANCE], p[RING_SCALE], p[INVERSE_END], p[DARK_BEYOND], p[GAIN]
+    cell, origin, c0, c1, c2 = p[CELL], p[ORIGIN], p[COURSE], p[COURSE + 1], p[COURSE + 2]
     last = real(RINGS - 1.001)
+    # Ring and sector of each lane
     for i in range(B):
         r = math.sqrt(x[i] * x[i] + y[i] * y[i])
         left = real(1) - r * end
@@ -317,16 +337,18 @@ def aim_radial(lanes, p, key):
         ring[i] = np.floor(k)
         between[i] = k - np.floor(k)
         turn[i] = t
-        corner[i] = np.floor(k) * real(_NODES) + np.floor(t)
+        corner[i] = np.floor(k) * real(RING_CORNERS) + np.floor(t)
         weight[i] = gain if r <= dark else real(0)
-    gather(inner0, table, corner)
-    gather(inner1, table[1:], corner)
-    gather(outer0, table[_NODES:], corner)
-    gather(outer1, table[_NODES + 1:], corner)
-    gather(centre0, table[RINGS * _NODES:], ring)
-    gather(centre1, table[RINGS * _NODES + 1:], ring)
+    # Look up the triangle's two corners and the centre, on the inner and on the outer ring
+    gather(inner0, p[CORNERS:], corner)
+    gather(inner1, p[CORNERS + 1:], corner)
+    gather(outer0, p[CORNERS + RING_CORNERS:], corner)
+    gather(outer1, p[CORNERS + RING_CORNERS + 1:], corner)
+    gather(centre0, p[OFFSETS:], ring)
+    gather(centre1, p[OFFSETS + 1:], ring)
     unit = real(1 / GRID)
     for i in range(B):
+        # Unpack the corners, and interpolate between the rings
         f = between[i]
         e = real(1) - f
         y0, y1, y2, y3 = (np.floor(inner0[i] * unit), np.floor(inner1[i] * unit),
@@ -335,26 +357,30 @@ def aim_radial(lanes, p, key):
                           outer0[i] - y2 * real(GRID), outer1[i] - y3 * real(GRID))
         ax, bx = (e * x0 + f * x2) * cell + origin, (e * x1 + f * x3) * cell + origin
         ay, by = (e * y0 + f * y2) * cell + origin, (e * y1 + f * y3) * cell + origin
+        # Choose a point (a, b) of the triangle, in the frame of the meridian
         g = turn[i] - np.floor(turn[i])
         h = real(1) - g
         reach = math.sqrt(v[i])
         r2 = x[i] * x[i] + y[i] * y[i]
         r, t = math.sqrt(r2), r2 * end * end
-        middle = e * centre0[i] + f * centre1[i] + r * (straight + t * (bent + t * bent_more))
+        middle = e * centre0[i] + f * centre1[i] + r * (c0 + t * (c1 + t * c2))
         a = middle + reach * (h * ax + g * bx)
         b = reach * (h * ay + g * by)
         b = -b if u[i] >= real(0.5) else b
-        off = r2 > real(1e-12)                              # on the axis every azimuth is the same
+        # Rotate it with the film point; on the axis all azimuths are the same
+        off = r2 > real(1e-12)
         inverse = real(1) / (r if off else real(1))
         cosine, sine = x[i] * inverse if off else real(1), y[i] * inverse
         dx, dy = a * cosine - b * sine - x[i], a * sine + b * cosine - y[i]
         size = real(1) / math.sqrt(dx * dx + dy * dy + distance * distance)
         l[i], m[i], n[i] = dx * size, dy * size, -distance * size
-        c2 = distance * size
-        c2 = c2 * c2
-        area = ax * by - bx * ay                            # the last crumbs of a region may be turned inside out
-        weight[i] *= c2 * c2 * real(SECTORS) * (area if area > real(0) else real(0))
+        # Weight by cos⁴θ and the area of all triangles; rounding may invert the last triangles of a region
+        cosine2 = distance * size
+        cosine2 = cosine2 * cosine2
+        area = ax * by - bx * ay
+        weight[i] *= cosine2 * cosine2 * real(SECTORS) * (area if area > real(0) else real(0))
         z[i] = real(0)
+    # Skip all further steps where no lane has any weight
     alive = np.int32(0)
     for i in range(B):
         alive += np.int32(1) if weight[i] > real(0) else np.int32(0)

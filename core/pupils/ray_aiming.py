@@ -1,9 +1,9 @@
-"""Aiming: from film points anywhere, through lenses of any symmetry, at places where light passes.
+"""Ray aiming: rays from any film point, through lenses of any symmetry, at places where light passes.
 
-A ray is named by its film point and by where it crosses the plane of the last vertex, both (n, 2) mm. It passes
-where its root margin is at most 1: the greatest share of a rim's radius at which it meets a surface. Where on the
-stop it arrives is a smooth map of where it leaves that plane, which Newton's method inverts: a stop of any size is
-found, and what other rims leave of it is then looked for in the stop itself. Lens frame, float64.
+A ray is given by its film point and its rear point, where it crosses the plane of the last vertex, both (n, 2) mm. It
+passes where its clearance is at most 1: the greatest share of a rim's radius at which it meets a surface. The map from
+the rear point to the point on the stop is smooth, and Newton's method inverts it: this finds stops of any size. A scan
+of the stop then finds what other rims leave open. Lens frame, float64.
 """
 
 from dataclasses import dataclass, field
@@ -19,24 +19,24 @@ from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.rim_solver import rear_interval
 
-ROUNDS = 30             # of Newton's method, with the steps that it takes back
+ITERATIONS = 30         # of Newton's method, shortened steps included
 STEP = 1e-5             # × the rear semi-diameter, for the slopes of the map
 CENTRED = 0.01          # × the stop's radius: near enough to its centre
 LEGS = 8                # from the axis to a film point whose chief ray is far from the paraxial one
-SCAN = 12               # points each way in one look for light
-NEARBY = 2              # cells about the best of one look that the next one takes up
-LOOKS = 7
-WINDOW = 1.25           # × what is looked at: a map of the stop that bends reaches further than its slopes say
+SCAN = 12               # points each way in one scan
+NEARBY = 2              # cells about the best point that the next scan covers
+SCANS = 7
+WINDOW = 1.25           # × the scanned area: the map of the stop bends farther than its slopes say
 
 
 @dataclass(frozen=True, eq=False)
 class Aim:
-    """Rays of one lens with its film film_distance (mm) behind the last vertex, at one wavelength (µm)."""
+    """Rays of one lens at one wavelength (µm), with the film at film_distance (mm) behind the last vertex."""
 
     lens: Lens
     film_distance: float
     wavelength: float = D_LINE
-    tracer: ClearanceTracer = field(init=False)      # for `clearances` and `rims`
+    tracer: ClearanceTracer = field(init=False)      # for `clearances` and `rim_distances`
     _to_stop: Program = field(init=False)
 
     def __post_init__(self):
@@ -45,27 +45,28 @@ class Aim:
         object.__setattr__(self, "tracer", clearance_tracer(self.lens, self.film_distance, self.wavelength))
         object.__setattr__(self, "_to_stop", to_stop)
 
-    def root_margins(self, film: np.ndarray, rear: np.ndarray) -> np.ndarray:
-        """Root margins (n,), inf where a ray does not come through."""
+    def clearances(self, film: np.ndarray, rear: np.ndarray) -> np.ndarray:
+        """Clearances (n,) of rays; inf where a ray does not come through."""
         out = np.empty(len(film))
         clearances(*_columns(film), *_columns(rear), self.film_distance, out, self.tracer, 0.0)
         return out
 
     def find_light(self, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """For each film point a rear point of small root margin, and that margin (n,): ≥ 1 where no light was found."""
+        """Rear points (n, 2) of small clearance, and that clearance (n,), ≥ 1 where no light was found."""
         rear = self.paraxial_centres(film)
-        level = self.root_margins(film, rear)
+        level = self.clearances(film, rear)
 
         def improve(which: np.ndarray, found: np.ndarray, there: np.ndarray) -> np.ndarray:
+            """Keep better rear points of the film points `which`; the indices of those still dark."""
             better = there < level[which]
             rear[which[better]], level[which[better]] = found[better], there[better]
             return np.flatnonzero(~(level < 1.0))
 
-        # At the centre of the stop, then elsewhere on it, then wherever the last surface can be seen
+        # Try the centre of the stop, then all of it, then everywhere that the last surface is visible
         dark = np.flatnonzero(~(level < 1.0))
         if dark.size:
             centre, window = self.stop_centres(film[dark], rear[dark])
-            left = improve(dark, centre, self.root_margins(film[dark], centre))
+            left = improve(dark, centre, self.clearances(film[dark], centre))
             still = np.isin(dark, left)
             left = improve(left, *self.scan(film[left], centre[still], window[still], 1.0))
             if left.size:
@@ -76,13 +77,13 @@ class Aim:
         return rear, level
 
     def stop_centres(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rear points of the rays to the stop's centre, and (n, 2, 2) the stop's image there: rear mm by stop radii.
+        """Rear points (n, 2) of the rays to the stop's centre, and the stop's images (n, 2, 2): mm per stop radius.
 
-        By Newton's method from `start`; for those that it does not lead there, or through a rim, from the axis on,
-        where the ray of the film's centre runs. Where there is no such ray, a place as near as was found.
+        Newton's method starts from `start` (n, 2). Where it fails or ends beyond a rim, it continues the ray of the
+        film's centre in LEGS steps. Without such a ray, the result is the nearest point found.
         """
         at, off, image = self._newton(film, start)
-        far = np.flatnonzero(~((off < CENTRED) & (self.root_margins(film, at) < 1.0)))
+        far = np.flatnonzero(~((off < CENTRED) & (self.clearances(film, at) < 1.0)))
         way = np.zeros((far.size, 2))
         for leg in range(1, LEGS + 1):
             way, off_way, image_way = self._newton(film[far] * (leg / LEGS), way)
@@ -93,19 +94,19 @@ class Aim:
 
     def scan(self, film: np.ndarray, centre: np.ndarray, window: np.ndarray,
                 enough: float) -> tuple[np.ndarray, np.ndarray]:
-        """Rear points of least root margin within centre ± window · (±1, ±1), and that margin.
+        """Rear points (n, 2) of least clearance within centre ± window · (±1, ±1), and that clearance (n,).
 
-        window: (n, 2, 2). Ever closer looks about the best place, until that is below `enough`.
+        window: (n, 2, 2). Scans ever more finely about the best point, until its clearance is below `enough`.
         """
         at, window = centre.copy(), WINDOW * window
         level = np.full(len(film), np.inf)
         cells = (np.stack(np.meshgrid(np.arange(SCAN), np.arange(SCAN)), 2).reshape(-1, 2) + 0.5) * (2.0 / SCAN) - 1.0
         left = np.flatnonzero(np.isfinite(window).all((1, 2)))
-        for _ in range(LOOKS):
+        for _ in range(SCANS):
             if not left.size:
                 break
             places = at[left, None, :] + cells @ window[left].transpose(0, 2, 1)
-            found = self.root_margins(np.repeat(film[left], len(cells), 0), places.reshape(-1, 2))
+            found = self.clearances(np.repeat(film[left], len(cells), 0), places.reshape(-1, 2))
             found = found.reshape(left.size, -1)
             least = np.argmin(found, 1)
             there = found[np.arange(left.size), least]
@@ -116,7 +117,7 @@ class Aim:
         return at, level
 
     def paraxial_centres(self, film: np.ndarray) -> np.ndarray:
-        """Where the lines to the middle of the paraxial exit pupil cross the rear plane; each section has its own."""
+        """Rear points (n, 2) on the lines to the centres of the paraxial exit pupils of the sections x–z and y–z."""
         centres = np.empty_like(film)
         for k, section in enumerate("xy"):
             fo = first_order(self.lens.section(section), self.wavelength)
@@ -125,14 +126,14 @@ class Aim:
         return centres
 
     def _newton(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """From `start` (n, 2) towards the stop's centre: rear points, how far off (stop radii), and the stop's images.
+        """Rear points near the stop's centre, their distance from it (stop radii), and the stop's images.
 
-        A step that leads no nearer is taken back and halved twice.
+        Newton's method from `start` (n, 2); a step that leads no nearer is replaced by a quarter of it.
         """
         at, advance = start.copy(), np.zeros_like(start)
         off, image = np.full(len(film), np.inf), np.full((len(film), 2, 2), np.nan)
         left = np.arange(len(film))
-        for _ in range(ROUNDS):
+        for _ in range(ITERATIONS):
             if not left.size:
                 break
             trial = at[left] + advance[left]
@@ -146,7 +147,7 @@ class Aim:
         return at, off, image
 
     def _on_stop(self, film: np.ndarray, rear: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where rays meet the stop (n, 2), in its radii; and the change of their rear points with that (n, 2, 2)."""
+        """Points (n, 2) on the stop, in its radii, and the derivatives (n, 2, 2) of the rear points by them."""
         radius, small = self.lens.stop.semi_diameter, STEP * self.lens.surfaces[-1].semi_diameter
         n = len(film)
         ways = np.concatenate([rear, rear + [small, 0.0], rear + [0.0, small]]) - np.tile(film, (3, 1))
@@ -161,4 +162,5 @@ class Aim:
 
 
 def _columns(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Contiguous x and y (n,) of points (n, 2)."""
     return np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1])

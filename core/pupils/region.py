@@ -1,4 +1,4 @@
-"""The exit-pupil region: from where on the rear plane a film point receives light."""
+"""Exit-pupil region: the part of the plane of the last vertex from which a film point receives light."""
 
 import math
 from dataclasses import dataclass
@@ -16,39 +16,64 @@ from lensbench.pupils.outline_solver import solve_outlines
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.rim_solver import solve_rims
 
-_OUTLINE = 1024          # points of the region of a lens with a cylinder or toroid
-_RINGS = 512             # in which the blades end the region of the axis
+_OUTLINE = 1024          # points on the region of a lens with a cylinder or toroid
+_RINGS = 512             # heights on the axis's region, traced to the stop to find where its blades begin
+_BISECTIONS = 20         # of a rim with blades: to 1e-6 of the region's size
 
 
 @dataclass(frozen=True, eq=False)
 class ExitPupil:
-    """The exit-pupil region of a lens for film points (+r, 0), r in film_radii, on the plane of the last vertex.
+    """Exit-pupil regions of a lens for film points (+r, 0), on the plane of the last vertex. Lens frame, mm.
 
-    Lens frame, mm. A film point at another azimuth sees the region turned with it. The stop counts
-    as the circle about its blades: what these leave of a region is `open_region`.
+    The region of a film point at another azimuth is rotated with it. The stop counts as the circle around its blades;
+    `open_region` accounts for the blades.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    film_distance : float
+        Distance (mm) from the last vertex to the film.
+    film_radii : (n,) array
+        Distances r (mm) of the film points from the axis.
+    centres : (n,) array
+        x (mm) of the points on the meridian from which the rims are measured.
+    rims : (n, m, 2) array
+        Points (mm) on the upper half of each rim, from its centre; 0 where no light passes.
     """
 
     lens: Lens
     film_distance: float
-    film_radii: np.ndarray          # (n,)
-    centres: np.ndarray             # (n,) on the meridian: the x that the rims are seen from
-    rims: np.ndarray                # (n, m, 2) points of the upper half, from the centre; 0 where no light passes
+    film_radii: np.ndarray
+    centres: np.ndarray
+    rims: np.ndarray
 
     def boundary(self, i: int) -> np.ndarray:
-        """(2 m − 2, 2) points of the rim, counter-clockwise from the one furthest in +x."""
+        """Rim of one region.
+
+        Parameters
+        ----------
+        i : int
+            Index of the film radius.
+
+        Returns
+        -------
+        (2 m − 2, 2) array
+            Points (mm), counter-clockwise from the farthest in +x.
+        """
         half = self.rims[i] + [self.centres[i], 0.0]
         return np.concatenate([half, half[-2:0:-1] * [1.0, -1.0]])
 
     @property
     def area(self) -> np.ndarray:
-        """(n,) mm²: ∫ r²/2 over all directions, by the trapezium rule."""
+        """Areas (n,) in mm²: ∫ r²/2 over all directions, by the trapezium rule."""
         return _integral(self.rims, lambda r2: r2)
 
     @property
     def cos4_area(self) -> np.ndarray:
-        """(n,) ∫ cos⁴θ dA in mm², θ at the film point; divided by film_distance² it is the irradiance of radiance 1.
+        """Integrals (n,) ∫ cos⁴θ dA in mm², θ at the film point; over film_distance², the irradiance of radiance 1.
 
-        By Gauss's rule along every radius of the region and the trapezium rule around it.
+        By Gauss's rule along each radius of the region and the trapezium rule around it.
         """
         node, weight = _gauss(12)
         total = np.zeros(len(self.rims))
@@ -60,7 +85,7 @@ class ExitPupil:
 
     @property
     def bounds(self) -> np.ndarray:
-        """(n, 4) x0, y0, x1, y1: the box about the region that pbrt samples."""
+        """Bounding boxes (n, 4) x0, y0, x1, y1 in mm: those that pbrt samples."""
         tops = np.array([_peak(rim[:, 1]) for rim in self.rims])
         left, right = (np.array([_peak(sign * rim[:, 0]) for rim in self.rims]) for sign in (-1.0, 1.0))
         return np.stack([self.centres - left, -tops, self.centres + right, tops], 1)
@@ -70,11 +95,30 @@ class ExitPupil:
         return PupilTable.of(self.lens, self.film_distance, float(self.film_radii.max()))
 
     def sample(self, film_xy, uv) -> tuple[np.ndarray, np.ndarray]:
-        """Points (n, 2) of the regions that film_xy (n, 2) mm sees, and those regions' areas (n,) mm².
+        """Points of the regions of any film points, as a LensCamera samples them.
 
-        uv (n, 2) in [0, 1]: equal areas stay equal. The very sampling that a
-        LensCamera uses: its region is a hair larger than the true one. LensError
-        for a film point farther from the axis than the greatest of film_radii.
+        The map keeps equal areas equal. The sampled region is a hair larger than the true one.
+
+        Parameters
+        ----------
+        film_xy : (n, 2) array
+            Film points (mm).
+        uv : (n, 2) array
+            Pupil samples in [0, 1]².
+
+        Returns
+        -------
+        points : (n, 2) array
+            Points (mm) on the plane of the last vertex.
+        areas : (n,) array
+            Areas (mm²) of the sampled regions.
+
+        Raises
+        ------
+        LensError
+            Film points farther from the axis than the largest of film_radii.
+        ValueError
+            Samples outside the unit square.
         """
         film_xy, uv = np.asarray(film_xy, float), unit_square(uv, np.float64)
         if not (np.hypot(film_xy[:, 0], film_xy[:, 1]) <= self.film_radii.max() * (1.0 + 1e-9)).all():
@@ -88,7 +132,7 @@ class ExitPupil:
 
 
 def _integral(rims: np.ndarray, radial) -> np.ndarray:
-    """∫ radial(r²) dθ over whole regions, (n,): twice the integral of f r dr from 0 to the rim, for the upper half."""
+    """∫ radial(r²) dθ (n,) over the upper halves: for radial = 2 ∫ f r dr, the integral of f over whole regions."""
     value = radial((rims**2).sum(2))
     return ((value[:, 1:] + value[:, :-1]) * 0.5 * np.diff(np.arctan2(rims[..., 1], rims[..., 0]))).sum(1)
 
@@ -100,7 +144,7 @@ def _gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _peak(values: np.ndarray) -> float:
-    """The maximum of a curve known at equal steps: of the parabola through the three highest neighbours."""
+    """Maximum of a curve sampled at equal steps: that of the parabola through its three highest neighbours."""
     i = int(np.argmax(values))
     if not 0 < i < len(values) - 1:
         return float(values[i])
@@ -111,9 +155,29 @@ def _peak(values: np.ndarray) -> float:
 
 def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE,
                points: int = 257) -> ExitPupil:
-    """Solve the exit-pupil region for film points at these radii (mm); LensError for radii or distances that cannot be.
+    """Exit-pupil regions of a rotationally symmetric lens, to 1e-10 of its rear semi-diameter.
 
-    film_distance: last vertex → film, mm. Rims to 1e-10 of the rear semi-diameter.
+    Parameters
+    ----------
+    lens : Lens
+        The lens, focused.
+    film_distance : float
+        Distance (mm) from the last vertex to the film.
+    film_radii : float or (n,) array
+        Distances (mm) of the film points from the axis.
+    wavelength : float
+        Wavelength of the light (µm).
+    points : int
+        Number of points on the upper half of each rim.
+
+    Returns
+    -------
+    ExitPupil
+
+    Raises
+    ------
+    LensError
+        Negative film radii, a film that is not behind the lens, or a lens with a cylinder or toroid.
     """
     radii = np.atleast_1d(np.asarray(film_radii, float))
     if not (np.isfinite(radii).all() and (radii >= 0.0).all() and math.isfinite(film_distance) and film_distance > 0.0):
@@ -123,10 +187,10 @@ def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float =
 
 
 def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
-    """∫ cos⁴θ dA in mm² over the region that the axis point of the film sees, less what the stop's blades cover.
+    """∫ cos⁴θ dA (mm²) over the region that the axis point of the film sees through the stop's blades.
 
-    On the axis a ray keeps its azimuth: along each, the blades end the region at the ring of
-    it that meets the stop where they begin.
+    On the axis a ray keeps its azimuth: along each azimuth, the region ends at the height whose ray meets the stop
+    where the blades begin.
     """
     if not lens.is_rotationally_symmetric:
         return _cos4_area(open_region(lens, film_distance, (0.0, 0.0), wavelength), film_distance)
@@ -140,19 +204,19 @@ def axis_irradiance(lens: Lens, film_distance: float, wavelength: float = D_LINE
     met = trace(lens, film, rays, wavelength, clip=False, record=True).paths
     assert met is not None
     at_stop = np.abs(met[:, len(lens.surfaces) - lens.stop_index, 0]) / lens.stop.semi_diameter
-    within = np.pi * z2 * height**2 / (z2 + height**2)          # of the disk of this radius, by the closed form
+    within = np.pi * z2 * height**2 / (z2 + height**2)          # closed form for the disk of this radius
     return lens.iris.mean(lambda r: np.interp(r, at_stop, within))
 
 
 def _cos4_area(outline: np.ndarray, film_distance: float) -> float:
-    """∫ cos⁴θ dA in mm² over a region seen from the film's axis point: by Gauss's rule in triangles."""
+    """∫ cos⁴θ dA (mm²) over a region seen from the film's axis point, by Gauss's rule in triangles."""
     if not len(outline):
         return 0.0
     node, weight = _gauss(8)
     after = np.roll(outline, -1, 0)
     twice = outline[:, 0] * after[:, 1] - outline[:, 1] * after[:, 0]
     total = 0.0
-    for s, ws in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):            # from the middle out
+    for s, ws in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):            # from the centre outwards
         for t, wt in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):        # along the chord
             x, y = (s * (outline + t * (after - outline))).T
             cos2 = film_distance**2 / (film_distance**2 + x * x + y * y)
@@ -161,11 +225,30 @@ def _cos4_area(outline: np.ndarray, film_distance: float) -> float:
 
 
 def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D_LINE) -> np.ndarray:
-    """(m, 2) mm: the outline, counter-clockwise, of what the film point film_xy (mm) sees through the stop's blades.
+    """Region that a film point sees through the stop's blades, on the plane of the last vertex.
 
-    On the plane of the last vertex, to 1e-6 of the region's size; empty where no light passes. With a round stop
-    it is the boundary of its exit-pupil region. For lenses of any symmetry; LensError for one that has both blades
-    and a cylinder or toroid.
+    With a round stop it is the exit-pupil region. For lenses of any symmetry, to 1e-6 of the region's size.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens, focused.
+    film_distance : float
+        Distance (mm) from the last vertex to the film.
+    film_xy : (2,) array
+        Film point (mm).
+    wavelength : float
+        Wavelength of the light (µm).
+
+    Returns
+    -------
+    (m, 2) array
+        Outline (mm), counter-clockwise; empty where no light passes.
+
+    Raises
+    ------
+    LensError
+        A lens with both blades and a cylinder or toroid, or a film that is not behind the lens.
     """
     film_xy = np.asarray(film_xy, float)
     if not lens.is_rotationally_symmetric:
@@ -185,19 +268,20 @@ def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D
     film = np.array([*film_xy, lens.length + film_distance])
 
     def passing(points):
+        """Whether rays through these points (n, 2) of the rear plane pass the lens and its blades."""
         ways = np.column_stack([points, np.full(len(points), lens.length)]) - film
         return trace(lens, film, ways, wavelength).fate == Fate.PASSED
 
-    # Seen from the middle of what passes, bisect towards the rim
+    # Bisect from the centre of the points that pass to the rim
     middle = rim.mean(0)
     share = np.sqrt((np.arange(12) + 0.5) / 12.0)[:, None, None]
-    looks = (middle + share * (rim[::8] - middle)).reshape(-1, 2)
-    inside = looks[passing(looks)]
+    places = (middle + share * (rim[::8] - middle)).reshape(-1, 2)
+    inside = places[passing(places)]
     if not len(inside):
         return np.zeros((0, 2))
     middle = inside.mean(0)
     low, high = np.zeros(len(rim)), np.ones(len(rim))
-    for _ in range(20):
+    for _ in range(_BISECTIONS):
         half = 0.5 * (low + high)
         passed = passing(middle + half[:, None] * (rim - middle))
         low, high = np.where(passed, half, low), np.where(passed, high, half)

@@ -1,11 +1,9 @@
-"""Solving the rim of the exit-pupil region.
+"""Rim of the exit-pupil region of a rotationally symmetric lens, for film points (+r, 0).
 
-The region is a set of points of the plane through the last vertex. Seen from a
-point inside it is star-shaped, so one radius per direction describes it; by the
-lens's rotational symmetry it is solved for film points (+r, 0) only, and for
-its upper half, the lower being the mirror image. A point is inside where the
-greatest (r / semi-diameter)² along its ray, the *margin*, is at most 1; that
-smooth function is what the solver follows to the rim. Lens frame, mm; float64 but for the first looks.
+The region is a set of points on the plane of the last vertex. Seen from a point inside it is star-shaped, so one
+distance per direction describes it; only its upper half is solved, the lower is the mirror image. A point is inside
+where the clearance of its ray, the greatest share of a rim's radius at which the ray meets a surface, is at most 1. The
+solver follows this smooth function to the rim. Lens frame, mm; float64 but for the first scans.
 """
 
 import math
@@ -20,21 +18,22 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError
 
-REACH = 1.2             # × the rear semi-diameter: how far the region is looked for (rims have sag)
-HEIGHTS = 17            # on the last surface, whose shadows on the plane say where the region can be
-SCAN = 32               # points along the meridian in one look for the region
-ZOOMS = 6               # looks, each SCAN / 2 times as fine
-FINE = 256              # points of a look where those have found nothing
-STEEP = 0.5             # root margin − 1 beyond which it is not taken at its word
-DIGITS = 0.25           # of a tolerance: how large an error its root margins may have
-ROUGH, ROUGH_POINTS = 0.004, 17         # how well the first rims are solved (× the stop), and at how many points
+REACH = 1.2             # × the rear semi-diameter: extent of the search (rims have sag)
+HEIGHTS = 17            # on the last surface, whose projections on the plane bound the search
+SCAN = 32               # points along the meridian in one scan for the region
+ZOOMS = 6               # scans, each SCAN / 2 times as fine
+FINE = 256              # points of a scan after those have found nothing
+STEEP = 0.5             # largest clearance − 1 that the secant uses
+DIGITS = 0.25           # error of clearances, as a share of the tolerance
+ROUGH, ROUGH_POINTS = 0.004, 17         # tolerance of the rough rims (× the stop), and points on them
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _centres(radii, distance, low, high, guess, centre, level, tracer):
-    """Scan the meridian from low to high (radii,), then ever more finely about the point of least margin.
+    """Find points inside the regions: centre (radii,) on the meridian, and level (radii,), its clearance.
 
-    Until that passes; or about the guess (radii,) where no ray comes through at all. low and high are overwritten.
+    Scans the meridian from low to high (radii,), then ever more finely about the point of least clearance, until that
+    point passes, or about the guess (radii,) where no ray comes through. Overwrites low and high.
     """
     n = radii.size
     level[:] = math.inf
@@ -65,10 +64,11 @@ def _centres(radii, distance, low, high, guess, centre, level, tracer):
 @njit(cache=True, error_model="numpy", nogil=True)
 def rim_distances(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess, distance, reach, tolerance, rim,
                   tracer, accuracy):
-    """Distance from each centre to the rim of its region in each direction: rim (film points, directions).
+    """Distances rim (film points, directions) from each centre to the rim of its region.
 
-    A bracketed secant (Illinois) on root margin − 1, which is nearly linear up
-    to STEEP; beyond, and where a ray is no number, that value stands for it.
+    film_x, film_y, centre_x, centre_y, level: (film points,), the latter the clearance at the centre. cosine, sine,
+    guess: (film points, directions). A bracketed secant, Illinois form, solves clearance − 1 = 0; this function is
+    nearly linear up to STEEP, which replaces larger values and those of rays that do not arrive.
     """
     m = cosine.shape[1]
     size = film_x.size * m
@@ -98,7 +98,7 @@ def rim_distances(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess
             i = which[q]
             x, f = trial[i], out[q] - 1.0
             slope = (f - f_inner[i]) / (x - inner[i]) if x > inner[i] else 0.0
-            # Keep the bracket, and halve the value at an end that stays for the second time.
+            # Keep the bracket, and halve the value at an end that stays for the second time
             if f <= 0.0:
                 inner[i], f_inner[i] = x, f
                 f_outer[i] *= 0.5 if side[i] == 1.0 else 1.0
@@ -107,7 +107,7 @@ def rim_distances(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess
                 outer[i], f_outer[i] = x, min(f, STEEP)
                 f_inner[i] *= 0.5 if side[i] == -1.0 else 1.0
                 side[i] = -1.0
-            # Where to look next.
+            # Step outwards until the rim is bracketed, then by the secant
             if outer[i] == math.inf:
                 ahead = -f / slope if slope > 0.0 else x
                 x_next = x + max(min(ahead * 1.02, x), tolerance)
@@ -122,15 +122,15 @@ def rim_distances(film_x, film_y, centre_x, centre_y, level, cosine, sine, guess
         count = left
 
 
-def find_interior_points(radii: np.ndarray, distance: float, low: np.ndarray, high: np.ndarray, aimed: np.ndarray,
+def find_interior_points(radii: np.ndarray, distance: float, low: np.ndarray, high: np.ndarray, guess: np.ndarray,
            tracer: ClearanceTracer) -> tuple[np.ndarray, np.ndarray]:
-    """For each film radius a point (centre, 0) well inside its region, and its root margin, ≥ 1: none found.
+    """Points (centre, 0) well inside the regions of film radii, and their clearances; ≥ 1 where none was found.
 
-    low, high: where the meridian is seen; aimed: at the paraxial exit pupil. What is dark nearer to the axis than
-    others that are lit, or where none is, is looked for more closely.
+    low, high: ends of the search on the meridian; guess: centre of the paraxial exit pupil there. A dark film radius
+    nearer to the axis than a lit one is searched more finely.
     """
     centre, level = np.empty(len(radii)), np.empty(len(radii))
-    _centres(radii, distance, low.copy(), high.copy(), aimed, centre, level, tracer)
+    _centres(radii, distance, low.copy(), high.copy(), guess, centre, level, tracer)
     dark = np.flatnonzero(~(level < 1.0))
     if 0 < dark.size < len(radii):
         dark = dark[radii[dark] < radii[level < 1.0].max()]
@@ -141,9 +141,9 @@ def find_interior_points(radii: np.ndarray, distance: float, low: np.ndarray, hi
 
 def _found_elsewhere(radius: float, distance: float, low: float, high: float,
                      tracer: ClearanceTracer) -> tuple[float, float]:
-    """As `find_interior_points` for one film radius, about every least margin of a finer scan.
+    """Centre and clearance for one film radius, searched about every local minimum of a finer scan.
 
-    Where the stop's image folds over, a coarse scan may follow the wrong one.
+    Where the image of the stop folds over, a coarse scan may follow the wrong minimum.
     """
     zero, width = np.zeros(FINE), (high - low) / FINE
     px, out = low + width * (np.arange(FINE) + 0.5), np.empty(FINE)
@@ -160,7 +160,7 @@ def _found_elsewhere(radius: float, distance: float, low: float, high: float,
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _centroids(centre, rough, cosine, sine):
-    """(n,) on the meridian, by symmetry, of regions whose rims are `rough` (n, m) from the centre."""
+    """Centroids (n,), on the meridian by symmetry, of regions with rims at the distances `rough` (n, m)."""
     out = centre.copy()
     for k in range(centre.size):
         area, moment = 0.0, 0.0
@@ -176,9 +176,9 @@ def _centroids(centre, rough, cosine, sine):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _directions(moved, rough, turn_x, turn_y, least, cosine, sine, guess):
-    """The directions of points evenly spaced along rough rims, and where to begin along them, no nearer than `least`.
+    """Write cosine, sine and guess (n, m): points evenly spaced along rough rims, seen from new centres.
 
-    moved: by how much the centre of the rims is to lie to the left of that of the directions.
+    moved: (n,) mm by which the new centres lie in +x of the old; least: smallest guess (mm).
     """
     n, m = cosine.shape
     last = turn_x.size - 1
@@ -203,17 +203,17 @@ def _directions(moved, rough, turn_x, turn_y, least, cosine, sine, guess):
 
 def rear_interval(lens: Lens, film_distance: float, heights: np.ndarray,
                   upright: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """From where to where in x a film point of each height x can see the last surface through its vertex's plane.
+    """Interval in x, (n,) and (n,) mm, on the plane of the last vertex in which film points see the last surface.
 
-    (n,) and (n,) mm; upright: all in y. Widened by REACH, but no further than the solver looks.
+    heights: x (n,) of the film points in mm; upright: along y instead. Widened by REACH, within the solver's limit.
     """
     return project_rear_rim(np.ascontiguousarray(heights), *rear_rim(lens, film_distance, upright))
 
 
 def rear_rim(lens: Lens, film_distance: float, upright: bool = False) -> tuple[np.ndarray, np.ndarray, float]:
-    """What `shadows` reads of the last surface: heights on it, by how much a film point there is nearer; and the limit.
+    """Heights (mm) on the last surface, the film distance over their distance to the film, and the search limit (mm).
 
-    Seen at a steep angle, a rim that lies before or behind the vertex's plane falls far beside its own height.
+    Seen at a steep angle, a rim in front of or behind the plane of the vertex projects far from its own height.
     """
     surface = lens.surfaces[-1]
     a = surface.semi_diameter
@@ -225,7 +225,7 @@ def rear_rim(lens: Lens, film_distance: float, upright: bool = False) -> tuple[n
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def project_rear_rim(heights, rim, share, furthest):
-    """As `rear_interval`, of what `rear_rim` gives."""
+    """`rear_interval` from the values of `rear_rim`."""
     low, high = np.empty(heights.size), np.empty(heights.size)
     for k in range(heights.size):
         least, most = math.inf, -math.inf
@@ -239,13 +239,12 @@ def project_rear_rim(heights, rim, share, furthest):
 
 def solve_rims(lens: Lens, film_distance: float, film_radii, points: int, tolerance: float, wavelength: float = D_LINE,
           within: tuple[Any, Any] | None = None, by: ClearanceTracer | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Centres (n,) on the meridian, and (n, points, 2) of the upper half of each rim seen from them, in mm.
+    """Centres (n,) on the meridian, and points (n, points, 2) of the upper half of each rim from its centre, in mm.
 
-    From the furthest point in +x to that in −x, evenly spaced to about a
-    twentieth. A radius whose region is empty has all its points at 0.
-    tolerance: of a rim, in mm. within: from where to where on the meridian to look for the regions (mm, of all radii or
-    of each), if not wherever they can be. by: what traces this lens, where that is at hand. LensError for a lens with
-    a cylinder or toroid.
+    The points run from the farthest in +x to that in −x, evenly spaced to about a twentieth; all are 0 for a film
+    radius whose region is empty. tolerance: of the rims (mm). within: ends of the search on the meridian (mm), for all
+    radii or for each; by default wherever regions can be. by: tracer of this lens, if one exists already. LensError for
+    a lens with a cylinder or toroid.
     """
     if not lens.is_rotationally_symmetric:
         raise LensError("a lens with a cylinder or toroid has no exit pupil by film radius: "
@@ -260,7 +259,7 @@ def solve_rims(lens: Lens, film_distance: float, film_radii, points: int, tolera
     centre, level = find_interior_points(radii, film_distance, low, high, guess, by)
     lit = level < 1.0
 
-    # A rough rim from a first centre gives the centroid, if that is in the region; on the axis it is known
+    # Rough rims from the first centres, and their centroids; one outside its region is not used
     turn_x, turn_y = _half_turn()
     rough, start = np.zeros((n, ROUGH_POINTS)), np.repeat(0.6 * reach * (1.0 - level), ROUGH_POINTS)
     cosine, sine = np.tile(turn_x, (n, 1)), np.tile(turn_y, (n, 1))
@@ -271,7 +270,7 @@ def solve_rims(lens: Lens, film_distance: float, film_radii, points: int, tolera
     inside = lit & (there < 1.0)
     middle, level = np.where(inside, middle, centre), np.where(inside, there, level)
 
-    # Directions from there that are evenly spaced along the rim, so that the tips of a cat's eye are met
+    # Final rims, in directions evenly spaced along the rough ones so as to resolve the tips of a cat's eye
     cosine, sine, guess, rim = (np.zeros((n, points)) for _ in range(4))
     _directions(middle - centre, rough, turn_x, turn_y, 1e-3 * tolerance, cosine, sine, guess)
     rim_distances(radii, zero, middle, zero, level, cosine, sine, guess, film_distance, reach, tolerance, rim, by,
@@ -282,7 +281,7 @@ def solve_rims(lens: Lens, film_distance: float, film_radii, points: int, tolera
 
 @cache
 def _half_turn() -> tuple[np.ndarray, np.ndarray]:
-    """The directions of a rough rim: cosines and sines (ROUGH_POINTS,)."""
+    """Directions of a rough rim: cosines and sines (ROUGH_POINTS,)."""
     angle = math.pi * np.arange(ROUGH_POINTS) / (ROUGH_POINTS - 1)
     sine = np.sin(angle)
     sine[-1] = 0.0
@@ -290,9 +289,9 @@ def _half_turn() -> tuple[np.ndarray, np.ndarray]:
 
 
 def region_scale(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
-    """What regions are at most about as large as, mm: the last surface, the stop, or the cone of light on its way.
+    """Rough upper bound (mm) of the regions' size: the last surface, the stop, or the width of the cone of light.
 
-    That of a lens without an f-number, afocal (inf) or telecentric towards the scene (0), counts as endless.
+    The cone has no bound for a lens without an f-number, afocal (inf) or telecentric towards the scene (0).
     """
     f_number = first_order(lens, wavelength).f_number
     cone = 0.5 / f_number if 0.0 < f_number < math.inf else math.inf
@@ -300,6 +299,6 @@ def region_scale(lens: Lens, film_distance: float, wavelength: float = D_LINE) -
 
 
 def paraxial_centre_ratio(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> float:
-    """Where on the plane of the last vertex a film point sees the paraxial exit pupil: this times its own x."""
+    """Ratio of the x where a film point sees the centre of the paraxial exit pupil, on the rear plane, to its own x."""
     ahead = lens.length + film_distance - first_order(lens, wavelength).exit_pupil.z
     return 1.0 - film_distance / ahead if ahead else 1.0

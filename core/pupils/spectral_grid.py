@@ -1,7 +1,7 @@
-"""What a camera samples at any wavelength of a picture behind a lens without rotational symmetry.
+"""Film grids by wavelength: exit-pupil regions for pictures behind a lens without rotational symmetry.
 
-The regions move with the indices, which are nearly a parabola in 1 / λ²: three wavelengths are solved, and the grid of
-any other lies between theirs.
+The regions move with the refractive indices, which are nearly a parabola in 1 / λ². Three wavelengths are solved, and
+the grid of any other is interpolated between theirs.
 """
 
 from functools import cached_property
@@ -11,12 +11,12 @@ from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.pupils.film_grid_sampler import PupilGrid
 
-SOLVED = (0.44, D_LINE, 0.64)           # µm; the first picture of the d line has one of them already
-FIRST, LAST = 0.42, 0.651               # the wavelengths that a picture sees
+SOLVED = (0.44, D_LINE, 0.64)           # µm; the d line is solved for every camera
+FIRST, LAST = 0.42, 0.651               # range of wavelengths (µm) in a picture
 
 
 class SpectralPupilGrid:
-    """The grids of one lens with its film at film_distance, half_width and half_height (mm)."""
+    """Grids of one lens, with a film of half_width and half_height at film_distance (all mm)."""
 
     def __init__(self, lens: Lens, film_distance: float, half_width: float, half_height: float):
         self._film = lens, film_distance, half_width, half_height
@@ -31,17 +31,17 @@ class SpectralPupilGrid:
                 for wavelength in SOLVED]
 
     @property
-    def _alike(self) -> bool:
+    def _can_interpolate(self) -> bool:
         return len({grid.nodes.crowding for grid in self._solved}) == 1
 
     def at(self, wavelength: float) -> PupilGrid:
-        """The grid of a wavelength (µm).
+        """Grid at a wavelength (µm).
 
-        Solved for itself where no picture sees it, and where the light ends for some colours alone.
+        Outside the range of pictures, and where the light ends at some wavelengths only, it is solved by itself.
         """
         if wavelength == D_LINE:
             return self._at_d_line
-        if not FIRST <= wavelength <= LAST or not self._alike:
+        if not FIRST <= wavelength <= LAST or not self._can_interpolate:
             return PupilGrid.of(*self._film, wavelength)
         w, nodes = wavelength**-2, [solved**-2 for solved in SOLVED]
         shares = [prod((w - other) / (node - other) for other in nodes if other != node) for node in nodes]

@@ -21,7 +21,6 @@ import math
 import numpy as np
 
 from lensbench.cameras.base import Camera
-from lensbench.cameras.real_lens import LensCamera
 from lensbench.kernels.block import (
     BLUE,
     CLEARANCE,
@@ -70,8 +69,9 @@ def aov_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
     """The stages from raster X, Y and U0, U1, TIME to the colours of an AOV; ValueError for an unknown one."""
     if view not in AOVS:
         raise ValueError(f"view {view!r}: choose one of {', '.join(AOVS)}")
-    if view == "fate" and isinstance(camera, LensCamera) and camera.is_traced:
-        return [camera.film_step, *_fate_steps(camera)]
+    if view == "fate" and camera.traced_lens is not None:
+        assert camera.aim_distance is not None
+        return [camera.film_step, *_fate_steps(camera.traced_lens, camera.aim_distance)]
     if view == "origin":
         return [camera.film_step, *camera.camera_steps(), Step(show_rows, [X, Y, Z, 1.0, 0.0])]
     if view == "time":
@@ -173,14 +173,14 @@ def show_white(lanes, p, key):
         weight[i] = real(1) if weight[i] > real(0) else weight[i]
 
 
-def _fate_steps(camera: LensCamera) -> list[Step]:
+def _fate_steps(lens: Lens, film_distance: float) -> list[Step]:
     """The stages from the film point to the rear opening, then through one surface at a time."""
-    lens, rear = camera.lens, camera.lens.surfaces[-1]
+    rear = lens.surfaces[-1]
     # The plane of the rim: a ray that meets this disk meets the surface within its rim, however deep the surface is
-    plane = float(rear.sag(rear.semi_diameter)) - camera.film_distance
+    plane = float(rear.sag(rear.semi_diameter)) - film_distance
     steps = [Step(aim_at_rear_opening, [plane, rear.semi_diameter])]
     for back, colour in enumerate(fate_colours(lens)[::-1]):
-        surface = trace_step(lens, camera.film_distance, part=slice(back, back + 1))
+        surface = trace_step(lens, film_distance, part=slice(back, back + 1))
         blades = lens.iris.blocking(lens.stop.semi_diameter) if back + lens.stop_index == len(lens.surfaces) - 1 else []
         steps += [surface, *blades, Step(show_fate, colour)]
     return [*steps, Step(show_passed, [])]

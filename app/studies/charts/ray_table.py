@@ -1,8 +1,8 @@
 """A lens as a table of rays with linear interpolation: a rival of the polynomials, which are faster and more accurate.
 
-The table goes over film radii, and over places on the plane of the last vertex: along the meridian, less what the
-middle of the pupil region drifts across the film, and across it; by symmetry one half of them. Each entry is the
-direction in which objects in focus are seen, and the ray's point nearest to the entrance pupil. Camera frame, mm.
+The table covers film radii, and positions on the plane of the last vertex: along the meridian, minus the drift of the
+pupil regions' centres across the film, and across it, of which symmetry leaves one half. Each entry holds the direction
+to objects in focus, and the ray's point nearest to the entrance pupil. Camera frame, mm.
 """
 
 import math
@@ -18,16 +18,39 @@ from lensbench.optics.paraxial import scene_side_origin
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.pupils.radial_sampler import PupilTable
 
-RADII, ALONG, ACROSS = 64, 24, 12           # of the table
+RADII, ALONG, ACROSS = 64, 24, 12           # nodes of the table
 NODES = RADII * ALONG * ACROSS
+
+# Parameters of `interpolate`: −film distance (mm), film radii per mm, drift, nodes along and across per mm, z of the
+# centre (mm), 1 / distance from it to objects in focus (1/mm); then the tables of the direction, x, y, z, and the point
+NEGATIVE_DISTANCE, PER_RADIUS, DRIFT, PER_ALONG, PER_ACROSS, CENTRE_Z, NEARNESS, TABLES = range(8)
 
 
 def ray_table_step(lens: Lens, film_distance: float, table: PupilTable, wavelength: float = D_LINE,
               distance: float = math.inf) -> Step:
-    """The step from an aimed ray at the film to the ray in front of the lens, for the regions of a pupil table.
+    """Step from an aimed ray at the film to the ray in front of the lens.
 
-    film_distance: last vertex → film; distance: from the film to what is to be seen best (mm). LensError for a lens
-    without rotational symmetry.
+    Parameters
+    ----------
+    lens : Lens
+        The lens, stopped down and focused.
+    film_distance : float
+        Distance (mm) from the last vertex to the film.
+    table : PupilTable
+        Exit-pupil regions of the lens.
+    wavelength : float
+        Wavelength of the light (µm).
+    distance : float
+        Distance (mm) from the film to the objects that are interpolated best.
+
+    Returns
+    -------
+    Step
+
+    Raises
+    ------
+    LensError
+        A lens without rotational symmetry.
     """
     if not lens.is_rotationally_symmetric:
         raise LensError("a table of rays holds for every azimuth, and this lens has a cylinder or toroid")
@@ -40,7 +63,7 @@ def ray_table_step(lens: Lens, film_distance: float, table: PupilTable, waveleng
     given = {X: r, L: x * size, M: y * size, N: -away * size}
     ray = Program(round_stop_steps(lens, away, wavelength), np.float64).run(given, [X, Y, Z, L, M, N], NODES)
 
-    # The point nearest to the pupil, and where what is in focus is seen from there
+    # Point nearest to the pupil, and direction from there to objects in focus
     centre = scene_side_origin(lens, wavelength) - lens.length - away
     point, direction = ray[:3], ray[3:]
     point[2] -= centre
@@ -48,12 +71,16 @@ def ray_table_step(lens: Lens, film_distance: float, table: PupilTable, waveleng
     near = 1.0 / (distance + centre)
     entries = np.concatenate([direction + near * point, point]).reshape(6, RADII, ALONG, ACROSS)
     _fill(entries)
-    head = [-away, (RADII - 1) / table.radius, drift, 0.5 * (ALONG - 1) / reach, (ACROSS - 1) / reach, centre, near]
-    return Step(interpolate, np.concatenate([head, entries.ravel()]))
+    p = np.empty(TABLES + 6 * NODES)
+    p[NEGATIVE_DISTANCE], p[PER_RADIUS], p[DRIFT] = -away, (RADII - 1) / table.radius, drift
+    p[PER_ALONG], p[PER_ACROSS] = 0.5 * (ALONG - 1) / reach, (ACROSS - 1) / reach
+    p[CENTRE_Z], p[NEARNESS] = centre, near
+    p[TABLES:] = entries.ravel()
+    return Step(interpolate, p)
 
 
 def _box(table: PupilTable) -> tuple[float, float]:
-    """How far the regions reach from the line along which their middles drift (mm), and that drift for a mm of film."""
+    """Reach (mm) of the regions about the line of their centres' drift, and that drift per mm of film."""
     film = table.radius * np.linspace(0.0, 1.0, 33)
     ring, _ = table.ring(film)
     centres = table.centre(film)
@@ -64,9 +91,9 @@ def _box(table: PupilTable) -> tuple[float, float]:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _fill(entries):
-    """Give what no ray reached in (6, RADII, ALONG, ACROSS) the mean of its neighbours on the plane of the last vertex.
+    """Fill nodes without a ray in entries (6, RADII, ALONG, ACROSS) with the mean of neighbours on the rear plane.
 
-    Again and again, from what is known outwards; 0 for film radii without a single ray.
+    Repeats from the known nodes outwards; film radii without a single ray become 0.
     """
     for k in range(RADII):
         known = np.ones((ALONG, ACROSS), np.bool_)
@@ -97,18 +124,16 @@ def _fill(entries):
 
 @stage
 def interpolate(lanes, p, key):
-    """Replace the ray at the film by the ray in front of the lens.
-
-    p: −film distance, film radii of the table for a mm, drift, its places along and across for a mm, z of the centre,
-    1 / distance from it, then the six tables.
-    """
+    """Replace the ray at the film by the ray in front of the lens. p: see NEGATIVE_DISTANCE."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
     node, f, g, h = row[A0], row[A1], row[A2], row[A3]
     cosine, sine, side, found, share = row[A4], row[A5], row[A6], row[A7], row[A8]
-    behind, per_radius, drift, per_along, per_across, centre, near = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
-    table = p[7:]
+    behind, per_radius, drift = p[NEGATIVE_DISTANCE], p[PER_RADIUS], p[DRIFT]
+    per_along, per_across, centre, near = p[PER_ALONG], p[PER_ACROSS], p[CENTRE_Z], p[NEARNESS]
+    table = p[TABLES:]
+    # Node below each ray, in the frame of the meridian; clear the sums
     last_r, last_u, last_v = real(RADII - 1.001), real(ALONG - 1.001), real(ACROSS - 1.001)
     for i in range(B):
         r2 = x[i] * x[i] + y[i] * y[i]
@@ -129,6 +154,7 @@ def interpolate(lanes, p, key):
         f[i], g[i], h[i] = k - np.floor(k), u - np.floor(u), v - np.floor(v)
         cosine[i], sine[i] = c, s
         x[i], y[i], z[i], l[i], m[i], n[i] = real(0), real(0), real(0), real(0), real(0), real(0)
+    # Add up the eight nodes around it by their shares
     for corner in range(8):
         beyond, along, across = real(corner // 4), real(corner // 2 % 2), real(corner % 2)
         place = (corner // 4 * ALONG + corner // 2 % 2) * ACROSS + corner % 2
@@ -154,6 +180,7 @@ def interpolate(lanes, p, key):
         gather(found, table[5 * NODES + place:], node)
         for i in range(B):
             z[i] += share[i] * found[i]
+    # Direction from the point to objects in focus, rotated back with the film point
     for i in range(B):
         c, s = cosine[i], sine[i]
         dx, dy, dz = l[i] - near * x[i], (m[i] - near * y[i]) * side[i], n[i] - near * z[i]
