@@ -1,7 +1,8 @@
 """The base class of every camera: film, placement, shutter, weights, rays and projection.
 
-A camera kind gives its own film and at least `camera_steps` or `gaussian`; everything else here follows from those, or
-has a default that a kind may override. The camera frame has its origin at the camera, x to the right, y up, and the
+A camera kind gives its own film and either `gaussian` with `gain`, for a projective camera, or `camera_steps`.
+Everything else follows from those, or has a default that a kind may override; `film_importance` of a camera that is not
+projective has no default. The camera frame has its origin at the camera, x to the right, y up, and the
 camera looks along −z; the film lies in the plane z = 0 of a real lens, or is imagined behind an ideal one.
 """
 
@@ -17,7 +18,7 @@ from lensbench.cameras.film_landing import FilmLanding
 from lensbench.cameras.flat_port import port_step
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.importance import FilmImportance, Importance, camera_importance, gaussian_importance
-from lensbench.cameras.project import film_from_point
+from lensbench.cameras.project import solve_film_points
 from lensbench.cameras.rays import CameraError, Rays, checked_times
 from lensbench.cameras.rolling_shutter import film_centre, project_onto_open_rows
 from lensbench.imaging.animated_transform import AnimatedTransform
@@ -179,6 +180,11 @@ class Camera:
     def gaussian(self) -> Gaussian:
         """First-order map from film and pupil to rays; CameraError for a camera that is not projective."""
         raise CameraError("this camera is not projective: straight lines are curves in its pictures")
+
+    @property
+    def _is_projective(self) -> bool:
+        """Whether this camera kind defines its `gaussian`."""
+        return type(self).gaussian is not Camera.gaussian
 
     @property
     def window(self) -> Window | None:
@@ -430,7 +436,7 @@ class Camera:
         (2, n, 6) array or None
             What a mm of film in x and in y adds to origins (mm) and directions; None without a closed form.
         """
-        return self.gaussian.film_slopes(directions)
+        return self.gaussian.film_slopes(directions) if self._is_projective else None
 
     # Projection onto the film
 
@@ -470,8 +476,7 @@ class Camera:
             """Raster points with the camera where it is while these rows of the film are open."""
             there = transform_points(np.linalg.inv(self.placement(time, row)), points)
             if self.has_port:
-                program = Program(self.aimed(wavelength), np.float64)
-                film, visible = film_from_point(program, there, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
+                film, visible = self._film_by_newton(self.aimed(wavelength), there, pupil_uv)
             else:
                 film, visible = self.film_from_point(there, pupil_uv, wavelength)
             return self.raster_from_film(film), visible
@@ -497,7 +502,14 @@ class Camera:
         visible : (n,) bool array
             Whether the camera sees the points.
         """
-        return self.gaussian.film_points(points, pupil_uv)
+        if self._is_projective:
+            return self.gaussian.film_points(points, pupil_uv)
+        return self._film_by_newton(self.camera_steps(wavelength), points, pupil_uv)
+
+    def _film_by_newton(self, steps: list[Step], points: np.ndarray, pupil_uv: np.ndarray):
+        """`film_from_point` by Newton's method, with steps from the film to the ray in the camera frame."""
+        program = Program(steps, np.float64)
+        return solve_film_points(program, points, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
 
     def raster_from_film(self, film_xy: np.ndarray) -> np.ndarray:
         """Raster points of film points: the inverse of `film_step`.

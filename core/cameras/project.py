@@ -19,8 +19,8 @@ RESTARTS = 12           # further starting points after a failure
 CONVERGED = 1e-10       # radians
 
 
-def film_from_point(program: Program, points: np.ndarray, pupil_uv: np.ndarray, middle: tuple[float, float],
-                    film_radius: float) -> tuple[np.ndarray, np.ndarray]:
+def solve_film_points(program: Program, points: np.ndarray, pupil_uv: np.ndarray, middle: tuple[float, float],
+                      film_radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Film points (n, 2) in mm for points (n, 3) in mm, and which of them the camera sees, (n,) bool.
 
     program: the camera's steps from the film to the ray, in float64. pupil_uv: pupil samples (n, 2). middle: U0, U1 of
@@ -45,7 +45,7 @@ def film_from_point(program: Program, points: np.ndarray, pupil_uv: np.ndarray, 
 
 def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np.ndarray, axes: np.ndarray,
             film_radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """`film_from_point` with Newton's method, from starting film points (n, 2)."""
+    """`solve_film_points` with Newton's method, from starting film points (n, 2)."""
     step, reach = 1e-6 * film_radius, BEYOND * film_radius
 
     def miss(film, which):

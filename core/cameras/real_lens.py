@@ -10,7 +10,6 @@ from lensbench.cameras.base import Camera
 from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing, landing_step
 from lensbench.cameras.ideal_lens import Gaussian, thick, thin
 from lensbench.cameras.importance import FilmImportance
-from lensbench.cameras.project import film_from_point
 from lensbench.cameras.rays import CameraError
 from lensbench.imaging.film import Film
 from lensbench.imaging.spectrum import WAVELENGTHS
@@ -314,8 +313,7 @@ class LensCamera(Camera):
         """Projection in closed form for the ideal models, by Newton's method to rounding through the real lens."""
         if not self.follows_rays:
             return self.gaussian.film_points(points, pupil_uv)
-        program = Program(self.camera_steps(wavelength), np.float64)
-        return film_from_point(program, points, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
+        return self._film_by_newton(self.camera_steps(wavelength), points, pupil_uv)
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
         """Importance of rays traced back to the film, which emits z² / normaliser evenly over its area.

@@ -98,7 +98,7 @@ def test_nearly_every_sample_passes(camera):
     assert (weights > 0.0).mean() > 0.9
 
 
-def test_the_picture_is_squeezed_as_the_two_sections_have_it(camera):
+def test_the_squeeze_is_that_of_the_two_sections(camera):
     lens = lenses.load("lentil-schneider-anamorphic-31-2001")
     far = lb.LensCamera(lens, FILM, math.inf)
     rays = far.generate_rays([[240.0, 180.0], [241.0, 180.0], [240.0, 181.0]], np.tile([0.0, 0.0], (3, 1)))
@@ -182,7 +182,7 @@ def test_for_a_lens_that_is_symmetric_the_grid_gives_what_the_table_gives():
         assert (weight * passed).mean() == pytest.approx(exact, rel=1e-3)
 
 
-def test_the_density_of_samples_is_told(camera):
+def test_sampled_areas_are_those_of_the_weights(camera):
     grid, n = camera.pupil, 20000
     random = np.random.default_rng(4)
     film = np.tile([7.3, -5.1], (n, 1))

@@ -1,7 +1,7 @@
-"""Parallel, panoramic, fisheye and thick-lens cameras: each by its law, and the way back to the film."""
+"""Parallel, panoramic, fisheye and thick-lens cameras: each by its law, and projection onto the film."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -12,6 +12,8 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.cameras.environment import LAYOUTS
 from lensbench.cameras.fisheye import PROJECTIONS
+from lensbench.imaging.transform import transform_steps
+from lensbench.optics.glass import D_LINE
 from tests.core.oracles import biconvex
 
 FILM = lb.Film(36.0, 24.0, 960, 640)
@@ -61,7 +63,7 @@ def test_a_point_on_a_ray_leads_back_to_the_raster_point_of_the_ray(name):
 
 
 @pytest.mark.parametrize("name", CAMERAS)
-def test_the_middle_of_the_pupil_is_meant_where_none_is_named(name):
+def test_projection_uses_the_centre_of_the_pupil_by_default(name):
     camera = CAMERAS[name]
     raster, _ = samples(camera.film, 100)
     middle = np.tile(camera.pupil_centre, (100, 1))
@@ -73,7 +75,7 @@ def test_the_middle_of_the_pupil_is_meant_where_none_is_named(name):
 
 @pytest.mark.parametrize("direction", ["down", "up", "left", "right"])
 @pytest.mark.parametrize("readout", [0.0, 0.03])
-def test_the_way_back_stands_where_the_camera_does_when_the_line_is_open(direction, readout):
+def test_projection_places_the_camera_at_the_time_of_the_open_row(direction, readout):
     """A camera that turns by 40° and moves by 300 mm while its lines open one after the other."""
     start, end = (lb.look_at(eye, target) for eye, target in (((0, 0, 0), (0, 0, -1)), ((300, 40, 0), (300, 0, -1))))
     turn = lb.look_at((0, 0, 0), (0.6, 0.2, -1))
@@ -290,7 +292,46 @@ def test_look_at_puts_the_target_in_the_middle_and_up_upright(eye, target, up):
     (lambda: lb.FisheyeCamera(FILM).spaces(), "not projective"),
     (lambda: lb.LensCamera(biconvex(), FILM, model="magic"), "thick"),
 ])
-def test_what_cannot_be_is_refused_in_one_line(make, says):
+def test_invalid_settings_are_refused_in_one_line(make, says):
     with pytest.raises(ValueError, match=says) as caught:
         make()
     assert "\n" not in str(caught.value)
+
+
+@dataclass(frozen=True, eq=False)
+class Periscope(lb.Camera):
+    """A camera kind of its own: a pinhole 50 mm above the camera's origin, given by its steps alone."""
+
+    film: lb.Film
+
+    def camera_steps(self, wavelength=D_LINE):
+        above = np.eye(4)
+        above[1, 3] = 50.0
+        return [*lb.PerspectiveCamera(self.film).camera_steps(wavelength), *transform_steps(above)]
+
+
+def test_a_new_camera_kind_needs_its_own_class_alone():
+    """It renders, shows every view, projects and has differentials, as the perspective camera does that it equals."""
+    film = lb.Film(36.0, 24.0, 24, 16)
+    periscope = Periscope(film, world_from_camera=WORLD)
+    above = np.eye(4)
+    above[1, 3] = 50.0
+    pinhole = lb.PerspectiveCamera(film, world_from_camera=WORLD @ above)
+    scene = lb.builtin_scene("still-life")
+    for view in ("", *(view for view in lb.VIEWS if view != "depth")):      # depth counts from the camera's origin
+        pictures = []
+        for camera in (periscope, pinhole):
+            rendering = lb.Rendering(camera, scene, seed=4, view=view, light_tracing=False, filtered=False)
+            rendering.add(2)
+            pictures.append(rendering.image())
+        np.testing.assert_allclose(*pictures, rtol=0.02, atol=0.02)
+    raster, uv = samples(film, 40)
+    (rays, *slopes), (expected, *true) = (camera.generate_ray_differentials(raster, uv)
+                                          for camera in (periscope, pinhole))
+    np.testing.assert_allclose(rays.origins, expected.origins, atol=1e-9)
+    for found, wanted in zip(slopes, true, strict=True):
+        np.testing.assert_allclose(found.directions, wanted.directions, atol=1e-9)
+    points = rays.origins + 800.0 * rays.directions
+    found, visible = periscope.raster_from_point(points)
+    assert visible.all()
+    np.testing.assert_allclose(found, raster, atol=1e-6)

@@ -224,7 +224,7 @@ def test_a_closed_lens_and_a_dark_film_point_give_nothing_and_no_nan():
     assert 0.95 < (w > 0.0).mean() <= 1.0
 
 
-def test_the_camera_stands_where_it_is_put():
+def test_the_camera_is_placed_by_its_transform():
     turn = np.array([[0.0, 0.0, -1.0, 10.0], [0.0, 1.0, 0.0, 20.0], [1.0, 0.0, 0.0, 30.0], [0.0, 0.0, 0.0, 1.0]])
     here, there = (lb.LensCamera(dgauss(), FILM, 2000.0, 4.0, world_from_camera=m) for m in (np.eye(4), turn))
     a, b = (camera.generate_rays([[100.0, 100.0]], [[0.3, 0.4]]) for camera in (here, there))
@@ -274,7 +274,7 @@ def test_single_precision_rays_are_the_double_ones_to_their_digits():
     (lambda: lb.Film(36.0, 24.0, math.inf, 640), "pixels"),
     (lambda: lb.Film(36.0, 24.0, 2**24 + 1, 1), "pixels"),
 ])
-def test_what_cannot_be_is_refused_in_one_line(make, says):
+def test_invalid_settings_are_refused_in_one_line(make, says):
     with pytest.raises(ValueError, match=says) as caught:
         make()
     assert "\n" not in str(caught.value)

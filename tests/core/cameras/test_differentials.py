@@ -116,7 +116,7 @@ def test_no_blocked_neighbour_takes_a_good_sample_away():
         assert across.max() < 1e-6 * np.abs(slope.directions[good]).max()       # a unit vector turns across itself
 
 
-def test_a_rolling_shutter_that_turns_adds_what_it_turns_in_a_line():
+def test_a_rotating_camera_with_a_rolling_shutter_adds_its_rotation_per_row():
     rate, readout = 0.7, 0.05                                   # rad/s about the vertical, s for the picture
     c, s = math.cos(rate), math.sin(rate)
     end = np.array([[c, 0.0, s, 0.0], [0.0, 1.0, 0.0, 0.0], [-s, 0.0, c, 0.0], [0.0, 0.0, 0.0, 1.0]])

@@ -53,7 +53,7 @@ def test_things_in_water_seem_nearer_by_its_index():
 
 
 @pytest.mark.parametrize("name", ["perspective", "trace", "orthographic"])
-def test_the_way_back_leads_through_the_window(name):
+def test_projection_leads_through_the_window(name):
     camera = cameras(medium=WATER)[name]
     rng = np.random.default_rng(5)
     raster, uv = rng.uniform(0.25, 0.75, (30, 2)) * (120, 80), rng.uniform(0.3, 0.7, (30, 2))
@@ -97,7 +97,7 @@ def test_small_lights_in_water_are_where_the_cameras_rays_find_them():
     (lambda: lb.EnvironmentCamera(FILM, medium=WATER), "flat window"),
     (lambda: lb.PerspectiveCamera(FILM, medium=WATER).importance([[0.0, 0.0, 0.0]], [[0.0, 0.0, -1.0]]), "in air"),
 ])
-def test_what_cannot_be_is_refused_in_one_line(make, says):
+def test_invalid_settings_are_refused_in_one_line(make, says):
     with pytest.raises(ValueError, match=says) as caught:
         make()
     assert "\n" not in str(caught.value)

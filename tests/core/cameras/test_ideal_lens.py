@@ -74,7 +74,7 @@ def before_stop(gap: float) -> lb.Lens:
 
 
 @pytest.mark.parametrize("gap", [-3.0, 0.0, 3.0])
-def test_a_pupil_at_infinity_out_in_the_scene_or_behind_the_camera_is_pointed_at(gap):
+def test_rays_point_to_a_pupil_at_infinity_in_the_scene_or_behind_the_camera(gap):
     """From the first vertex on; the rays of the pupil's middle cross where the entrance pupil is."""
     camera = lb.LensCamera(behind_stop(gap), FILM, 600.0, model="thick")
     raster, _ = samples(FILM, 50)

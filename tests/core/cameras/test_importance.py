@@ -194,7 +194,7 @@ def test_a_lamp_gives_the_film_what_its_importance_says(camera):
     assert picture == pytest.approx(expected, rel=0.015)
 
 
-def test_the_importance_of_a_camera_that_rolls_knows_its_line():
+def test_importance_with_a_rolling_shutter_is_that_of_the_open_row():
     way = lb.AnimatedTransform(np.eye(4), lb.look_at((100.0, 20.0, 0.0), (400.0, 0.0, -1000.0)), 0.0, 0.05)
     camera = lb.PerspectiveCamera(FILM, 0.7, 5.0, 900.0, world_from_camera=way, shutter_close=0.02, readout=0.02)
     u = spread(5, 500)
@@ -205,7 +205,7 @@ def test_the_importance_of_a_camera_that_rolls_knows_its_line():
     np.testing.assert_allclose(found.raster, raster, atol=1e-8)
 
 
-def test_what_is_no_ray_has_no_importance_and_a_bad_one_is_refused():
+def test_foreign_rays_have_no_importance_and_invalid_ones_are_refused():
     camera = POINTS["pinhole"]
     place = camera.placement()[:3, 3]
     aside = camera.importance([place + [1.0, 0.0, 0.0], place], [-camera.placement()[:3, 2], camera.placement()[:3, 2]])

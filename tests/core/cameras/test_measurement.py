@@ -226,7 +226,7 @@ def test_light_and_chief_rays_are_not_those_of_the_blades():
     (lambda: lb.falloff(lenses.load("pbrt-dgauss-50mm"), 0.0, [1.0]), "behind the lens"),
     (lambda: lb.irradiance(np.ones((1, 1, 3)), 0.0), "open time 0"),
 ])
-def test_what_cannot_be_is_refused_in_one_line(make, says):
+def test_invalid_settings_are_refused_in_one_line(make, says):
     with pytest.raises(ValueError, match=says) as caught:
         make()
     assert "\n" not in str(caught.value)

@@ -56,7 +56,7 @@ def test_a_point_on_a_ray_leads_back_through_the_lens_to_the_raster_point_of_the
 
 
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "lib-miyamoto-fisheye-1964", "lenshh-petzval"])
-def test_a_point_of_many_pictures_is_led_back_to_one_of_them(name):
+def test_a_point_with_several_film_points_projects_to_one_of_them(name):
     """Points just before the lens, and a fisheye that shows the rim of its field twice: the ray meets the point."""
     taken = camera(name, film=lb.Film(36.0, 36.0, 700, 700)) if "fisheye" in name else camera(name)
     raster, uv, origins, directions = lit_rays(taken, 1500)
@@ -82,7 +82,7 @@ def test_what_the_lens_blocks_or_the_film_does_not_reach_is_not_visible():
     assert not visible.any()
 
 
-def test_near_the_axis_the_way_back_is_that_of_first_order():
+def test_near_the_axis_projection_is_of_first_order():
     """Off by distortion, which falls as the cube of the height."""
     taken = camera("pbrt-dgauss-50mm", world_from_camera=np.eye(4))
     thick = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, 3000.0, model="thick")

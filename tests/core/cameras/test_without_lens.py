@@ -143,7 +143,7 @@ def test_the_sharpest_hole_is_rayleighs():
     (lambda: lb.best_pinhole(-1.0), "positive distances"),
     (lambda: lb.BareSensor(FILM, weights="heavy"), "relative or physical"),
 ])
-def test_what_cannot_be_is_refused_in_one_line(make, says):
+def test_invalid_settings_are_refused_in_one_line(make, says):
     with pytest.raises(lb.CameraError, match=says) as caught:
         make()
     assert "\n" not in str(caught.value)

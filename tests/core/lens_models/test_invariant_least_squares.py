@@ -18,7 +18,7 @@ def rays():
 
 
 def monomials(abc, n):
-    """(RAYS, terms) in the order of `place`."""
+    """(RAYS, terms) in the order of `monomial_index`."""
     columns = {monomial_index(i, j, k, n): abc[0]**i * abc[1]**j * abc[2]**k
                for i in range(n + 1) for j in range(n + 1 - i) for k in range(n + 1 - i - j)}
     assert sorted(columns) == list(range(monomial_count(n)))                 # each has a place of its own

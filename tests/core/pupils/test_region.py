@@ -157,7 +157,7 @@ def test_where_the_reference_tracer_finds_light_through_a_small_stop_the_region_
 
 @pytest.mark.parametrize("name", [*SHAPES, "lib-us7558005a"])
 @pytest.mark.parametrize("stop", [1.0, 0.1, 0.01])
-def test_margins_in_single_precision_are_as_near_as_is_said(name, stop):
+def test_single_precision_clearances_keep_their_stated_error(name, stop):
     """Of rays about the rims of regions all over the film; of all lenses, the last one has the largest errors."""
     lens = lenses.load(name)
     lens = lens.with_stop_radius(lens.stop.semi_diameter * stop)
@@ -176,7 +176,7 @@ def test_margins_in_single_precision_are_as_near_as_is_said(name, stop):
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_a_first_look_in_single_precision_leads_to_the_same_rims(name):
+def test_first_scans_in_single_precision_lead_to_the_same_rims(name):
     """Each rim to a thousandth of the axis's, as a camera solves it: the first look only says where to look closely."""
     lens = lenses.load(name)
     distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 33)
@@ -261,7 +261,7 @@ def test_a_film_close_behind_a_lens_that_is_stopped_down_gets_its_light_between_
 
 
 @pytest.mark.parametrize("part", [0.945, 0.963, 0.97, 0.9796, 0.985])
-def test_a_region_in_pieces_is_sampled_whole(part):
+def test_a_disjoint_region_is_sampled_whole(part):
     """The edge of this fisheye's light: a hole opens in the region, then it falls in two, then one piece is left."""
     lens = lenses.load("lib-miyamoto-fisheye-1964")
     distance = lb.first_order(lens).bfl
@@ -282,7 +282,7 @@ def test_a_region_in_pieces_is_sampled_whole(part):
 
 
 @pytest.mark.parametrize("name", [name for name in lenses.names() if lenses.load(name).is_rotationally_symmetric])
-def test_a_camera_and_a_close_look_find_the_same_region_at_every_radius(name):
+def test_a_coarse_and_a_fine_solution_agree_at_every_radius(name):
     """41 points at a loose tolerance against 257 at a tight one: the chords alone differ, below 1 % of the axis."""
     lens = lenses.load(name)
     distance, radii = lb.first_order(lens).bfl, np.linspace(0.0, 21.6, 48)
@@ -295,7 +295,7 @@ def test_a_camera_and_a_close_look_find_the_same_region_at_every_radius(name):
 
 @pytest.mark.parametrize("name", ["pbrt-fisheye-10mm", "lv-zeiss-biogon-21-f45", "pbrt-wide-22mm", "lenshh-petzval"])
 @pytest.mark.parametrize("stop", [1.0, 0.1])
-def test_light_from_the_scene_lands_only_where_a_region_waits_for_it(name, stop):
+def test_light_from_the_scene_lands_only_where_a_region_exists(name, stop):
     """Meridional rays through the front element, traced by the reference: each film radius they reach is lit."""
     wide = lenses.load(name)
     lens, front = wide.with_stop_radius(wide.stop.semi_diameter * stop), wide.surfaces[0]
@@ -342,6 +342,6 @@ def test_a_table_ends_where_the_light_does():
 
 @pytest.mark.parametrize(("distance", "radii"), [(0.0, [1.0]), (-1.0, [1.0]), (math.nan, [1.0]), (30.0, [-1.0]),
                                                  (30.0, [math.nan]), (30.0, [math.inf])])
-def test_radii_and_distances_that_cannot_be_are_refused(distance, radii):
+def test_invalid_radii_and_distances_are_refused(distance, radii):
     with pytest.raises(lb.LensError, match="exit pupil"):
         lb.exit_pupil(lenses.load("pbrt-dgauss-50mm"), distance, radii)

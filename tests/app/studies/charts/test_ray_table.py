@@ -42,7 +42,7 @@ def aimed(film, rear, away):
 
 
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])
-def test_at_its_nodes_the_rays_are_the_references(name):
+def test_the_table_has_the_reference_rays_at_its_nodes(name):
     lens, away, table, program = setup(name)
     reach, drift = _box(table)
     k, u, v = (axis.ravel() for axis in np.meshgrid(np.arange(0, RADII - 1, 7), np.arange(1, ALONG - 1, 3),
@@ -62,7 +62,7 @@ def test_at_its_nodes_the_rays_are_the_references(name):
     assert np.abs(apart).max() < 1e-8
 
 
-def test_between_its_nodes_it_is_within_half_a_pixel_of_the_trace():
+def test_between_its_nodes_the_table_is_within_half_a_pixel_of_the_trace():
     """Of 24 million pixels; a linear table of 64 × 24 × 12 rays leaves what bends within a cell: 0.2 px rms."""
     raster, uv = np.random.default_rng(3).random((2, 4000, 2))
     rays = []
@@ -103,7 +103,7 @@ def test_a_picture_by_the_table_is_the_traced_one():
     assert np.sqrt(((np.minimum(tabled, 1.0) - np.minimum(traced, 1.0)) ** 2).mean()) < 0.02
 
 
-def test_what_no_table_holds_for_is_refused():
+def test_a_lens_without_rotational_symmetry_has_no_table():
     rod = lb.Lens((lb.Surface(0.02, 4.0, 5.0, lb.Glass(1.5), curvature_x=0.0), lb.Surface(0.0, 0.0, 5.0)), 0)
     with pytest.raises(lb.LensError, match="cylinder or toroid"):
         ray_table_step(rod, 30.0, setup()[2])
