@@ -1,1 +1,1 @@
-"""Every camera: from film and pupil samples to weighted rays, and back to the film."""
+"""Every camera: weighted rays from film and pupil samples, and projection onto the film."""

@@ -55,7 +55,7 @@ def land_ideal(lanes, p, key):
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, l, m, n, weight, margin = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[CLEARANCE]
+    x, y, z, l, m, n, weight, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT], row[CLEARANCE]
     across, right, down, bottom, gain = real(1) / p[PIXEL_X], p[HALF_X], real(1) / p[PIXEL_Y], p[HALF_Y], p[GAIN]
     film_p, film_s, pupil_p, pupil_s = p[FILM_P], p[FILM_S], p[PUPIL_P], p[PUPIL_S]
     plane, aim, aim_p = p[PLANE_Z], p[APPROACH_FILM], p[APPROACH_PUPIL]
@@ -69,8 +69,8 @@ def land_ideal(lanes, p, key):
         ex, ey = aim * fx + aim_p * a, aim * fy + aim_p * b
         # Étendue on the scene's side to cos⁴θ on the film's side
         c2 = (real(1) + sx * sx + sy * sy) / (real(1) + ex * ex + ey * ey)
-        margin[i] = a * a + b * b
-        weight[i] = weight[i] * c2 * c2 * gain if (margin[i] <= real(1)) & (n[i] > real(0)) else real(0)
+        clearance[i] = a * a + b * b
+        weight[i] = weight[i] * c2 * c2 * gain if (clearance[i] <= real(1)) & (n[i] > real(0)) else real(0)
         x[i], y[i], z[i], l[i], m[i] = (right - fx) * across, (bottom + fy) * down, real(0), a, b
 
 

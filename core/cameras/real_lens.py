@@ -39,8 +39,8 @@ class LensCamera(Camera):
     Parameters
     ----------
     lens : Lens
-        Prescription. A lens whose front_index is not 1 stands in the medium itself, without a window; its f-number is
-        the engraved one, for air. A lens with a cylinder or toroid is traced, focused between its two foci
+        Prescription. A lens whose front_index is not 1 is immersed in the medium, without a window; its f-number is the
+        engraved one, for air. A lens with a cylinder or toroid is traced, focused between its two foci
         (`section_foci`) and has the f-number of its section y–z.
     film : Film
         Size (mm) and pixels.
@@ -94,7 +94,7 @@ class LensCamera(Camera):
         if self.model == "polynomial" and self.degree not in DEGREES:
             raise CameraError(f"polynomial degree {self.degree}: choose one of {', '.join(map(str, DEGREES))}")
         if not self.lens.is_rotationally_symmetric and self.model not in ("auto", "trace"):
-            raise CameraError(f"the {self.model} model knows rotationally symmetric lenses, and this one has a "
+            raise CameraError(f"the {self.model} model needs a rotationally symmetric lens, and this one has a "
                               "cylinder or toroid: choose the full trace")
         if not self.lens.is_rotationally_symmetric and not self.lens.iris.is_round:
             raise CameraError("a lens with a cylinder or toroid has no blades here: leave its stop round")
@@ -102,16 +102,16 @@ class LensCamera(Camera):
         if self.f_number is not None:
             lens = replace(stopped_down(replace(lens, front_index=1.0), self.f_number), front_index=lens.front_index)
         if lens.front_index != 1.0 and self.medium is not None and self.medium.index not in (1.0, lens.front_index):
-            raise CameraError(f"this lens stands in a medium of index {lens.front_index:g}, and the camera in one of "
-                              f"{self.medium.index:g}: give both the same")
+            raise CameraError(f"this lens is immersed in a medium of index {lens.front_index:g}, and the camera in "
+                              f"one of {self.medium.index:g}: give both the same")
         object.__setattr__(self, "lens", focused(lens, self.focus_distance, self.focus_method))
         if not self.film_distance > 0.0:            # evaluated here, so that a lens without focus raises
             raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
-                             "where no film can stand")
+                             "where there is no room for a film")
         if not self.follows_rays:
             _ = self.gaussian                       # evaluated here, so that an impossible ideal lens raises
         if self.dispersion and not self.disperses and missing_dispersion(self.lens):
-            raise CameraError(f"no picture in colours: {missing_dispersion(self.lens)}")
+            raise CameraError(f"no dispersion: {missing_dispersion(self.lens)}")
 
     @property
     def follows_rays(self) -> bool:
@@ -198,7 +198,7 @@ class LensCamera(Camera):
             return thick(self.lens, self.film_distance)
         if not -self.focus_distance < self._pupil_z < math.inf:
             raise CameraError(f"the entrance pupil of this lens lies at infinity or beyond the object: "
-                              f"the {model} model cannot stand there")
+                              f"the {model} model has no place there")
         fo = self.first_order
         s_e = self.focus_distance + self._pupil_z
         s_p = s_e - fo.entrance_pupil.z + fo.front_principal

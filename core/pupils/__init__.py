@@ -1,1 +1,1 @@
-"""Exit-pupil regions: where the light of a film point leaves the lens, solved and sampled."""
+"""Exit-pupil regions: solvers and samplers of the area through which light from a film point leaves the lens."""
