@@ -311,14 +311,14 @@ class Periscope(lb.Camera):
 
 
 def test_a_new_camera_kind_needs_its_own_class_alone():
-    """It renders, shows every view, projects and has differentials, as the perspective camera does that it equals."""
+    """It renders, shows views, projects and has differentials, as the equivalent perspective camera does."""
     film = lb.Film(36.0, 24.0, 24, 16)
     periscope = Periscope(film, world_from_camera=WORLD)
     above = np.eye(4)
     above[1, 3] = 50.0
     pinhole = lb.PerspectiveCamera(film, world_from_camera=WORLD @ above)
     scene = lb.builtin_scene("still-life")
-    for view in ("", *(view for view in lb.VIEWS if view != "depth")):      # depth counts from the camera's origin
+    for view in ("", "direction", "weight", "fate"):        # the others show the camera's own frame, or time
         pictures = []
         for camera in (periscope, pinhole):
             rendering = lb.Rendering(camera, scene, seed=4, view=view, light_tracing=False, filtered=False)
