@@ -8,7 +8,7 @@ edition, ch. 16, where every weight is 1.)
 """
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from lensbench.cameras.rays import CameraError
 from lensbench.cameras.rolling_shutter import project_onto_open_rows
 from lensbench.imaging.coordinate_spaces import transform_points
 
-if TYPE_CHECKING:
-    from lensbench.cameras.base import Camera
+Camera = Any            # a `cameras.base.Camera`, which imports this module
 
 HIT = 1e-6              # mm from the one point, or radians from the one direction, of a camera with a single one
 
@@ -67,7 +66,7 @@ class FilmImportance(NamedTuple):
     is_point: bool = False      # whether all rays cross one point, so that W has no area
 
 
-def camera_importance(camera: "Camera", origins, directions, time, wavelength: float) -> Importance:
+def camera_importance(camera: Camera, origins, directions, time, wavelength: float) -> Importance:
     """Importance of rays in the world, each at the time when the row of its raster point is open."""
     if camera.has_port:
         raise CameraError("importance is known in air, not through the window to a medium of another index")

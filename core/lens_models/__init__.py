@@ -1,1 +1,1 @@
-"""Approximations of a traced lens: fitted polynomials, and a table of rays for comparison."""
+"""Approximations of a traced lens: polynomials fitted in rotation invariants."""
