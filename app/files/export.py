@@ -1,7 +1,7 @@
-"""Pictures on disk: PNG and PPM as developed, EXR and PFM in linear light, all but the last with their settings.
+"""Pictures on disk: PNG and PPM tone-mapped, EXR and PFM in linear light, all but PFM with their settings.
 
-A picture is written beside its place and moved there when it is whole and on the
-disk: whatever happens, a file of that name is either the old one or the new one.
+A picture is written to a temporary file beside its place, and replaces the old file
+when it is complete on the disk: the file is at any time either the old or the new one.
 
 PNG is written here, chunk by chunk: Pillow has no 16-bit RGB, and one writer serves
 both depths. The settings are JSON, in PNG as an iTXt chunk, in EXR as a header
@@ -35,14 +35,14 @@ from lensbench.app.state.exposure import exposed
 from lensbench.app.state.scene_file import find_scene
 from lensbench.app.state.settings import CHOSEN, Settings
 
-SUFFIXES = {".png": "developed picture, 8 or 16 bits", ".ppm": "the same, without compression",
+SUFFIXES = {".png": "tone-mapped picture, 8 or 16 bits", ".ppm": "the same, without compression",
             ".exr": "linear light, float", ".pfm": "the same, without settings"}
 BITS = (8, 16)
 KEY = "lensbench"                       # of the settings in a picture's metadata
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 EXR_SIGNATURE = b"\x76\x2f\x31\x01"
 MAX_TEXT = 1 << 20                      # bytes of settings that a picture may carry
-BAND = 64                               # rows developed at once
+BAND = 64                               # rows that are tone-mapped at once
 PASS_SECONDS = 0.2                      # of rendering between two steps of the progress
 
 
@@ -51,10 +51,9 @@ class ExportError(ValueError):
 
 
 def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
-    """The picture that the window shows: (h, w, 3) linear light, exposed, to sRGB code values in [0, 1].
+    """SRGB code values in [0, 1] of exposed linear light (h, w, 3), as the window shows them without overlays.
 
-    Takes exposure and tone from the settings; overlays are the window's alone. A view of
-    samples has codes of its own. A value that is not a number comes out black.
+    settings: for exposure and tone curve, and for views of other quantities than light. NaN becomes black.
     """
     if settings.sample_view:
         return codes(image, settings)
@@ -64,11 +63,11 @@ def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
 
 def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: int = 8, text: bool = False,
                  choice: lb.Choice | None = None) -> None:
-    """Write a linear picture (h, w, 3): developed to .png or .ppm of 8 or 16 bits, or as floats to .exr or .pfm.
+    """Write a linear picture (h, w, 3): tone-mapped to .png or .ppm of 8 or 16 bits, or as floats to .exr or .pfm.
 
-    text: a PPM whose numbers are written out (P3). choice: of the automatic model, recorded beside the settings.
-    ExportError for another suffix or depth, for text in another kind of file, and where the disk does not take it; the
-    file that was there before is then untouched.
+    text: a PPM with numbers as text (P3). choice: of the automatic model, recorded beside the settings.
+    ExportError for another suffix or depth, for text in another kind of file, and for errors of the disk; an older
+    file is then unchanged.
     """
     path = Path(path)
     suffix = checked_place(path, text)
@@ -92,8 +91,8 @@ def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: 
 def read_settings(path: str | Path, say: Callable[[str], object] = lambda text: None) -> Settings:
     """The settings that an exported picture was made with; `say` hears where names of an earlier version occur.
 
-    ExportError where there are none (another program's picture), where the file is cut
-    off or damaged, and for settings of a newer version.
+    ExportError if there are none (another program's picture), if the file is incomplete
+    or damaged, and for settings of a newer version.
     """
     path = Path(path)
     try:
@@ -124,11 +123,9 @@ def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | 
                   text: bool = False, on_choice: Callable[[lb.Choice], object] = lambda choice: None) -> bool:
     """Render the settings at a size (pixels across, down) and a number of samples, and save the picture.
 
-    The automatic model is chosen for that size, whatever was chosen before; `on_choice` hears what.
-
-    `progress` receives the finished part, 0 to 1; `cancelled` is asked many times a second
-    from the rendering threads. False where it was cancelled: nothing is written then.
-    The place is tried before the work begins.
+    The automatic model is chosen for that size; `on_choice` receives the choice. `progress` receives the finished
+    part, 0 to 1; the rendering threads call `cancelled` many times a second. Returns False after a cancellation:
+    nothing is written then. The path is tried before the work begins.
     """
     path = Path(path)
     checked_place(path, text)
@@ -149,9 +146,9 @@ def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | 
 def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
            cancelled: Callable[[], bool] = lambda: False, threads: int | None = None,
            on_choice: Callable[[lb.Choice], object] = lambda choice: None) -> np.ndarray | None:
-    """Render all samples of the settings: (h, w, 3) float32 linear, or None where it was cancelled.
+    """Render all samples of the settings: (h, w, 3) float32 linear, or None after a cancellation.
 
-    `on_choice` hears what the automatic model came to.
+    `on_choice` receives the choice of the automatic model.
     """
     view, scene = camera(settings), find_scene(settings.scene)
     if is_automatic(settings):
@@ -181,7 +178,7 @@ def render(settings: Settings, progress: Callable[[float], object] = lambda frac
 
 
 def checked_place(path: Path, text: bool = False) -> str:
-    """The suffix, in small letters, of a picture that can be written; ExportError names those that can."""
+    """The suffix in lower case; ExportError for one that cannot be written."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         known = ", ".join(f"{suffix} ({what})" for suffix, what in SUFFIXES.items())
@@ -194,7 +191,7 @@ def checked_place(path: Path, text: bool = False) -> str:
 @contextmanager
 def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
     """A temporary file beside `path`; at the end it replaces `path`, unless keep is false."""
-    path = path.resolve()               # a link stays, and what it points to is replaced
+    path = path.resolve()               # a link stays, its target is replaced
     part = path.with_name(f".lensbench-{secrets.token_hex(4)}.part")
     if not path.parent.is_dir():
         raise ExportError(f"{path}: there is no folder {path.parent}")

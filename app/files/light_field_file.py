@@ -1,11 +1,10 @@
 """Light fields on disk: numpy's .npz, an archive of plain arrays that every scientific program reads.
 
-In it: `light` (views down, views across, 3, h, w) and `coverage` (down, across, h, w) as recorded, `reach`, `fill`, and
-`settings`, the JSON text that exported pictures carry too; from these the camera is made again. Where moments of the
-exposure were kept apart, `moments` (n, views down, views across, 3, h, w). Of a plenoptic camera
-the sensor's picture `raw` (h, w, 3) and its `white` (h, w), the number of pixels behind each microlens, `behind`, and
-the f-number of those, `microlenses`. Not compressed: noise does not shrink, and a light field is opened as fast as
-the disk gives it.
+Arrays: `light` (views down, views across, 3, h, w) and `coverage` (down, across, h, w) as recorded, `reach`, `fill`,
+and `settings`, the JSON text of exported pictures, from which the camera is built. If moments of the exposure were
+recorded apart, `moments` (n, views down, views across, 3, h, w). Of a plenoptic camera instead the raw picture `raw`
+(h, w, 3), its `white` (h, w), the number of pixels behind each microlens, `behind`, and the f-number of the
+microlenses, `microlenses`. Not compressed: noise does not shrink, and reading is as fast as the disk.
 """
 
 from pathlib import Path
@@ -37,9 +36,7 @@ def save_light_field(path: str | Path, recording: Recording) -> None:
 
 
 def load_light_field(path: str | Path) -> Recording:
-    """Read what save_light_field wrote. ExportError: not there, not a light field, cut short; what loading its lens
-    raises where that is gone.
-    """
+    """Read a file of save_light_field. ExportError: missing, no light field, incomplete; or errors of the lens."""
     found, settings = load_arrays(Path(path), "light field", "capture", _wanted)
     recording = _of_sensor(found, settings) if "raw" in found else _of_views(found, settings)
     if recording is None:

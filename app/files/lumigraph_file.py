@@ -1,7 +1,7 @@
 """Lumigraphs on disk: numpy's .npz, as light fields are.
 
-In it: `pictures` (down, across, 3, h, w) and `nearness` (down, across, h, w) as recorded, `spacing` and `distance` in
-mm, and `settings`, the JSON text that exported pictures carry too; from these the middle pinhole is made again.
+Arrays: `pictures` (down, across, 3, h, w) and `nearness` (down, across, h, w) as recorded, `spacing` and `distance` in
+mm, and `settings`, the JSON text of exported pictures, from which the middle pinhole is built.
 """
 
 from pathlib import Path
@@ -24,9 +24,7 @@ def save_lumigraph(path: str | Path, lumigraph: lb.Lumigraph, settings: Settings
 
 
 def load_lumigraph(path: str | Path) -> tuple[lb.Lumigraph, Settings]:
-    """Read what save_lumigraph wrote. ExportError: not there, not a lumigraph, cut short; what loading its lens
-    raises where that is gone.
-    """
+    """Read a file of save_lumigraph. ExportError: missing, no lumigraph, incomplete; and errors of its lens file."""
     found, settings = load_arrays(Path(path), "lumigraph", "array",
                                   lambda names: () if set(ARRAYS) - names else ARRAYS)
     pictures, nearness, spacing, distance = (found[name] for name in ARRAYS)

@@ -1,8 +1,8 @@
 """Portable pixmaps: PPM as numbers in text (P3) or in bytes (P6), and PFM, its sister of floats.
 
-A PPM's rows run from the top; numbers of more than 8 bits stand with their high byte first. A PFM's
-rows run from the bottom, and a negative scale says that the low byte stands first. The header
-of a PPM has room for comments, one of which carries the settings; that of a PFM has none.
+A PPM's rows run from the top; numbers of more than 8 bits have their high byte first. A PFM's
+rows run from the bottom; a negative scale means that the low byte is first. The header
+of a PPM may have comments, one of which carries the settings; that of a PFM has none.
 """
 
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SIGNATURES = (b"P3", b"P6")
-NUMBERS_PER_LINE = 9            # of at most five digits: a line of a text PPM is to stay below 70 characters
+NUMBERS_PER_LINE = 9            # of at most five digits: lines of a text PPM have at most 70 characters
 MAX_COMMENT = 1 << 20           # bytes of a line in a header
 
 

@@ -1,4 +1,4 @@
-"""Recorded arrays with the settings that made them, in .npz: what files of light fields and lumigraphs share."""
+"""Arrays with settings in .npz: the common part of the files of light fields and lumigraphs."""
 
 import json
 import zipfile
@@ -33,9 +33,8 @@ def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], 
                 ) -> tuple[dict[str, np.ndarray], Settings]:
     """The arrays of a file, by name, and its settings.
 
-    what: it is to be, in words. maker: the command that records one. wanted: which arrays are to be read of those
-    that are there; none where it is something else. ExportError: not there, something else, cut short, or of settings
-    that cannot be.
+    what: the kind of file, in words. maker: the command that records one. wanted: from the names in the file, those to
+    read; none for another kind of file. ExportError: missing, of another kind, incomplete, or with invalid settings.
     """
     try:
         if not zipfile.is_zipfile(path) and path.is_file():

@@ -19,7 +19,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, pieces, text
 
-NEAR_END = 0.7                  # of the plot's width: focused beyond it, lines are named on the left
+NEAR_END = 0.7                  # of the plot's width: with the focus beyond it, lines have their names at the left
 THIN, THICK = (1.5, 3.0), (6.0, 3.0)             # dashes and gaps, pixels
 
 
@@ -37,7 +37,7 @@ class CocState:
 
 
 def coc_panel(settings: Settings, state: CocState) -> Settings:
-    """Draw the plot in what is left of the window; settings, with another focus where its line was dragged."""
+    """Draw the plot in the rest of the window; returns the settings with the dragged focus."""
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return settings
@@ -128,7 +128,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
     for y, (_, _, on, off) in zip(rows, across, strict=True):
         dashed_line(draw, ImVec2(plot.left, y), ImVec2(plot.right, y), theme.packed(colour.dim, 0.8), on, off)
     column, focus = _focus_column(settings, plot), format_distance(settings.focus_distance)
-    taken: list[tuple[float, float, float]] = []            # top, bottom and right end of what is written
+    taken: list[tuple[float, float, float]] = []            # top, bottom and right end of each text
     hyperfocal = None
     if got.hyperfocal is not None:
         x = math.floor(plot.at(got.hyperfocal / 1000.0, 1.0).x) + 0.5
@@ -150,7 +150,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
     if hyperfocal is not None:
         text(draw, hyperfocal[0], colour.dim, hyperfocal[1], plate=True)
 
-    # Names at the ends of the lines that are the farther from the focus, the first the surest of its place
+    # Names at the ends of the lines away from the focus; the first have priority
     taken += _name_models(draw, plot, shown, column)
     far = column > plot.left + NEAR_END * (plot.right - plot.left)
     if far:
@@ -180,7 +180,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
 
 
 def _clear_row(plot: PlotMap, shown: Curves, left: float, right: float) -> float:
-    """The upper edge of the first row of text, from the second on, that the main curve leaves clear between columns."""
+    """The upper edge of the first row of text, from the second on, that the main curve does not cross."""
     line, pixel = imgui.get_text_line_height(), theme.scale()
     x, y = plot.pixels(shown.distances, main(shown)).T
     heights = np.interp(np.linspace(left, right, 9), x, y)
@@ -235,7 +235,7 @@ def _name_flanks(draw: imgui.ImDrawList, plot: PlotMap, distances: np.ndarray, l
 
 
 def _name_models(draw: imgui.ImDrawList, plot: PlotMap, shown: Curves, focus: float) -> list:
-    """Which stroke is which lens, in the lower corner beside the focus line; the space that this takes."""
+    """The legend of the strokes, in the lower corner beside the focus line; returns the space that it takes."""
     pixel, line = theme.scale(), imgui.get_text_line_height()
     if shown.thick is None or plot.bottom - plot.top < 9.0 * line:
         return []

@@ -1,4 +1,4 @@
-"""The exit pupil as a film point sees it: the region of the rear plane that passes light, and pbrt's box around it.
+"""The exit-pupil region of a film point: the part of the rear plane that passes its light, in pbrt's box.
 
 Drawn upright, the film point above the axis; x and y in mm on the plane of the
 last vertex.
@@ -23,11 +23,11 @@ from lensbench.app.widgets.dial import ring
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
 
-FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the film that the lens lights
+FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the illuminated film
 UPWARDS = "Film points up the picture, in the section y–z"
 MARGIN, BELOW, ABOVE = 1.12, -1.08, 1.3     # of the rear rim, shown around it; regions lean up, a rim's sag beyond it
 DENSITY = 10.0                  # pixels between samples that are drawn
-SAME = 0.004                    # of the film's radius: so close a film point counts as one of the fields
+SAME = 0.004                    # of the film's radius: within it a film point counts as one of the fields
 
 
 @dataclass
@@ -43,7 +43,7 @@ class PupilState:
 
 
 def pupil_panel(settings: Settings, film_radius: float, state: PupilState, hover_radius: float | None = None) -> float:
-    """Draw the panel in what is left of the window; film_radius (mm), changed by its ring.
+    """Draw the panel in the rest of the window; returns film_radius (mm), changed by its ring.
 
     hover_radius: of the film point under the mouse in the picture, shown instead while there is one.
     """
@@ -74,7 +74,7 @@ def pupil_panel(settings: Settings, film_radius: float, state: PupilState, hover
         theme.small()
         imgui.text_colored(theme.colours().dim, UPWARDS)
         imgui.pop_font()
-        imgui.set_item_tooltip("This lens has cylinders: film points beside the axis see other regions than those "
+        imgui.set_item_tooltip("This lens has cylinders: film points beside the axis have other regions than those "
                                "above it, which are shown. Pictures follow the true ones all over the film")
     _plot(stand, fields, seen, samples, reach, state)
     return film_radius
@@ -123,14 +123,14 @@ def _plot(stand: Setup, fields: list[Region], seen: Region, samples: BoxSamples,
 
 
 def _limits(rear: float, width: int, height: int) -> tuple[float, float, float, float]:
-    """x0, x1, y0, y1 (mm) that hold the rear rim and what leans over it, in the shape of the plot."""
+    """x0, x1, y0, y1 (mm) around the rear rim and the regions beyond it, in the aspect ratio of the plot."""
     mm = max(2.0 * MARGIN * rear / max(width, 1), (ABOVE - BELOW) * rear / max(height, 1))     # per pixel
     middle = 0.5 * (ABOVE + BELOW) * rear
     return -0.5 * width * mm, 0.5 * width * mm, middle - 0.5 * height * mm, middle + 0.5 * height * mm
 
 
 def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
-    """Round steps, about five across what is shown, as far as three times the rear rim."""
+    """Round steps, about five across the plot, up to three times the rear rim."""
     step = max(round_length(max(span, 1e-6) / 4.0), 0.02 * rear)
     count = math.ceil(3.0 * rear / step)
     values = [i * step for i in range(-count, count + 1)]
@@ -192,7 +192,7 @@ def _outline(field: Region, plot: PlotMap) -> list[ImVec2]:
 
 
 def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tuple[list, list]:
-    """Of the first samples the corners of dots for those that pass, and the ends of crosses' arms for the others."""
+    """For the first samples: corners of dots for those that pass, ends of crosses' arms for the others."""
     places, radius, arm = plot.pixels(*samples.points[:shown].T).tolist(), 0.75 * pixel, 2.0 * pixel
     dots, crosses = [], []
     for (x, y), passes in zip(places, samples.passes[:shown].tolist(), strict=True):
@@ -204,7 +204,7 @@ def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tupl
 
 
 def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colour: theme.Colour) -> None:
-    """At the region's side; the axis below its own, where the others leave room."""
+    """The name at the region's side; that of the axis below its region."""
     pixel, line = theme.scale(), imgui.get_text_line_height()
     x0, y0, x1, y1 = field.box
     if name == "axis":
@@ -217,7 +217,7 @@ def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colou
 
 
 def _words(seen: Region, samples: BoxSamples, hovering: bool, traced: bool, reach: float) -> None:
-    """One line above the plot: what passes, and of which point if it is the one under the mouse."""
+    """One line above the plot: area and samples that pass, with the film point if it is the one under the mouse."""
     where = f"Mouse at {seen.film_radius:.1f} mm:  " if hovering else ""
     if seen.area <= 0.0:
         what = f"no light beyond {reach:.1f} mm" if hovering else f"No light beyond {reach:.1f} mm off the axis"

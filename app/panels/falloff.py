@@ -23,7 +23,7 @@ from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, pie
 from lensbench.app.widgets.toggles import toggles
 
 RADII = 49
-WIDE = math.radians(55.0)       # from the axis: a lens that sees farther is measured against a fisheye's projection
+WIDE = math.radians(55.0)       # from the axis: a wider lens is compared with a fisheye projection
 SHOWN = {"curve": "Curve", "grid": "Grid"}
 TIPS = {"curve": "Distortion in percent of the ideal radius, over the film's radius",
         "grid": "The image of a square grid; the ideal one is faint"}
@@ -37,13 +37,13 @@ class FalloffState:
     shown: str = "curve"
 
 
-EVERY_WAY = "These plots go by the distance from the film's centre. This lens has a cylinder or toroid: its light " \
-            "and its shape change with the direction as well"
+EVERY_WAY = "These plots depend on the distance from the film's centre alone. This lens has a cylinder or toroid: " \
+            "its falloff and its distortion depend on the direction as well"
 
 
 @dataclass(frozen=True, eq=False)
 class Falling:
-    """Of one lens on one film: radii up to the film's corner."""
+    """Falloff and distortion of one lens on one film, for radii up to the film's corner."""
 
     light: Falloff
     shape: Distortion
@@ -53,7 +53,7 @@ class Falling:
 
 @lru_cache(maxsize=8)
 def falling(stand: Setup) -> Falling:
-    """Falloff, distortion and grid; a LensError where the lens has none."""
+    """Falloff, distortion and grid of a lens; LensError if it has none."""
     radii = np.linspace(0.0, 0.5 * stand.film.diagonal, RADII)
     lens, away = stand.lens, stand.film_distance
     light, shape = lb.falloff(lens, away, radii), lb.distortion(lens, away, radii)
@@ -64,12 +64,12 @@ def falling(stand: Setup) -> Falling:
 
 
 def falloff_panel(settings: Settings, state: FalloffState) -> None:
-    """Draw both plots in what is left of the window."""
+    """Draw both plots in the rest of the window."""
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return
     if not settings.has_lens:
-        _say("This camera has no lens to darken or to bend its picture")
+        _say("This camera has no lens: no falloff and no distortion")
         return
     try:
         stand = setup(settings)

@@ -17,7 +17,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
 
-FARTHEST = 1e6                  # mm: focused beyond it, the line has no place
+FARTHEST = 1e6                  # mm: the plane in focus is not drawn beyond it
 
 
 @dataclass
@@ -31,14 +31,14 @@ class PlanState:
 
 
 def plan_panel(settings: Settings, state: PlanState) -> Settings:
-    """Draw the plan in what is left of the window; settings, with another focus where its line was dragged."""
+    """Draw the plan in the rest of the window; returns the settings with the dragged focus."""
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return settings
     try:
         shown, around = plan(settings), things(settings.scene, settings.moment)
         depth = cached_scene(settings.scene).depth_range[1]
-        if shown.distance < FARTHEST:               # much beyond the focus is small, and one click of the wheel away
+        if shown.distance < FARTHEST:               # the wheel shows what lies beyond
             depth = min(depth, max(3.0 * shown.distance, 2000.0))
     except (ValueError, OSError) as error:
         imgui.push_text_wrap_pos(0.0)
@@ -80,7 +80,7 @@ def plan_panel(settings: Settings, state: PlanState) -> Settings:
 def _draw(draw: imgui.ImDrawList, plot: PlotMap, shown: Plan, around: tuple[Thing, ...]) -> None:
     colour, pixel = theme.colours(), theme.scale()
 
-    # What is in focus, and what is seen
+    # Depth of field, objects, field of view, plane in focus
     if shown.band is not None:
         band = _within(plot, shown.band)
         if len(band) > 2:
@@ -102,7 +102,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, shown: Plan, around: tuple[Thin
                           right.y - (1.2 if left else 0.5) * imgui.get_text_line_height()),
              colour.amber_text, format_distance(shown.distance), right=left, plate=True)
 
-    # The camera, and its way
+    # The camera and its keyframes
     if shown.ends is not None:
         first, last = (plot.at(*point) for point in shown.ends)
         dashed_line(draw, first, last, theme.packed(colour.dim))
@@ -135,7 +135,7 @@ def _within(plot: PlotMap, points: np.ndarray) -> list[ImVec2]:
 
 
 def _camera(draw: imgui.ImDrawList, plot: PlotMap, shown: Plan) -> None:
-    """A wedge at its place that points where it looks; a ring for one that looks everywhere, or straight down."""
+    """A wedge that points where the camera looks; a ring for one that looks everywhere, or straight down."""
     colour, pixel = theme.colours(), theme.scale()
     here = plot.at(*shown.place)
     length = float(np.hypot(*shown.ahead))
@@ -171,7 +171,7 @@ def _dragged(settings: Settings, shown: Plan, plot: PlotMap, state: PlanState) -
             imgui.set_item_tooltip("Plane in focus: drag to focus")
     if not (imgui.is_item_activated() or imgui.is_item_active()):
         return settings
-    # How far along the axis the mouse is, from the camera
+    # The distance of the mouse from the camera, along the axis
     mouse = imgui.get_mouse_pos()
     y = plot.y0 + (plot.bottom - mouse.y) / (plot.bottom - plot.top) * (plot.y1 - plot.y0)
     away = np.array([plot.x_at(mouse.x), y]) - shown.place
@@ -188,7 +188,7 @@ def _dragged(settings: Settings, shown: Plan, plot: PlotMap, state: PlanState) -
 
 
 def _tell(plot: PlotMap, shown: Plan) -> None:
-    """Where the cursor is, and how far before the camera."""
+    """A tooltip: the point under the cursor, and its distance from the camera."""
     if imgui.is_mouse_down(imgui.MouseButton_.left):
         return
     mouse = imgui.get_mouse_pos()

@@ -16,7 +16,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 
 DRAG_THRESHOLD = 3.0            # pixels at a scale of 1, before a press becomes a drag
-GRAB = 7.0                      # pixels at a scale of 1: this close to the index line it is taken without a jump
+GRAB = 7.0                      # pixels at a scale of 1: closer to the index line a press does not move it
 FINE = 0.1                      # of the mouse's movement, with Shift
 
 
@@ -44,7 +44,7 @@ class Entry:
 
 @dataclass
 class RingState:
-    """What mouse and keyboard do with the rings of one window, and what is drawn of them in every frame."""
+    """What mouse and keyboard do with the rings of one window, and what of them is drawn in every frame."""
 
     grip: Grip | None = None
     entry: Entry | None = None
@@ -129,7 +129,7 @@ def _explain(tooltip: str, scale: Scale) -> None:
 
 
 def _turned(state: RingState, item: int, value: float, scale: Scale, left: float, length: float) -> float:
-    """The value after this frame's mouse on the item just submitted."""
+    """The value after this frame's mouse, on the item just submitted."""
     io, pixel = imgui.get_io(), theme.scale()
     mouse = imgui.get_mouse_pos().x
     under = (mouse - left) / length

@@ -30,7 +30,7 @@ class PlotMap:
 
     @classmethod
     def current(cls, log: bool) -> "PlotMap":
-        """Of the plot between begin_plot and end_plot."""
+        """The plot between begin_plot and end_plot."""
         limits, at, size = implot.get_plot_limits(), implot.get_plot_pos(), implot.get_plot_size()
         ends = np.array([limits.x.min, limits.x.max, limits.y.min, limits.y.max])
         x0, x1, y0, y1 = (float(v) for v in (np.log10(np.maximum(ends, 1e-12)) if log else ends))
@@ -57,14 +57,14 @@ class PlotMap:
 
 
 def polyline(draw: imgui.ImDrawList, points: np.ndarray, colour: int, weight: float, closed: bool = False) -> None:
-    """A curve through pixels (n, 2), with joins; broken where it is not a number."""
+    """A curve through pixels (n, 2), with joins; NaN breaks it."""
     flags = imgui.ImDrawFlags_.closed if closed else imgui.ImDrawFlags_.none
     for piece in pieces(points):
         draw.add_polyline(piece, colour, weight * theme.scale(), flags)
 
 
 def pieces(points: np.ndarray, on: float = 0.0, off: float = 0.0) -> list[list[ImVec2]]:
-    """What to draw of a curve through pixels (n, 2): its unbroken runs, or dashes of `on` pixels with gaps of `off`."""
+    """The parts of a curve through pixels (n, 2): its unbroken runs, or dashes of `on` pixels with gaps of `off`."""
     found: list[list] = []
     for run in _runs(points):
         if on <= 0.0:
@@ -100,7 +100,7 @@ def _runs(points: np.ndarray) -> list[np.ndarray]:
 
 def text(draw: imgui.ImDrawList, at: ImVec2, colour: theme.Colour, words: str, right: bool = False,
          plate: bool = False) -> None:
-    """Text on whole pixels; at is its upper left corner, or its upper right one; plate: lines end beside it."""
+    """Text on whole pixels. at: its upper left corner, or the upper right one; plate: it hides the lines below."""
     size = imgui.calc_text_size(words)
     x, y = floor((at.x - size.x if right else at.x) + 0.5), floor(at.y + 0.5)
     if plate:
@@ -111,7 +111,7 @@ def text(draw: imgui.ImDrawList, at: ImVec2, colour: theme.Colour, words: str, r
 
 
 def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:
-    """Ticks of a logarithmic axis from low to high that is so many pixels long, each needing `room` of them.
+    """Ticks of a logarithmic axis from low to high of a length in pixels, each needing `room` pixels.
 
     The finest of 1-2-5, 1-3 and 1 a decade that fits.
     """

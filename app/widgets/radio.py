@@ -1,4 +1,4 @@
-"""What popups of the left column are made of: one of a few ways, and a small note below them."""
+"""Parts of the popups of the left column: radio buttons, and a small note below them."""
 
 from imgui_bundle import imgui
 
@@ -6,7 +6,7 @@ from lensbench.app.widgets import theme
 
 
 def one_of(title: str, names: dict[str, str], tips: dict[str, str], present: str) -> str:
-    """A round button for each way, with its tooltip; the key of the one that is chosen."""
+    """A radio button for each choice, with its tooltip; returns the key of the chosen one."""
     imgui.text_disabled(title)
     for key, name in names.items():
         if imgui.radio_button(name, key == present):

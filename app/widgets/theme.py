@@ -22,7 +22,7 @@ def _grey_or_colour(code: str, alpha: float = 1.0) -> Colour:
 
 @dataclass(frozen=True)
 class Palette:
-    """One theme: every colour that a panel may use, by what it is for."""
+    """One theme: every colour that a panel may use, by its purpose."""
 
     dark: bool
     ground: Colour              # menu, tab bar, the surround of the picture
@@ -45,7 +45,7 @@ class Palette:
     field0_text: Colour
     field1_text: Colour
     field2_text: Colour
-    dead: Colour                # rays that do not arrive
+    dead: Colour                # rays that do not reach the film
     glass_outline: Colour
     grid: Colour
     warning: Colour             # text of an error
@@ -87,11 +87,11 @@ LIGHT = Palette(
     dead=_c("7a7a7a"), glass_outline=_c("5b7386"), grid=(0.0, 0.0, 0.0, 0.10), warning=_c("a01c00"),
 )
 
-# Of the curves of a chart, apart for every eye, in the order of the charts in files; amber is not among them
+# For the curves of a chart, distinct also for the colour-blind, in the order of the charts in files; without amber
 _TINTS = {True: tuple(map(_c, ("ee7a24", "cc79a7", "56b4e9", "22b98d", "b9b53a", "a3d4f2", "f2f2f2", "969696"))),
           False: tuple(map(_c, ("c25200", "a34d7d", "0072b2", "007f5c", "6d6a10", "2f8cc0", "0c0c0c", "6e6e6e")))}
 
-# Over the picture, in either theme: what lies before and behind the focus
+# Over the picture, in either theme: nearer and farther than the focus
 NEARER, FARTHER = DARK.field0, _c("cc79a7")
 
 def palette(dark: bool) -> Palette:
@@ -117,12 +117,12 @@ def choose(dark: bool) -> None:
 
 
 def em(x: float) -> float:
-    """So many times the font's size, in pixels of this screen."""
+    """A length in em, in pixels of this screen."""
     return x * imgui.get_font_size()
 
 
 def scale() -> float:
-    """By how much this screen is finer than a plain one: for line weights and pixel lengths in draw lists."""
+    """The scale of this screen: for line weights and pixel lengths in draw lists."""
     return hello_imgui.dpi_window_size_factor()
 
 
@@ -133,7 +133,7 @@ def packed(colour: Colour, alpha: float = 1.0) -> int:
 
 
 def shortened(text: str, room: float) -> str:
-    """The text with as much of its end left out as does not fit."""
+    """The text, cut at its end if it does not fit."""
     if imgui.calc_text_size(text).x <= room:
         return text
     while text and imgui.calc_text_size(text + "…").x > room:

@@ -1,4 +1,4 @@
-"""A row of flat buttons of which one is pressed in: a choice among few, without a list to open; and a list's mark."""
+"""A row of flat buttons of which one is switched on: a choice among few without a list; and the mark of a list."""
 
 from collections.abc import Hashable, Mapping
 from typing import TypeVar
@@ -12,7 +12,7 @@ Key = TypeVar("Key", bound=Hashable)
 
 def toggles(label: str, names: Mapping[Key, str], value: Key, tips: Mapping[Key, str],
             indent: float = 3.2) -> Key:
-    """Draw the row after its dim label, so many em wide, or without it for 0; the key that is pressed in now."""
+    """Draw the row after its dim label, `indent` em wide (0: no label); returns the chosen key."""
     colour = theme.colours()
     if indent:
         imgui.align_text_to_frame_padding()
@@ -32,7 +32,7 @@ def toggles(label: str, names: Mapping[Key, str], value: Key, tips: Mapping[Key,
 
 
 def angle(corner: ImVec2, width: float) -> None:
-    """A small angle at the right of an opened or closed list that was drawn there, in place of a button."""
+    """A small angle at the right of a list, in place of a button."""
     colour, icon = theme.colours(), icons_fontawesome_6.ICON_FA_ANGLE_DOWN
     theme.small()
     size = imgui.calc_text_size(icon)

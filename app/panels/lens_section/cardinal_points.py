@@ -1,4 +1,4 @@
-"""The cardinal points of the section with their names, and the ray that the mouse points at."""
+"""The cardinal points of the section with their names, and the ray under the mouse."""
 
 from math import floor
 
@@ -46,12 +46,12 @@ def draw_marks(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
 
 
 def pushed_apart(centres: list[float], widths: list[float], gap: float) -> list[float]:
-    """Centres of labels in rising order, moved as little as it takes that none touch."""
+    """Centres of labels in rising order, moved as little as needed so that none touch."""
     groups: list[list[int]] = []
     placed: list[float] = list(centres)
     for i in range(len(centres)):
         groups.append([i])
-        # Lay a group out about the mean of what it wants; join it to its neighbour while the two touch
+        # Place a group about the mean of its wanted places; join it to its neighbour while the two touch
         while True:
             group = groups[-1]
             steps = [0.0]

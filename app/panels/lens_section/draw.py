@@ -93,11 +93,11 @@ def draw_axis(draw: imgui.ImDrawList, canvas: Canvas) -> None:
 
 
 def draw_glass(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
-    """The fill of every element, dim where the rays are those of an ideal lens."""
+    """The fill of every element, dim if the rays are those of an ideal lens."""
     if sketch.lens is None:
         return
     colour, alpha = theme.colours(), 0.45 if sketch.ideal else 1.0
-    draw.push_draw_flag(imgui.ImDrawFlags_.aa_fill, False)             # else every strip's seam shows
+    draw.push_draw_flag(imgui.ImDrawFlags_.aa_fill, False)             # otherwise the seams of the strips show
     for glass, strips, _ in _glass(sketch.lens, canvas):
         fill = theme.packed(colour.glass(glass.n_d, glass.v_d if glass.v_d is not None else 60.0), alpha)
         for a, b, c, d in strips:
@@ -122,7 +122,7 @@ def draw_outlines(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> Non
 
 
 def draw_rays(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, dead: bool) -> None:
-    """All fans: first what dies, grey to its cross, then what arrives; chief rays last, heavy and full."""
+    """All fans: first the lost rays, grey, to their crosses, then those that arrive; the chief rays last."""
     colour, pixel = theme.colours(), theme.scale()
     if dead:
         line = theme.packed(colour.dead, DEAD_ALPHA)
@@ -182,7 +182,7 @@ def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, li
 
 
 def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool, movable: bool) -> None:
-    """The film with its handle below, and the names of the fields beside the places where they land."""
+    """The film with its handle below, and the names of the fields beside their images."""
     colour, pixel = theme.colours(), theme.scale()
     x = floor(canvas.place(sketch.film_z, 0.0).x)
     top, bottom = canvas.place(0.0, sketch.film_height).y, canvas.place(0.0, -sketch.film_height).y
@@ -196,7 +196,7 @@ def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool,
             y = floor(corner.y + y * size.y)
             draw.add_line(ImVec2(corner.x + 3.0 * pixel, y + 0.5), ImVec2(end.x - 3.0 * pixel, y + 0.5),
                           theme.packed(colour.well), pixel)
-    # Names from the highest down, pushed apart where they would touch; before the film where there is no room behind
+    # Names from the top down, moved apart if they would touch; left of the film if there is no room at its right
     widest = max(imgui.calc_text_size(fan.name).x for fan in sketch.fans)
     before = x + widest + 10.0 * pixel > canvas.x + canvas.width
     free = canvas.y - line

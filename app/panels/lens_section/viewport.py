@@ -1,11 +1,11 @@
-"""The window of the section onto the lens: millimetres to pixels, fitted, panned and zoomed."""
+"""The view of the section: millimetres to pixels, fitted, panned and zoomed."""
 
 from dataclasses import dataclass, replace
 from math import floor, log10
 
 from imgui_bundle import ImVec2
 
-MARGIN = 1.16               # of the tallest thing, above and below
+MARGIN = 1.16               # of the tallest part, above and below
 LEFT, RIGHT = 0.16, 0.16    # of the width, kept for the rays that come in and for the labels of the film
 ZOOM_STEP = 1.15
 MIN_SCALE, MAX_SCALE = 1e-3, 1e5
@@ -24,7 +24,7 @@ class View:
         return ImVec2(corner.x + self.x + z * self.scale, corner.y + self.y - y * self.scale)
 
     def to_lens(self, corner: ImVec2, point: ImVec2) -> tuple[float, float]:
-        """The other way: (z, y) in mm."""
+        """The inverse: (z, y) in mm."""
         return (point.x - corner.x - self.x) / self.scale, (corner.y + self.y - point.y) / self.scale
 
     def moved(self, dx: float, dy: float) -> "View":
@@ -32,7 +32,7 @@ class View:
         return replace(self, x=self.x + dx, y=self.y + dy)
 
     def zoomed(self, steps: float, x: float, y: float) -> "View":
-        """Zoomed so that the point at x, y (pixels in the panel) stays."""
+        """Zoomed about the point at x, y (pixels in the panel)."""
         scale = min(max(self.scale * ZOOM_STEP**steps, MIN_SCALE), MAX_SCALE)
         factor = scale / self.scale
         return View(scale, x + factor * (self.x - x), y + factor * (self.y - y))
