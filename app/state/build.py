@@ -12,6 +12,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.file_stamp import Stamp, file_stamp
 from lensbench.app.state.focusing import FocusPosition, focusing
+from lensbench.app.state.last_good import keeps_last_good
 from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ class Setup:
         return self.film_z - self.first_order.front_principal
 
 
-@lru_cache(maxsize=64)
+@keeps_last_good(64)
 def _load(lens: str, stamp: Stamp) -> lb.Lens:
     return lenses.load(lens).at(zoom=0.0, close=0.0)
 

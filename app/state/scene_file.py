@@ -20,6 +20,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.file_stamp import Stamp, file_stamp
+from lensbench.app.state.last_good import keeps_last_good
 from lensbench.app.state.tone import linear
 from lensbench.scenery.objects import by_family
 
@@ -64,7 +65,7 @@ def cached_scene(name_or_path: str) -> lb.Scene:
     return _cached(name_or_path, scene_stamp(name_or_path))
 
 
-@lru_cache(maxsize=4)
+@keeps_last_good(4)
 def _cached(name_or_path: str, stamp: tuple[Stamp, ...]) -> lb.Scene:
     return find_scene(name_or_path)
 

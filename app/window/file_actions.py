@@ -133,6 +133,7 @@ class Files:
 
             load_scene(path)
             return at_home(replace(present, scene=str(path)))
+        lenses.load(path)                       # raises if it cannot be read now
         with_lens = present if present.has_lens else with_camera(present, "lens")
         return constrained(replace(with_lens, lens=str(path), focal_length=None, zoom=0.0))
 

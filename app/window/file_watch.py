@@ -4,8 +4,8 @@ import sys
 from pathlib import Path
 
 from lensbench import lenses
-from lensbench.app.state.file_stamp import Stamp, file_stamp
-from lensbench.app.state.scene_file import find_scene
+from lensbench.app.state.file_stamp import file_stamp
+from lensbench.app.state.scene_file import find_scene, scene_stamp
 from lensbench.app.state.settings import Settings
 
 SECONDS = 1.0                   # between two looks at the disk
@@ -15,9 +15,8 @@ class FileWatch:
     """Compares the stamps of the files with those of the last look."""
 
     def __init__(self) -> None:
-        self._stamps: dict[str, Stamp] = {}
+        self._stamps: dict[str, tuple] = {}
         self._next = 0.0
-        self.unreadable: set[str] = set()       # files whose present content cannot be read
 
     def changed(self, settings: Settings, now: float) -> tuple[list[str], list[str]]:
         """Names of the files that have changed and can be read, and messages about those that cannot; at most once a
@@ -27,24 +26,28 @@ class FileWatch:
             return [], []
         self._next = now + SECONDS
         found, problems = [], []
-        for name, load in ((settings.lens, lenses.load), (settings.scene, find_scene)):
-            stamp = file_stamp(name)
+        for name, stamp_of, load in ((settings.lens, file_stamp, lenses.load),
+                                     (settings.scene, scene_stamp, find_scene)):
+            stamp = stamp_of(name)
             if self._stamps.setdefault(name, stamp) == stamp:
                 continue
             self._stamps[name] = stamp
             try:
                 load(name)
             except (ValueError, OSError) as error:
-                self.unreadable.add(name)
-                problems.append(f"{Path(name).name} has changed and cannot be read; the last picture stays: {error}")
+                problems.append(f"{_unreadable(name)}; its last good content stays in use: {error}")
             else:
-                self.unreadable.discard(name)
                 found.append(name)
         return found, problems
 
-    def look_now(self) -> None:
-        """Let the next `changed` look at the disk, however soon."""
-        self._next = 0.0
+
+def _unreadable(name: str) -> str:
+    return f"{Path(name).name} has changed and cannot be read"
+
+
+def is_about(message: str, name: str) -> bool:
+    """Whether a message says that this file cannot be read."""
+    return message.startswith(_unreadable(name))
 
 
 def forget_derived() -> None:

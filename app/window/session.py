@@ -29,10 +29,9 @@ from lensbench.app.widgets.dial import use_rings
 from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.docking import Panels, layout
 from lensbench.app.window.file_actions import QUESTIONS, Files
-from lensbench.app.window.file_watch import FileWatch, forget_derived
+from lensbench.app.window.file_watch import FileWatch, forget_derived, is_about
 from lensbench.app.window.menus import NOTHING_PINNED, Help, shortcuts
 from lensbench.app.window.state import WindowState
-from lensbench.app.workers.render_worker import Failure
 from lensbench.app.workers.task import Task
 
 COMPILING_FPS = 8.0             # of the window while it waits for its first picture
@@ -48,7 +47,6 @@ class Session(WindowState):
         self.shots_taken = 0                            # screenshots of the window that have been saved
         self.shot_problem = ""                          # why the latest of them was not
         self.laid_out_for: tuple[float, ...] = ()       # width, height, size of the font
-        self._failure: Failure | None = None            # the latest that was said
         self._warm_up: Task[None] | None = None         # compiles the panels' kernels
         self._finish: Callable[[], None] | None = None
         self._frames = 0
@@ -183,7 +181,7 @@ class Session(WindowState):
             self.files.open(path)
 
     def _reload(self) -> None:
-        """Render anew what has changed on disk; keep the last picture while a file cannot be read."""
+        """Render anew what has changed on disk; a file that cannot be read keeps its last good content."""
         present = self.history.present
         changed, problems = self.watch.changed(present, monotonic())
         for problem in problems:
@@ -192,8 +190,7 @@ class Session(WindowState):
             return
         forget_derived()
         for name in changed:
-            self.view.messages = [message for message in self.view.messages
-                                  if not message.startswith(f"{Path(name).name} has changed and cannot be read")]
+            self.view.messages = [message for message in self.view.messages if not is_about(message, name)]
             self.view.say(f"Reloaded {Path(name).name}", done=True)
         with suppress(ValueError, OSError):
             self.history.correct(constrained(present))
@@ -206,16 +203,7 @@ class Session(WindowState):
         failure = self.worker.error
         if failure is None:
             return
-        self.watch.look_now()
-        self._reload()
-        if self.worker.error is not failure:    # the file has changed, and is being rendered anew
-            return
-        unreadable = {failure.settings.lens, failure.settings.scene} & self.watch.unreadable
-        if not unreadable or failure is not self._failure:
-            self.view.say(str(failure.error) or type(failure.error).__name__)
-        self._failure = failure
-        if unreadable:                          # the file is wrong, and not the settings: they stay
-            return
+        self.view.say(str(failure.error) or type(failure.error).__name__)
         if not isinstance(failure.error, ValueError | OSError):
             traceback.print_exception(failure.error)
         good = self.presenter.update.settings if self.presenter.update is not None else Settings()

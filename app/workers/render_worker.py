@@ -83,9 +83,9 @@ class _Job:
 def prepare(settings: Settings) -> tuple[Any, Any]:
     """The camera and the scene of the settings."""
     from lensbench.app.state.build import camera
-    from lensbench.app.state.scene_file import find_scene
+    from lensbench.app.state.scene_file import cached_scene
 
-    return camera(settings), find_scene(settings.scene)
+    return camera(settings), cached_scene(settings.scene)
 
 
 class RenderWorker:

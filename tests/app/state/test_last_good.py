@@ -1,0 +1,23 @@
+"""A file that cannot be read after a change leaves its last good content in use."""
+
+import pytest
+
+from lensbench.app.state.last_good import keeps_last_good
+
+
+def test_the_last_good_content_stays_until_the_file_can_be_read_again():
+    contents, reads = {("a", 1): "one", ("a", 3): "three"}, []
+
+    @keeps_last_good(4)
+    def load(name, stamp):
+        reads.append((name, stamp))
+        if (name, stamp) not in contents:
+            raise ValueError(f"{name}: half written")
+        return contents[name, stamp]
+
+    assert [load("a", stamp) for stamp in (1, 1, 2, 2, 3, 1)] == ["one", "one", "one", "one", "three", "one"]
+    assert reads == [("a", 1), ("a", 2), ("a", 3)]              # each state of the file is read once
+    with pytest.raises(ValueError, match="b: half written"):
+        load("b", 1)
+    contents["b", 1] = "now"
+    assert load("b", 1) == "now"
