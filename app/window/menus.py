@@ -33,73 +33,79 @@ CTRL, SHIFT, KEY = imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key
 
 def menus(state: WindowState) -> None:
     """File, Edit, View and Help in the menu bar."""
-    history = state.history
-    if imgui.begin_menu("File"):
-        for name, request, key in (("Open lens…", Request.OPEN_LENS, "Ctrl+O"), ("Open scene…", Request.OPEN_SCENE, ""),
-                                   ("Open picture…", Request.OPEN_PICTURE, ""),
-                                   ("Open settings…", Request.OPEN_SETTINGS, ""),
-                                   ("Open light field…", Request.OPEN_LIGHT_FIELD, "")):
-            if _item(name, key):
-                state.requests.add(request)
-        if imgui.begin_menu("Recent", bool(state.recent)):
-            for path in list(state.recent):
-                if _item(_short(path)):
-                    state.reopened = path
-                imgui.set_item_tooltip(str(path))
+    for name, content in (("File", _file_menu), ("Edit", _edit_menu), ("View", _view_menu), ("Help", _help_menu)):
+        if imgui.begin_menu(name):
+            content(state)
             imgui.end_menu()
-        imgui.separator()
-        if _item("Save lens…", enabled=history.present.has_lens):
-            state.requests.add(Request.SAVE_LENS)
-        imgui.set_item_tooltip(f"In the format of the suffix: {' '.join(WRITERS)}")
-        if _item("Save settings…"):
-            state.requests.add(Request.SAVE_SETTINGS)
-        if _item("Export…", "Ctrl+E"):
-            state.requests.add(Request.EXPORT)
-        if _item("Screenshot of render…", "Ctrl+S"):
-            state.requests.add(Request.SAVE_RENDER)
-        if _item("Screenshot of window…"):
-            state.requests.add(Request.SAVE_WINDOW)
-        imgui.separator()
-        if _item("Quit", "Ctrl+Q"):
-            hello_imgui.get_runner_params().app_shall_exit = True
-        imgui.end_menu()
 
-    if imgui.begin_menu("Edit"):
-        if _item("Undo", "Ctrl+Z", history.can_undo):
-            undo(state)
-        if _item("Redo", "Ctrl+Shift+Z", history.can_redo):
-            redo(state)
-        imgui.separator()
-        if _item("Reset all"):
-            state.edited = replace(Settings(), lens=history.present.lens, scene=history.present.scene)
-            state.edited = _reachable(state.edited)
-            state.history.edit(state.edited, False, 0.0)
-        imgui.end_menu()
 
-    if imgui.begin_menu("View"):
-        runner = hello_imgui.get_runner_params()
+def _file_menu(state: WindowState) -> None:
+    history = state.history
+    for name, request, key in (("Open lens…", Request.OPEN_LENS, "Ctrl+O"), ("Open scene…", Request.OPEN_SCENE, ""),
+                               ("Open picture…", Request.OPEN_PICTURE, ""),
+                               ("Open settings…", Request.OPEN_SETTINGS, ""),
+                               ("Open light field…", Request.OPEN_LIGHT_FIELD, "")):
+        if _item(name, key):
+            state.requests.add(request)
+    if imgui.begin_menu("Recent", bool(state.recent)):
+        for path in list(state.recent):
+            if _item(_short(path)):
+                state.reopened = path
+            imgui.set_item_tooltip(str(path))
+        imgui.end_menu()
+    imgui.separator()
+    if _item("Save lens…", enabled=history.present.has_lens):
+        state.requests.add(Request.SAVE_LENS)
+    imgui.set_item_tooltip(f"In the format of the suffix: {' '.join(WRITERS)}")
+    if _item("Save settings…"):
+        state.requests.add(Request.SAVE_SETTINGS)
+    if _item("Export…", "Ctrl+E"):
+        state.requests.add(Request.EXPORT)
+    if _item("Screenshot of render…", "Ctrl+S"):
+        state.requests.add(Request.SAVE_RENDER)
+    if _item("Screenshot of window…"):
+        state.requests.add(Request.SAVE_WINDOW)
+    imgui.separator()
+    if _item("Quit", "Ctrl+Q"):
+        hello_imgui.get_runner_params().app_shall_exit = True
+
+
+def _edit_menu(state: WindowState) -> None:
+    history = state.history
+    if _item("Undo", "Ctrl+Z", history.can_undo):
+        undo(state)
+    if _item("Redo", "Ctrl+Shift+Z", history.can_redo):
+        redo(state)
+    imgui.separator()
+    if _item("Reset all"):
+        state.edited = replace(Settings(), lens=history.present.lens, scene=history.present.scene)
+        state.edited = _reachable(state.edited)
+        state.history.edit(state.edited, False, 0.0)
+
+
+def _view_menu(state: WindowState) -> None:
+    runner = hello_imgui.get_runner_params()
+    for panel in runner.docking_params.dockable_windows:
+        if panel.label != "Render" and _item(panel.label, "", True, panel.is_visible):
+            panel.is_visible = not panel.is_visible
+    imgui.separator()
+    if _item("Reset camera", "Home"):
+        state.edited = at_home(state.edited)
+    imgui.separator()
+    if _item("Dark theme", "", True, state.dark):
+        state.choose_theme(True)
+    if _item("Light theme", "", True, not state.dark):
+        state.choose_theme(False)
+    imgui.separator()
+    if _item("Reset layout"):
         for panel in runner.docking_params.dockable_windows:
-            if panel.label != "Render" and _item(panel.label, "", True, panel.is_visible):
-                panel.is_visible = not panel.is_visible
-        imgui.separator()
-        if _item("Reset camera", "Home"):
-            state.edited = at_home(state.edited)
-        imgui.separator()
-        if _item("Dark theme", "", True, state.dark):
-            state.choose_theme(True)
-        if _item("Light theme", "", True, not state.dark):
-            state.choose_theme(False)
-        imgui.separator()
-        if _item("Reset layout"):
-            for panel in runner.docking_params.dockable_windows:
-                panel.is_visible = True
-            state.requests.add(Request.RESET_LAYOUT)
-        imgui.end_menu()
+            panel.is_visible = True
+        state.requests.add(Request.RESET_LAYOUT)
 
-    if imgui.begin_menu("Help"):
-        if _item("Keys and mouse", "F1"):
-            state.requests.add(Request.SHOW_HELP)
-        imgui.end_menu()
+
+def _help_menu(state: WindowState) -> None:
+    if _item("Keys and mouse", "F1"):
+        state.requests.add(Request.SHOW_HELP)
 
 
 def _item(name: str, key: str = "", enabled: bool = True, checked: bool = False) -> bool:
