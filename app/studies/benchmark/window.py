@@ -121,7 +121,8 @@ def _dragged(record: Callable[[LightFieldWorker, Settings], None],
         controller = session.light_field
         if controller.worker.recording is None:
             if session.settled(1) and controller.worker.task is None:
-                record(controller.worker, replace(Settings(), pixels_x=640, pixels_y=427, model="trace", samples=1))
+                record(controller.worker,
+                       replace(Settings(), pixels_x=640, pixels_y=427, lens_model="trace", samples=1))
         elif controller.field_picture is not None:
             if controller.field_picture is not seen[0]:
                 seen[0] = controller.field_picture
