@@ -1,15 +1,13 @@
 """Intrinsics, transforms and read-outs of a camera in its coordinate spaces; see `imaging.coordinate_spaces`."""
 
-from typing import Any
 
 import numpy as np
 
+from lensbench.cameras.protocol import CameraProtocol
 from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, film_window, transform_points
 
-Camera = Any            # a `cameras.base.Camera`, which imports this module
 
-
-def intrinsics(camera: Camera) -> Intrinsics:
+def intrinsics(camera: CameraProtocol) -> Intrinsics:
     """Focal lengths and principal point in pixels."""
     across, right, down, bottom = camera.film_step.parameters
     lens = camera.gaussian
@@ -17,7 +15,7 @@ def intrinsics(camera: Camera) -> Intrinsics:
     return Intrinsics(per_slope / across, per_slope / down, right / across, bottom / down)
 
 
-def spaces(camera: Camera, near: float, far: float, time) -> Spaces:
+def spaces(camera: CameraProtocol, near: float, far: float, time) -> Spaces:
     """Transforms between the camera's spaces, with depth from `near` to `far` (mm), at a shutter sample."""
     film, lens = camera.film, camera.gaussian
     half = min(film.width, film.height) / 2.0
@@ -28,7 +26,7 @@ def spaces(camera: Camera, near: float, far: float, time) -> Spaces:
                   near, far, perspective, eye, camera.placement(time))
 
 
-def places(camera: Camera, raster_xy, distance, time, object_from_world) -> Places:
+def places(camera: CameraProtocol, raster_xy, distance, time, object_from_world) -> Places:
     """Raster points (n, 2) in every space; distance (mm): along the ray through the centre of the pupil."""
     film = camera.film
     raster = np.atleast_2d(np.asarray(raster_xy, float))

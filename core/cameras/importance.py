@@ -8,16 +8,15 @@ edition, ch. 16, where every weight is 1.)
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from lensbench.cameras.ideal_lens import Gaussian
+from lensbench.cameras.protocol import CameraProtocol
 from lensbench.cameras.rays import CameraError
 from lensbench.cameras.rolling_shutter import project_onto_open_rows
 from lensbench.imaging.coordinate_spaces import transform_points
-
-Camera = Any            # a `cameras.base.Camera`, which imports this module
 
 HIT = 1e-6              # mm from the one point, or radians from the one direction, of a camera with a single one
 
@@ -66,7 +65,7 @@ class FilmImportance(NamedTuple):
     is_point: bool = False      # whether all rays cross one point, so that W has no area
 
 
-def camera_importance(camera: Camera, origins, directions, time, wavelength: float) -> Importance:
+def camera_importance(camera: CameraProtocol, origins, directions, time, wavelength: float) -> Importance:
     """Importance of rays in the world, each at the time when the row of its raster point is open."""
     if camera.has_port:
         raise CameraError("importance is known in air, not through the window to a medium of another index")

@@ -1,13 +1,11 @@
 """Rolling-shutter rows: projection of moving points onto the row of the film that is open when they fall on it."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
+from lensbench.cameras.protocol import CameraProtocol
 from lensbench.imaging.film import Film
-
-Camera = Any            # a `cameras.base.Camera`, which imports this module
 
 Project = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Raster points (n, 2) → raster points of n objects, with the camera where it is while the rows of the former are open;
@@ -21,7 +19,7 @@ def film_centre(film: Film, n: int) -> np.ndarray:
     return np.tile([film.pixels_x / 2.0, film.pixels_y / 2.0], (n, 1))
 
 
-def project_onto_open_rows(camera: Camera, project: Project, n: int) -> tuple[np.ndarray, np.ndarray]:
+def project_onto_open_rows(camera: CameraProtocol, project: Project, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Raster points (n, 2) of n objects, each on the row that is open when it falls there; and which are visible."""
     raster, visible = project(film_centre(camera.film, n))
     if camera.moves and camera.readout > 0.0:
@@ -31,7 +29,7 @@ def project_onto_open_rows(camera: Camera, project: Project, n: int) -> tuple[np
     return raster, visible & inside
 
 
-def _solve_rows(camera: Camera, project: Project, raster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _solve_rows(camera: CameraProtocol, project: Project, raster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Fixed points of `project` along the readout, by the secant rule for each object on its own."""
     axis = 0 if camera.readout_direction in ("left", "right") else 1
     before, place = film_centre(camera.film, len(raster)), raster.copy()
