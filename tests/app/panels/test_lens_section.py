@@ -214,7 +214,7 @@ def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
 
     def test(ctx):
         ctx.yield_(3)
-        scale = panel._session.view.scale
+        scale = panel.state.view.scale
         before = setup(panel.settings)
         drag(ctx, centre(ctx, "**/Film plane"), 10.0, 0.0)
         after = setup(panel.settings)
@@ -248,7 +248,7 @@ def test_where_groups_focus_the_film_stays_and_is_pulled_to_what_it_would_focus(
 
     def test(ctx):
         ctx.yield_(3)
-        scale = panel._session.view.scale
+        scale = panel.state.view.scale
         infinity = setup(panel.settings)
         drag(ctx, centre(ctx, "**/Film plane"), 10.0, 0.0)
         near = setup(panel.settings)
@@ -274,18 +274,18 @@ def test_wheel_zooms_at_the_mouse_drag_pans_and_a_double_click_fits():
 
     def test(ctx):
         ctx.yield_(3)
-        views.append(panel._session.view)
+        views.append(panel.state.view)
         at = ImVec2(200.0, 60.0)
         ctx.mouse_move_to_pos(at)
         ctx.mouse_wheel(ImVec2(0.0, 3.0))
         ctx.yield_(2)
-        views.append(panel._session.view)
+        views.append(panel.state.view)
         drag(ctx, at, 30.0, 20.0)
-        views.append(panel._session.view)
+        views.append(panel.state.view)
         ctx.yield_(40)
         ctx.mouse_double_click(0)
         ctx.yield_(3)
-        views.append(panel._session.view)
+        views.append(panel.state.view)
 
     drive(panel.show, test, (720, 200))
     fit, zoomed, panned, again = views
@@ -302,10 +302,10 @@ def test_dead_rays_are_shown_or_not_and_tooltips_appear_on_what_is_drawn():
     seen = []
 
     def test(ctx):
-        seen.append(panel._session.dead_rays)
+        seen.append(panel.state.dead_rays)
         ctx.item_click("**/Dead rays")
         ctx.yield_(2)
-        seen.append(panel._session.dead_rays)
+        seen.append(panel.state.dead_rays)
         ctx.item_click("**/Dead rays")
         for x in range(60, 700, 24):
             ctx.mouse_move_to_pos(ImVec2(float(x), 95.0 - 0.03 * x))
