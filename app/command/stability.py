@@ -1,4 +1,4 @@
-"""The command `lensbench stability`: where each method breaks, as a table, JSON, and plots with an index."""
+"""The command `lensbench stability`: a table of where each method fails, as text or JSON, and plots with an index."""
 
 import argparse
 from pathlib import Path
@@ -9,18 +9,18 @@ if TYPE_CHECKING:
 
 
 def add_stability_options(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `lensbench stability`."""
+    """Add the arguments of `lensbench stability`."""
     from lensbench.app.command.options import option
 
     parser.add_argument("families", nargs="*", type=option(read_family), metavar="FAMILY",
-                        help="of methods, such as intersection; all of them where none is named")
-    parser.add_argument("-o", "--output", metavar="FOLDER", help="write a plot of each stress there, and an index.md")
-    parser.add_argument("--png", action="store_true", help="plots as PNG in place of SVG")
+                        help="family of methods, such as intersection (default: all)")
+    parser.add_argument("-o", "--output", metavar="FOLDER", help="write a plot of each sweep and an index.md to FOLDER")
+    parser.add_argument("--png", action="store_true", help="write plots as PNG instead of SVG")
     parser.add_argument("--json", action="store_true", help="print JSON: values, errors and verdicts of every method")
 
 
 def read_family(text: str) -> str:
-    """The family whose name begins so."""
+    """The one family whose name begins with a text; ValueError lists the families where there is not exactly one."""
     from lensbench.app.studies.stability.families import FAMILIES
 
     found = [name for name in FAMILIES if text and name.lower().startswith(text.strip().lower())]
@@ -30,7 +30,7 @@ def read_family(text: str) -> str:
 
 
 def stability(arguments: argparse.Namespace) -> int:
-    """Measure, print, and write what was asked for."""
+    """Measure the sweeps, print them as a table or JSON, and write plots if a folder is given."""
     from lensbench.app.command.output import print_json, progress
     from lensbench.app.studies.stability.domains import domains, save_domains
     from lensbench.app.studies.stability.families import FAMILIES
@@ -63,7 +63,7 @@ def stability(arguments: argparse.Namespace) -> int:
 
 
 def _made(folder: Path) -> Path:
-    """The folder, made where it is not there; ExportError where it cannot be."""
+    """The folder, created if it does not exist; ExportError if it cannot be created."""
     from lensbench.app.files.export import ExportError
 
     try:
@@ -74,7 +74,7 @@ def _made(folder: Path) -> Path:
 
 
 def _table(found: "list[tuple[str, Sweep]]") -> list[str]:
-    """Method, safe up to, fails at, what it returns there; a star before what the program relies on."""
+    """Lines of a table: method, safe up to, fails at, result there; a star marks methods that the program relies on."""
     from lensbench.app.studies.stability.sweep import quantity_text
 
     rows = [[(curve, (("* " if curve.own else "  ") + curve.name, *sweep.words(curve))) for curve in sweep.curves]
@@ -94,11 +94,11 @@ def _table(found: "list[tuple[str, Sweep]]") -> list[str]:
             lines.append(line(words))
             if curve.own and curve.switch and words[2] != "never":
                 lines.append(f"      there: {curve.switch}")
-    return [*lines, "", "* the program relies on it; the others stand there to compare"]
+    return [*lines, "", "* the program relies on this method; the others are there for comparison"]
 
 
 def _data(family: str, sweep: "Sweep") -> dict[str, Any]:
-    """A sweep for JSON; null where a method returned no number."""
+    """A sweep as JSON data; null where a method returned no number."""
     curves = []
     for curve in sweep.curves:
         verdict = sweep.verdict(curve)
@@ -106,7 +106,7 @@ def _data(family: str, sweep: "Sweep") -> dict[str, Any]:
                        "fails_at": verdict.fails_at, "returns": verdict.returns, "worst_in_safe_domain": verdict.worst,
                        "switch": curve.switch, "errors": [float(error) for error in curve.errors],
                        "returned": list(curve.returned)})
-    return {"family": family, "stress": sweep.title, "axis": sweep.axis, "unit": sweep.unit,
+    return {"family": family, "sweep": sweep.title, "axis": sweep.axis, "unit": sweep.unit,
             "values": [float(value) for value in sweep.values], "measure": sweep.measure,
             "measure_unit": sweep.measure_unit, "limit": sweep.limit, "why": sweep.why, "note": sweep.note,
             "expected": list(sweep.expected), "methods": curves}

@@ -1,7 +1,7 @@
-"""The panel *Stability*: the error curves of the methods of a sweep, and where each method fails.
+"""The panel *Stability*: error curves of the methods of a sweep, and where each method fails.
 
-Errors upwards, both axes logarithmic unless the sweep is linear; the hard values lie to the right whichever way its
-quantity runs. Single precision is dashed, what the program relies on is thick; a cross marks where a method fails.
+Errors are on the vertical axis. Both axes are logarithmic unless the sweep is linear; the hard end of the sweep is on
+the right. Single precision is dashed; methods that the program relies on are thick; a cross marks a failure.
 """
 
 import math
@@ -19,22 +19,22 @@ from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, das
 from lensbench.app.widgets.toggles import angle
 from lensbench.app.workers.stability_worker import Key, StabilityWorker
 
-DASH = (5.0, 3.0)               # of single precision: dashes and gaps, pixels
-LIST = 25.0                     # em: of the column beside the plot
+DASH = (5.0, 3.0)               # dashes and gaps of single-precision curves, pixels
+LIST = 25.0                     # em: width of the column beside the plot
 
 
 @dataclass
 class StabilityState:
-    """What the panel shows; no part of the settings."""
+    """State of the panel; not part of the settings."""
 
     family: str = next(iter(FAMILIES))
     title: str = next(iter(next(iter(FAMILIES.values()))))
-    method: str = ""            # chosen in the list: the plot says where it fails
+    method: str = ""            # selected in the list; the plot shows where it fails
     fitted_to: tuple = ()
 
 
 def stability_panel(worker: StabilityWorker, state: StabilityState) -> None:
-    """Draw the sweep that is chosen, and have it measured if it is not known yet."""
+    """Draw the selected sweep, and request its measurement if it is not known yet."""
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return
@@ -63,14 +63,14 @@ def stability_panel(worker: StabilityWorker, state: StabilityState) -> None:
 
 
 def _choice(room: float, state: StabilityState) -> Key:
-    """The lists of families and of sweeps, in so much room."""
+    """Combo boxes for the family and the sweep, `room` pixels wide together; the key of the selected sweep."""
     gap, before = imgui.get_style().item_spacing.x, state.title
     family = 0.32 * room
     state.family = _list("Family", state.family, list(FAMILIES), family, "A family of methods")
     if state.title not in FAMILIES[state.family]:
         state.title = next(iter(FAMILIES[state.family]))
     imgui.same_line()
-    state.title = _list("Stress", state.title, list(FAMILIES[state.family]), room - family - gap,
+    state.title = _list("Sweep", state.title, list(FAMILIES[state.family]), room - family - gap,
                          "The quantity that makes the problem harder")
     if state.title != before:
         state.method = ""
@@ -93,7 +93,7 @@ def _list(label: str, value: str, names: list[str], width: float, tip: str) -> s
 
 
 def _waiting(worker: StabilityWorker, key: Key) -> None:
-    """Progress with Cancel, or an error, or a button to measure what was cancelled."""
+    """Progress with Cancel, an error, or a button that measures a cancelled sweep."""
     if key in worker.problems:
         imgui.push_text_wrap_pos(0.0)
         imgui.text_disabled(worker.problems[key])
@@ -101,18 +101,18 @@ def _waiting(worker: StabilityWorker, key: Key) -> None:
     elif key == worker.declined:
         if imgui.button("Measure"):
             worker.again(key)
-        imgui.set_item_tooltip("Measure this sweep after all")
+        imgui.set_item_tooltip("Measure this sweep, which was cancelled")
     elif worker.task is not None:
         task_progress(worker.task)
 
 
 def tints(sweep: Sweep) -> dict[str, theme.Colour]:
-    """The colour of each method, by its name without the precision."""
+    """Colour of each method, by its name without the precision."""
     return dict(zip(method_names(sweep), theme.tints(), strict=False))
 
 
 def _methods(sweep: Sweep, state: StabilityState) -> None:
-    """A line for each method: its stroke, its name, where it fails; a click chooses it."""
+    """One row a method: line style, name and where it fails; a click selects the method."""
     colour, tinted, draw = theme.colours(), tints(sweep), imgui.get_window_draw_list()
     pixel, line = theme.scale(), imgui.get_text_line_height_with_spacing()
     for curve in sweep.curves:
@@ -120,7 +120,7 @@ def _methods(sweep: Sweep, state: StabilityState) -> None:
         if imgui.selectable(f"###{curve.name}", curve.name == state.method, 0, ImVec2(0.0, line - 5.0 * pixel))[0]:
             state.method = "" if curve.name == state.method else curve.name
         if imgui.is_item_hovered():
-            _tell(sweep, curve)
+            _method_tooltip(sweep, curve)
         middle = at.y + 0.5 * imgui.get_text_line_height()
         _stroke(draw, np.array([[at.x, middle], [at.x + 22.0 * pixel, middle]]), curve, tinted[method_name(curve)])
         safe, fails, _ = sweep.words(curve)
@@ -135,21 +135,21 @@ def _methods(sweep: Sweep, state: StabilityState) -> None:
     imgui.pop_text_wrap_pos()
 
 
-def _tell(sweep: Sweep, curve: Curve) -> None:
-    """A tooltip: up to where a method is safe, and what it returns beyond."""
+def _method_tooltip(sweep: Sweep, curve: Curve) -> None:
+    """Tooltip: how far a method is safe, and what it returns beyond."""
     verdict = sweep.verdict(curve)
     safe, fails, returns = sweep.words(curve)
     if not imgui.begin_tooltip():
         return
-    imgui.text_unformatted(curve.name + (": the program relies on it" if curve.own else ": to compare"))
+    imgui.text_unformatted(curve.name + (": the program relies on it" if curve.own else ": for comparison"))
     worst = quantity_text(verdict.worst, sweep.measure_unit)
-    imgui.text_disabled(f"safe up to {safe}; up to there off by {worst} at the most")
+    imgui.text_disabled(f"safe up to {safe}; largest error up to there {worst}")
     if fails != "never":
         imgui.text_unformatted(f"fails at {fails}: {returns}")
         if curve.own and curve.switch:
             imgui.text_disabled(f"there: {curve.switch}")
     elif returns:
-        imgui.text_disabled(f"where there is no answer: {returns}")
+        imgui.text_disabled(f"result where no answer exists: {returns}")
     imgui.end_tooltip()
 
 
@@ -165,7 +165,7 @@ def _stroke(draw: imgui.ImDrawList, points: np.ndarray, curve: Curve, tint: them
 
 
 def _across(sweep: Sweep, values) -> np.ndarray:
-    """Where values of the sweep lie on the plot's axis, the hard ones at the right."""
+    """Positions of values on the horizontal axis of the plot, the hard end on the right."""
     place = np.asarray(values, float) if sweep.linear else np.log10(values)
     return place if sweep.rising else -place
 

@@ -1,1 +1,1 @@
-"""Measurements of the program itself: charts, stability and benchmark."""
+"""Measurements of the program itself: speed and accuracy charts, stability sweeps and the benchmark."""

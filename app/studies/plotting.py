@@ -1,6 +1,6 @@
-"""Plots in files: a light sheet, the font of the window, and colours for every kind of colour vision.
+"""Plot files: a light sheet, the font of the window, and colours that colour-blind readers can tell apart.
 
-Inches and points. Only functions that draw import matplotlib, so that the program starts without it.
+Sizes in inches and points. Only functions that draw import matplotlib, so that the program starts without it.
 
     with look():
         figure = sheet(8.0, 5.0)
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".svg", ".png")
 RESOLUTION = 160                # dots per inch of a PNG
-SHORT = 300.0                   # ratio of the ends of an axis that is ticked finely
+SHORT = 300.0                   # largest ratio of the ends of an axis with ticks at 1, 2 and 5
 INK, DIM, FAINT, GRID, PAPER = "#262626", "#5a5a5a", "#8a8a8a", "#e6e6e6", "#ffffff"
-AMBER = "#c98a1b"               # of what is in focus
+AMBER = "#c98a1b"               # of objects in focus
 # Okabe and Ito's colours, darker where they are drawn as lines on white
 COLOURS = {"blue": "#0072b2", "sky": "#3d9fd3", "green": "#007f5c", "vermilion": "#d55e00", "purple": "#b5588f",
            "olive": "#7d7a12", "black": "#262626", "grey": "#7a7a7a"}
@@ -42,7 +42,7 @@ STYLE: Any = {
 
 @contextmanager
 def look() -> Iterator[None]:
-    """Context in which figures are drawn and saved with the font, sizes and colours of the sheet."""
+    """Context in which figures have the font, sizes and colours of the sheet."""
     import matplotlib
 
     _load_font()
@@ -51,7 +51,7 @@ def look() -> Iterator[None]:
 
 
 def _load_font() -> None:
-    """Register the font of the window, which imgui_bundle ships; without it matplotlib uses its own."""
+    """Register the font of the window, which imgui_bundle ships; without that font matplotlib uses its own."""
     from matplotlib import font_manager
 
     found = find_spec("imgui_bundle")
@@ -63,14 +63,14 @@ def _load_font() -> None:
 
 
 def sheet(width: float, height: float) -> "Figure":
-    """An empty figure of this size (inches), its parts kept from overlapping."""
+    """An empty figure of this size (inches) whose parts do not overlap."""
     from matplotlib.figure import Figure
 
     return Figure((width, height), layout="constrained")
 
 
 def plot(axes: "Axes", x: str, y: str, title: str = "", log: bool | tuple[bool, bool] = False) -> "Axes":
-    """Give axes their labels, scales and grid. log: of both axes, or of each; the axes again."""
+    """Set labels, scales and grid of axes, and return the axes. log: for both axes, or one value each."""
     log_x, log_y = (log, log) if isinstance(log, bool) else log
     if log_x:
         axes.set_xscale("log")
@@ -90,7 +90,7 @@ def plot(axes: "Axes", x: str, y: str, title: str = "", log: bool | tuple[bool, 
 
 
 def tick_finely(axis: "Axis") -> None:
-    """Ticks at 1, 2 and 5 of each decade on a logarithmic axis of less than two and a half decades."""
+    """Put ticks at 1, 2 and 5 of each decade on a logarithmic axis shorter than two and a half decades."""
     from matplotlib.ticker import LogLocator
 
     low, high = axis.get_view_interval()
@@ -99,7 +99,7 @@ def tick_finely(axis: "Axis") -> None:
 
 
 def _plainly(value: float, _: Any = None) -> str:
-    """A tick in plain digits where these are few: 0.01, 1, 1000, 10⁻⁶."""
+    """Tick text: plain digits if there are few (0.01, 1, 1000), otherwise a power of ten (10⁻⁶)."""
     if 1e-4 < value < 1e5:
         return f"{value:.0f}" if value >= 0.999 else f"{value:g}"
     return f"$10^{{{len(f'{value:.0f}') - 1 if value > 1.0 else int(f'{value:e}'[-3:])}}}$"
@@ -110,7 +110,7 @@ def _nothing(_: float, __: Any = None) -> str:
 
 
 def checked_suffix(path: str | Path) -> Path:
-    """The path of a chart; ExportError unless its suffix is one of SUFFIXES."""
+    """The path of a chart; ExportError unless its suffix is in SUFFIXES."""
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise ExportError(f"{path}: a chart is written as {' or '.join(SUFFIXES)}: choose one of these suffixes")
@@ -118,7 +118,7 @@ def checked_suffix(path: str | Path) -> Path:
 
 
 def save(figure: "Figure", path: str | Path) -> None:
-    """Write a figure as its suffix says, the same bytes for the same figure.
+    """Write a figure in the format of the suffix; equal figures give equal bytes.
 
     ExportError where the path cannot be written.
     """

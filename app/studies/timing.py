@@ -1,7 +1,7 @@
-"""How long pieces of work take beside each other, and what stages cost on rays that stay in the first cache.
+"""Timing of pieces of work side by side, and of stages on rays that stay in the first-level cache.
 
-Works are taken in turn, so that what else the machine does meets all of them alike. The least time of many is the
-cost, for other work can only add; the median beside it says by how much.
+Pieces of work run in turn, so that other load of the machine affects all of them alike. The cost is the least of many
+times, because other load can only add time; the median shows how much it added.
 """
 
 import os
@@ -21,18 +21,18 @@ from lensbench.kernels.program import Program, run_steps
 
 LENS = "pbrt-dgauss-50mm"
 FILM = lb.Film(32.0, 18.0, 640, 360)
-BLOCKS = 40                     # of rays in one piece of streamed work
-FIRST = block.X * block.PITCH   # of the numbers that a camera writes: from X to WEIGHT
+BLOCKS = 40                     # blocks of rays in one piece of streamed work
+FIRST = block.X * block.PITCH   # rows that a camera writes, from X to WEIGHT
 
 
 class Time(NamedTuple):
-    """Time of one piece of work, in seconds: the least of its runs and their median."""
+    """Time of one piece of work (s): the least and the median of its runs."""
 
     least: float
     median: float
 
     def each(self, count: int) -> "Time":
-        """Time of one of `count` items, ns."""
+        """Time of one of `count` items (ns)."""
         return Time(1e9 * self.least / count, 1e9 * self.median / count)
 
     def without(self, overhead: float) -> "Time":
@@ -41,7 +41,7 @@ class Time(NamedTuple):
 
     @property
     def spread(self) -> float:
-        """By what percentage the median run took longer than the least."""
+        """Excess of the median run over the least run, in percent."""
         return 100.0 * (self.median / self.least - 1.0)
 
 
@@ -56,9 +56,9 @@ def report_progress(progress: Callable[[float], bool], share: float) -> None:
 
 
 def time_in_turn(works: dict[str, Callable[[], object]], seconds: float, rounds: int = 5) -> dict[str, Time]:
-    """Time of each piece of work, all run in turn for about `seconds` each and at least `rounds` times.
+    """Time of each piece of work; all run in turn for about `seconds` each and at least `rounds` times.
 
-    Each runs once before, so that kernels compile outside the measurement.
+    Each piece runs once beforehand, so that kernels compile outside the measurement.
     """
     runs: dict[str, list[float]] = {name: [] for name in works}
     for work in works.values():
@@ -74,13 +74,13 @@ def time_in_turn(works: dict[str, Callable[[], object]], seconds: float, rounds:
 
 
 def least_times(works: dict[str, Callable[[], object]], seconds: float = 0.6) -> dict[str, float]:
-    """Least time (s) of each piece of work, all run in turn for about `seconds` each."""
+    """Least time (s) of each piece of work; all run in turn for about `seconds` each."""
     return {name: found.least for name, found in time_in_turn(works, seconds, rounds=1).items()}
 
 
 @njit(nogil=True, cache=True)
 def _repeated(lanes, given, code, gated, data, ends, key, times):
-    """Run the steps of a Program over one block again and again; its rays are put back each time."""
+    """Run the steps of a Program over one block `times` times; restore the rays before each run."""
     for _ in range(times):
         for i in range(given.size):
             lanes[FIRST + i] = given[i]
@@ -88,9 +88,9 @@ def _repeated(lanes, given, code, gated, data, ends, key, times):
 
 
 def streamed(steps: list[Step], given: dict[int, np.ndarray], real=np.float32) -> Callable[[], None]:
-    """A piece of work: BLOCKS times the steps over one block of lanes that stays in the first cache.
+    """A piece of work that runs the steps BLOCKS times over one block of lanes, which stays in the first-level cache.
 
-    given: {row: (B,) values}. Those of them that a camera writes, from X on, are put back each time.
+    given: {row: (B,) values}. Rows that a camera writes, from X on, are restored before each run.
     """
     program, lanes = Program(steps, real), block.lane_buffer(real)
     table = lanes.reshape(block.ROWS, block.PITCH)
@@ -103,11 +103,11 @@ def streamed(steps: list[Step], given: dict[int, np.ndarray], real=np.float32) -
 
 @block.stage
 def idle(lanes, p, key):
-    """A stage that leaves the rays alone: the cost of putting them back."""
+    """A stage that changes nothing; its time is the cost of restoring the rays."""
 
 
 def machine() -> str:
-    """The machine in words: processor, cores, Python and system."""
+    """Description of the machine: processor, number of cores, Python and system."""
     name = platform.processor() or platform.machine()
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as lines:

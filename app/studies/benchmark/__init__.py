@@ -1,1 +1,1 @@
-"""`lensbench bench`: speed, as ratios within one run."""
+"""The benchmark `lensbench bench`: speed, as ratios within one run."""

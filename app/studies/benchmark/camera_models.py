@@ -1,4 +1,4 @@
-"""What the camera models cost beside the full trace, and how far off they are: a part of `lensbench bench`."""
+"""Cost and error of the camera models against the full trace: a part of `lensbench bench`."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -19,7 +19,10 @@ PIXEL = 0.004               # mm
 
 
 def polynomials() -> Iterator[tuple[str, float, str]]:
-    """Fitted polynomials against the full trace: 512 rays in the first cache, one thread, float32; the fit."""
+    """Fitted polynomials against the full trace, and the time of the fit.
+
+    512 rays in the first-level cache, one thread, float32.
+    """
     for name in NAMES:
         lens, distance = lenses.load(name), 1200.0
         film_distance = lb.film_distance(lens, distance)
@@ -46,7 +49,7 @@ def _with_pupil(lens: lb.Lens, film_distance: float) -> Polynomial:
 
 
 def _aimed(table: PupilTable) -> dict[int, np.ndarray]:
-    """The ray rows of a block of rays that leave the film for their exit-pupil regions."""
+    """Ray rows of one block of rays that leave the film towards their exit-pupil regions."""
     random = np.random.default_rng(1)
     film = random.uniform(-1.0, 1.0, (2, block.B)) * [[18.0], [12.0]]
     rows = [block.X, block.Y, block.Z, block.L, block.M, block.N, block.WEIGHT]

@@ -1,4 +1,4 @@
-"""What blades, fog and a sensor's noise cost: a part of `lensbench bench`. Pairs of pictures, taken in turn."""
+"""Cost of iris blades, fog and sensor noise, from pairs of pictures taken in turn: a part of `lensbench bench`."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,7 +13,7 @@ EXPOSURE = lb.Exposure(2.8, 1.0 / 60.0, 1600.0)
 
 
 def exposure() -> Iterator[tuple[str, float, str]]:
-    """Seven rounded blades against a circle, fog against clear air, and the noise of a picture of 960 × 640."""
+    """Seven rounded blades against a circle, fog against clear air, and the sensor noise of a 960 × 640 picture."""
     scene, lens = lb.builtin_scene("still-life"), lenses.load(LENS)
     bladed = replace(lens, blades=7, roundness=0.3)
     for name in ("trace", "thin"):

@@ -1,4 +1,4 @@
-"""How long lens files take: to load in every format, and to check, also as the first thing that a process does."""
+"""Time to load and to check lens files, in a running and in a new process: a part of `lensbench bench`."""
 
 import subprocess
 import sys
@@ -24,7 +24,7 @@ print(between - begin, time.perf_counter() - between)
 
 
 def files() -> Iterator[tuple[str, float, str]]:
-    """The slowest lens of the library in each format; the first load and check of a new process."""
+    """The slowest library lens in each format; the first load and check of a new process."""
     with tempfile.TemporaryDirectory() as folder:
         for suffix in WRITERS:
             paths = {name: Path(folder) / f"{name}{suffix}" for name in lenses.names()}
@@ -42,7 +42,7 @@ def files() -> Iterator[tuple[str, float, str]]:
 
 
 def _first(path: str) -> tuple[float, float]:
-    """Seconds that a new process takes to load and to check a lens file, after its imports."""
+    """Seconds in which a new process loads and checks a lens file, after its imports."""
     done = subprocess.run([sys.executable, "-c", FIRST, path], capture_output=True, text=True, check=True)
     load, check = done.stdout.split()
     return float(load), float(check)

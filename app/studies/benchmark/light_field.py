@@ -1,4 +1,4 @@
-"""Light fields: what recording and focusing them costs, and how close they come: a part of `lensbench bench`."""
+"""Cost of capturing and refocusing light fields, and their error: a part of `lensbench bench`."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -12,11 +12,11 @@ from lensbench.app.studies.timing import LENS, least_times
 FILM = lb.Film(36.0, 24.0, 640, 427)
 VIEWS, SAMPLES = (9, 9), 16
 DISTANCES = (900.0, 1500.0, 2500.0)
-EDGE = 40                   # pixels that are left out, of which not every view sees all
+EDGE = 40                   # pixels: border that not every view sees
 
 
 def light_fields() -> Iterator[tuple[str, float, str]]:
-    """The still life, 9 × 9 views of 640 × 427 pixels with 16 samples, by a thin lens and by a double Gauss."""
+    """Still life, 9 × 9 views of 640 × 427 pixels with 16 samples, by a thin lens and by a double Gauss."""
     scene = lb.builtin_scene("still-life")
     for model in ("thin", "trace"):
         def camera(distance: float, model: str = model) -> lb.LensCamera:
@@ -36,7 +36,7 @@ def light_fields() -> Iterator[tuple[str, float, str]]:
 
 
 def choices() -> Iterator[tuple[str, float, str]]:
-    """Choosing the simplest model that is within half a pixel of the full trace."""
+    """Choosing the simplest model within half a pixel of the full trace."""
     film, scene = lb.Film(36.0, 24.0, 960, 640), lb.builtin_scene("still-life")
     for name, f_number in ((LENS, 2.8), (LENS, 16.0), ("pbrt-fisheye-10mm", None)):
         camera = lb.LensCamera(lenses.load(name), film, 1200.0, f_number)

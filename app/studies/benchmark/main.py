@@ -1,7 +1,7 @@
-"""`lensbench bench`: the program's speed on this machine, each figure a ratio within one run where it can be.
+"""The benchmark `lensbench bench`: speed on this machine, as ratios within one run where possible.
 
-Timings that are compared are taken in turn, and the least of many is kept: other
-work on the machine can only add. Speeds in millions a second, lengths in mm.
+Timings that are compared run in turn, and the least of many is kept, because other load of the machine can only add
+time. Speeds in millions a second, lengths in mm.
 """
 
 import argparse
@@ -35,7 +35,7 @@ from lensbench.pupils.radial_sampler import POINTS, PupilTable
 from lensbench.pupils.rim_solver import solve_rims
 from lensbench.scenery.builtin.benchmark import benchmark_scene
 
-MANY = 24                       # passes, of which every fourth, eighth or twelfth has small lights from their own side
+MANY = 24                       # passes; every fourth, eighth or twelfth traces small lights
 
 
 @njit(nogil=True)
@@ -45,7 +45,7 @@ def _traced(table, origins, directions, points, after, fate, surface, times):
 
 
 def block_against_scalar() -> Iterator[tuple[str, float, str]]:
-    """The block tracer against the scalar reference: 512 rays that stay in the first cache, 11 surfaces, one thread."""
+    """Block tracer against scalar tracer: 512 rays in the first-level cache, 11 surfaces, one thread."""
     lens = lenses.load(LENS)
     distance = lb.first_order(lens).bfl
     rng = np.random.default_rng(1)
@@ -96,10 +96,10 @@ def fused() -> Iterator[tuple[str, float, str]]:
 
 
 def cameras() -> Iterator[tuple[str, float, str]]:
-    """Every kind of camera before still-life without shadows, two threads, and each against the pinhole in one run.
+    """Every camera kind in front of still-life without shadows, two threads; each against the perspective camera.
 
-    The camera's rays alone, and with small lights from their own side, which come with one later pass in some: over
-    MANY passes, that their share is in it.
+    First without light tracing, then with it. Only some passes trace small lights, so the latter is timed over MANY
+    passes.
     """
     lens, scene = lenses.load(LENS), lb.builtin_scene("still-life")
     kinds: dict[str, lb.Camera] = {"perspective": lb.PerspectiveCamera(FILM)}
@@ -125,7 +125,7 @@ def cameras() -> Iterator[tuple[str, float, str]]:
 
 
 def pupil() -> Iterator[tuple[str, float, str]]:
-    """Solving the exit-pupil region of 64 film radii, and what of its samples passes and what light it loses."""
+    """Solving the exit-pupil regions of 64 film radii; the share of samples that pass, and the light lost."""
     for name in (LENS, "pbrt-fisheye-10mm"):
         lens = lenses.load(name)
         distance = lb.first_order(lens).bfl
@@ -151,7 +151,7 @@ def pupil() -> Iterator[tuple[str, float, str]]:
 
 
 def sampling() -> Iterator[tuple[str, float, str]]:
-    """How many samples white noise needs for the error of the default samples at 4, 16, 64 and 256."""
+    """Number of samples of white noise that give the error of 4, 16, 64 and 256 default samples, as a ratio."""
     for name in ("soft", "still-life"):
         camera, scene = scenes()[name]
         steps = samplers(camera.film)
@@ -160,10 +160,10 @@ def sampling() -> Iterator[tuple[str, float, str]]:
             yield f"gain over white noise at {count}, {name}", gain, "×"
 
 
-def splats() -> Iterator[tuple[str, float, str]]:
-    """The error on the display of small lights traced from their own side, against the camera's rays alone.
+def light_tracing_errors() -> Iterator[tuple[str, float, str]]:
+    """Displayed error of small lights with light tracing against camera rays alone.
 
-    Root mean square of developed values (0 to 1, filmic), 240 × 160, from 4096 samples of the camera's rays.
+    Root mean square of tone-mapped values (0 to 1, filmic), 240 × 160 pixels, from a picture of 4096 camera samples.
     """
     film = lb.Film(36.0, 24.0, 240, 160)
     camera, night = lb.LensCamera(lenses.load(LENS), film, 1200.0, 2.0), lb.builtin_scene("night-lights")
@@ -188,11 +188,11 @@ def splats() -> Iterator[tuple[str, float, str]]:
             rendering.add(4)
             both[str(light_tracing)] = partial(rendering.add, MANY, threads=2)
         best = least_times(both, 1.0)
-        yield f"later passes with splats in their turn over passes without, {name}", best["True"] / best["False"], "×"
+        yield f"later passes with light tracing / without, {name}", best["True"] / best["False"], "×"
 
 
 def precision() -> Iterator[tuple[str, float, str]]:
-    """Single against double precision on 24 megapixels: the worst ray, and fates that differ."""
+    """Single against double precision on 24 megapixels: the worst ray, and the number of different fates."""
     for name in (LENS, "pbrt-fisheye-10mm"):
         lens, n = lenses.load(name), 200_000
         camera = lb.LensCamera(lens, lb.Film(pixels_x=6000, pixels_y=4000))
@@ -213,11 +213,12 @@ def precision() -> Iterator[tuple[str, float, str]]:
 
 
 PARTS = {"tracer": block_against_scalar, "render": fused, "cameras": cameras, "pupil": pupil,
-         "sampling": sampling, "splats": splats, "precision": precision}
+         "sampling": sampling, "light-tracing": light_tracing_errors, "precision": precision}
+FORMER = {"splats": "light-tracing"}        # former: present name of a part
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the parts that are named, or all; print a table, or JSON."""
+    """Run the named parts, or all of them; print a table or JSON."""
     from lensbench.app.studies.benchmark.camera_models import polynomials
     from lensbench.app.studies.benchmark.exposure import exposure
     from lensbench.app.studies.benchmark.lens_files import files
@@ -229,16 +230,19 @@ def main(argv: list[str] | None = None) -> int:
     parts = {**PARTS, "models": polynomials, "choice": choices, "light-field": light_fields, "motion": motion,
              "exposure": exposure, "differentials": differentials, "files": files, "window": window}
     parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
-    parser.add_argument("part", nargs="*", help=f"of {', '.join(parts)} (all by default)")
+    parser.add_argument("part", nargs="*", help=f"parts to run: {', '.join(parts)} (default: all)")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     options = parser.parse_args(argv)
-    unknown = [name for name in options.part if name not in parts]
+    for name in set(options.part) & set(FORMER):
+        print(f"lensbench bench: {name} is now {FORMER[name]}", file=sys.stderr)
+    wanted = [FORMER.get(name, name) for name in options.part] or list(parts)
+    unknown = [name for name in wanted if name not in parts]
     if unknown:
         parser.error(f"no part is called {unknown[0]!r}: choose from {', '.join(parts)}")
     figures: dict[str, dict] = {}
     if not options.json:
         print(f"{machine()}, {time.strftime('%Y-%m-%d')}")
-    for name in options.part or parts:
+    for name in wanted:
         for figure, value, unit in parts[name]():
             figures[figure] = {"value": value, "unit": unit}
             if not options.json:

@@ -1,4 +1,4 @@
-"""What motion costs: a part of `lensbench bench`. One sample of every pixel of two pictures, taken in turn."""
+"""Cost of motion, from pairs of pictures with one sample a pixel, taken in turn: a part of `lensbench bench`."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -13,11 +13,11 @@ from lensbench.kernels import block
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
 
-CRAWL = 1e-4                            # of a way: so short that the picture is the same, and what moving costs is left
+CRAWL = 1e-4                            # share of the motion: the same picture, so that only the cost of motion differs
 
 
 def motion() -> Iterator[tuple[str, float, str]]:
-    """A camera that pans and turns against the same at rest, and a scene in motion against the same at rest."""
+    """A camera that pans and rotates, and a scene in motion, each against the same at rest."""
     scene = lb.builtin_scene("still-life")
     lens = lenses.load(LENS)
     kinds = {"full trace": lambda **more: lb.LensCamera(lens, FILM, 1200.0, **more),
@@ -26,7 +26,7 @@ def motion() -> Iterator[tuple[str, float, str]]:
     for name, make in kinds.items():
         for words, shadows in (("", True), (" without shadows", False)):
             for slowly, part in (("", 1.0), (", all but at rest", CRAWL)):
-                way = _way(part)
+                way = _pan(part)
                 yield f"moving / still camera, {name}, still-life{words}{slowly}", _ratio(
                     [(make(world_from_camera=place), scene) for place in (way, way.start)], shadows), "×"
     moving = lb.builtin_scene("fairground")
@@ -36,8 +36,8 @@ def motion() -> Iterator[tuple[str, float, str]]:
     yield "moving / still things, fairground, 1/60 s", _ratio([(camera, moving), (camera, rest)], True), "×"
 
 
-def _way(part: float) -> lb.AnimatedTransform:
-    """A part of 23 mm and 1.1 degrees."""
+def _pan(part: float) -> lb.AnimatedTransform:
+    """A share of a motion of 23 mm and 1.1 degrees."""
     start, end = np.eye(4), np.eye(4)
     c, s = np.cos(0.02 * part), np.sin(0.02 * part)
     start[:3, :3] = [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]
@@ -46,7 +46,7 @@ def _way(part: float) -> lb.AnimatedTransform:
 
 
 def _ratio(pair, shadows: bool) -> float:
-    """The time of the first picture over that of the second."""
+    """Time of the first picture over that of the second."""
     blocks = -(-FILM.pixels_x * FILM.pixels_y // block.B)
     bench = block.lane_buffer()
     works: dict[str, Callable[[], object]] = {}
@@ -62,5 +62,5 @@ def _ratio(pair, shadows: bool) -> float:
 
 
 def _at_rest(thing):
-    """The same thing where it stands at 0 s."""
+    """The object at rest, at its place at 0 s."""
     return replace(thing, velocity=(0.0,) * 3, spin=(0.0,) * 3, pivot=None)

@@ -1,4 +1,4 @@
-"""What it costs to average patterns over the pixel, and what it gains: a part of `lensbench bench`."""
+"""Cost and gain of averaging patterns over the pixel: a part of `lensbench bench`."""
 
 import math
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ SMALL = lb.Film(36.0, 24.0, 180, 120)
 
 
 def differentials() -> Iterator[tuple[str, float, str]]:
-    """Pictures with and without filter in turn, one thread; their errors at 1 and 1024 samples; the table's set-up."""
+    """Pictures with and without filter in turn, one thread; their errors at 1 and 1024 samples; set-up of the table."""
     lens = lenses.load(LENS)
     scenes = {name: lb.builtin_scene(name) for name in ("still-life", "grid-wall", "focus-ruler")}
     camera = lb.LensCamera(lens, FILM, 1200.0, dispersion=False)

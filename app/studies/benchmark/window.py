@@ -1,7 +1,7 @@
-"""The window's part of the benchmark: start, answer to a slider, and pace beside a render, on no display.
+"""Benchmark of the window on a virtual display: start, response to a slider, and frame rate during a render.
 
-`python -m lensbench.app.studies.benchmark.window T` prints the seconds from T (time.time()) to the first picture on
-the screen.
+`python -m lensbench.app.studies.benchmark.window T` prints the seconds from T (time.time()) to the first picture on the
+screen.
 """
 
 import math
@@ -22,19 +22,19 @@ from lensbench.app.workers.light_field_worker import LightFieldWorker
 
 SIZE = (1280, 720)
 SMALL = Settings(pixels_x=640, pixels_y=360, film_width=32.0, film_height=18.0, samples=100_000)
-MOVES = 40                      # of the focus slider
-FRAMES = 240                    # timed while the render goes on
+MOVES = 40                      # moves of the focus slider
+FRAMES = 240                    # frames timed during the render
 START_LIMIT = 300.0             # s
 
 
 class _Driven(Session):
-    """A bench whose focus slider is moved by a script, as the panel would hand it on."""
+    """A session whose focus slider is moved by a script in place of the panel."""
 
     focus: float | None = None
     moved = worked = 0.0
 
     def begin(self) -> None:
-        """The frame's beginning, and what the first panel would make of the settings."""
+        """Begin a frame with the scripted settings."""
         super().begin()
         if self.focus is not None:
             self.edited, self.focus = replace(self.edited, focus_distance=self.focus), None
@@ -43,13 +43,13 @@ class _Driven(Session):
 
     @property
     def current(self) -> bool:
-        """Whether the picture on the screen is one of the present settings."""
+        """Whether the picture on the screen belongs to the present settings."""
         update = self.presenter.update
         return update is not None and update.generation == self.worker.generation
 
 
 def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = False) -> None:
-    """Show the bench until `watch`, called after each frame, says that it is done; idle: rest as a window does."""
+    """Show the window until `watch`, called after each frame, returns True; idle: slow down at rest as usual."""
     from imgui_bundle import immapp
 
     without_display()
@@ -68,7 +68,7 @@ def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = Fals
 
 
 def latencies() -> list[tuple[float, float]]:
-    """Seconds from a move of the focus slider to the first picture of the new setting on the screen; of all cores."""
+    """Seconds from a move of the focus slider to its first picture on the screen, and CPU seconds of all cores."""
     found: list[tuple[float, float]] = []
     rest = [0]
 
@@ -100,20 +100,20 @@ def paces() -> list[float]:
 
 
 def refocused() -> list[float]:
-    """Seconds from picture to picture while the refocus ring of 9 × 9 views of 640 × 427 pixels is turned."""
+    """Seconds from picture to picture while the refocus ring of 9 × 9 views of 640 × 427 pixels turns."""
     return _dragged(lambda worker, settings: worker.record(settings, (9, 9)),
                     lambda look, now: replace(look, distance=800.0 + 700.0 * now % 1500.0))
 
 
 def moved() -> list[float]:
-    """The same while the viewpoint is dragged about 9 × 9 pinholes of as many pixels, 5 mm apart."""
+    """Seconds from picture to picture while the viewpoint moves about 9 × 9 pinholes, 5 mm apart, of as many pixels."""
     return _dragged(lambda worker, settings: worker.record_array(settings, (9, 9), 5.0),
                     lambda look, now: replace(look, place=(12.0 * math.sin(now), 8.0 * math.cos(now), 0.0)))
 
 
 def _dragged(record: Callable[[LightFieldWorker, Settings], None],
              turned: Callable[[Look, float], Look]) -> list[float]:
-    """Seconds from picture to picture of what is recorded, while a hand never rests."""
+    """Seconds from picture to picture of a light field under a control that never rests."""
     marks: list[float] = []
     seen: list[object] = [None]
 
@@ -135,7 +135,7 @@ def _dragged(record: Callable[[LightFieldWorker, Settings], None],
 
 
 def start(cached: bool) -> float:
-    """Seconds from starting Python to the first picture; cached: with the compiled kernels at hand."""
+    """Seconds from starting Python to the first picture; cached: with compiled kernels in the cache."""
     environment = dict(os.environ)
     with tempfile.TemporaryDirectory() as folder:
         if not cached:
@@ -146,11 +146,11 @@ def start(cached: bool) -> float:
 
 
 def window() -> Iterator[tuple[str, float, str]]:
-    """The figures of the window, 640 × 360 pixels of the still life in a window of 1280 × 720."""
+    """The figures of the window: still life of 640 × 360 pixels in a window of 1280 × 720."""
     answers, worked = np.array(latencies()).T * 1e3
     yield "slider moved to picture on the screen, median", float(np.median(answers)), "ms"
     yield "slider moved to picture on the screen, p95", float(np.percentile(answers, 95)), "ms"
-    yield "the same, time of all cores, median", float(np.median(worked)), "ms"
+    yield "the same, CPU time of all cores, median", float(np.median(worked)), "ms"
     frames = np.array(paces()) * 1e3
     yield "window frame beside two rendering threads, median", float(np.median(frames)), "ms"
     yield "window frame beside two rendering threads, p95", float(np.percentile(frames, 95)), "ms"
@@ -166,7 +166,7 @@ if __name__ == "__main__":
     began = float(sys.argv[1])
 
     def first(session: _Driven) -> bool:
-        """Say when the first picture stands on the screen, and end."""
+        """Print the time when the first picture is on the screen, and end."""
         if session.current:
             print(time.time() - began)
         return session.current

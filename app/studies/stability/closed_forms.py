@@ -1,4 +1,4 @@
-"""The closed forms near their edges: thin lens, depth of field, depth in numbers, weights far off the axis."""
+"""Closed forms near their limits: thin lens, depth of field, stored depth, and weights far off the axis."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -13,13 +13,13 @@ from lensbench.cameras.ideal_lens import thin
 from lensbench.kernels.block import RED, WEIGHT, B, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 
-FOCAL_LENGTH, F_NUMBER, BLUR = 50.0, 2.0, 0.03125       # mm, and a limit of the CoC in mm
-THOUSANDTH = "a digit more than is shown"
+FOCAL_LENGTH, F_NUMBER, BLUR = 50.0, 2.0, 0.03125       # mm; f-number; limit of the blur, mm
+THOUSANDTH = "one digit more than is displayed"
 OWN = "the program's, float64"
 
 
 def relative(found: float, truth: Fraction) -> float | str:
-    """|found / truth − 1| in percent; what is not finite where the truth is, by its name."""
+    """|found / truth − 1| in percent; "NaN" or "inf" if `found` is not finite."""
     found = float(found)
     if not math.isfinite(found):
         return "NaN" if math.isnan(found) else "inf"
@@ -27,7 +27,7 @@ def relative(found: float, truth: Fraction) -> float | str:
 
 
 def asked(ask: Callable[[], float], truth: Fraction) -> float | str:
-    """The error of an answer (%), or the name of the error that was raised in place of one."""
+    """Error of an answer in percent, or the name of the error that was raised."""
     try:
         return relative(ask(), truth)
     except lb.LensError as refused:
@@ -36,7 +36,7 @@ def asked(ask: Callable[[], float], truth: Fraction) -> float | str:
 
 def _rows(values: Sequence[float], forms: dict[str, Callable[[float], float]], truth: Callable[[float], Fraction],
           own: str = OWN) -> tuple[Curve, ...]:
-    """Curves of the relative error of functions of one value; the program's own begin with `own`."""
+    """Curves of the relative error of functions of one value; names of the program's own begin with `own`."""
     with np.errstate(all="ignore"):
         return tuple(curve(name, [asked(partial(form, value), truth(value)) for value in values], name.startswith(own))
                      for name, form in forms.items())
@@ -46,7 +46,7 @@ def _rows(values: Sequence[float], forms: dict[str, Callable[[float], float]], t
 
 
 def _coc(focus: float, distance: float) -> Fraction:
-    """A f |s − s_f| / (s (s_f − f)) of the numbers that the floats are."""
+    """Exact circle of confusion A f |s − s_f| / (s (s_f − f)) of float arguments (mm)."""
     f, s_f, s = Fraction(FOCAL_LENGTH), Fraction(focus), Fraction(distance)
     return f / Fraction(F_NUMBER) * f * abs(s - s_f) / (s * (s_f - f))
 
@@ -57,7 +57,7 @@ def _printed_coc(real: type, focus: float, distance: float) -> float:
 
 
 def _in_dioptres(focus: float, distance: float) -> float:
-    """|1/s_f − 1/s| / (1 − f/s_f), which takes infinity as it comes."""
+    """|1/s_f − 1/s| / (1 − f/s_f), valid for infinite distances (mm)."""
     return FOCAL_LENGTH**2 / F_NUMBER * abs(1.0 / focus - 1.0 / distance) / (1.0 - FOCAL_LENGTH / focus)
 
 
@@ -66,19 +66,19 @@ def _own_coc(focus: float, distance: float) -> float:
 
 
 def to_the_focal_length() -> Sweep:
-    """Focus ever nearer to the focal length, where the image runs away to infinity."""
+    """Focus distance that approaches the focal length, where the image goes to infinity."""
     beyond = np.logspace(1.0, -14.0, 46)
     forms = {"in dioptres, float64": lambda part: _in_dioptres(FOCAL_LENGTH * (1.0 + part), 1e4),
              "as printed, float32": lambda part: _printed_coc(np.float32, FOCAL_LENGTH * (1.0 + part), 1e4),
              OWN: lambda part: _own_coc(FOCAL_LENGTH * (1.0 + part), 1e4)}
     return Sweep("Thin lens as the focus comes to f", "Focus beyond f", "f", beyond, "Circle of confusion", "%", 0.1,
                   THOUSANDTH, _rows(beyond.tolist(), forms, lambda part: _coc(FOCAL_LENGTH * (1.0 + part), 1e4)),
-                  "The difference of focus and focal length is exact; one less their quotient is not. At f and "
-                  "nearer it is a FocusError.")
+                  "The difference of focus distance and focal length is exact; one less their quotient is not. At f "
+                  "and nearer the program raises FocusError.")
 
 
 def near_the_focus() -> Sweep:
-    """A point ever nearer to the plane in focus."""
+    """A point that approaches the plane in focus."""
     beyond = np.logspace(0.0, -14.0, 43)
     points = {float(part): 1500.0 * (1.0 + part) for part in beyond}
     return Sweep("Blur next to the plane in focus", "Distance from it", "of the focus", beyond, "Circle of confusion",
@@ -86,14 +86,15 @@ def near_the_focus() -> Sweep:
                       "in dioptres, float64": lambda part: _in_dioptres(1500.0, points[part]),
                       OWN: lambda part: _own_coc(1500.0, points[part])},
                       lambda part: _coc(1500.0, points[part])),
-                  "Two reciprocals that are all but equal lose what two distances keep.")
+                  "The difference of two nearly equal reciprocals loses digits that the difference of the two "
+                  "distances keeps.")
 
 
 # Depth of field
 
 
 def _far(focus: float) -> Fraction:
-    """The far limit s f² / (f² − N C (s − f)) of the numbers that the floats are."""
+    """Exact far limit s f² / (f² − N C (s − f)) of float arguments (mm)."""
     f, s = Fraction(FOCAL_LENGTH), Fraction(focus)
     return s * f * f / (f * f - Fraction(F_NUMBER) * Fraction(BLUR) * (s - f))
 
@@ -104,7 +105,7 @@ def _printed_far(real: type, focus: float) -> float:
 
 
 def hyperfocal() -> Sweep:
-    """The far limit as the focus comes to the hyperfocal distance."""
+    """Far limit while the focus distance approaches the hyperfocal distance."""
     before = np.logspace(-0.3, -13.0, 43)
     whole = lb.hyperfocal(FOCAL_LENGTH, F_NUMBER, BLUR)         # a sum of powers of two: exact
     focus = {float(part): whole * (1.0 - float(part)) for part in before}
@@ -114,12 +115,12 @@ def hyperfocal() -> Sweep:
         OWN: lambda part: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus[part], BLUR)[1]}
     return Sweep("Depth of field at the hyperfocal", "Focus before the hyperfocal", "of it", before, "Far limit", "%",
                   0.1, THOUSANDTH, _rows(before.tolist(), forms, lambda part: _far(focus[part])),
-                  "The far limit runs to infinity there, and is infinite from there on; a focus in float32 is too "
-                  "coarse to say how far.")
+                  "The far limit goes to infinity there and is infinite beyond; a focus distance in float32 is too "
+                  "coarse to give the far limit.")
 
 
 def far_focus() -> Sweep:
-    """The near limit as the focus goes to infinity."""
+    """Near limit while the focus distance goes to infinity."""
     values = np.logspace(2.0, 100.0, 50)
 
     def truth(focus: float) -> Fraction:
@@ -136,15 +137,15 @@ def far_focus() -> Sweep:
         OWN: lambda focus: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus, BLUR)[0]}
     return Sweep("Depth of field of a far focus", "Focus", "mm", values, "Near limit", "%", 0.1, THOUSANDTH,
                   _rows(values.tolist(), forms, truth),
-                  "As it is printed the formula overflows, and at infinity is no number; divided by the distance it "
-                  "takes infinity as it comes.")
+                  "As printed, the formula overflows, and at infinity it is NaN; divided by the distance it is valid "
+                  "at infinity too.")
 
 
 # Depth in numbers
 
 
 def depth() -> Sweep:
-    """How far away a pixel is, kept in one number."""
+    """Distance of a pixel, stored in one number."""
     values = np.logspace(2.0, 7.0, 41)
     near, far = 10.0, 1e8
 
@@ -169,14 +170,14 @@ def depth() -> Sweep:
              "screen z reversed, float32": buffer(np.float32, True), "distance along the ray, float32": traced}
     return Sweep("Depth kept in a number", "Distance", "mm", values, "Distance", "%", 0.1,
                   "a metre in a kilometre", _rows(values.tolist(), forms, Fraction, "distance along the ray, float32"),
-                  "A perspective z from 10 mm to 100 km has almost all its steps in the first metre.")
+                  "Almost all steps of a perspective z from 10 mm to 100 km lie in the first metre.")
 
 
 # Weights
 
 
 def weights() -> Sweep:
-    """The fourth power of the cosine at the film, as the ray comes to lie along it."""
+    """Fourth power of the cosine at the film, for rays that become parallel to the film."""
     left = np.logspace(math.log10(60.0), -4.0, 36)
     tangents = {float(angle): float(np.float32(1.0 / math.tan(math.radians(angle)))) for angle in left}
 
@@ -205,7 +206,7 @@ def weights() -> Sweep:
              for real, precision in PRECISIONS}
     return Sweep("cos⁴ near 90°", "Angle between ray and film", "°", left, "Weight", "%", 0.1,
                   "a thousandth of a stop", _rows(left.tolist(), forms, cos4, own="by the tangent"),
-                  "The cosine of an angle near 90° is a small difference; from the tangent it is a quotient.")
+                  "The cosine of an angle near 90° is a small difference; computed from the tangent it is a quotient.")
 
 
 SWEEPS: dict[str, Callable[[], Sweep]] = {

@@ -1,4 +1,4 @@
-"""Maps of where each camera model will do: of every lens, over its field and its stops."""
+"""Maps of the simplest camera model that is accurate enough, for every lens over its field and its stops."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COLUMNS = 5
-WIDTH, HEIGHT = 11.0, 1.55          # inches, of the sheet and of each of its lines
-# From the palest, for the simplest, to the darkest
+WIDTH, HEIGHT = 11.0, 1.55          # inches: width of the sheet, height of each row
+# From the palest, for the simplest model, to the darkest
 COLOURS = ("#e3f0e2", "#bfe0bd", "#94cc95", "#d3e6f4", "#a7cde9", "#73aedb", "#3d8ac6", "#1c64a4", "#d55e00")
 SIGNS = ("hole", "thin", "thick", "3", "5", "7", "9", "11", "trace")
 
 
 @dataclass(frozen=True, eq=False)
 class Domain:
-    """Which model is the simplest that will do, for one lens over its field and stops.
+    """The simplest model that is accurate enough for one lens, over its field and stops.
 
-    rung (f-numbers, film sizes): index into LADDER, of the first within PIXELS and STOPS; the last is the trace.
-    half_diagonals: mm; angles: degrees at the film's corners.
+    rung (f-numbers, film sizes): index in LADDER of the first model within PIXELS and STOPS; the last is the full
+    trace. half_diagonals: mm. angles: field angles at the corners of the film, degrees.
     """
 
     lens: str
@@ -39,7 +39,7 @@ class Domain:
 
 
 def domain(lens_name: str, sizes: int = 7, stops: int = 5) -> Domain:
-    """The map of one lens, in focus at 2 m or as near as it can."""
+    """The map of one lens, focused at 2 m or at twice its nearest distance."""
     lens = lenses.load(lens_name)
     focus = max(FOCUS, 2.0 * lb.nearest_focus(lens))
     widest = lb.first_order(lens).f_number * 1.0001
@@ -51,7 +51,7 @@ def domain(lens_name: str, sizes: int = 7, stops: int = 5) -> Domain:
         first = 0
         for j, half in enumerate(halves):
             judged = judge(lens, half, float(number), focus)
-            # a larger film holds the smaller one: what failed there fails here
+            # A larger film contains the smaller one: a model that failed there fails here
             while first < len(RUNGS) and not _good(judged.rung(*RUNGS[first])):
                 first += 1
             rung[i, j] = first
@@ -63,12 +63,12 @@ def _good(rung: Rung) -> bool:
 
 
 def domains() -> list[Domain]:
-    """Of every lens of the library that the ladder knows: those without cylinders."""
+    """Maps of all library lenses with rotational symmetry."""
     return [domain(each) for each in lenses.names() if lenses.load(each).is_rotationally_symmetric]
 
 
 def save_domains(found: list[Domain], path: Path) -> None:
-    """One map for each lens on one sheet; ExportError where it cannot be written."""
+    """Draw the maps of all lenses on one sheet; ExportError where it cannot be written."""
     lines = -(-len(found) // COLUMNS)
     with look():
         figure = sheet(WIDTH, HEIGHT * lines + 1.0)

@@ -1,4 +1,4 @@
-"""All families of methods, in the order in which the atlas shows them."""
+"""All families of methods, in the order in which they are shown."""
 
 from collections.abc import Callable
 

@@ -1,6 +1,7 @@
-"""Rival ways to focus, of pbrt and of textbooks, which the sweeps compare with the program's.
+"""Focusing methods of pbrt and of textbooks, for comparison with the program's methods.
 
-Distances of the object from the film, film distances from the last vertex (mm), in the precision `real`.
+Object distances are measured from the film, film distances from the last vertex (mm). Each method computes in the
+precision `real`.
 """
 
 import math
@@ -10,14 +11,14 @@ import numpy as np
 import lensbench as lb
 from lensbench.optics.paraxial import first_order
 
-STEPS = 2000            # after which a search is taken to have no end; pbrt's own has no bound
+STEPS = 2000            # a search that takes more steps counts as endless; pbrt's search has no bound
 HALVINGS = 20
 
 
 def school_formula(lens: lb.Lens, distance: float, real: type) -> float:
-    """Half of the sum of the conjugates less the root of its square less 4 f: two great numbers, one from the other.
+    """Film distance by the textbook formula: half of (sum of the conjugates less √(sum² − 4 f · sum)).
 
-    NaN nearer than four focal lengths.
+    It subtracts two large numbers. NaN nearer than four focal lengths.
     """
     fo = first_order(lens)
     front, rear = real(fo.front_principal), real(lens.length + fo.rear_principal)
@@ -28,9 +29,9 @@ def school_formula(lens: lb.Lens, distance: float, real: type) -> float:
 
 
 def focus_of_one_ray(lens: lb.Lens, film_distance: float, share: float, real: type) -> float | None:
-    """The distance at which a ray of the film's centre meets the axis, aimed at `share` × the rear radius.
+    """Distance at which a ray from the centre of the film crosses the axis, aimed at `share` × the rear radius.
 
-    math.inf where it does not converge before the lens; None where it is blocked.
+    math.inf if the ray does not converge in front of the lens; None if it is blocked.
     """
     height = share * lens.surfaces[-1].semi_diameter
     film = lens.length + film_distance
@@ -44,10 +45,10 @@ def focus_of_one_ray(lens: lb.Lens, film_distance: float, share: float, real: ty
 
 
 def bracketing_search(lens: lb.Lens, distance: float, real: type, shares: tuple[float, ...] = (0.15,)) -> float | str:
-    """By a ray at 0.15 of the rear radius: out from the closed form by parts of 0.005, and 20 halvings between.
+    """Film distance by one ray at 0.15 of the rear radius: bracketed in steps of 0.005, then 20 halvings.
 
-    pbrt-v3's second way; its aim of 0.1 × a pupil box that is 1.5 radii wide. shares: what is tried in turn where
-    the ray is blocked. The words "no end" where it goes on and on, and "NaN" where the closed form is none.
+    The second method of pbrt-v3; there the ray aims at 0.1 × a pupil box that is 1.5 radii wide. shares: tried in this
+    order where the ray is blocked. Returns "no end" if the search does not end, "NaN" if the closed form has no value.
     """
     begin = school_formula(lens, distance, real)
     if not math.isfinite(begin):
@@ -57,7 +58,7 @@ def bracketing_search(lens: lb.Lens, distance: float, real: type, shares: tuple[
         found = (focus_of_one_ray(lens, film, share, real) for share in shares)
         return next((at for at in found if at is not None), math.inf)
 
-    near = far = begin                  # nearer to the lens the plane in focus lies farther out
+    near = far = begin                  # a film nearer to the lens puts the plane in focus farther away
     for _ in range(STEPS):
         if seen(far) <= distance:
             break

@@ -1,4 +1,4 @@
-"""Where the film has to stand: the closed form, the whole bundle, and the searches and formulas of others."""
+"""Film distance for an object distance: closed form, least blur of the bundle, and methods of other programs."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,18 +15,18 @@ from lensbench.app.studies.stability.sweep import PRECISIONS, Curve, Sweep, curv
 
 Focus = Callable[[lb.Lens, float], float | str]
 
-LENS = "pbrt-wide-22mm"         # on which pbrt's own failures were found
+LENS = "pbrt-wide-22mm"         # pbrt's failures were found on this lens
 FAST = "lentil-takumar-1969"    # f/1.25
 LIMIT = 1e-3                    # mm
 WHY = "a quarter of a pixel of 4 µm"
-RAYS = 200                      # of the bundle that says where the blur is least
+RAYS = 200                      # rays of the bundle that defines the least blur
 PIXEL = 4e-3                    # mm
 
 
 def conjugate(lens: lb.Lens, distance: float) -> Decimal:
-    """The paraxial film distance for an object `distance` mm from the film, in sixty digits; to be used `exactly`.
+    """Exact paraxial film distance for an object `distance` mm from the film; call it within `exactly()`.
 
-    From the matrix of the whole lens, multiplied out; NaN where no film is conjugate.
+    From the matrix of the whole lens in sixty digits; NaN where no conjugate film exists.
     """
     one, zero = Decimal(1), Decimal(0)
     a, b, c, d = one, zero, zero, one
@@ -49,21 +49,21 @@ def conjugate(lens: lb.Lens, distance: float) -> Decimal:
 
 
 def rms_radius(lens: lb.Lens, film_distance: float, distance: float) -> float:
-    """Of the spot of an axis point `distance` mm from the film (mm), by the reference tracer's rays over the pupil."""
+    """Rms radius (mm) of the spot of an axis point `distance` mm from the film, by the scalar tracer."""
     y, slope = _bundle(lens, lens.length + film_distance - distance)
     return float(np.sqrt(((y + film_distance * slope) ** 2).mean()))
 
 
 def extent(lens: lb.Lens, film_distance: float, distance: float) -> float:
-    """The radius (mm) of the whole spot."""
+    """Radius (mm) of the whole spot."""
     y, slope = _bundle(lens, lens.length + film_distance - distance)
     return float(np.abs(y + film_distance * slope).max())
 
 
 def _bundle(lens: lb.Lens, z: float) -> tuple[np.ndarray, np.ndarray]:
-    """Heights behind the last vertex, and slopes, of rays from the axis point z even over the pupil's area."""
+    """Heights behind the last vertex (mm) and slopes of rays from the axis point z, even over the pupil."""
     edge, step = 0.0, lens.surfaces[0].semi_diameter
-    for _ in range(8):                                  # outwards, ever more finely
+    for _ in range(8):                                  # search outwards in ever finer steps
         heights = edge + step * np.arange(33) / 32.0
         passed = _traced(lens, z, heights).fate == lb.Fate.PASSED
         last = int(np.argmin(passed)) - 1 if not passed.all() else 32
@@ -75,14 +75,14 @@ def _bundle(lens: lb.Lens, z: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _traced(lens: lb.Lens, z: float, heights: np.ndarray) -> lb.Trace:
-    """Rays of the axis point z through heights on the plane of the first vertex."""
+    """Traced rays from the axis point z through heights on the plane of the first vertex."""
     start = np.stack([0.0 * heights, heights, 0.0 * heights], 1)
     ways = np.stack([0.0 * heights, 0.0 * heights if math.isinf(z) else heights / -z, np.ones(len(heights))], 1)
     return lb.trace(lens, start, ways)
 
 
 def least_blur(lens: lb.Lens, distance: float, size: Callable[[lb.Lens, float, float], float] = rms_radius) -> float:
-    """The film distance (mm) of the smallest spot, by trial: golden section about the paraxial film."""
+    """Film distance (mm) of the smallest spot: golden-section search around the paraxial film."""
     with exactly():
         middle = float(conjugate(lens, distance))
     reach = 0.05 * lb.first_order(lens).efl
@@ -103,7 +103,7 @@ def least_blur(lens: lb.Lens, distance: float, size: Callable[[lb.Lens, float, f
 
 
 def closed_form(lens: lb.Lens, distance: float) -> float | str:
-    """The program's own, paraxial."""
+    """The program's paraxial film distance (mm)."""
     try:
         return lb.film_distance(lens, distance)
     except lb.FocusError:
@@ -111,7 +111,7 @@ def closed_form(lens: lb.Lens, distance: float) -> float | str:
 
 
 def whole_bundle(lens: lb.Lens, distance: float) -> float | str:
-    """The program's own, by the least rms blur."""
+    """The program's film distance (mm) of least rms blur."""
     try:
         return lb.film_distance(lens, distance, "real")
     except lb.FocusError:
@@ -119,23 +119,23 @@ def whole_bundle(lens: lb.Lens, distance: float) -> float | str:
 
 
 def one_ray(lens: lb.Lens, distance: float) -> float | str:
-    """The search by one ray, in double."""
+    """Film distance (mm) by the search with one ray, in double precision."""
     return bracketing_search(lens, distance, np.float64)
 
 
 def three_rays(lens: lb.Lens, distance: float) -> float | str:
-    """The search that goes on to narrower rays where one is blocked, as pbrt was mended."""
+    """Film distance (mm) by the search that tries narrower rays where one is blocked, as pbrt does since its fix."""
     return bracketing_search(lens, distance, np.float64, (0.15, 0.015, 0.0015))
 
 
 def _off(found: float | str, truth: float | Decimal) -> float | str:
-    """How far a film stands from where it should, or what came in place of it."""
+    """Error of a film distance (mm), or the text that was returned instead."""
     if isinstance(found, str):
         return found
     if not math.isfinite(found):
         return "NaN"
     if not math.isfinite(truth):
-        return "a film where none can stand"
+        return "a film distance where none exists"
     return float(abs(Decimal(found) - Decimal(truth)))
 
 
@@ -145,7 +145,7 @@ def _rivals() -> dict[str, Focus]:
 
 
 def far_focus() -> Sweep:
-    """From a metre to ten kilometres and beyond."""
+    """Object distances from a metre to ten kilometres and beyond."""
     lens, values = lenses.load(LENS), np.logspace(3.0, 10.0, 29)
     searches: dict[str, Focus] = {f"one ray, {precision}": partial(bracketing_search, real=real)
                                   for real, precision in PRECISIONS}
@@ -157,12 +157,12 @@ def far_focus() -> Sweep:
                                             for at, film in zip(values, truth, strict=True)], True))
     return Sweep("Far focus", "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT,
                   WHY + " at f/1", tuple(curves),
-                  "The extension of the lens is f² over the distance. As a difference of conjugates it loses a digit "
-                  "with each digit of the distance; one ray off the axis has spherical aberration besides.")
+                  "The extension of the lens is about f² over the distance. As a difference of conjugates it loses one"
+                  " digit with each digit of the distance; a single ray off the axis also has spherical aberration.")
 
 
 def near_focus() -> Sweep:
-    """Nearer than magnification one there is no film at all."""
+    """Object distances down to magnification one; no film exists for nearer objects."""
     lens = lenses.load(LENS)
     values = np.concatenate([np.geomspace(1000.0, 99.0, 16), np.geomspace(98.0, 5.0, 13)])
     with exactly():
@@ -175,8 +175,8 @@ def near_focus() -> Sweep:
                                             for at, film in zip(values, truth, strict=True)], True))
     return Sweep("Near focus", "Distance of the object", "mm", values, "Place of the film", "mm", LIMIT,
                   WHY + " at f/1", tuple(curves),
-                  "Object and image are nearest to each other at magnification −1. Nearer there is the root of a "
-                  "negative number; the program says how near it can.", expected=expected)
+                  "Object and image are nearest to each other at magnification −1. For nearer objects the formula "
+                  "takes the root of a negative number; the program reports its nearest distance.", expected=expected)
 
 
 def _shares(lens: lb.Lens, values: np.ndarray) -> list[lb.Lens]:
@@ -184,7 +184,7 @@ def _shares(lens: lb.Lens, values: np.ndarray) -> list[lb.Lens]:
 
 
 def closing_stop() -> Sweep:
-    """A stop that closes to a pinprick."""
+    """A stop that closes to a pinhole."""
     lens, distance = lenses.load(LENS), 200.0
     values = np.geomspace(lens.stop.semi_diameter, 0.02, 13)
     closed = _shares(lens, values)
@@ -202,13 +202,13 @@ def closing_stop() -> Sweep:
                            for each, film, wide in zip(closed, truth, spread, strict=True)], own, switch)
               for name, (focus, own, switch) in methods.items()]
     return Sweep("Focus as the stop closes", "Radius of the stop", "mm", values, "Blur for the film's place", "mm",
-                  5.0 * PIXEL, "five pixels of 4 µm: a focus that is plainly wrong", tuple(curves),
-                  "An object at 0.2 m. A ray that is aimed at a fixed part of the rear opening is cut off by the stop: "
-                  "the search then goes on for ever.")
+                  5.0 * PIXEL, "five pixels of 4 µm: plainly out of focus", tuple(curves),
+                  "An object at 0.2 m. The stop blocks a ray that is aimed at a fixed part of the rear opening; the "
+                  "search then never ends.")
 
 
 def best_focus(name: str) -> Sweep:
-    """Where the sharpest film is, as the aperture opens."""
+    """Film distance of least blur while the aperture opens."""
     lens, distance = lenses.load(name), 2000.0
     values = np.linspace(0.05, 1.0, 14)
     opened = _shares(lens, values * lens.stop.semi_diameter)
@@ -221,7 +221,7 @@ def best_focus(name: str) -> Sweep:
         return least_blur(each, at, extent)
 
     methods: dict[str, tuple[Focus, bool, str]] = {
-        "closed form": (closed_form, True, "the bench moves the film to the least blur, and the read-outs say so"),
+        "closed form": (closed_form, True, "the program moves the film to the least blur, and the read-outs show this"),
         "whole bundle": (whole_bundle, True, ""), "one ray": (one_ray, False, ""),
         "a fifth of the bundle": (narrow, False, ""), "least whole spot": (smallest, False, "")}
 
@@ -234,8 +234,8 @@ def best_focus(name: str) -> Sweep:
               switch) for label, (focus, own, switch) in methods.items()]
     return Sweep(f"Best focus, {lens.name or name}", "Stop, of the full one", "", values,
                   "Blur beyond the least", "mm", PIXEL, "a pixel of 4 µm", tuple(curves),
-                  "Diameters 2√2 × rms of the axis point at 2 m. Spherical aberration parts the paraxial focus, the "
-                  "least rms blur and the smallest whole spot.", linear=True)
+                  "Diameters 2√2 × rms for the axis point at 2 m. Spherical aberration separates the paraxial focus, "
+                  "the least rms blur and the smallest whole spot.", linear=True)
 
 
 SWEEPS: dict[str, Callable[[], Sweep]] = {

@@ -1,6 +1,6 @@
-"""Sixty digits: what the errors of the atlas are measured against.
+"""Arithmetic with sixty digits: the reference of the stability sweeps.
 
-Arrays of `decimal` numbers, on which numpy's arithmetic works; within `exactly()`.
+Arrays of `decimal` numbers, on which numpy's arithmetic works, within `exactly()`.
 """
 
 from contextlib import AbstractContextManager
@@ -13,27 +13,27 @@ DIGITS = 60
 
 
 def exactly() -> AbstractContextManager:
-    """The precision of this thread, for as long as the context lasts."""
+    """Context in which this thread computes with DIGITS digits."""
     return localcontext(Context(prec=DIGITS))
 
 
 def exact(values: ArrayLike) -> np.ndarray:
-    """The very numbers that the floats are."""
+    """The floats as exact decimal numbers."""
     return np.vectorize(lambda value: Decimal(float(value)), otypes=[object])(np.asarray(values))
 
 
 def root(values: np.ndarray) -> np.ndarray:
-    """Square roots; NaN of what is negative."""
+    """Square roots; NaN for negative values."""
     return np.frompyfunc(lambda value: value.sqrt() if value >= 0 else Decimal("NaN"), 1, 1)(values)
 
 
 def floats(values: np.ndarray) -> np.ndarray:
-    """The nearest doubles."""
+    """The nearest double-precision numbers."""
     return np.asarray(values, dtype=np.float64)
 
 
 def distance(points: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """(n,) from points (n, 3), floats, to exact ones: NaN where either is no number."""
+    """Distances (n,) from points (n, 3), floats, to exact points; NaN where either is not finite."""
     known = np.isfinite(points).all(-1)
     away = exact(np.where(known[..., None], points, 0.0)) - truth
     return np.where(known, floats(root((away * away).sum(-1))), np.nan)
@@ -43,7 +43,10 @@ PI = Decimal("3.1415926535897932384626433832795028841971693993751058209749445923
 
 
 def sine_cosine(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of exact angles (radians) within a few turns, by Taylor's series of an eighth of the angle, doubled thrice."""
+    """Sine and cosine of exact angles (radians) of up to a few turns.
+
+    Taylor series of an eighth of the angle, doubled three times.
+    """
     x = angles / 8
     sine, cosine, term = x * 0, x * 0, x * 0 + 1
     for k in range(0, 60, 2):

@@ -1,4 +1,7 @@
-"""Where a ray meets a surface: pbrt's quadratic, the books' forms and the program's own, in single and double."""
+"""Ray-surface intersection: the program's methods, pbrt's quadratic and textbook forms.
+
+In single and double precision; the exact hits have sixty digits.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -16,31 +19,31 @@ from lensbench.optics.block_trace import trace_step
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 
 Rays = tuple[np.ndarray, np.ndarray]            # origins, unit directions (n, 3), mm
-Found = tuple[np.ndarray, list[str]]            # hits (n, 3), and for each ray "" or the fate in place of one
+Found = tuple[np.ndarray, list[str]]            # hits (n, 3), and for each ray its fate, "" if it hits
 Method = Callable[[np.ndarray, np.ndarray, lb.Surface], Found]
 Exact = Callable[[np.ndarray, np.ndarray, lb.Surface], np.ndarray]
 
-RAYS = 24                       # for each value, over the whole aperture and from all sides
+RAYS = 24                       # rays for each value, over the whole aperture and from all sides
 LIMIT = 1e-3                    # mm
 WHY = "a quarter of a pixel of 4 µm"
 GLASS = lb.Surface(1.0 / 50.0, 0.0, 20.0)       # radius 50 mm, 40 mm across
 TILT = math.radians(20.0)
-AWAY = 50.0                     # mm from the surface, where a ray begins
+AWAY = 50.0                     # mm from the surface to the origin of a ray
 
 
 def aimed(surface: lb.Surface, tilt: float = TILT, away: float = AWAY) -> Rays:
-    """Rays that begin `away` mm before points all over the surface, tilted by up to `tilt` against the axis."""
+    """Rays that begin `away` mm before points all over the surface, tilted by up to `tilt` from the axis."""
     part = (np.arange(RAYS) + 0.5) / RAYS
-    turn = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(RAYS)           # the sunflower's
+    turn = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(RAYS)           # golden angle, as in a sunflower
     x, y = (surface.semi_diameter * np.sqrt(part) * way for way in (np.cos(turn), np.sin(turn)))
     targets = np.stack([x, y, surface.sag(x, y)], 1)
-    lean = tilt * np.sqrt(part[7 * np.arange(RAYS) % RAYS])         # rim and middle alike
+    lean = tilt * np.sqrt(part[7 * np.arange(RAYS) % RAYS])         # even over the area
     directions = np.stack([np.sin(lean) * np.cos(2.0 * turn), np.sin(lean) * np.sin(2.0 * turn), np.cos(lean)], 1)
     return targets - away * directions, directions
 
 
 def hits_of_a_conic(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> np.ndarray:
-    """Where rays (n, 3) go through a conic towards +z, exactly; NaN where they miss or pass its equator."""
+    """Exact points where rays (n, 3) cross a conic towards +z; NaN where they miss or lie beyond its equator."""
     o, d, (c, k) = exact(origins), exact(directions), exact([surface.curvature, surface.conic])
     a = c * ((d * d).sum(1) + k * d[:, 2] ** 2)
     b = c * ((o * d).sum(1) + k * o[:, 2] * d[:, 2]) - d[:, 2]
@@ -53,7 +56,7 @@ def hits_of_a_conic(origins: np.ndarray, directions: np.ndarray, surface: lb.Sur
 
 
 def reference(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> Found:
-    """The reference tracer, in the precision of the rays."""
+    """Hits by the scalar tracer, in the precision of the rays."""
     n, real = len(origins), origins.dtype
     points, after = np.empty((n, 3), real), np.empty((n, 3), real)
     fate, reached = np.empty(n, np.int32), np.empty(n, np.int32)
@@ -63,7 +66,7 @@ def reference(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) 
 
 
 def block(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> Found:
-    """The tracer of the pictures, with the surface where the film would be."""
+    """Hits by the block tracer, with the surface in place of the film."""
     rows = [X, Y, Z, L, M, N, WEIGHT]
     out = Program([trace_step(lb.Lens((surface,), stop_index=0), 0.0, towards="film")], origins.dtype.type).run(
         dict(zip(rows, [*origins.T, *directions.T, np.ones(len(origins))], strict=True)), [X, Y, Z, WEIGHT],
@@ -72,14 +75,14 @@ def block(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> F
 
 
 def rival(hits: np.ndarray) -> Found:
-    """Of a method that knows no fate but NaN."""
+    """Wraps a method whose only sign of a miss is NaN."""
     return hits, ["" if good else "NaN" for good in np.isfinite(hits).all(1)]
 
 
 def worst(found: Found, truth: np.ndarray, meant: np.ndarray) -> float | str:
-    """The greatest distance (mm) of the hits from the exact ones, or what came in place of one.
+    """Largest distance (mm) of the hits from the exact ones, or the fate that was returned instead.
 
-    A ray that misses by its rounding alone may be said to miss, or to hit where it was meant to.
+    A ray that misses only by its own rounding may miss, or may hit the point at which it was aimed.
     """
     hits, fates = found
     there = np.isfinite(floats(truth)).all(1)
@@ -92,9 +95,9 @@ def worst(found: Found, truth: np.ndarray, meant: np.ndarray) -> float | str:
 
 def measured(surfaces: Sequence[lb.Surface], rays: Sequence[Rays], methods: dict[str, Method], own: dict[str, Method],
              truth: Exact = hits_of_a_conic, switch: str = "") -> tuple[Curve, ...]:
-    """The curves of all methods, single and double, each at all values; the rays are rounded first.
+    """Curves of all methods in both precisions; the rays are rounded to the precision first.
 
-    switch: what the program does where its own leave their safe domain.
+    switch: what the program does where its own methods are not safe.
     """
     results: dict[str, list[float | str]] = {}
     with exactly():
@@ -133,21 +136,21 @@ def _sweep(title: str, axis: str, unit: str, values: np.ndarray, curves: tuple[C
 
 
 def radius() -> Sweep:
-    """Spheres from a bead to a plane."""
+    """Spheres from a bead of 1 mm to a plane."""
     spheres = [replace(GLASS, curvature=1.0 / r, semi_diameter=min(0.6 * r, GLASS.semi_diameter)) for r in RADII]
     return _sweep("Radius of a sphere", "Radius", "mm", RADII,
                    measured(spheres, [aimed(sphere) for sphere in spheres], SPHERES, OWN),
-                   "About the centre of a flat sphere the squares of two great numbers cancel; from the foot of the "
-                   "perpendicular nothing does, and a plane is a sphere like any other.")
+                   "For a flat sphere, a quadratic about the centre subtracts the squares of two large numbers. From "
+                   "the foot of the perpendicular nothing cancels, and a plane is no special case.")
 
 
 def paraboloid() -> Sweep:
-    """The same for a conic."""
+    """Paraboloids from a bead of 1 mm to a plane."""
     conics = [replace(GLASS, curvature=1.0 / r, conic=-1.0, semi_diameter=min(0.6 * r, GLASS.semi_diameter))
               for r in RADII]
     return _sweep("Radius of a paraboloid", "Radius", "mm", RADII,
                    measured(conics, [aimed(conic) for conic in conics], CONICS, OWN_CONICS),
-                   "The school formula divides a difference that vanishes by a coefficient that vanishes.")
+                   "For a flat surface the textbook formula divides a vanishing difference by a vanishing coefficient.")
 
 
 def ray_distance() -> Sweep:
@@ -155,14 +158,14 @@ def ray_distance() -> Sweep:
     values = np.logspace(0.0, 7.0, 43)
     return _sweep("Distance of the ray's origin", "Distance", "mm", values,
                    measured([GLASS] * len(values), [aimed(GLASS, away=away) for away in values], SPHERES, OWN,
-                            switch="no ray of a picture begins there: the camera's begin on the film, a light's on a "
-                                   "plane just before the lens"),
-                   "A float32 ray of 10 km knows its own path to a millimetre only; what the forms lose beyond that is "
-                   "theirs.")
+                            switch="no ray of a picture begins there: camera rays begin on the film, light rays on a "
+                                   "plane just in front of the lens"),
+                   "A float32 ray of 10 km is itself exact to a millimetre only; any larger error comes from the "
+                   "method.")
 
 
 def grazing() -> Sweep:
-    """A sphere almost along the ray, 15 mm from its axis."""
+    """A sphere nearly parallel to the ray, 15 mm from its axis."""
     values = np.logspace(math.log10(45.0), -6.0, 45)
     turn = 2.0 * math.pi * np.arange(RAYS) / RAYS
     out = np.stack([np.cos(turn), np.sin(turn), np.zeros(RAYS)], 1)
@@ -174,12 +177,12 @@ def grazing() -> Sweep:
                    measured([GLASS] * len(values), [(targets - AWAY * way, way) for way in directions], SPHERES, OWN,
                             switch="no ray through a lens of the library runs flatter than 10°; where light ends "
                                    "is found in float64"),
-                   "The place is lost as one over the angle, whatever the method: the ray itself is known no better. "
-                   "Below that it may be said to miss.")
+                   "The error grows as one over the angle with every method, because the ray itself is rounded. Below "
+                   "that angle a ray may be reported as a miss.")
 
 
 def hemisphere() -> Sweep:
-    """Rays along the axis near the equator of a sphere."""
+    """Rays parallel to the axis near the equator of a sphere."""
     values = np.logspace(0.0, -15.0, 46)
     sphere = replace(GLASS, semi_diameter=50.0)
     turn = 2.0 * math.pi * np.arange(RAYS) / RAYS
@@ -189,11 +192,11 @@ def hemisphere() -> Sweep:
                    measured([sphere] * len(values), rays, SPHERES, OWN,
                             switch="no ray through a lens of the library comes nearer than a hundredth; where light "
                                    "ends is found in float64"),
-                   "The surface stands along the ray there; beyond the equator it is a miss.")
+                   "The surface is parallel to the ray there; beyond the equator the ray misses.")
 
 
 def _conics(title: str, axis: str, values: np.ndarray, ks: np.ndarray, note: str) -> Sweep:
-    """Conic constants k, on as much of the surface as there is within 0.6 of its equator."""
+    """Conic constants k, on the part of the surface within 0.6 of its equator."""
     reach = [min(0.6 * 50.0 / math.sqrt(1.0 + k), 20.0) if k > -1.0 else 20.0 for k in ks]
     conics = [replace(GLASS, conic=float(k), semi_diameter=edge) for k, edge in zip(ks, reach, strict=True)]
     return _sweep(title, axis, "", values, measured(
@@ -205,18 +208,18 @@ def oblate() -> Sweep:
     """Conics flatter than a sphere."""
     values = np.logspace(-2.0, 8.0, 41)
     return _conics("Oblate conics", "Conic constant k", values, values,
-                   "The greater k, the smaller the whole ellipsoid: its equator comes down to the vertex.")
+                   "The larger k, the smaller the whole ellipsoid: its equator approaches the vertex.")
 
 
 def hyperbolic() -> Sweep:
-    """Conics that open wide; their second branch must not be hit."""
+    """Hyperboloids, whose second sheet is no hit."""
     values = np.logspace(0.0, 8.0, 41)
     return _conics("Hyperbolic conics", "Minus the conic constant", values, -values,
                    "A hyperboloid has a second sheet, which a wrong root would hit.")
 
 
 def first_hits(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> np.ndarray:
-    """Where rays first go through an even asphere, exactly: by bisection of the first change of sign."""
+    """Exact points where rays first cross an even asphere: bisection of the first change of sign."""
     o, d = exact(origins), exact(directions)
     (c, k), terms = exact([surface.curvature, surface.conic]), [(power, exact([a])[0]) for power, a in surface.aspheric]
 
@@ -243,7 +246,10 @@ def _newton(origins, directions, surface):
 
 
 def asphere() -> Sweep:
-    """The slope of an asphere's r^10 term at its rim, 15 mm from the axis; rays as oblique as that allows."""
+    """Slope of the r^10 term of an asphere at its rim, 15 mm from the axis.
+
+    The rays are as oblique as that slope allows.
+    """
     values = np.logspace(-2.0, 1.0, 25)
     surfaces = [replace(GLASS, semi_diameter=15.0, aspheric=((10, slope / (10.0 * 15.0**9)),)) for slope in values]
     tilts = np.arctan(0.85 / (values + 0.35))           # no ray meets the surface twice
@@ -255,7 +261,7 @@ def asphere() -> Sweep:
 
 
 def oblique() -> Sweep:
-    """A surface that turns back at its rim, and rays that meet it ever more obliquely."""
+    """A surface that turns back at its rim, with ever more oblique rays."""
     values = np.linspace(5.0, 75.0, 22)
     surface = replace(GLASS, semi_diameter=15.0, aspheric=((10, -2.0 / (10.0 * 15.0**9)),))
     curves = measured([surface] * len(values), [aimed(surface, math.radians(tilt)) for tilt in values],
@@ -263,9 +269,9 @@ def oblique() -> Sweep:
                       {"Newton, halved steps": reference, "Newton in blocks": block}, first_hits,
                       switch="the ray is blocked, and the reference tracer finds it")
     return replace(_sweep("Oblique rays on a strong asphere", "Tilt of the rays", "°", values, curves,
-                           "The r^10 term falls by 2 mm a mm at the rim. Full steps land on a second crossing, or on "
-                           "none; the blocks go on while a ray of theirs moves, up to a few steps more, and block "
-                           "the one that has not come to rest then."), linear=True)
+                           "The r^10 term falls by 2 mm a mm at the rim. Full steps arrive at a second crossing, or at"
+                           " none; the blocks iterate while one of their rays moves, up to a few steps more, and then "
+                           "block a ray that has not converged."), linear=True)
 
 
 SWEEPS: dict[str, Callable[[], Sweep]] = {

@@ -1,7 +1,7 @@
-"""Rival ray-surface intersections, of textbooks and of pbrt, which the sweeps compare with the program's.
+"""Ray-surface intersections of textbooks and of pbrt, for comparison with the program's methods.
 
-Each takes origins and unit directions (n, 3) in float32 or float64, the light towards +z, the vertex at
-the origin, and gives the hits (n, 3) in the same precision, NaN where it finds none.
+Each takes origins and unit directions (n, 3) in float32 or float64, light towards +z, vertex at the origin, and returns
+hits (n, 3) in the same precision; NaN where it finds none.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from lensbench.optics.prescription import Surface
 
 
 def sphere_about_its_centre(origins: np.ndarray, directions: np.ndarray, c: float) -> np.ndarray:
-    """pbrt-v3's IntersectSphericalElement: a quadratic about the centre of the sphere, its discriminant in double."""
+    """pbrt-v3's IntersectSphericalElement: a quadratic about the centre, its discriminant in double precision."""
     real = origins.dtype.type
     radius = real(1.0 / c)
     o = origins - np.array([0.0, 0.0, radius], real)
@@ -27,7 +27,7 @@ def sphere_about_its_centre(origins: np.ndarray, directions: np.ndarray, c: floa
 
 
 def conic_by_the_school_formula(origins: np.ndarray, directions: np.ndarray, c: float, k: float) -> np.ndarray:
-    """(−B − √(B² − A C)) / A from the ray's own origin, with no thought for cancellation."""
+    """(−B − √(B² − A C)) / A from the origin of the ray, without regard to cancellation."""
     real = origins.dtype.type
     c, k, one = real(c), real(k), real(1)
     squash = np.array([one, one, one + k], real)
@@ -40,7 +40,7 @@ def conic_by_the_school_formula(origins: np.ndarray, directions: np.ndarray, c: 
 
 
 def sphere_from_the_vertex_plane(origins: np.ndarray, directions: np.ndarray, c: float) -> np.ndarray:
-    """Welford's quotient from where the ray meets the vertex's plane, as the books trace."""
+    """Welford's quotient from the intersection of the ray with the vertex plane."""
     real = origins.dtype.type
     c, (p, q, r) = real(c), directions.T
     with np.errstate(all="ignore"):
@@ -52,13 +52,13 @@ def sphere_from_the_vertex_plane(origins: np.ndarray, directions: np.ndarray, c:
 
 
 def newton_to_a_millionth(origins: np.ndarray, directions: np.ndarray, surface: Surface) -> np.ndarray:
-    """Full Newton steps from the vertex's plane, ten at most, content with a residual of 1e-6 mm; even aspheres."""
+    """Full Newton steps from the vertex plane, at most ten, to a residual of 1e-6 mm; even aspheres."""
     real = origins.dtype.type
     c, one = real(surface.curvature), real(1)
     curl = real((1.0 + surface.conic) * surface.curvature**2)
 
     def residual_and_slope(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Height over the surface, and the slope of the surface by r over r."""
+        """Height above the surface (mm), and the slope of the surface by r over r."""
         r2 = at[:, 0] ** 2 + at[:, 1] ** 2
         wide = np.sqrt(one - curl * r2)
         terms = [(power // 2, real(a)) for power, a in surface.aspheric]

@@ -1,4 +1,4 @@
-"""Failures that are known of other systems, and what this one does in their place."""
+"""Known failures of other systems, and what this program does instead."""
 
 import tomllib
 from dataclasses import dataclass
@@ -7,10 +7,10 @@ from importlib.resources import files
 
 @dataclass(frozen=True)
 class KnownFailure:
-    """One of them.
+    """One known failure of another system.
 
-    id: the thread of a project, or the subject. fails: what goes wrong there. here: what this program does, "" where
-    the failure does not apply, and `beside` says why. test: the file and function, under tests/, that shows it.
+    id: thread of a project, or the subject. fails: what goes wrong there. here: what this program does; "" if the
+    failure does not apply, for the reason `beside`. test: file and function under tests/ that shows it.
     """
 
     id: str
@@ -21,13 +21,13 @@ class KnownFailure:
 
 
 def known_failures() -> tuple[KnownFailure, ...]:
-    """All that were collected."""
+    """All collected failures."""
     text = files("lensbench.app.studies.stability").joinpath("known_failures.toml").read_text(encoding="utf-8")
     return tuple(KnownFailure(**row) for row in tomllib.loads(text)["failure"])
 
 
 def table() -> list[str]:
-    """As a table of Markdown."""
+    """The known failures as lines of a Markdown table."""
     rows = [(failure.id, failure.fails, failure.here or f"does not apply: {failure.beside}",
              f"`{failure.test.partition('::')[0]}`" if failure.test else "") for failure in known_failures()]
     return ["| where | what fails there | here | test |", "|---|---|---|---|",

@@ -1,4 +1,4 @@
-"""Turns and directions near their poles: keyframes half a turn apart or all but alike, and the panorama's ends."""
+"""Rotations and directions near their singularities: keyframe interpolation and the poles of a panorama."""
 
 import math
 from collections.abc import Callable
@@ -12,10 +12,10 @@ from lensbench.imaging.animated_transform import quaternion, rotation_matrix
 from lensbench.kernels.block import TIME, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 
-Turned = Callable[[np.ndarray, np.ndarray], np.ndarray]         # two rotations (3, 3) → that half-way, (3, 3)
+Turned = Callable[[np.ndarray, np.ndarray], np.ndarray]         # two rotations (3, 3) → the one half-way (3, 3)
 
-AXIS = np.array([2.0, 3.0, 6.0]) / 7.0          # of length 1, as far as it goes
-FIRST = np.array([[6.0, 2.0, 3.0], [-3.0, 6.0, 2.0], [-2.0, -3.0, 6.0]]) / 7.0          # where the turn begins
+AXIS = np.array([2.0, 3.0, 6.0]) / 7.0          # length 1 to rounding
+FIRST = np.array([[6.0, 2.0, 3.0], [-3.0, 6.0, 2.0], [-2.0, -3.0, 6.0]]) / 7.0          # rotation at the first keyframe
 WIDE = 8192                     # pixels across a panorama
 
 
@@ -23,7 +23,7 @@ WIDE = 8192                     # pixels across a panorama
 
 
 def turn(angle) -> np.ndarray:
-    """The exact rotation (3, 3) about AXIS by an exact angle (radians), after FIRST."""
+    """Exact rotation (3, 3): FIRST, then a rotation about AXIS by an exact angle (radians)."""
     x, y, z = exact(np.array([2.0, 3.0, 6.0])) / 7
     sine, cosine = sine_cosine(np.array(angle, dtype=object))
     across = np.array([[x * 0, -z, y], [z, x * 0, -x], [-y, x, x * 0]], dtype=object)
@@ -32,7 +32,7 @@ def turn(angle) -> np.ndarray:
 
 
 def programs(real: type) -> Turned:
-    """The stage that carries a moving camera's rays, at half the time."""
+    """The program's method: the stage that moves the rays of a moving camera, at half the time."""
     def halfway(start: np.ndarray, end: np.ndarray) -> np.ndarray:
         first, last = np.eye(4), np.eye(4)
         first[:3, :3], last[:3, :3] = start, end
@@ -44,14 +44,14 @@ def programs(real: type) -> Turned:
 
 
 def naive_quaternion(rotation: np.ndarray, real: type) -> np.ndarray:
-    """By the trace alone: w = √(1 + tr) / 2, and the rest divided by it."""
+    """Quaternion from the trace alone: w = √(1 + tr) / 2, the other parts divided by it."""
     m: np.ndarray = rotation.astype(real)
     w = real(0.5) * np.sqrt(np.maximum(real(1) + np.trace(m), real(0)))
     return np.array([w, *(np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]) / (real(4) * w))])
 
 
 def school(real: type, naive: bool) -> Turned:
-    """(sin(Ω/2) p + sin(Ω/2) q) / sin Ω, Ω from the arc cosine; naive: the quaternion of the turn by its trace."""
+    """(sin(Ω/2) p + sin(Ω/2) q) / sin Ω, Ω by the arc cosine; naive: with quaternions from the trace."""
     def halfway(start: np.ndarray, end: np.ndarray) -> np.ndarray:
         with np.errstate(all="ignore"):
             between = end @ start.T
@@ -64,7 +64,7 @@ def school(real: type, naive: bool) -> Turned:
 
 
 def _turned(title: str, axis: str, values: np.ndarray, angles: np.ndarray, note: str) -> Sweep:
-    """Half-way rotations between FIRST and turns by angles (°), against the exact ones."""
+    """Half-way rotations between FIRST and rotations by angles (°), compared with the exact ones."""
     methods: dict[str, Turned] = {
         "slerp by the arc cosine, float32": school(np.float32, False),
         "slerp by the arc cosine, float64": school(np.float64, False),
@@ -85,26 +85,26 @@ def _turned(title: str, axis: str, values: np.ndarray, angles: np.ndarray, note:
 
 
 def half_a_turn() -> Sweep:
-    """Keyframes ever nearer to half a turn apart."""
+    """Keyframes that approach half a turn apart."""
     left = np.logspace(math.log10(90.0), -11.0, 40)
     return _turned("Keyframes half a turn apart", "Less than half a turn by", left, 180.0 - left,
-                   "The trace of half a turn is −1, and a quaternion by the root of 1 + trace has no digits left; the "
-                   "largest of its four parts always has. At half a turn the camera goes about either end of the axis, "
-                   "always the same one.")
+                   "The trace of half a turn is −1, so that the root of 1 + trace has no digits left; the largest of "
+                   "the four parts of the quaternion keeps its digits. At exactly half a turn the axis has no sign; "
+                   "the camera always takes the same one.")
 
 
 def no_turn() -> Sweep:
-    """Keyframes ever more alike."""
+    """Keyframes that approach each other."""
     values = np.logspace(1.0, -12.0, 40)
     return _turned("Keyframes all but alike", "Turn", values, values,
-                   "The sine of an angle that is no angle divides by nothing; a part of the turn does not.")
+                   "Slerp divides by the sine of an angle that vanishes; a share of the rotation does not.")
 
 
 # Panorama
 
 
 def _directions(left: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Exact directions (n, 3), exact angles (radians) from straight up at parts of a turn to the right of −z."""
+    """Exact directions (n, 3) at exact angles (radians) from straight up; azimuths in turns to the right of −z."""
     sine, cosine = sine_cosine(left)
     across, ahead = sine_cosine(2 * PI * turns)
     return np.stack([sine * across, cosine, -sine * ahead], 1)
@@ -114,7 +114,7 @@ TURNS = np.array([-0.4375, -0.25, -0.0625, 0.125, 0.3125])
 
 
 def pole() -> Sweep:
-    """Directions of pixels ever nearer to straight up."""
+    """Directions of pixels that approach straight up."""
     values = np.logspace(math.log10(45.0), -9.0, 40)
     film = lb.Film(width=32.0, height=16.0, pixels_x=WIDE, pixels_y=WIDE // 2)
     steps = lb.EnvironmentCamera(film).camera_steps()
@@ -141,11 +141,11 @@ def pole() -> Sweep:
     return Sweep("Poles of the panorama", "From straight up", "°", values, "Direction", "µrad", 77.0,
                   f"a tenth of a pixel of {WIDE} around",
                   tuple(curve(name, given, own=name.startswith("by the half")) for name, given in results.items()),
-                  "What is left of a float32 y next to the film's edge; neither form loses more.")
+                  "The error is the rounding of a float32 y next to the edge of the film; neither form adds to it.")
 
 
 def back_from_the_pole() -> Sweep:
-    """From directions ever nearer to straight up back to the pixel."""
+    """Directions that approach straight up, projected back to the pixel."""
     values = np.logspace(math.log10(45.0), -9.0, 40)
     camera = lb.EnvironmentCamera(lb.Film(width=32.0, height=16.0, pixels_x=WIDE, pixels_y=WIDE // 2))
 
@@ -171,7 +171,7 @@ def back_from_the_pole() -> Sweep:
     return Sweep("Back from the pole to the film", "From straight up", "°", values, "Place", "px", 0.1,
                   "a tenth of a pixel", tuple(curve(name, given, own=name.startswith("arc tangent"))
                                               for name, given in results.items()),
-                  "The cosine of a small angle is 1; its arc cosine starts a thousand pixels too late in float32.")
+                  "The cosine of a small angle is 1; in float32 the arc cosine is first nonzero at a thousand pixels.")
 
 
 SWEEPS: dict[str, Callable[[], Sweep]] = {

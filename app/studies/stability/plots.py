@@ -1,4 +1,4 @@
-"""The atlas as files: one plot for each sweep, and an index of them all."""
+"""Stability sweeps as files: one plot for each sweep, and an index."""
 
 import re
 from pathlib import Path
@@ -20,38 +20,38 @@ TINTS = ("vermilion", "purple", "blue", "green", "olive", "sky", "black", "grey"
 
 
 def colours(sweep: Sweep) -> dict[str, str]:
-    """The colour of each method: single and double precision share one."""
+    """Colour of each method; single and double precision share one."""
     return dict(zip(method_names(sweep), (COLOURS[tint] for tint in TINTS), strict=False))
 
 
 def method_names(sweep: Sweep) -> list[str]:
-    """The methods without their precisions, each once."""
+    """Names of the methods without their precision, each once."""
     return list(dict.fromkeys(method_name(curve) for curve in sweep.curves))
 
 
 def method_name(curve: Curve) -> str:
-    """A method without its precision."""
+    """Name of a method without its precision."""
     return curve.name.rpartition(", float")[0] or curve.name
 
 
 def plotted_errors(sweep: Sweep, curve: Curve) -> np.ndarray:
-    """The errors as a logarithmic axis shows them: an exact answer at the bottom."""
+    """Errors for a logarithmic axis: an exact result lies at the bottom."""
     return np.maximum(curve.errors, lowest_error(sweep))
 
 
 def lowest_error(sweep: Sweep) -> float:
-    """A little below all errors that are not zero (of the measure's unit)."""
+    """A value a little below all errors that are not zero, in the unit of the measure."""
     small = [curve.errors[curve.errors > 0.0].min(initial=sweep.limit) for curve in sweep.curves]
     return 0.5 * max(float(min(small)), 1e-18)
 
 
 def file_name(family: str, sweep: Sweep, suffix: str) -> str:
-    """Such as intersection-radius-of-a-sphere.svg."""
+    """Name of a plot file, such as intersection-radius-of-a-sphere.svg."""
     return "-".join(re.findall("[a-z0-9]+", f"{family} {sweep.title}".lower().replace("'", ""))) + suffix
 
 
 def save_plot(sweep: Sweep, path: Path) -> None:
-    """Curves of error, the limit, a cross where a method fails; ExportError where it cannot be written."""
+    """Write the error curves, the limit, and a cross where a method fails; ExportError where it cannot be written."""
     with look():
         figure = sheet(*SIZE)
         axes = figure.add_subplot()
@@ -89,12 +89,12 @@ def _draw(axes: "Axes", sweep: Sweep) -> None:
 
 
 def save_index(found: list[tuple[str, Sweep]], folder: Path, suffix: str, domains: str = "") -> None:
-    """index.md: for each sweep its plot, its table and what it shows; the maps of models; known failures."""
-    lines = ["# The stability atlas", "",
-             "Written by `lensbench stability -o FOLDER`. Every method against the sweep that breaks it, which grows "
-             "to the right. The curves are the worst error at each value, dashed in single precision, thick (bold in "
-             "the tables) where the program relies on the method. A cross marks where it fails: its error first "
-             "exceeds the limit there, or it has no answer although there is one.", ""]
+    """Write index.md: plot, table and note of each sweep, the maps of models, and the known failures."""
+    lines = ["# Stability sweeps", "",
+             "Written by `lensbench stability -o FOLDER`. Each sweep makes a problem harder from left to right. The "
+             "curves show the worst error of each method at each value: dashed in single precision, thick (bold in the"
+             " tables) if the program relies on the method. A cross marks the first value at which the error exceeds "
+             "the limit, or at which the method gives no answer although one exists.", ""]
     family = ""
     for name, sweep in found:
         if name != family:
@@ -110,8 +110,14 @@ def save_index(found: list[tuple[str, Sweep]], folder: Path, suffix: str, domain
             lines.append(f"| {method} | {safe} | {fails} | {returns}{switch} |")
         lines.append("")
     if domains:
-        lines += ["## Domains of the models", "", "The simplest model that will do, for each lens over its field and "
-                  "stops: what Auto chooses there.", "", f"![domains of the models]({domains})", ""]
+        lines += ["## Domains of the models", "", "The simplest model"
+                                                  " that is accurate "
+                                                  "enough, for each "
+                                                  "lens over its "
+                                                  "field and stops: "
+                                                  "the model that "
+                                                  "Auto chooses "
+                                                  "there.", "", f"![domains of the models]({domains})", ""]
     lines += ["## Known failures of other systems", "", *table(), ""]
     with replacing(folder / INDEX) as part:
         part.write_text("\n".join(lines), encoding="utf-8")

@@ -1,7 +1,7 @@
-"""From where on the rear plane a film point gets its light: the paraxial disk, pbrt's boxes, and the solved region.
+"""Exit-pupil region of a film point: paraxial disk, pbrt's boxes and solved region.
 
-Every method is a place to draw samples from; what it is worth shows when they are traced. The light
-is the mean of their weights, against the area of the true region, counted in cells of rays of the reference tracer.
+Each method draws samples on the rear plane; tracing them shows how good it is. The light is the mean of their weights,
+compared with the area of the true region, which is counted in cells of rays of the scalar tracer.
 """
 
 import math
@@ -22,23 +22,23 @@ from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.rim_solver import solve_rims
 
-SAMPLES = 1 << 12       # of each method at each value
-CELLS = 240             # each way, in one look at the true region
-FIRST_CELLS = 400       # and in the first one
+SAMPLES = 1 << 12       # samples of each method at each value
+CELLS = 240             # cells along each side of one grid over the true region
+FIRST_CELLS = 400       # of the first grid
 LOOKS = 14
-ENOUGH = 9000           # cells that a region must have: its area is then known to a few parts in a thousand
-BUCKETS = 64            # of film radii, for pbrt's boxes
+ENOUGH = 9000           # cells that a region must have: its area is then exact to a few parts in a thousand
+BUCKETS = 64            # film radii, for pbrt's boxes
 LIGHT, WASTE = 0.01, 0.5
 LENS = "pbrt-dgauss-50mm"
 SPLIT = "lib-miyamoto-fisheye-1964"
 CYLINDERS = "lentil-schneider-anamorphic-31-2001"
 FULL_FRAME = 0.5 * math.hypot(36.0, 24.0)
 
-Aim = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]     # uv (n, 2) → points (n, 2), area (n,) each stands for
+Aim = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]     # uv (n, 2) → points (n, 2), area (n,) of each
 
 
 class Place(NamedTuple):
-    """A film point (x, y) behind a lens, the film's distance from the last vertex, half of its diagonal; mm."""
+    """A film point (x, y) behind a lens, the film distance from the last vertex, and half the film diagonal; mm."""
 
     lens: lb.Lens
     film_distance: float
@@ -47,14 +47,14 @@ class Place(NamedTuple):
 
 
 class Result(NamedTuple):
-    """Of one method at one place: how far the light is off, and which part of the samples is blocked."""
+    """Relative error of the light and blocked share of the samples, for one method at one film point."""
 
     light: float
     waste: float
 
 
 def passing(place: Place, points: np.ndarray) -> np.ndarray:
-    """Which rays from the film point to points (n, 2) of the rear plane arrive, by the block tracer in double."""
+    """Which rays from the film point to points (n, 2) of the rear plane pass, by the block tracer in float64."""
     way = np.column_stack([points - place.film, np.full(len(points), -place.film_distance)])
     way /= np.linalg.norm(way, axis=1)[:, None]
     n = len(points)
@@ -64,7 +64,7 @@ def passing(place: Place, points: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=256)
 def true_area(place: Place) -> float:
-    """Of the region (mm²), by cells of grids of the scalar reference tracer, each look closer about what passes."""
+    """Area (mm²) of the region, by grids of scalar rays, each finer around the rays that pass."""
     rear = 1.5 * place.lens.surfaces[-1].semi_diameter
     low, high = np.minimum(-rear, np.minimum(place.film, 0.0)), np.maximum(rear, np.maximum(place.film, 0.0))
     area, cells = 0.0, FIRST_CELLS
@@ -74,7 +74,7 @@ def true_area(place: Place) -> float:
         u, v = np.meshgrid(*at)
         inside = _inside(place, u.ravel(), v.ravel()).reshape(cells, cells)
         area = float(inside.sum() * cell.prod())
-        if not inside.any():                            # about what comes closest
+        if not inside.any():                            # around the cell that is nearest to passing
             nearest = _nearest(place, u.ravel()[::7], v.ravel()[::7])
             if nearest is None:
                 return 0.0
@@ -86,7 +86,7 @@ def true_area(place: Place) -> float:
             return area
         ends = np.array([np.flatnonzero(which)[[0, -1]] for which in (across, down)])
         tight = low + cell * (ends[:, 0] - 4), low + cell * (ends[:, 1] + 5)
-        # A sliver may go on beyond what the cells have met of it
+        # A narrow region may extend beyond the cells that hit it
         width = tight[1] - tight[0]
         low, high, cells = tight[0] - 0.3 * open_low * width, tight[1] + 0.3 * open_high * width, CELLS
     return area
@@ -102,7 +102,7 @@ def _inside(place: Place, u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def _nearest(place: Place, u: np.ndarray, v: np.ndarray) -> np.ndarray | None:
-    """Of these points of the rear plane, that whose ray is least beyond any rim; None where all miss."""
+    """The point of the rear plane whose ray exceeds the rims least; None where all rays miss."""
     t = lb.trace(place.lens, *_ways(place, u, v), record=True, clip=False)
     assert t.paths is not None
     rims = np.array([surface.semi_diameter for surface in place.lens.surfaces])[::-1]
@@ -112,7 +112,7 @@ def _nearest(place: Place, u: np.ndarray, v: np.ndarray) -> np.ndarray | None:
 
 
 def result(place: Place, aim: Aim) -> Result:
-    """What the samples of a method are worth."""
+    """Light error and blocked share of the samples of a method."""
     points, area = aim(even_points(SAMPLES))
     passed = passing(place, points) & (area > 0.0)
     truth, found = true_area(place), float((area * passed).mean())
@@ -122,7 +122,7 @@ def result(place: Place, aim: Aim) -> Result:
 
 
 def paraxial_disk(place: Place) -> Aim:
-    """The paraxial exit pupil, seen from the film point on the rear plane."""
+    """Paraxial exit pupil, projected from the film point onto the rear plane."""
     pupil = lb.first_order(place.lens).exit_pupil
     toward = place.film_distance / (place.lens.length + place.film_distance - pupil.z)
     centre, radius = np.array(place.film) * (1.0 - toward), abs(pupil.radius * toward)
@@ -136,7 +136,10 @@ def paraxial_disk(place: Place) -> Aim:
 
 
 def box(place: Place, samples: int) -> Aim:
-    """pbrt's: the box about those of so many rays that pass, from film points of the bucket to a square."""
+    """The method of pbrt: bounding box of the rays that pass, of `samples` rays.
+
+    They run from the film radii of a bucket to a square on the rear plane.
+    """
     random = np.random.default_rng(7)
     radius, width = math.hypot(*place.film), place.reach / BUCKETS
     bucket = min(int(radius / width), BUCKETS - 1)
@@ -162,7 +165,7 @@ def box(place: Place, samples: int) -> Aim:
 
 
 def sampled(place: Place, table: PupilTable | PupilGrid) -> Aim:
-    """As a camera samples this table."""
+    """Samples as a camera draws them from this table."""
     def aim(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         n = len(uv)
         given = {X: np.full(n, place.film[0]), Y: np.full(n, place.film[1]), U0: uv[:, 0], U1: uv[:, 1]}
@@ -179,23 +182,23 @@ _grid = lru_cache(maxsize=2)(PupilGrid.of)
 
 
 def solved(place: Place) -> Aim:
-    """The program's own: the regions of 64 rings of the film, cut into triangles of equal area."""
+    """The program's method: regions of 64 film radii, divided into triangles of equal area."""
     return sampled(place, _table(place.lens, place.film_distance, place.reach))
 
 
 def solved_everywhere(place: Place) -> Aim:
-    """The program's own for lenses with cylinders: of a grid of film points."""
+    """The program's method for lenses with cylinders: regions of a grid of film points."""
     side = place.reach / math.sqrt(2.0)
     return sampled(place, _grid(place.lens, place.film_distance, side, side))
 
 
 def turned(place: Place) -> Aim:
-    """The table by radius of the section y–z, turned with the film point, as if there were no cylinder."""
+    """The table by radius of the section y–z, rotated with the film point, as if there were no cylinder."""
     return sampled(place, _table(place.lens.section("y"), place.film_distance, place.reach))
 
 
 def one_piece(place: Place) -> Aim:
-    """The rim about one centre of the very film point, and nothing beyond it."""
+    """The outline around one centre of this very film point, and nothing beyond it."""
     radius = math.hypot(*place.film)
     centre, rim = solve_rims(place.lens, place.film_distance, np.array([radius]), 129, 1e-6)
     corners = np.concatenate([rim[0], rim[0, -2::-1] * [1.0, -1.0]])
@@ -227,14 +230,14 @@ def _curves(places: Sequence[Place], methods: dict[str, Callable[[Place], Aim]])
 def _sweeps(title: str, axis: str, unit: str, values: np.ndarray, note: str,
               found: Callable[[], dict[str, list[Result]]], linear: bool = False,
               switch: str = "") -> dict[str, Callable[[], Sweep]]:
-    """The two of one run: the light, and the samples. switch: what the program does where its own method fails."""
+    """Two sweeps from one run: light and samples. switch: what the program does where its own method fails."""
     once = lru_cache(maxsize=1)(found)
 
     def sweep(light: bool) -> Sweep:
         curves: tuple[Curve, ...] = tuple(
             curve(name, [each.light if light else each.waste for each in results], name in OWN,
                   switch if name in OWN else "") for name, results in once().items())
-        what, limit, why = (("Light", LIGHT, "a hundredth: a step that the eye may see in an even sky") if light
+        what, limit, why = (("Light", LIGHT, "a hundredth: a step that can be visible in an even sky") if light
                             else ("Share of the samples that pass", WASTE, "half of them are blocked"))
         return Sweep(f"{title}: {'light' if light else 'samples'}", axis, unit, values, what, "", limit, why, curves,
                       note, linear)
@@ -250,7 +253,7 @@ def _place(name: str, radius: float, reach: float = FULL_FRAME, stop: float = 1.
 
 @lru_cache(maxsize=4)
 def _end(name: str) -> float:
-    """The film radius at which the light ends."""
+    """Film radius (mm) at which the light ends."""
     lens = lenses.load(name)
     return PupilTable.of(lens, lb.film_distance(lens, math.inf), 10.0 * lens.surfaces[-1].semi_diameter).dark_beyond
 
@@ -289,15 +292,15 @@ def _cylinders() -> dict[str, list[Result]]:
 
 SWEEPS: dict[str, Callable[[], Sweep]] = {
     **_sweeps("Field up to the dark", "Part of the field left to where the light ends", "", FIELD,
-                "The region shrinks to a sliver and then to nothing. A paraxial disk knows no rims.", _field,
+                "The region shrinks to a thin crescent and then to nothing. A paraxial disk ignores the rims.", _field,
                 switch="in the last thousandth of the field half of the samples are blocked; no light is lost"),
     **_sweeps("Pupil as the stop closes", "Stop, of the full one", "", STOPS,
-                "15 mm from the axis. Random rays seldom find a small region; what is found in none is taken to be "
-                "everywhere.", _stop),
+                "15 mm from the axis. Random rays rarely hit a small region; a box that no ray finds is taken as the "
+                "whole rear opening.", _stop),
     **_sweeps("Film too large", "Half the film's diagonal, of the circle of light", "", SIZES,
-                "At nine tenths of the circle of light; 64 boxes for a larger film are each wider.", _size),
+                "At nine tenths of the image circle. The 64 boxes of a larger film are wider.", _size),
     **_sweeps("A region that falls in pieces", "Part of the field left to where the light ends", "", LAST,
-                "Miyamoto's fisheye: a hole opens in the region and parts it.", _split,
-                switch="what light is left in the last hundredth of the field is up to a fiftieth off"),
+                "Miyamoto's fisheye: a hole opens in the region and divides it.", _split,
+                switch="in the last hundredth of the field the remaining light is up to a fiftieth off"),
     **_sweeps("Cylinders", "Film point from the axis, diagonally", "mm", ACROSS,
-                "An anamorphic lens: no turn about the axis maps its regions onto each other.", _cylinders, True)}
+                "An anamorphic lens: no rotation about the axis maps its regions onto each other.", _cylinders, True)}

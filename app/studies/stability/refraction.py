@@ -13,19 +13,19 @@ from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_step
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 
-Found = tuple[np.ndarray, list[str]]            # unit directions (n, 3), and for each "" or the fate in place of one
+Found = tuple[np.ndarray, list[str]]            # unit directions (n, 3), and for each its fate, "" if it exists
 
-INDEX = 1.75                    # of the glass that the light leaves for air, through a plane
+INDEX = 1.75                    # index of the glass that the light leaves through a plane, into air
 CRITICAL = math.degrees(math.asin(1.0 / INDEX))
 LIMIT = 20.0                    # µrad
 WHY = "1 µm on a film 50 mm behind"
-TURNS = 24                      # of the plane of incidence
+TURNS = 24                      # azimuths of the plane of incidence
 TOTAL = lb.Fate.TOTAL_REFLECTION.name
 WINDOW = lb.Lens((lb.Surface(0.0, 0.0, 100.0),), stop_index=0, front_index=INDEX)
 
 
 def snell(directions: np.ndarray) -> np.ndarray:
-    """The direction in air, exactly, of the very vectors that the floats are; NaN where there is none."""
+    """Exact directions in air for float directions in glass; NaN where no refracted ray exists."""
     d = exact(directions)
     index = exact(np.float64(INDEX))[()]
     d = d / root((d * d).sum(1))[:, None]
@@ -35,7 +35,7 @@ def snell(directions: np.ndarray) -> np.ndarray:
 
 
 def reference(directions: np.ndarray) -> Found:
-    """The reference tracer, in the precision of the directions."""
+    """Directions by the scalar tracer, in the precision of the input."""
     n, real = len(directions), directions.dtype
     points, after = np.empty((n, 3), real), np.empty((n, 3), real)
     fate, reached = np.empty(n, np.int32), np.empty(n, np.int32)
@@ -44,7 +44,7 @@ def reference(directions: np.ndarray) -> Found:
 
 
 def block(directions: np.ndarray) -> Found:
-    """The tracer of the pictures, which takes directions as long as the index."""
+    """Directions by the block tracer, which takes directions of length n."""
     rows = [X, Y, Z, L, M, N, WEIGHT]
     given = [*-directions.T, *(INDEX * directions).T, np.ones(len(directions))]
     out = Program([trace_step(WINDOW, 0.0, towards="film")], directions.dtype.type).run(
@@ -53,7 +53,7 @@ def block(directions: np.ndarray) -> Found:
 
 
 def by_the_angle(directions: np.ndarray) -> Found:
-    """asin(n sin i), as Snell's law is taught."""
+    """asin(n sin i), the textbook form of Snell's law."""
     real = directions.dtype.type
     across = np.hypot(directions[:, 0], directions[:, 1])
     with np.errstate(all="ignore"):
@@ -64,7 +64,9 @@ def by_the_angle(directions: np.ndarray) -> Found:
 
 
 def by_the_cosine(directions: np.ndarray) -> Found:
-    """As pbrt's Refract: the sine from the cosine, the cosine behind from the sine; false beyond the critical angle."""
+    """The method of pbrt's Refract: sin² from the cosine, then the refracted cosine; False beyond the critical
+    angle.
+    """
     real = directions.dtype.type
     index, cosine = real(INDEX), directions[:, 2]
     sine2 = index * index * np.maximum(real(0), real(1) - cosine * cosine)
@@ -81,9 +83,10 @@ OWN = ("vector form", "vector form in blocks")
 
 
 def worst(found: Found, truth: np.ndarray, directions: np.ndarray) -> float | str:
-    """The greatest angle (µrad) from the exact directions, or what came in place of one.
+    """Largest angle (µrad) from the exact directions, or the fate that was returned instead.
 
-    Where there is none, a ray along the surface may be given all the same: it is that far from the critical one.
+    Where no refracted ray exists, a method may return a ray along the surface: its error is the angle to the critical
+    ray.
     """
     there = np.isfinite(floats(truth)).all(1)
     lost = [fate for fate, known in zip(found[1], there, strict=True) if known and fate]
@@ -93,14 +96,14 @@ def worst(found: Found, truth: np.ndarray, directions: np.ndarray) -> float | st
     if not claimed.any():
         return found[1][0]
     flat = exact(directions) * [1, 1, 0]
-    flat = flat / np.where(there, 1, root((flat * flat).sum(1)))[:, None]          # used only where there is none
+    flat = flat / np.where(there, 1, root((flat * flat).sum(1)))[:, None]      # used only where no ray exists
     off = exact(np.where(claimed[:, None], found[0], 0.0)) - np.where(there[:, None], truth, flat)
     return 1e6 * float(floats(root((off * off).sum(1)))[claimed].max())
 
 
 def measured(incidences: np.ndarray) -> tuple[Curve, ...]:
-    """The curves of all methods at these angles of incidence (°)."""
-    switch = "no ray through a lens of the library runs flatter than 10°; where light ends is found in float64"
+    """Curves of all methods at these angles of incidence (°)."""
+    switch = "no ray through a library lens is flatter than 10°; the edge of the light is found in float64"
     turn = 2.0 * math.pi * np.arange(TURNS) / TURNS
     results: dict[str, list[float | str]] = {}
     with exactly():
@@ -116,19 +119,20 @@ def measured(incidences: np.ndarray) -> tuple[Curve, ...]:
 
 
 def to_the_critical_angle() -> Sweep:
-    """Ever nearer to it."""
+    """Angles of incidence that approach the critical angle."""
     below = np.logspace(math.log10(CRITICAL - 0.5), -12.0, 46)
     return Sweep("Just below the critical angle", "Below the critical angle", "°", below, "Direction", "µrad", LIMIT,
                   WHY, measured(CRITICAL - below),
-                  "The ray leaves along the surface there, and its angle grows as the root of what is left.")
+                  "The ray leaves along the surface there, and its angle changes with the square root of the remaining"
+                  " angle.")
 
 
 def beyond_it() -> Sweep:
-    """All angles of incidence, with a fate beyond the critical one."""
+    """All angles of incidence; beyond the critical one the answer is a fate."""
     angles = np.array([*np.arange(0.0, CRITICAL - 0.5, 1.0), *np.arange(math.ceil(CRITICAL), 89.0, 1.0), 89.0, 89.9])
     expected = tuple(TOTAL if angle > CRITICAL else "" for angle in angles)
     return Sweep("Incidence", "Angle of incidence", "°", angles, "Direction", "µrad", LIMIT, WHY, measured(angles),
-                  f"Out of glass of index {INDEX}: beyond {CRITICAL:.2f}° there is no ray, and a fate instead.",
+                  f"Out of glass of index {INDEX}: beyond {CRITICAL:.2f}° no ray exists, and the result is a fate.",
                   linear=True, expected=expected)
 
 

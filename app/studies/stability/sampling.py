@@ -1,4 +1,4 @@
-"""What samples of the pupil are worth: where the region is drawn too small or too large, and at its edge."""
+"""Errors of pupil samples: regions drawn too small or too large, and differentials at the edge of the pupil."""
 
 import math
 from collections.abc import Callable
@@ -19,17 +19,17 @@ from lensbench.kernels.sampling import sample_pixels
 from lensbench.pupils.radial_sampler import PupilTable
 
 LENS = "pbrt-dgauss-50mm"
-FIELD = 18.0                    # mm, where the region is a cat's eye
-REACH = 22.0                    # half of the film's diagonal, mm
-SAMPLES = 64                    # a pixel, of B pixels
-EVEN = 1 << 14                  # places of the unit square, evenly, for what has no noise
-NOISE = 0.05                    # of the light
-RAYS = 24                       # at the edge of the pupil
+FIELD = 18.0                    # mm: film radius at which the region is a cat's eye
+REACH = 22.0                    # mm: half the film diagonal
+SAMPLES = 64                    # samples of each of B pixels
+EVEN = 1 << 14                  # even points of the unit square, for figures without noise
+NOISE = 0.05                    # share of the light
+RAYS = 24                       # rays at the edge of the pupil
 
 
 @lru_cache(maxsize=2)
 def _region(radius: float) -> tuple[Place, PupilTable]:
-    """Of the true size."""
+    """Film point at this radius (mm), and its region table at the true size."""
     lens = lenses.load(LENS)
     film_distance = lb.film_distance(lens, math.inf)
     return (Place(lens, film_distance, (radius, 0.0), REACH),
@@ -37,9 +37,9 @@ def _region(radius: float) -> tuple[Place, PupilTable]:
 
 
 def _light(radius: float, size: float, uv: np.ndarray, turn: float | None) -> tuple[np.ndarray, np.ndarray]:
-    """What each sample (n, 2) brings (mm²), where the region is drawn `size` times as wide; and which pass.
+    """Light of each sample (n, 2) in mm², from a region drawn `size` times as wide; and which samples pass.
 
-    turn: of an edge through the middle of the region, behind which it is dark; None: an even scene.
+    turn: direction of an edge through the middle of the region, behind which it is dark; None: an even scene.
     """
     place, table = _region(radius)
     points, area = sampled(place, replace(table, outline=table.outline * size))(uv)
@@ -63,13 +63,13 @@ def lost_light() -> Sweep:
     curves = [curve(name, [lost(radius, less) for less in values], True, "regions are drawn 1.004 × as wide")
               for name, radius in (("on the axis", 0.0), ("cat's eye", FIELD))]
     return Sweep("A region drawn too small", "Part of its width that is left out", "", values, "Light", "", 0.01,
-                  "a hundredth: a step that the eye may see in an even sky", tuple(curves),
-                  "What is not sampled is lost for good: a bias, that no number of samples mends.")
+                  "a hundredth: a step that can be visible in an even sky", tuple(curves),
+                  "Light that is not sampled is a bias, which no number of samples removes.")
 
 
 @lru_cache(maxsize=2)
 def _numbers(kernel) -> np.ndarray:
-    """(SAMPLES, B, 2) places in the pupil of B pixels."""
+    """Places in the pupil (SAMPLES, B, 2) of B pixels."""
     program = Program([Step(kernel, [B, 1])], np.float64)
     film, lanes = np.zeros((1, 3 * B)), lane_buffer(np.float64)
     found = np.empty((SAMPLES, B, 2))
@@ -98,11 +98,11 @@ def noise(radius: float) -> Sweep:
     where = "on the axis" if radius == 0.0 else "of a cat's eye"
     return Sweep(f"Noise against what passes, {where}", "Part of the samples that pass", "", passing_part,
                   f"Light of {SAMPLES} samples", "", NOISE, "a twentieth of the light", tuple(curves),
-                  "A sample that is blocked is not free: it adds noise even to an even sky.")
+                  "Blocked samples have a cost: they add noise even to an even sky.")
 
 
 def differentials() -> Sweep:
-    """Rays nearer and nearer to the edge of the pupil."""
+    """Rays that approach the edge of the pupil."""
     values = np.geomspace(0.1, 1e-12, 23)
     camera = lb.LensCamera(lenses.load(LENS), lb.Film(36.0, 24.0, 960, 640), math.inf)
     turn = (np.arange(RAYS) + 0.37) / RAYS
@@ -128,12 +128,12 @@ def differentials() -> Sweep:
     curves = [curve("the next pixel's ray", neighbour), *(curve(name, found, True) for name, found in own.items())]
     return Sweep("Differentials at the edge of the pupil", "Part of the way to the rim that is left", "", values,
                   "Change of direction a pixel", "", 0.01, "a hundredth of a pixel's footprint", tuple(curves),
-                  "The next pixel's ray through the same numbers is another place of the pupil, and at the rim it is "
-                  "blocked. Here neighbours are sought to the other side, and nearer by.")
+                  "The ray of the next pixel with the same random numbers passes another point of the pupil, and at "
+                  "the rim it is blocked. The program also tries neighbours on the other side, and nearer ones.")
 
 
 def _edge(camera: lb.LensCamera, raster: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """The greatest second number at which the rays of these directions still pass, by halving."""
+    """Largest second pupil coordinate at which rays in these directions still pass, by halving."""
     low, high = np.zeros(len(turn)), np.ones(len(turn))
     for _ in range(50):
         middle = 0.5 * (low + high)
@@ -143,7 +143,10 @@ def _edge(camera: lb.LensCamera, raster: np.ndarray, turn: np.ndarray) -> np.nda
 
 
 def _slopes(camera: lb.LensCamera, raster: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """(n, 3) by the reference tracer without its rims: directions a pixel to the right, at the same rear point."""
+    """Reference differentials (n, 3): change of direction a pixel to the right, through the same rear point.
+
+    Traced by the scalar tracer without rims.
+    """
     lens, end = camera.lens, camera.lens.length + camera.film_distance
     rays = camera.generate_rays(raster, uv)
     back = lb.trace(lens, rays.origins + [0.0, 0.0, end], -rays.directions, clip=False, forward=True)

@@ -1,8 +1,7 @@
-"""What the atlas holds: a sweep, and the methods that stand or fall under it.
+"""Stability sweeps: the errors of several methods while one quantity makes their problem harder.
 
-The values of a sweep run from the easy to the hard, whichever way its axis points. A
-method is safe up to the last value before its first failure; what it says beyond is
-shown, and not trusted.
+The values of a sweep run from easy to hard, in the direction in which the quantity does. A method is safe up to the
+last value before its first failure; what it returns beyond is shown but not trusted.
 """
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
@@ -16,18 +15,17 @@ import numpy as np
 
 Value = TypeVar("Value")
 
-LOST = "weight 0"               # what a stage returns for a ray that does not arrive, for whatever reason
+LOST = "weight 0"               # result of a stage for a ray that does not arrive, for any reason
 PRECISIONS: tuple[tuple[type[np.floating], str], ...] = ((np.float32, "float32"), (np.float64, "float64"))
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One method under a sweep.
+    """Errors of one method over a sweep.
 
-    errors (n,): the worst error at each value, in the unit of the sweep's measure; nan where
-    no number was returned, and `returned` then says what was: the name of a fate or of an error.
-    own: the program relies on this method; the others stand here to compare. switch: what the program
-    does, of its own method, where that leaves its safe domain.
+    errors (n,): worst error at each value, in the unit of the sweep's measure; nan where the method returned no number.
+    returned (n,): there, the name of the fate or error; "" elsewhere. own: the program relies on this method; the
+    others are there for comparison. switch: what the program does where its own method is not safe.
     """
 
     name: str
@@ -44,11 +42,11 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """Methods against one quantity that grows worse.
+    """Methods under one quantity that makes their problem harder.
 
-    axis, unit: of `values` (n,), which run from easy to hard and are drawn on a logarithmic axis unless `linear`.
-    measure, measure_unit: of the errors; above `limit`, for the reason `why`, a method has failed.
-    expected (n,): "" where there is an answer, otherwise the right fate there; () where all have one.
+    axis, unit: name and unit of `values` (n,), which run from easy to hard; the axis is logarithmic unless `linear`.
+    measure, measure_unit: name and unit of the errors; an error above `limit`, for the reason `why`, is a failure.
+    expected (n,): "" where an answer exists, otherwise the correct fate; () if an answer exists at every value.
     """
 
     title: str
@@ -66,22 +64,22 @@ class Sweep:
 
     @property
     def rising(self) -> bool:
-        """Whether the sweep grows with its quantity."""
+        """Whether the quantity increases from easy to hard."""
         return bool(self.values[-1] > self.values[0])
 
     def right(self, curve: Curve) -> np.ndarray:
-        """(n,) whether the method gave a good number, or the right fate where there is none."""
+        """Whether the method is right at each value (n,): an error within the limit, or the correct fate."""
         expected = self.expected or ("",) * len(self.values)
         return np.array([error <= self.limit if not wanted and not returned else returned in (wanted, wanted and LOST)
                          for error, returned, wanted in zip(curve.errors, curve.returned, expected, strict=True)])
 
     def failure(self, curve: Curve) -> int | None:
-        """The first value at which the method fails; None where it never does."""
+        """Index of the first value at which the method fails; None if it never fails."""
         wrong = np.flatnonzero(~self.right(curve))
         return int(wrong[0]) if wrong.size else None
 
     def verdict(self, curve: Curve) -> "Verdict":
-        """Where the method is safe, where it fails, and what it says there."""
+        """Where the method is safe, where it fails, and what it returns there."""
         at = self.failure(curve)
         good = len(self.values) if at is None else at
         known = curve.errors[:good][np.isfinite(curve.errors[:good])]
@@ -95,7 +93,7 @@ class Sweep:
                        worst=float(known.max()) if known.size else 0.0)
 
     def words(self, curve: Curve) -> tuple[str, str, str]:
-        """The verdict as a table has it: safe up to, fails at, what it returns there."""
+        """The verdict as cells of a table: safe up to, fails at, result there."""
         verdict = self.verdict(curve)
         safe = "nowhere" if verdict.safe_up_to is None else quantity_text(verdict.safe_up_to, self.unit)
         fails = "never" if verdict.fails_at is None else quantity_text(verdict.fails_at, self.unit)
@@ -104,9 +102,10 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Verdict:
-    """safe_up_to and fails_at in the unit of the sweep, None for nowhere and never; worst: error in the safe domain.
+    """Where a method is safe and where it fails.
 
-    returns: what comes at the failure; of a method that does not fail, the fate where there is no answer, or "".
+    safe_up_to, fails_at: in the unit of the sweep; None for nowhere and never. worst: largest error where the method is
+    safe. returns: the result at the failure; for a method that does not fail, the fate where no answer exists, or "".
     """
 
     safe_up_to: float | None
@@ -116,22 +115,22 @@ class Verdict:
 
 
 def curve(name: str, results: Sequence[float | str], own: bool = False, switch: str = "") -> Curve:
-    """A curve of what a method gave at each value: its error, or the name of what it returned instead."""
+    """A curve from the results at each value: an error, or the name of the fate or error that was returned."""
     numbers = np.array([np.nan if isinstance(result, str) else float(result) for result in results])
     return Curve(name, numbers, tuple(result if isinstance(result, str) else "" for result in results), own, switch)
 
 
 def curves_of(results: Mapping[str, Sequence[float | str]], own: Container[str], switch: str = "") -> tuple[Curve, ...]:
-    """Curves of methods whose names end with their precision, as "closed form, float32".
+    """Curves of methods whose names end with their precision, such as "closed form, float32".
 
-    own: names, without precisions, of the methods that the program relies on; `switch` is theirs.
+    own: names, without precision, of the methods that the program relies on; `switch` applies to these.
     """
     return tuple(curve(name, found, name.rpartition(",")[0] in own, switch if name.rpartition(",")[0] in own else "")
                  for name, found in results.items())
 
 
 def quantity_text(value: float, unit: str) -> str:
-    """A number with three digits and its unit."""
+    """A number with three significant digits and its unit."""
     number = f"{value:.3g}" if 1e-4 < abs(value) < 1e5 or value == 0.0 else f"{value:.1e}"
     mantissa, _, power = f"{float(number):g}".partition("e")
     number = f"{mantissa}e{int(power)}" if power else mantissa
@@ -143,7 +142,7 @@ _listener: ContextVar[Callable[[float], None] | None] = ContextVar("listener", d
 
 @contextmanager
 def progress_to(listener: Callable[[float], None]) -> Iterator[None]:
-    """Whoever goes through `paced` values within this thread tells the listener what part is done; it may raise."""
+    """Context in which `with_progress` reports the finished share (0 to 1) to a listener, which may raise to cancel."""
     token = _listener.set(listener)
     try:
         yield
@@ -152,7 +151,7 @@ def progress_to(listener: Callable[[float], None]) -> Iterator[None]:
 
 
 def with_progress(values: Sequence[Value]) -> Iterator[Value]:
-    """The values of a sweep one by one, with progress reported to the listener of `progress_to`."""
+    """The values of a sweep one by one; reports progress to the listener of `progress_to`."""
     listener = _listener.get()
     for done, value in enumerate(values):
         if listener is not None:

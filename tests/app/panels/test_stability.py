@@ -26,7 +26,7 @@ def wait(ctx, what, frames=3000):
 
 
 @pytest.mark.slow
-def test_families_and_stresses_are_chosen_and_measured_and_a_method_says_what_becomes_of_it(drive, tmp_path):
+def test_families_and_sweeps_are_chosen_and_measured_and_a_method_shows_where_it_fails(drive, tmp_path):
     for title in (SPHERES, FIRST[1]):                           # compiled before the window opens
         FAMILIES["Intersection"][title]()
 
@@ -35,9 +35,9 @@ def test_families_and_stresses_are_chosen_and_measured_and_a_method_says_what_be
         hand.ctx.window_focus("//Stability")
         hand.ctx.yield_(3)
         found = hand.session.panels._stability_worker.found
-        hand.wait(lambda: ("Intersection", SPHERES) in found, "the first stress")
+        hand.wait(lambda: ("Intersection", SPHERES) in found, "the first sweep")
         hand.ctx.yield_(2)
-        hand.ctx.item_click("//Stability/##Stress")
+        hand.ctx.item_click("//Stability/##Sweep")
         hand.ctx.item_click("//##Combo_00/Distance of the ray's origin")
         hand.wait(lambda: FIRST in found, "the second")
         hand.ctx.yield_(2)
@@ -58,7 +58,7 @@ def test_families_and_stresses_are_chosen_and_measured_and_a_method_says_what_be
 
 
 def slow(started, go):
-    """A stress that waits between its values until it may go on."""
+    """A sweep that waits between its values until it may go on."""
     def measure():
         errors = []
         for value in with_progress(np.array([1.0, 2.0, 3.0])):

@@ -54,7 +54,7 @@ def test_numbers_have_three_digits_and_their_unit(value, unit, words):
 
 
 @pytest.mark.slow
-def test_the_command_prints_a_table_and_writes_a_plot_for_each_stress_with_an_index(tmp_path, capsys):
+def test_the_command_prints_a_table_and_writes_a_plot_of_each_sweep_with_an_index(tmp_path, capsys):
     folder = tmp_path / "atlas"
     assert main(["stability", "refr", "-o", str(folder)]) == 0
     table = capsys.readouterr().out
