@@ -284,8 +284,8 @@ def test_only_what_moves_is_paid_for():
     glowing = replace(still, spheres=(ball, lb.Sphere((9.0, 0.0, -900.0), 5.0, LIGHT, velocity=(1.0, 0.0, 0.0))))
     assert kernels(glowing.steps())[-3:] == ["ambient", "sun", "finish_path"]       # a light casts no shadow
     camera = lb.PerspectiveCamera(FILM)
-    assert "moments" not in kernels(lb.Rendering(camera, still)._before)
-    assert "moments" in kernels(lb.Rendering(camera, flying)._before)
+    assert "sample_times" not in kernels(lb.Rendering(camera, still)._before)
+    assert "sample_times" in kernels(lb.Rendering(camera, flying)._before)
 
 
 @pytest.mark.parametrize("make", [
