@@ -1,1 +1,1 @@
-"""Charts of speed against accuracy: what is measured (`models`, …), the values, their drawing and their table."""
+"""Charts of speed against accuracy: measurement, values, drawing and tables."""

@@ -1,4 +1,4 @@
-"""Curves side by side: methods against samples or seconds, as values, as a table, as JSON and as a sheet."""
+"""Panels of curves, such as error against samples or seconds: values, sheet, table and JSON."""
 
 import math
 from dataclasses import dataclass, field
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ACROSS = 3                      # panels in a row
-SIZE = (3.2, 2.75)              # of one, inches; alone it is half as large again
+SIZE = (3.2, 2.75)              # inches, of one panel; a single panel is half as large again
 DOTS = (1.0, 2.2)
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One method: its points by x, and figures by their name and unit, as "to 1 %, s".
+    """Points (x, y) of one method, and its figures by name and unit, such as "to 1 %, s".
 
-    tint: a key of `plotting.COLOURS`. dotted: drawn as a dotted line, for a variant of the method of the same tint.
+    tint: a key of `plotting.COLOURS`. dotted: a dotted line, for a variant of the method with the same tint.
     """
 
     name: str
@@ -32,9 +32,9 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves over common axes (x and y in words, with units, both logarithmic).
+    """Curves on common axes, both logarithmic; x and y: their labels, with units.
 
-    levels: lines across, with words. ticks: of x, where these are few and known.
+    levels: values of horizontal lines, with labels. ticks: of x, if few values are possible.
     """
 
     key: str
@@ -50,7 +50,7 @@ class Panel:
 def draw_panels(panels: list[Panel], path: Path, title: str, measured: str = "") -> None:
     """Write panels into one file, with one legend; ExportError where it cannot be written.
 
-    measured: where and when, to be said on the sheet.
+    measured: place and date of the measurement, printed on the sheet.
     """
     across = 2 if len(panels) == 4 else min(len(panels), ACROSS)
     rows, larger = math.ceil(len(panels) / across), 1.5 if len(panels) == 1 else 1.0
@@ -77,7 +77,7 @@ def _line(figure: Any, curve: Curve) -> Any:
 
 
 def _draw(axes: "Axes", panel: Panel) -> None:
-    """The curves and the levels of a panel."""
+    """Draw the curves and the levels of a panel."""
     for curve in panel.curves:
         if curve.points:
             x, y = zip(*curve.points, strict=True)
@@ -96,7 +96,7 @@ def _draw(axes: "Axes", panel: Panel) -> None:
 
 
 def panel_table(panel: Panel) -> str:
-    """A panel as lines of text: each curve with its figures."""
+    """A panel as lines of text: the figures of each curve."""
     heads = list(dict.fromkeys(head for curve in panel.curves for head in curve.figures))
     rows = [["", *heads], *([curve.name, *(figure_text(curve.figures.get(head)) for head in heads)]
                             for curve in panel.curves)]
@@ -104,7 +104,7 @@ def panel_table(panel: Panel) -> str:
 
 
 def plain_panels(panels: list[Panel]) -> list[dict[str, Any]]:
-    """Panels as plain data."""
+    """Panels as JSON data."""
     return [{"key": panel.key, "title": panel.title, "conditions": panel.conditions, "x": panel.x, "y": panel.y,
              "curves": [{"name": curve.name, "points": [list(point) for point in curve.points],
                          "figures": curve.figures} for curve in panel.curves]} for panel in panels]

@@ -1,7 +1,7 @@
-"""Ways to focus a lens: what they cost against the blur that they leave beyond the least possible.
+"""Focusing methods: time against the blur in excess of the least possible blur.
 
-The blur of an axis point, 2√2 × rms over the whole bundle, as it falls on the film that the method
-finds, less that on the best film; root mean square over objects at half a metre, 2 m and 10 m.
+The blur of an axis point is 2√2 × rms over the whole bundle. The excess is that on the film found by the method, less
+that on the best film; root mean square over objects at 0.5 m, 2 m and 10 m.
 """
 
 import math
@@ -17,7 +17,7 @@ from lensbench.app.studies.stability.focusing import closed_form, least_blur, rm
 from lensbench.app.studies.timing import report_progress, time_in_turn
 
 DISTANCES = (500.0, 2000.0, 10_000.0)
-NOTHING = 0.01                  # µm: a blur below is drawn there
+NOTHING = 0.01                  # µm: a smaller blur is drawn here
 SECONDS = 0.1
 PIXEL = 4.0                     # µm
 
@@ -32,7 +32,7 @@ METHODS: dict[str, tuple[Callable[[lb.Lens, float], float | str], str, bool]] = 
 
 
 def focus_panel(key: str, lens: lb.Lens, progress: Callable[[float], bool] = lambda _: True) -> Panel:
-    """Every method as a point of time (µs) and blur (µm) for one lens as it is stopped."""
+    """Time (µs) and excess blur (µm) of every method, for one lens at its f-number."""
     distances = [at for at in DISTANCES if at >= 1.02 * lb.nearest_focus(lens)]
     least = {at: rms_radius(lens, least_blur(lens, at), at) for at in distances}
     report_progress(progress, 0.3)
@@ -59,7 +59,7 @@ def _all(method: Callable[[lb.Lens, float], float | str], lens: lb.Lens, distanc
 
 
 def _beyond(found: float | str, lens: lb.Lens, at: float, least: float) -> float:
-    """µm; inf where no film was found."""
+    """Excess blur (µm); inf if the method found no film distance."""
     if isinstance(found, str) or not math.isfinite(found):
         return math.inf
     return max(2e3 * math.sqrt(2.0) * (rms_radius(lens, found, at) - least), 0.0)

@@ -1,6 +1,6 @@
-"""The ladder of camera models of one lens: for each the steps that the renderer runs, or why it cannot be.
+"""Camera models of one lens, from the simplest to the full trace: their render steps, or why a model is impossible.
 
-From the film point X, Y and the place in the pupil U0, U1 to the ray in front of the lens, camera frame, mm.
+The steps run from the film point X, Y and the pupil sample U0, U1 to the ray in front of the lens; camera frame, mm.
 """
 
 from dataclasses import dataclass, replace
@@ -19,9 +19,10 @@ IDEAL = {"pinhole": "pinhole", "thin": "thin lens", "thick": "thick lens"}
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """One model of a lens: from the film into the pupil (`aim`, none for an ideal one), and through the lens.
+    """One model of a lens: steps from the film into the pupil (`aim`, none for an ideal model) and through the lens.
 
-    model, degree: as a LensCamera has them, "" for what it has not. why: what forbids the model, "" for nothing.
+    model, degree: as for a LensCamera; "" and 0 if it has none. why: reason why the model is impossible, "" if it is
+    possible.
     """
 
     name: str
@@ -35,12 +36,12 @@ class Model:
 
     @property
     def steps(self) -> list[Step]:
-        """All of the camera's steps behind the one of the film."""
+        """All steps of the camera after that of the film."""
         return [*self.aim, *self.lens]
 
 
 def ladder(camera: lb.LensCamera) -> list[Model]:
-    """Every model of the lens of this camera as it stands, the simplest first."""
+    """Every model of the lens of a camera with its present settings, the simplest first."""
     found = [_ideal(camera, kind, name) for kind, name in IDEAL.items()]
     try:
         table = _regions(camera)
@@ -65,9 +66,9 @@ def _ideal(camera: lb.LensCamera, kind: str, name: str) -> Model:
 
 
 def _regions(camera: lb.LensCamera) -> PupilTable:
-    """The exit-pupil regions of a camera with a polynomial; ValueError where none, and no table, can be its lens."""
+    """Exit-pupil regions of a camera with a polynomial; ValueError if its lens has no polynomial or table."""
     if not camera.lens.iris.is_round:
-        raise lb.LensError("the stop has blades, and no polynomial or table tells where rays meet them")
+        raise lb.LensError("the stop has blades; a polynomial or table does not give the place of rays in the stop")
     fitted = replace(camera, model="polynomial")
     return PupilTable.of(fitted.lens, fitted.film_distance, fitted.film.diagonal / 2.0, widened=False)
 

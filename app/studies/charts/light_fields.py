@@ -1,7 +1,7 @@
-"""How near a light field that is focused afterwards comes to a camera that was focused there, by its number of views.
+"""Error of refocused light fields against a camera focused at that distance, by number of views.
 
-Neighbouring views may lie a pixel apart at most where blur is to be even (`LightField.clear_range`): the chart marks
-where that ends, and draws dots beyond it.
+For even blur, neighbouring views lie at most a pixel apart (`LightField.clear_range`). The chart marks this range, and
+draws dots beyond it.
 """
 
 from collections.abc import Callable
@@ -16,17 +16,17 @@ from lensbench.app.state.comparison import decibels
 from lensbench.app.studies.plotting import AMBER, COLOURS, DIM, look, plot, save, sheet
 
 VIEWS = (3, 5, 9, 17)
-NEARER = tuple(0.25 * k for k in range(1, 11))          # the recorded focus over the distances that are tried
-RAYS = 1445                     # of a pixel, through the whole pupil: 17 × 17 × 5
-TRUTH = 1024                    # samples a pixel of the pictures that are compared with
-BORDER = 10                     # part of the picture's sides that is left out, of which not every view sees all
+NEARER = tuple(0.25 * k for k in range(1, 11))          # recorded focus distance over the distances tried
+RAYS = 1445                     # rays of a pixel over the whole pupil: 17 × 17 × 5
+TRUTH = 1024                    # samples a pixel of the reference pictures
+BORDER = 10                     # share of each side: border that not every view sees
 
 
 class Curve(NamedTuple):
-    """Of a light field of views × views."""
+    """Measured errors of a light field of views × views."""
 
     views: int
-    near: float                 # mm: between these views lie at most a pixel apart
+    near: float                 # mm: range in which views lie at most a pixel apart
     far: float
     distances: tuple[float, ...]
     decibels: tuple[float, ...]
@@ -34,10 +34,10 @@ class Curve(NamedTuple):
 
 def measure(camera: lb.Camera, scene: lb.Scene, views: tuple[int, ...] = VIEWS, seed: int = 0,
             progress: Callable[[float], object] = lambda share: None) -> list[Curve]:
-    """Record light fields at the camera's focus, and compare what they give at others with the camera's pictures.
+    """Capture light fields at the focus of the camera, and compare their refocused pictures with the camera's pictures.
 
-    All have as many rays a pixel. progress: called with the share that is done. FocusError and others as of
-    `lb.capture_light_field`.
+    All have the same number of rays a pixel. progress: receives the finished share. Raises FocusError and the other
+    errors of `lb.capture_light_field`.
     """
     focus: float = camera.focus_distance                # type: ignore[attr-defined]
     fields = []
@@ -58,11 +58,11 @@ def measure(camera: lb.Camera, scene: lb.Scene, views: tuple[int, ...] = VIEWS, 
 
 
 def draw(curves: list[Curve], focus: float, title: str, conditions: str, path: Path) -> None:
-    """Write the chart; ExportError where that cannot be. focus: mm, where all were recorded."""
+    """Write the chart; ExportError where it cannot be written. focus: focus distance of the capture, mm."""
     colours = [COLOURS[name] for name in ("grey", "sky", "blue", "vermilion", "purple", "green")]
     with look():
         figure = sheet(8.0, 4.8)
-        axes = plot(figure.add_subplot(), "Focused at (m), evenly in the reciprocal",
+        axes = plot(figure.add_subplot(), "Focus distance (m), even in the reciprocal",
                     "Against a camera focused there (dB)", title)
         for k, curve in enumerate(curves):
             colour, x = colours[k % len(colours)], 1e3 / np.array(curve.distances)

@@ -1,8 +1,8 @@
-"""Camera models: the cost of a ray against how far it is from the traced lens.
+"""Camera models: cost of a ray against its error relative to the traced lens.
 
-Cost in ns a ray on one thread, measured now: *streamed*, a block of rays resident in the first cache again and again,
-from the film point and the place in the pupil to the ray in front of the lens; and *fused*, whole samples as the
-renderer takes them, from random numbers to the colour on the film. All models of a lens are timed in turn.
+Cost in ns a ray on one thread, measured at run time. *Streamed*: one block of rays in the first-level cache, again and
+again, from the film point and the pupil sample to the ray in front of the lens. *Fused*: whole samples as in the
+renderer, from random numbers to the colour on the film. All models of a lens are timed in turn.
 """
 
 import math
@@ -28,17 +28,17 @@ from lensbench.scenery.builtin.benchmark import benchmark_scene
 STREAMED, FUSED = "Cost, streamed (ns a ray)", "Cost, fused in the renderer (ns a sample)"
 ERROR = "Error, rms (pixels)"
 ALSO = ((FUSED, "fused, ns", "its spread, %"),)
-PIXELS = (320, 180)             # of the film on which whole samples are timed
-SCALAR = 1024                   # rays in one piece of the scalar tracer's work
-LOST = 0.005                    # of the rays: what a model may lose at the very rims
-SECONDS = 0.06                  # for the timings of each model
+PIXELS = (320, 180)             # pixels of the film on which whole samples are timed
+SCALAR = 1024                   # rays in one piece of work of the scalar tracer
+LOST = 0.005                    # share of the rays that a model may lose at the rims
+SECONDS = 0.06                  # s: for the timings of each model
 
 
 def charts(found: list[Subject], progress: Callable[[float], bool] = lambda _: True,
            peers: Sequence[str] = ()) -> list[Chart]:
-    """The chart of each lens. progress: called with the finished share; StoppedError where it returns False.
+    """The chart of each lens. progress: receives the finished share; StoppedError where it returns False.
 
-    peers: other programs to stand beside the models, of those that are installed.
+    peers: other programs to compare with the models, among the installed ones.
     """
     made = []
     for i, subject in enumerate(found):
@@ -50,14 +50,14 @@ def charts(found: list[Subject], progress: Callable[[float], bool] = lambda _: T
 
 def chart(subject: Subject, progress: Callable[[float], bool] = lambda _: True, seconds: float = SECONDS,
           in_the_renderer: bool = True, peers: Sequence[str] = ()) -> Chart:
-    """The chart of one lens as its camera stands. seconds: for the timings of each model. LensError for a dark film.
+    """The chart of one lens with the settings of its camera; LensError for a film without light.
 
-    in_the_renderer: whether whole samples are timed, too.
+    seconds: for the timings of each model. in_the_renderer: time whole samples too.
     """
     camera = subject.camera
     models, truth = ladder(camera), Truth(camera)
     if truth.rays == 0:
-        raise lb.LensError(f"{subject.title}: no ray passes to this film: open the stop, or take a smaller film")
+        raise lb.LensError(f"{subject.title}: no ray reaches this film: open the stop, or use a smaller film")
     errors: dict[str, Error] = {}
     for i, model in enumerate(models):
         if not model.why:
@@ -81,7 +81,7 @@ def chart(subject: Subject, progress: Callable[[float], bool] = lambda _: True, 
 
 
 def conditions(camera: lb.LensCamera, truth: Truth) -> str:
-    """What holds for all marks of a chart, in a line."""
+    """One line with the conditions that apply to all marks of a chart."""
     film, focus = camera.film, camera.focus_distance
     at = "infinity" if math.isinf(focus) else f"{focus / 1000.0:.3g} m"
     return (f"f/{lb.first_order(camera.lens.at(close=0.0)).f_number:.3g}, focused at {at}; "
@@ -94,7 +94,7 @@ def _mark(model: Model, truth: Truth, error: Error | None, stream: dict[str, Tim
     if error is None:
         return Mark(model.name, model.kind, why=why)
     if not model.aim and widest >= 0.5 * math.pi:
-        why = f"the lens sees {math.degrees(widest):.0f}° off the axis, and no {model.name} as far as 90°"
+        why = f"the lens sees {math.degrees(widest):.0f}° off the axis; the model {model.name} ends at 90°"
     elif error.lost > LOST:
         why = f"loses {100.0 * error.lost:.2g} % of the rays that the lens passes"
     time = stream[model.name]
@@ -112,7 +112,7 @@ def _figures(error: Error, stream: Time, fused: Time | None) -> dict[str, float]
 
 
 def _streamed(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[str, Time]:
-    """The cost of a ray by each model, by aiming alone, and by the scalar tracer; ns."""
+    """Cost (ns) of a ray by each model, by aiming alone, and by the scalar tracer."""
     random = np.random.default_rng(1)
     x, y, u0, u1 = random.random((4, B))
     film = camera.film
@@ -132,7 +132,7 @@ def _streamed(camera: lb.LensCamera, models: list[Model], seconds: float) -> dic
 
 
 def _scalar(camera: lb.LensCamera, aim: list[Step]) -> Callable[[], None]:
-    """A piece of work: the scalar tracer in double precision on rays of the camera, which start on its film."""
+    """A piece of work: the scalar tracer in double precision, on rays of the camera from its film."""
     lens, away, random = camera.lens, camera.film_distance, np.random.default_rng(2)
     x, y, u0, u1 = random.random((4, SCALAR))
     x, y = (x - 0.5) * camera.film.width, (y - 0.5) * camera.film.height
@@ -143,7 +143,7 @@ def _scalar(camera: lb.LensCamera, aim: list[Step]) -> Callable[[], None]:
 
 
 def _fused(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[str, Time]:
-    """The cost of a whole sample by each model, before the scene of the benchmark without shadows; ns."""
+    """Cost (ns) of a whole sample by each model, in the benchmark scene without shadows."""
     film = lb.Film(camera.film.width, camera.film.height, *PIXELS)
     blocks = -(-film.pixels_x * film.pixels_y // B)
     before = [*sampling_steps(film.pixels_x, film.pixels_y, lit=False), film.step]

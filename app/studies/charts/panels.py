@@ -1,4 +1,4 @@
-"""What else than camera models is charted: from the arguments of the command to panels of curves."""
+"""Charts of pupils, focusing, pictures and samplers: from the arguments of the command to panels of curves."""
 
 import argparse
 from collections.abc import Callable
@@ -14,9 +14,9 @@ from lensbench.app.studies.charts.sampling import sampling_panels
 from lensbench.app.studies.charts.sampling import scenes as sampling_scenes
 from lensbench.app.studies.charts.subjects import Subject, subjects
 
-TITLES = {"pupil": "Where to aim: the cost of knowing it, and what is wrong with it",
-          "focus": "Focusing: its cost, and the blur that it leaves",
-          "image": "Whole pictures: the error after so many seconds",
+TITLES = {"pupil": "Exit-pupil regions: cost and error",
+          "focus": "Focusing: cost and excess blur",
+          "image": "Whole pictures: error against time",
           "sampler": "Samples that white noise needs for the same error"}
 LENSES = ("pbrt-dgauss-50mm", "pbrt-wide-22mm", "pbrt-fisheye-10mm")
 FOCUS_LENSES = (*LENSES, "lentil-takumar-1969")
@@ -26,15 +26,16 @@ PER_LENS = ("pupil", "focus")
 
 
 def panels(arguments: argparse.Namespace, progress: Callable[[float], bool]) -> list[Panel]:
-    """The panels of what is asked for. progress: called with the finished share; StoppedError where it returns False.
+    """The panels that the arguments ask for.
 
-    Errors of lenses and scenes are those of the readers: ValueError, OSError.
+    progress: receives the finished share; StoppedError where it returns False. Errors in lenses and scenes are those of
+    the readers: ValueError, OSError.
     """
     if arguments.of in PER_LENS:
         names = arguments.lens or (LENSES if arguments.of == "pupil" else FOCUS_LENSES)
         found, _ = subjects(argparse.Namespace(**{**vars(arguments), "lens": names}))
         made = [_of_lens(arguments.of, each, _part(progress, i, len(found))) for i, each in enumerate(found)]
-        if arguments.of == "pupil":                     # the light of all lenses above, their samples below
+        if arguments.of == "pupil":                     # first row: light of all lenses; second: samples
             return [panel for row in zip(*made, strict=True) for panel in row]
         return [panel for row in made for panel in row]
     if arguments.of == "sampler":
@@ -60,7 +61,7 @@ def _of_scene(subject: Subject, name: str, progress: Callable[[float], bool], se
 
 
 def _known(names: list[str], all_names: list[str]) -> list[str]:
-    """The names, or a SettingsError that lists what there is."""
+    """The names; SettingsError with a list of all names if one is unknown."""
     for name in names:
         if name not in all_names:
             raise SettingsError(f"no scene “{name}”: choose of {', '.join(all_names)}")

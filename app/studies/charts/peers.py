@@ -1,7 +1,7 @@
-"""Other programs' tracers, where they are installed: rayoptics, Optiland and batoid on the same lens and the same rays.
+"""Tracers of other programs, if installed: rayoptics, Optiland and batoid on the same lens and the same rays.
 
-Optiland and rayoptics open the files that lensbench writes for them; batoid's surfaces are made one by one. Rays
-run from the scene, rims aside, at the d line; mm, lens frame. What each gives is the point on the last surface.
+Optiland and rayoptics open files written by lensbench; the surfaces of batoid are built one by one. Rays come from the
+scene, at the d line, and ignore the rims; mm, lens frame. Each program gives the points on the last surface.
 """
 
 import tempfile
@@ -20,14 +20,14 @@ from lensbench.app.studies.charts.truth import Truth
 from lensbench.app.studies.charts.values import Mark
 from lensbench.app.studies.timing import time_in_turn
 
-BEFORE = 50.0                   # mm from the rays' beginnings to the first vertex
+BEFORE = 50.0                   # mm from the origins of the rays to the first vertex
 RAYS, FEW = 2000, 50            # rayoptics traces one ray at a time
-SECONDS = 0.3                   # for the timing of each
+SECONDS = 0.3                   # s: for the timing of each
 Run = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def through_optiland(lens: lb.Lens, folder: Path) -> Run:
-    """Origins and directions (n, 3) to points on the last surface (n, 3), by Optiland."""
+    """A function of origins and directions (n, 3) that returns the points (n, 3) on the last surface, by Optiland."""
     import optiland.fileio
     from optiland.rays import RealRays
 
@@ -64,11 +64,11 @@ def through_rayoptics(lens: lb.Lens, folder: Path) -> Run:
 
 
 def through_batoid(lens: lb.Lens, _: Path) -> Run:
-    """The same by batoid; LensError for a surface that it has not."""
+    """The same by batoid; LensError for a surface that batoid lacks."""
     import batoid
 
     if not all(batoid_has(surface) for surface in lens.surfaces):
-        raise lb.LensError("batoid 0.9 has no surface like one of this lens")
+        raise lb.LensError("batoid 0.9 lacks a surface type of this lens")
     items, before = [], 1.0
     shape: Any
     for i, (surface, z) in enumerate(zip(lens.surfaces, lens.vertices, strict=True)):
@@ -95,7 +95,7 @@ def through_batoid(lens: lb.Lens, _: Path) -> Run:
 
 
 def batoid_has(surface: lb.Surface) -> bool:
-    """Whether batoid 0.9 traces a surface: even powers from r⁴ on; on a parabola (k = −1) it meets another point."""
+    """Whether batoid 0.9 traces a surface: even powers from r⁴ on; on a parabola (k = −1) it finds a wrong point."""
     even = all(power % 2 == 0 and power > 2 for power, _ in surface.aspheric)
     return surface.curvature_x is None and even and not (surface.aspheric and surface.conic == -1.0)
 
@@ -104,12 +104,12 @@ PEERS = {"rayoptics": through_rayoptics, "optiland": through_optiland, "batoid":
 
 
 def installed() -> list[str]:
-    """The peers that are."""
+    """Names of the installed programs."""
     return [name for name in PEERS if find_spec(name) is not None]
 
 
 def peer_marks(names: Sequence[str], truth: Truth) -> list[Mark]:
-    """These peers on the rays of a lens: ns a ray, and pixels on the last surface beside the scalar tracer."""
+    """Marks of these programs on the rays of a lens: ns a ray, and error in pixels on the last surface."""
     lens, pitch = truth.camera.lens, truth.camera.film.pitch
     origins, directions = (values[:RAYS] for values in truth.arriving(BEFORE))
     true = lb.trace(lens, origins, directions, clip=False, forward=True).points
@@ -117,12 +117,12 @@ def peer_marks(names: Sequence[str], truth: Truth) -> list[Mark]:
     runs: dict[str, Callable[[], object]] = {}
     counts: dict[str, int] = {}
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
-        warnings.simplefilter("ignore")                 # of their own
+        warnings.simplefilter("ignore")                 # they raise errors of their own
         for name in names:
             try:
                 run, count = PEERS[name](lens, Path(folder)), min(FEW if name == "rayoptics" else RAYS, len(origins))
                 off = np.linalg.norm(run(origins[:count], directions[:count]) - true[:count], axis=1) / pitch
-            except Exception as error:                  # theirs, of any kind: the others go on
+            except Exception as error:                  # of any kind: the other programs still run
                 marks[name] = Mark(name, "peer", why=str(error).split("\n")[0] or type(error).__name__)
                 continue
             figures = {"rms, px": float(np.sqrt((off**2).mean())), "p99, px": float(np.quantile(off, 0.99)),
@@ -135,7 +135,7 @@ def peer_marks(names: Sequence[str], truth: Truth) -> list[Mark]:
         if name in times:
             each = times[name].each(counts[name])
             figures = {"streamed, ns": each.least, "spread, %": each.spread, **mark.figures}
-            why = "" if np.isfinite(mark.error) else "it loses rays that the lens passes"
+            why = "" if np.isfinite(mark.error) else "loses rays that the lens passes"
             mark = Mark(name, "peer", each.least, mark.error, each.spread, mark.worst, why, figures)
         found.append(mark)
     return found

@@ -1,8 +1,8 @@
-"""Ways to know where the lens can be aimed at: what they cost for a whole film against what they get wrong.
+"""Exit-pupil regions by several methods: cost for a whole film against error.
 
-The cost is that of everything a film needs before its first ray: 64 boxes or 64 solved regions. The light is off by
-what a region leaves out; samples are blocked where it holds too much. Both are root mean squares over film points
-from the centre to 0.95 of the circle of light.
+The cost includes all work before the first ray of a film: 64 boxes or 64 solved regions. Light is lost where a region
+is too small; samples are blocked where it is too large. Both errors are root mean squares over film points from the
+centre to 0.95 of the image circle.
 """
 
 import math
@@ -14,17 +14,18 @@ from lensbench.app.studies.stability.pupils import BUCKETS, Place, Result, box, 
 from lensbench.app.studies.timing import Time, report_progress, time_in_turn
 from lensbench.pupils.radial_sampler import PupilTable
 
-FIELDS = (0.0, 0.35, 0.7, 0.95)         # of the radius where the light ends, or of the film's half diagonal
+FIELDS = (0.0, 0.35, 0.7, 0.95)         # share of the image-circle radius, or of half the film diagonal
 RAYS = tuple(1 << k for k in range(8, 21, 2))
-FEW = 1 << 14                           # rays of boxes that are timed; more take as much longer
+FEW = 1 << 14                           # rays of the boxes that are timed; the time is proportional to the rays
 SECONDS = 0.15
-KNOWN = 0.3                             # percent: how well the true light is known
+KNOWN = 0.3                             # percent: error of the true light
 TIME = "Time for all film points (ms)"
 
 
 def pupil_panels(key: str, camera: lb.LensCamera, progress: Callable[[float], bool] = lambda _: True) -> list[Panel]:
-    """Two panels of one lens as its camera stands, over time: light that is off, and samples that are blocked, in
-    percent. progress: called with the finished share; StoppedError where it returns False.
+    """Two panels of one lens over time: light error and blocked samples, in percent.
+
+    progress: receives the finished share; StoppedError where it returns False.
     """
     lens, away, half = camera.lens, camera.film_distance, 0.5 * camera.film.diagonal
     reach = min(half, PupilTable.of(lens, away, half).dark_beyond)
@@ -48,13 +49,13 @@ def pupil_panels(key: str, camera: lb.LensCamera, progress: Callable[[float], bo
             line = tuple((cost, max(100.0 * getattr(of, measure), floor)) for cost, of in which)
             figures = {"time, ms": line[-1][0], f"{measure}, %": 100.0 * getattr(which[-1][1], measure)}
             curves.append(Curve(name, tints[name], line, figures))
-        levels = ((KNOWN, "the truth is known to this"),) if measure == "light" else ()
+        levels = ((KNOWN, "error of the reference"),) if measure == "light" else ()
         panels.append(Panel(f"{key}, {measure}", lens.name or key, TIME, words, tuple(curves), levels))
     return panels
 
 
 def _times(place: Place) -> dict[str, float]:
-    """Seconds for a whole film: of the disk, of solved regions, and of boxes of FEW rays."""
+    """Seconds for a whole film: paraxial disk, solved regions, and boxes of FEW rays."""
     works: dict[str, Callable[[], object]] = {
         "disk": lambda: paraxial_disk(place), "boxes": lambda: box(place, FEW),
         "solved": lambda: PupilTable.of(place.lens, place.film_distance, place.reach)}

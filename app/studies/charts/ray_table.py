@@ -1,8 +1,8 @@
-"""A lens as a table of rays with linear interpolation: a rival of the polynomials, which are faster and more accurate.
+"""A lens model as a table of rays with linear interpolation, for comparison: polynomials are faster and more accurate.
 
-The table covers film radii, and positions on the plane of the last vertex: along the meridian, minus the drift of the
-pupil regions' centres across the film, and across it, of which symmetry leaves one half. Each entry holds the direction
-to objects in focus, and the ray's point nearest to the entrance pupil. Camera frame, mm.
+The table has film radii, and places on the plane of the last vertex: along the meridian, relative to the middle of the
+pupil region at that radius, and across it (one half, by symmetry). Each entry is the direction in which objects in
+focus are seen, and the point of the ray nearest to the entrance pupil. Camera frame, mm.
 """
 
 import math
@@ -28,32 +28,13 @@ NEGATIVE_DISTANCE, PER_RADIUS, DRIFT, PER_ALONG, PER_ACROSS, CENTRE_Z, NEARNESS,
 
 def ray_table_step(lens: Lens, film_distance: float, table: PupilTable, wavelength: float = D_LINE,
               distance: float = math.inf) -> Step:
-    """Step from an aimed ray at the film to the ray in front of the lens.
+    """The step from an aimed ray at the film to the ray in front of the lens, for the regions of a pupil table.
 
-    Parameters
-    ----------
-    lens : Lens
-        The lens, stopped down and focused.
-    film_distance : float
-        Distance (mm) from the last vertex to the film.
-    table : PupilTable
-        Exit-pupil regions of the lens.
-    wavelength : float
-        Wavelength of the light (µm).
-    distance : float
-        Distance (mm) from the film to the objects that are interpolated best.
-
-    Returns
-    -------
-    Step
-
-    Raises
-    ------
-    LensError
-        A lens without rotational symmetry.
+    film_distance: last vertex → film; distance: film → object in focus (mm). LensError for a lens without rotational
+    symmetry.
     """
     if not lens.is_rotationally_symmetric:
-        raise LensError("a table of rays holds for every azimuth, and this lens has a cylinder or toroid")
+        raise LensError("a table of rays needs rotational symmetry, and this lens has a cylinder or toroid")
     away = film_distance
     film, reach, drift = np.linspace(0.0, table.radius, RADII), *_box(table)
     r, u, v = (grid.ravel() for grid in np.meshgrid(
@@ -80,7 +61,7 @@ def ray_table_step(lens: Lens, film_distance: float, table: PupilTable, waveleng
 
 
 def _box(table: PupilTable) -> tuple[float, float]:
-    """Reach (mm) of the regions about the line of their centres' drift, and that drift per mm of film."""
+    """Extent of the regions from the line along which their middles move (mm), and that movement per mm of film."""
     film = table.radius * np.linspace(0.0, 1.0, 33)
     ring, _ = table.ring(film)
     centres = table.centre(film)
@@ -91,9 +72,9 @@ def _box(table: PupilTable) -> tuple[float, float]:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _fill(entries):
-    """Fill nodes without a ray in entries (6, RADII, ALONG, ACROSS) with the mean of neighbours on the rear plane.
+    """Fill entries (6, RADII, ALONG, ACROSS) that no ray reached with the mean of their neighbours in the rear plane.
 
-    Repeats from the known nodes outwards; film radii without a single ray become 0.
+    Repeated from known entries outwards; 0 for film radii without a single ray.
     """
     for k in range(RADII):
         known = np.ones((ALONG, ACROSS), np.bool_)
@@ -124,7 +105,11 @@ def _fill(entries):
 
 @stage
 def interpolate(lanes, p, key):
-    """Replace the ray at the film by the ray in front of the lens. p: see NEGATIVE_DISTANCE."""
+    """Replace the ray at the film by the ray in front of the lens.
+
+    p: −film distance, radii of the table per mm, movement of the middle, places along and across per mm, z of the
+    centre, 1 / distance from it, then the six tables.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]

@@ -1,8 +1,8 @@
-"""Rival samplers, which the charts measure against the default net.
+"""Samplers for comparison with the default net.
 
-All take the key (pixel, sample, dimension, seed) of the default and fill the same rows. Sources: Roberts
-2018 (the additive recurrence of the generalised golden ratio); Cools, Kuo and Nuyens 2006 (the generating vector of
-the lattice sequence); Cranley and Patterson 1976 (a shift of each pixel's own).
+All take the key (pixel, sample, dimension, seed) of the default sampler and fill the same rows. Sources: Roberts 2018
+(additive recurrence of the generalised golden ratio); Cools, Kuo and Nuyens 2006 (generating vector of the lattice
+sequence); Cranley and Patterson 1976 (a random shift for each pixel).
 """
 
 import numpy as np
@@ -24,13 +24,13 @@ _LATTICE = np.array([1, 182667, 469891, 498753, 110745, 446247, 250185], np.uint
 
 @njit(inline="always")
 def _seeded(pixel, seed, d):
-    """A number of the pixel's own for dimension d."""
+    """Random number of the pixel for dimension d."""
     return mix(uint32(mix(uint32(pixel + _u(1))) + uint32(seed * _u(0x9E3779B9)) + uint32(_u(d) * _u(0x85EBCA6B))))
 
 
 @njit(inline="always")
 def _shift(lanes, key, d, step):
-    """Dimension d: the step, from a place of each pixel's own."""
+    """Set dimension d to the step plus a random shift of the pixel, modulo 1."""
     real = lanes.dtype.type
     out = rows(lanes)[_ROWS[d]]
     first, seed, unit = key[PIXEL], key[SEED], real(1 / 16777216)
@@ -41,14 +41,14 @@ def _shift(lanes, key, d, step):
 
 @stage
 def recurrence(lanes, p, key):
-    """Sample k is k golden steps from a place of the pixel's own."""
+    """Sample k lies k golden steps from a random start of the pixel."""
     for d in range(USED):
         _shift(lanes, key, d, uint32(key[SAMPLE] * _STEPS[d]))
 
 
 @stage
 def lattice(lanes, p, key):
-    """Sample k is a point of a rank-1 lattice, in an order that fills it evenly, shifted for each pixel."""
+    """Sample k is a point of a rank-1 lattice in van der Corput's order, shifted for each pixel."""
     turned = uint32(0)
     for b in range(32):                 # van der Corput's order
         turned = uint32(turned | uint32((key[SAMPLE] >> _u(b)) & _u(1)) << _u(31 - b))
@@ -58,7 +58,7 @@ def lattice(lanes, p, key):
 
 @stage
 def scrambled(lanes, p, key):
-    """Sobol's points, Owen-scrambled for each pixel anew."""
+    """Points of Sobol's sequence, Owen-scrambled for each pixel."""
     real = lanes.dtype.type
     unit = real(1 / 16777216)
     for d in range(USED):
@@ -96,7 +96,7 @@ def white_noise(lanes, p, key):
 
 
 def samplers(film: Film, timed: bool = False) -> dict[str, list[Step]]:
-    """The steps of every sampler by its name, the default first. timed: something moves."""
+    """Steps of every sampler by its name, the default first. timed: the scene or camera moves."""
     w, h = size = film.pixels_x, film.pixels_y
     corners = Step(add_corners, size)
     return {

@@ -1,7 +1,7 @@
-"""What the placing of samples is worth: how many samples white noise needs for the same error.
+"""Gain of a sampler: how many samples of white noise give the same error.
 
-Pictures of 180 × 120 pixels, patterns at a point (what filters them is not the samplers' doing); the error is the
-mean square against a converged picture, light above 4 taken as 4, over pictures of three seeds.
+Pictures of 180 × 120 pixels; patterns are evaluated at points, because a filter would hide the sampler. The error is
+the mean square against a converged picture, with light above 4 clipped to 4, over pictures of three seeds.
 """
 
 import math
@@ -23,8 +23,8 @@ FILM = lb.Film(36.0, 24.0, 180, 120)
 COUNTS = (4, 16, 64, 256)
 SEEDS = 3
 BRIGHTEST = 4.0
-FLAT = "white-wall"             # a scene without anything to sample
-CONVERGED = 8192                # samples of the picture to compare with
+FLAT = "white-wall"             # a scene in which every sample is equal
+CONVERGED = 8192                # samples of the reference picture
 TINTS = ("vermilion", "blue", "green", "purple", "grey")
 
 
@@ -42,14 +42,14 @@ def soft_scene() -> tuple[lb.Camera, Scene]:
 
 
 def scenes() -> dict[str, tuple[lb.Camera, Scene]]:
-    """The scene without what samplers stumble over, and every built-in one through a thin lens at f/2."""
+    """The soft scene, and every built-in one through a thin lens at f/2."""
     camera = lb.LensCamera(lenses.load(LENS), FILM, 1200.0, 2.0, model="thin")
     return {"soft": soft_scene(), **{name: (camera, lb.builtin_scene(name)) for name in lb.SCENES if name != FLAT}}
 
 
 def squares(camera: lb.Camera, scene: Scene, counts: tuple[int, ...], steps: dict[str, list],
             converged: int = CONVERGED) -> Iterator[tuple[str, dict[int, float]]]:
-    """Of each sampler the mean square error after these numbers of samples."""
+    """Mean square error of each sampler after these numbers of samples."""
     truth = np.minimum(lb.render(camera, scene, samples=converged, seed=12345), BRIGHTEST)
     for name, placing in steps.items():
         found: dict[int, list[float]] = {count: [] for count in counts}
@@ -63,7 +63,7 @@ def squares(camera: lb.Camera, scene: Scene, counts: tuple[int, ...], steps: dic
 
 
 def gains(found: dict[str, dict[int, float]]) -> dict[str, dict[int, float]]:
-    """How many times as many samples of white noise, whose square error falls as 1 / samples, reach each error."""
+    """Ratio of the samples of white noise, whose mean square error falls as 1 / samples, to those of each sampler."""
     last = max(COUNTS)
     white = found[WHITE][last] * last
     return {name: {count: white / (error * count) for count, error in errors.items()}
@@ -71,9 +71,9 @@ def gains(found: dict[str, dict[int, float]]) -> dict[str, dict[int, float]]:
 
 
 def sampling_panels(names: list[str], progress: Callable[[float], bool] = lambda _: True) -> list[Panel]:
-    """The panel of each of these scenes (all of `scenes` where none is named).
+    """The panel of each named scene (all of `scenes` if none is named).
 
-    progress: receives the part that is done; False cancels.
+    progress: receives the finished share; False cancels.
     """
     costs = {name: time.each(BLOCKS * B).least for name, time in time_in_turn(
         {name: streamed(placing, {}) for name, placing in samplers(FILM).items()}, 0.05).items()}

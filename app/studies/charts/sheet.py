@@ -1,4 +1,4 @@
-"""Charts on a sheet: one chart with its figures below, or many small ones under a summary of them all."""
+"""Charts on a sheet: one chart with its figures, or many small charts under a summary of all."""
 
 import math
 from dataclasses import replace
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 ACROSS = 5                      # small charts in a row
 FRONT = "#d9d4c9"
-READING = ("Bold, and joined by a band: no other is both cheaper and nearer to the truth. Thin lines go up to the "
-           "worst ray, and right to the middle run")
+READING = ("Bold, and joined by a band: no other mark is both cheaper and more accurate. Thin lines go up to the worst"
+           " ray, and right to the median run")
 
 
 class Kind(NamedTuple):
-    """How the marks of a family look: a colour, a shape, and whether they are drawn as larger ones."""
+    """Look of the marks of a family: colour, shape, and whether they are larger."""
 
     colour: str
     shape: str
@@ -41,16 +41,17 @@ KINDS = {
 
 
 def draw(charts: list[Chart], path: Path, summary: bool = False, measured: str = "") -> None:
-    """Write charts into a file: one with its figures; of several a summary, and below it each of them small.
+    """Write charts into a file: one with its figures, or several small ones below a summary.
 
-    summary: of several that alone. measured: where and when, to be said on the sheet.
+    summary: of several charts, write the summary alone. measured: place and date of the measurement, printed on the
+    sheet.
     """
     with look():
         save(_one(charts[0], measured) if len(charts) == 1 else _many(charts, summary, measured), path)
 
 
 def _one(chart: Chart, measured: str) -> "Figure":
-    """One chart, over each of its costs, with its figures in a table."""
+    """One chart for each of its costs, with a table of its figures."""
     heads, rows = columns(chart), len(chart.marks) + 2
     notes = [*_notes(chart), measured]
     height = 0.19 * rows + 0.17 * len(notes) + 0.1
@@ -66,7 +67,7 @@ def _one(chart: Chart, measured: str) -> "Figure":
         tick_finely(axes.xaxis)
         drawn.append((axes, over))
     _write_table(figure.add_subplot(grid[1, :]), chart, heads, notes, height)
-    figure.draw_without_rendering()                     # where things stand is known from here on
+    figure.draw_without_rendering()                     # the layout is known from here on
     figure.set_layout_engine("none")
     for axes, over in drawn:
         _name_marks(axes, over)
@@ -74,7 +75,7 @@ def _one(chart: Chart, measured: str) -> "Figure":
 
 
 def _head(figure: "Figure", title: str, below: str) -> None:
-    """A title, and a line of what holds for the whole sheet."""
+    """Title of the sheet, and a line of its common conditions."""
     high = figure.get_figheight()
     engine: Any = figure.get_layout_engine()
     engine.set(rect=(0.0, 0.0, 1.0, 1.0 - 0.5 / high))
@@ -87,13 +88,13 @@ def _notes(chart: Chart) -> list[str]:
 
 
 def _limits(marks: tuple[Mark, ...], floor: float) -> tuple[float, float]:
-    """Of the axis of errors: from the floor to the largest."""
+    """Range of the error axis, from the floor to the largest error."""
     shown = [max(mark.error, mark.worst if math.isfinite(mark.worst) else 0.0) for mark in marks if mark.has_place]
     return 0.4 * floor, 3.0 * max([1.0, *(error for error in shown if math.isfinite(error))])
 
 
 def _draw(axes: "Axes", chart: Chart, size: float = 6.5) -> None:
-    """The marks of a chart, the front among them, and how far costs and errors spread."""
+    """Draw the marks of a chart, the Pareto front, and the spreads of cost and error."""
     has_place = [mark for mark in chart.marks if mark.has_place and math.isfinite(mark.error)]
     ahead, floor = chart.front, chart.floor
     axes.plot([mark.cost for mark in ahead], [max(mark.error, floor) for mark in ahead], color=FRONT,
@@ -114,14 +115,14 @@ def _draw(axes: "Axes", chart: Chart, size: float = 6.5) -> None:
                           arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 0.8, "mutation_scale": size})
 
 
-# Names at the marks: the first place around each that touches nothing
+# Names at the marks: the first free place around each
 
 PLACES = [(1.0, 0.0), (-1.0, 0.0), (0.75, 0.75), (0.75, -0.75), (-0.75, 0.75), (-0.75, -0.75), (0.0, 1.0), (0.0, -1.0)]
 REACHES = (7.0, 11.0, 16.0, 22.0, 30.0, 40.0)           # points from the mark
 
 
 def _name_marks(axes: "Axes", chart: Chart) -> None:
-    """Write the names of the marks beside them, with a leader where there is no room near by."""
+    """Write the names of marks beside them, with a leader where the nearest places are occupied."""
     from matplotlib.patheffects import withStroke
 
     halo = [withStroke(linewidth=3.5, foreground=PAPER)]
@@ -147,7 +148,7 @@ def _name_marks(axes: "Axes", chart: Chart) -> None:
 
 
 def _placed(written, place: tuple[float, float], reach: float, frame, taken) -> tuple | None:
-    """Move a name to a place around its mark; its box, or None where it touches something."""
+    """Move a name to a place around its mark; its box, or None if it overlaps something."""
     right, up = place
     written.set_position((right * reach, up * reach))
     written.set_horizontalalignment("left" if right > 0.0 else "right" if right < 0.0 else "center")
@@ -161,7 +162,7 @@ def _placed(written, place: tuple[float, float], reach: float, frame, taken) -> 
 
 
 def _write_table(axes: "Axes", chart: Chart, heads: list[str], notes: list[str], height: float) -> None:
-    """The figures of every mark, and below them what is invalid and what is to be said."""
+    """Write the figures of every mark, the reasons of invalid marks, and the notes."""
     axes.axis("off")
     axes.set(xlim=(0.0, 1.0), ylim=(height, 0.0))
     ahead, left, y = chart.front, 0.17, 0.1
@@ -189,12 +190,12 @@ def _write_table(axes: "Axes", chart: Chart, heads: list[str], notes: list[str],
 
 
 def _many(charts: list[Chart], summary: bool, measured: str) -> "Figure":
-    """All charts in one: middles over a cloud of all marks; and, unless that is enough, each small below."""
+    """All charts in one: medians over a cloud of all marks; below it, unless `summary`, each chart in small."""
     rows = 0 if summary else math.ceil(len(charts) / ACROSS)
     figure = sheet(9.6, 5.3 + 1.62 * rows)
     parts: Any = figure.subfigures(2, 1, height_ratios=[5.3, 1.62 * rows]) if rows else [figure]
     top, *below = parts
-    middles = _middles(charts)
+    middles = _medians(charts)
     _head(figure, f"{len(charts)} lenses: {middles.title}", measured)
     marks, floor = tuple(mark for chart in charts for mark in chart.marks), charts[0].floor
     drawn = []
@@ -211,7 +212,7 @@ def _many(charts: list[Chart], summary: bool, measured: str) -> "Figure":
         tick_finely(axes.xaxis)
         drawn.append((axes, over))
     if below:
-        _small_ones(below[0], charts, _limits(marks, floor))
+        _small_charts(below[0], charts, _limits(marks, floor))
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     for axes, over in drawn:
@@ -219,8 +220,8 @@ def _many(charts: list[Chart], summary: bool, measured: str) -> "Figure":
     return figure
 
 
-def _middles(charts: list[Chart]) -> Chart:
-    """The chart of the median over all charts of each mark that is valid, its figures too."""
+def _medians(charts: list[Chart]) -> Chart:
+    """A chart of the median over all charts of each valid mark, and of its figures."""
     first, marks = charts[0], []
     for name in dict.fromkeys(mark.name for chart in charts for mark in chart.marks):
         same = [mark for chart in charts for mark in chart.marks if mark.name == name and mark.is_valid]
@@ -229,12 +230,12 @@ def _middles(charts: list[Chart]) -> Chart:
             cost, error = (median(getattr(mark, name) for mark in same) for name in ("cost", "error"))
             figures = {head: median(mark.figures[head] for mark in same) for head in heads}
             marks.append(Mark(name, same[0].kind, cost, error, figures=figures))
-    return Chart("all", "the middle of each model, over a dot for every lens", first.cost, first.error, tuple(marks),
+    return Chart("all", "median of each model, over a dot for every lens", first.cost, first.error, tuple(marks),
                  also=tuple((cost, figure, "") for cost, figure, _ in first.also))
 
 
-def _small_ones(figure: "SubFigure", charts: list[Chart], errors: tuple[float, float]) -> None:
-    """Every chart small, on common axes, labelled at the left and below alone."""
+def _small_charts(figure: "SubFigure", charts: list[Chart], errors: tuple[float, float]) -> None:
+    """Draw every chart in small on common axes, labelled only at the left and the bottom."""
     costs = [mark.cost for chart in charts for mark in chart.marks if mark.has_place]
     rows = math.ceil(len(charts) / ACROSS)
     for i, chart in enumerate(charts):

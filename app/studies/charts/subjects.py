@@ -1,4 +1,4 @@
-"""What is charted: lenses as they stand before a film, from the arguments of the command or the whole library. mm."""
+"""Lenses to chart, each in front of a film: from the arguments of the command, or the whole library. Lengths in mm."""
 
 import argparse
 import math
@@ -14,13 +14,13 @@ from lensbench.app.state.zoom import asked_zoom
 
 PIXELS = (6000, 4000)
 FILM = (36.0, 24.0)
-AWAY = 50.0                     # focal lengths from the film to what is in focus
-DARK = 0.1                      # of the light on the axis: so far the film reaches
+AWAY = 50.0                     # default focus distance, in focal lengths from the film
+DARK = 0.1                      # share of the light on the axis at which the film ends
 
 
 @dataclass(frozen=True)
 class Subject:
-    """One lens before its film. key: its name or path, title: in words."""
+    """One lens in front of its film. key: its name or path; title: its name in words."""
 
     key: str
     title: str
@@ -28,10 +28,10 @@ class Subject:
 
 
 def subjects(arguments: argparse.Namespace) -> tuple[list[Subject], list[str]]:
-    """The lenses that are asked for, or all of the library; and in a line each why others are left out.
+    """The requested lenses, or the whole library; and a line for each lens that is left out, with the reason.
 
-    Of several lenses each is as open as it can be where it opens less than is asked for, and focused as near as it can
-    be; of one alone the errors are those of a camera: ValueError, OSError.
+    Of several lenses, each is limited to its widest stop and to its nearest focus. A single lens raises the errors of a
+    camera: ValueError, OSError.
     """
     if len(arguments.lens) == 1:
         return [subject(arguments.lens[0], arguments, exactly=True)], []
@@ -47,7 +47,7 @@ def subjects(arguments: argparse.Namespace) -> tuple[list[Subject], list[str]]:
 
 
 def subject(name: str, arguments: argparse.Namespace, exactly: bool) -> Subject:
-    """A lens as the arguments put it; exactly: or not at all."""
+    """A lens with the settings of the arguments; exactly: an error instead of the nearest possible setting."""
     lens = design(replace(Settings(), lens=name, focal_length=arguments.focal_length).checked())
     lens = lens.at(zoom=asked_zoom(lens, arguments.zoom), close=0.0)
     efl, f_number = abs(lb.first_order(lens).efl), getattr(arguments, "f_number", None)
@@ -65,7 +65,7 @@ def subject(name: str, arguments: argparse.Namespace, exactly: bool) -> Subject:
 
 
 def _lit(camera: lb.LensCamera, pixels: tuple[int, int]) -> lb.Film:
-    """As much of the film as the lens lights."""
+    """The film reduced to the part that the lens lights."""
     film, radii = camera.film, 0.5 * camera.film.diagonal * np.geomspace(0.02, 1.0, 160)
     if not camera.lens.is_rotationally_symmetric:
         return film

@@ -1,4 +1,4 @@
-"""The figures of charts as a table of text and as JSON."""
+"""Figures of charts as a text table and as JSON data."""
 
 import math
 from typing import Any
@@ -7,13 +7,13 @@ from lensbench.app.studies.charts.values import Chart
 
 
 def columns(chart: Chart) -> list[str]:
-    """The figures that the marks of a chart have, in the order of the fullest of them."""
+    """Names of the figures in a chart, in the order of the mark that has the most."""
     fullest = max((mark.figures for mark in chart.marks), key=len, default={})
     return list(fullest)
 
 
 def figure_text(value: float | None) -> str:
-    """A figure in few digits; one of mere rounding as 0."""
+    """A figure in few digits; a rounding error as 0."""
     if value is None or math.isnan(value):
         return ""
     if math.isinf(value):
@@ -26,7 +26,7 @@ def figure_text(value: float | None) -> str:
 
 
 def aligned(rows: list[list[str]]) -> list[str]:
-    """The rows of a table as lines of text: the first column to the left, the others to the right."""
+    """Rows of a table as lines of text: the first column left-aligned, the others right-aligned."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join([first.ljust(widths[0]), *(cell.rjust(width) for cell, width in
                                                  zip(cells, widths[1:], strict=True))]).rstrip()
@@ -34,7 +34,7 @@ def aligned(rows: list[list[str]]) -> list[str]:
 
 
 def table(chart: Chart) -> str:
-    """A chart as lines of text: its marks with their figures, * at the Pareto front; then why marks are invalid."""
+    """A chart as lines of text: marks with their figures, * on the Pareto front; then the reasons of invalid marks."""
     heads, ahead = columns(chart), chart.front
     rows = [["", *(head.split(", ")[0] for head in heads)], ["", *(head.split(", ")[-1] for head in heads)]]
     for mark in chart.marks:
@@ -46,7 +46,7 @@ def table(chart: Chart) -> str:
 
 
 def plain(charts: list[Chart]) -> list[dict[str, Any]]:
-    """Charts as plain data."""
+    """Charts as JSON data."""
     found = []
     for chart in charts:
         ahead = chart.front

@@ -1,11 +1,11 @@
-"""How far the rays of a camera model are from those of the lens, in pixels of the film; and its light, in stops.
+"""Error of the rays of a camera model against those of the lens, in film pixels, and of its light, in stops.
 
-The truth is the scalar tracer in double precision. Film points are spread evenly over the film, and for each one ray
-over its exit-pupil region. Objects are looked at in three distances from the entrance pupil: in focus, in half that
-distance and infinitely far. Where model and lens see different points of an object, the difference of their
-directions from the entrance pupil is what the film point would have to move by, in the same part of its pupil region:
-the lens's own derivative makes pixels of it, so that fisheyes and near objects have their own scale at each place. An
-ideal model has a disk for a pupil, so that its ray is the one at the same part of the area and in the same direction.
+The reference is the scalar tracer in double precision. Film points lie evenly over the film, each with one ray in its
+exit-pupil region. Objects lie at three distances from the entrance pupil: in focus, half that distance, and infinity.
+Where model and lens see different points of an object, the error is the difference of their directions from the
+entrance pupil, converted into a displacement of the film point (same part of its pupil region) by the derivative of the
+lens. So fisheyes and near objects have the local scale. The pupil of an ideal model is a disk; its ray is the one at
+the same part of the area, in the same direction.
 """
 
 import math
@@ -23,18 +23,18 @@ from lensbench.kernels.program import Program
 from lensbench.pupils.radial_sampler import PupilTable
 
 RAYS = 4096
-STEP = 1e-4                     # of half the film's diagonal: for the derivative
-STEEPEST = 0.2                  # cosine: beyond it a distance along the axis counts as one along the ray
-FARTHEST = 20.0                 # × the lens's length: an entrance pupil beyond it is no place to look from
-RADII, SAMPLES = 16, 1024       # for the light
-LIT = 0.02                      # of the axis's light: what is darker is not compared
+STEP = 1e-4                     # step of the derivative, in half film diagonals
+STEEPEST = 0.2                  # lower limit of the cosine between ray and axis
+FARTHEST = 20.0                 # lens lengths: a farther entrance pupil is replaced by the first vertex
+RADII, SAMPLES = 16, 1024       # for the falloff
+LIT = 0.02                      # share of the light on the axis: darker film is not compared
 LINE = [X, Y, Z, L, M, N, WEIGHT]
 
 
 class Error(NamedTuple):
-    """Of one model: displacements in pixels over all rays and distances, light in stops over the film.
+    """Errors of one model: displacements in pixels over all rays and distances, light in stops over the film.
 
-    focus: rms of what is in focus alone. lost: part of the rays that the lens passes and the model loses.
+    focus: rms of objects in focus alone. lost: share of the rays that the lens passes and the model loses.
     """
 
     rms: float
@@ -48,16 +48,16 @@ class Error(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The rays of the lens before a film, and its light, against which models are held. camera: of any model."""
+    """Reference rays and light of a lens in front of a film. camera: with any model."""
 
     camera: lb.LensCamera
 
     def error(self, model: Model) -> Error:
-        """What the model gets wrong."""
+        """Errors of the model."""
         program = Program(list(model.lens), model.real)
         if model.aim:
             off = self._displaced(program.run(self._aims, LINE, self.rays))
-        else:                                           # which side of the stop is which, the lens itself knows
+        else:                                           # the disk may be upside down: take the better way
             ways = [self._displaced(program.run(self._on_disk(turn), LINE, self.rays)) for turn in (0.0, math.pi)]
             off = min(ways, key=lambda way: float(np.nansum(way**2)))
         passes = np.isfinite(off).all(0)
@@ -70,18 +70,18 @@ class Truth:
 
     @property
     def rays(self) -> int:
-        """How many rays the lens passes of those that were tried."""
+        """Number of sampled rays that pass the lens."""
         return len(self._chosen)
 
     @cached_property
     def widest(self) -> float:
-        """The largest angle from the axis (radians) at which the film sees."""
+        """Largest angle of the field of view from the axis (radians)."""
         return float(np.arccos(np.clip(-self._exact[5], -1.0, 1.0)).max())
 
     def arriving(self, before: float) -> tuple[np.ndarray, np.ndarray]:
-        """The rays as they come from the scene: origins on the plane so far before the first vertex, and directions.
+        """Rays from the scene, on the plane `before` mm in front of the first vertex: origins and directions.
 
-        (n, 3) each, lens frame, mm; those that run along the axis rather than across it.
+        (n, 3) each, lens frame, mm; without rays whose cosine to the axis is below STEEPEST.
         """
         camera, ray = self.camera, self._exact[:, -self._exact[5] > STEEPEST]
         points, directions = ray[:3] + [[0.0], [0.0], [camera.lens.length + camera.film_distance]], -ray[3:]
@@ -91,7 +91,7 @@ class Truth:
 
     @cached_property
     def _spread(self) -> np.ndarray:
-        """(4, RAYS) film x, y (mm) and U0, U1, evenly over both: multiples of the roots of x⁵ = x + 1."""
+        """Film x, y (mm) and U0, U1, (4, RAYS), evenly over both: multiples of the roots of x⁵ = x + 1."""
         root = 1.1673039782614187
         unit = (0.5 + np.arange(RAYS) * root ** -np.arange(1.0, 5.0)[:, None]) % 1.0
         film = self.camera.film
@@ -99,13 +99,13 @@ class Truth:
 
     @cached_property
     def _traced(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of all rays: the place on the plane of the last vertex (2, n), those in front (6, n), whether they pass."""
+        """Places on the plane of the last vertex (2, n), rays in front of the lens (6, n), and whether they pass."""
         rear, lit = self._rear(self._spread)
         ray, passes = self._through(self._spread[:2], rear)
         return rear, ray, passes & lit
 
     def _rear(self, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where film x, y and U0, U1 (4, n) aim at, on the plane of the last vertex (2, n), and whether light comes."""
+        """Aim points (2, n) on the plane of the last vertex for film x, y and U0, U1 (4, n), and whether lit."""
         x, y, u0, u1 = spread
         l, m, n, weight = Program([self._regions], np.float64).run({X: x, Y: y, U0: u0, U1: u1}, [L, M, N, WEIGHT],
                                                                    spread.shape[1])
@@ -113,7 +113,7 @@ class Truth:
 
     @cached_property
     def _regions(self):
-        """The step into the exit-pupil regions, of their own size where the lens has rotational symmetry."""
+        """The step into the exit-pupil regions, at their true size if the lens has rotational symmetry."""
         camera = self.camera
         if camera.lens.is_rotationally_symmetric:
             return PupilTable.of(camera.lens, camera.film_distance, camera.film.diagonal / 2.0, widened=False).step(1.0)
@@ -125,11 +125,11 @@ class Truth:
 
     @cached_property
     def _exact(self) -> np.ndarray:
-        """(6, rays) of the lens, in front of it."""
+        """Rays (6, rays) of the lens, in front of it."""
         return self._traced[1][:, self._chosen]
 
     def _through(self, film: np.ndarray, rear: np.ndarray, clip: bool = True) -> tuple[np.ndarray, np.ndarray]:
-        """Rays from film points to the plane of the last vertex (2, n): in front (6, n), and whether they pass."""
+        """Rays (6, n) in front of the lens from film points and rear-plane points (2, n), and whether they pass."""
         lens, away, n = self.camera.lens, self.camera.film_distance, film.shape[1]
         found = lb.trace(lens, np.column_stack([*film, np.full(n, lens.length + away)]),
                          np.column_stack([*(rear - film), np.full(n, -away)]), forward=False, clip=clip)
@@ -138,16 +138,16 @@ class Truth:
 
     @cached_property
     def _aims(self) -> dict[int, np.ndarray]:
-        """The rows of the rays at the film."""
+        """Lane rows of the rays at the film."""
         film, rear = self._spread[:2, self._chosen], self._traced[0][:, self._chosen]
         way = np.stack([*(rear - film), np.full(self.rays, -self.camera.film_distance)])
         way /= np.sqrt((way**2).sum(0))
         return {X: film[0], Y: film[1], L: way[0], M: way[1], N: way[2], WEIGHT: np.ones(self.rays)}
 
     def _on_disk(self, turn: float) -> dict[int, np.ndarray]:
-        """The rows of the like rays of an ideal model: the same part of the area, the same direction from the middle.
+        """Lane rows of the corresponding rays of an ideal model: same part of the area, same direction from the middle.
 
-        A pupil table's U0 goes round the half on one side of the meridian, then round its mirror image.
+        U0 of a pupil table goes around the half on one side of the meridian, then around its mirror image.
         """
         x, y, u0, u1 = self._spread[:, self._chosen]
         around = 2.0 * math.pi * np.where(u0 < 0.5, u0, 0.5 - u0)
@@ -158,19 +158,19 @@ class Truth:
 
     @cached_property
     def _eye(self) -> float:
-        """Z of the entrance pupil in the camera frame, or of the first vertex where that lies far away."""
+        """Z of the entrance pupil in the camera frame; of the first vertex if the pupil lies far away."""
         camera, z = self.camera, self.camera.first_order.entrance_pupil.z
         return (z if abs(z) < FARTHEST * camera.lens.length else 0.0) - camera.lens.length - camera.film_distance
 
     @cached_property
     def distances(self) -> tuple[float, float, float]:
-        """Of the objects from the entrance pupil, along the axis (mm): in focus, nearer, infinity or far."""
+        """Distances of the objects from the entrance pupil along the axis (mm): in focus, nearer, infinity or far."""
         focus = self.camera.focus_distance + self._eye
         far = 50.0 * abs(self.camera.first_order.efl)
         return (focus, far / 2.0, far) if math.isinf(focus) else (focus, focus / 2.0, math.inf)
 
     def _seen(self, ray: np.ndarray) -> np.ndarray:
-        """(distances, 3, n) where rays lead, as directions from the entrance pupil."""
+        """Directions (distances, 3, n) from the entrance pupil to the points where rays meet the objects."""
         away = ray[:3] - np.array([0.0, 0.0, self._eye])[:, None]
         foot = away - (away * ray[3:]).sum(0) * ray[3:]
         slant = np.maximum(-self._exact[5], STEEPEST)
@@ -182,7 +182,7 @@ class Truth:
 
     @cached_property
     def _film_of_direction(self) -> np.ndarray:
-        """(distances, 2, 3, n) mm of film for a change of direction: the inverse of the lens's derivative."""
+        """Film displacement (mm) per change of direction (distances, 2, 3, n): the lens's inverse derivative."""
         h = STEP * self.camera.film.diagonal / 2.0
         slopes = []
         for axis in (0, 1):
@@ -199,7 +199,7 @@ class Truth:
                          (aa[:, None] * b - ab[:, None] * a) / det[:, None]], 1)
 
     def _displaced(self, ray: np.ndarray) -> np.ndarray:
-        """(distances, n) pixels by which the model's rays are off; NaN where it loses them."""
+        """Displacement (pixels) of the model's rays (distances, n); NaN where the model loses them."""
         off = self._seen(ray[:6].astype(float)) - self._true
         pixels = np.sqrt(((self._film_of_direction * off[:, None]).sum(2) ** 2).sum(1)) / self.camera.film.pitch
         return np.where(ray[6] > 0.0, pixels, np.nan)
@@ -208,7 +208,7 @@ class Truth:
 
     @cached_property
     def _places(self) -> tuple[np.ndarray, np.ndarray]:
-        """Film radii (mm) from the axis to the corner, as many in each part of the area, and the light there."""
+        """Film radii (mm) from the axis to the corner, equally many in each part of the area, and the light there."""
         camera = self.camera
         radii = 0.5 * camera.film.diagonal * np.sqrt(np.append(0.0, (np.arange(RADII) + 0.5) / RADII))
         if camera.lens.is_rotationally_symmetric and camera.lens.iris.is_round:
@@ -217,7 +217,7 @@ class Truth:
         return radii, light / light[0]
 
     def _light(self, steps: list[Step], real, radii: np.ndarray) -> np.ndarray:
-        """The mean weight of rays over the pupil, of film points on the diagonal at radii (mm)."""
+        """Mean weight of rays over the pupil, for film points on the diagonal at radii (mm)."""
         film = self.camera.film
         u0, u1 = even_points(SAMPLES).T
         r = np.repeat(radii, SAMPLES) / film.diagonal
@@ -225,7 +225,7 @@ class Truth:
         return Program(steps, real).run(given, [WEIGHT], len(r))[0].astype(float).reshape(len(radii), -1).mean(1)
 
     def _stops(self, model: Model) -> np.ndarray:
-        """By how many stops the light is off, against the axis, where the lens lights the film at all."""
+        """Error of the light in stops, relative to the axis, where the lens lights the film."""
         radii, true = self._places
         lit = true > LIT
         light = self._light(model.steps, model.real, radii)
@@ -238,7 +238,7 @@ def _rms(values: np.ndarray) -> float:
 
 
 def _square(radius: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where the concentric map finds points of the unit disk: the inverse of `disk.concentric`."""
+    """Points of the unit square whose concentric map gives points of the unit disk: inverse of `disk.concentric`."""
     x, y = np.cos(angle), np.sin(angle)
     steep = np.abs(y) > np.abs(x)
     far = np.where(steep, np.sign(y), np.sign(x)) * radius

@@ -1,4 +1,4 @@
-"""What a chart shows: methods as marks, each with a cost and an error; and which of them no other one beats."""
+"""Values of a chart: marks with cost and error, and the Pareto front."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 class Mark:
     """One method at one cost.
 
-    name: in words, as it is written at the mark. kind: its family, a key of `sheet.KINDS`. cost and error are in the
-    chart's units; spread: by what percentage the middle run cost more than the least, which is `cost`; worst: the
-    largest error. NaN is what was not measured. why: what makes the mark invalid, "" where nothing does. figures:
-    everything that was measured, by its name and unit, as "streamed, ns".
+    name: the label of the mark. kind: its family, a key of `sheet.KINDS`. cost, error: in the units of the chart.
+    spread: excess of the median run over the least run, which is `cost`, in percent. worst: largest error. NaN: not
+    measured. why: the reason why the mark is invalid, "" if valid. figures: all measured values by name and unit, such
+    as "streamed, ns".
     """
 
     name: str
@@ -25,22 +25,22 @@ class Mark:
 
     @property
     def has_place(self) -> bool:
-        """Whether it has a place in the chart."""
+        """Whether the mark can be drawn in the chart."""
         return self.cost > 0.0 and self.error >= 0.0
 
     @property
     def is_valid(self) -> bool:
-        """Whether it has a place, and a right to it."""
+        """Whether the mark can be drawn and is valid."""
         return self.has_place and not self.why
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Methods side by side: one lens, or one scene.
+    """Methods side by side, for one lens or one scene.
 
-    key: a short name; cost and error: what stands at the axes, with units. conditions: what held for all marks; notes:
-    what is to be said beside them. also: other costs of the same marks: what stands at the axis, and the figures that
-    hold the cost and its spread. floor: an error below it is as good as none.
+    key: short name. cost, error: axis labels with units. conditions: valid for all marks. notes: printed below. also:
+    other costs of the same marks: axis label, and the figures that hold the cost and its spread. floor: smaller errors
+    count as none.
     """
 
     key: str
@@ -55,7 +55,7 @@ class Chart:
 
     @property
     def front(self) -> tuple[Mark, ...]:
-        """The marks than which none is both cheaper and nearer to the truth, by cost (the Pareto front)."""
+        """The Pareto front by cost: marks that no other mark beats in both cost and error."""
         found: list[Mark] = []
         for mark in sorted((mark for mark in self.marks if mark.is_valid), key=lambda mark: (mark.cost, mark.error)):
             if not found or max(mark.error, self.floor) < max(found[-1].error, self.floor):
@@ -64,7 +64,7 @@ class Chart:
 
     @property
     def all_costs(self) -> list["Chart"]:
-        """Itself, and the same chart over each of its other costs."""
+        """The same chart for each of its costs, this one first."""
         found = [self]
         for cost, figure, spread in self.also:
             marks = tuple(replace(mark, cost=mark.figures.get(figure, math.nan),

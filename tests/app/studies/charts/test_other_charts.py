@@ -11,7 +11,7 @@ from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.studies.charts.curves import Curve, Panel, draw_panels, panel_table, plain_panels
 from lensbench.app.studies.charts.focusing import focus_panel
-from lensbench.app.studies.charts.images import WAYS, image_panel, reached
+from lensbench.app.studies.charts.images import VARIANTS, image_panel, reached
 from lensbench.app.studies.charts.pupils import pupil_panels
 from lensbench.app.studies.charts.samplers import DEFAULT, WHITE, samplers
 from lensbench.app.studies.charts.sampling import COUNTS, gains, soft_scene, squares
@@ -68,7 +68,7 @@ def test_a_wrong_model_never_gets_there_and_the_polynomial_does():
     camera = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), film(), 1200.0, 2.0)
     panel = image_panel("focus-ruler", camera, lb.builtin_scene("focus-ruler"), longest=0.15, converged=256)
     ends = {curve.name: curve.points[-1][1] for curve in panel.curves}
-    assert len(ends) == len(WAYS)
+    assert len(ends) == len(VARIANTS)
     assert ends["pinhole"] > 10.0 and ends["thin lens"] > 5.0
     assert ends["full trace"] < 4.0 and ends["polynomial, degree 9"] < 4.0
     assert all(math.isinf(curve.figures["to 1 %, s"]) for curve in panel.curves[:3])
