@@ -1,1 +1,1 @@
-"""What a lens does to an image: aberrations, distortion, vignetting; model error and model choice."""
+"""Image quality of a lens: aberrations, distortion, vignetting; model error and model choice."""

@@ -218,26 +218,26 @@ def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) 
     ray = chief_ray(lens, field_angle, wavelength)
     n, at = lens.indices(wavelength), ray.points
     tangential = sagittal = 0.0                         # vergences, n / distance
-    way = np.array([0.0, sin(field_angle), cos(field_angle)])
+    direction = np.array([0.0, sin(field_angle), cos(field_angle)])
     for i, surface in enumerate(lens.surfaces):
         y, before, after = float(at[i, 1]), n[i], n[i + 1]
         # Refract
         slope, across, along = _curvatures(surface, y)
         size = hypot(1.0, slope)
-        # The direction after comes from refraction itself, so that no short gap divides
-        cos_in = (way[2] - slope * way[1]) / size
+        # The new direction comes from refraction, not from path points, whose gap may be too short to divide by
+        cos_in = (direction[2] - slope * direction[1]) / size
         cos_out = sqrt(1.0 - (before / after) ** 2 * (1.0 - cos_in**2))
         power = after * cos_out - before * cos_in
-        way = (before * way + power * np.array([0.0, -slope, 1.0]) / size) / after
+        direction = (before * direction + power * np.array([0.0, -slope, 1.0]) / size) / after
         sagittal = sagittal + power * across
         tangential = (tangential * cos_in**2 + power * along) / cos_out**2
 
         # Transfer along the chief ray
         if i < len(lens.surfaces) - 1:
-            gap = float((at[i + 1] - at[i]) @ way) / after
+            gap = float((at[i + 1] - at[i]) @ direction) / after
             sagittal, tangential = sagittal / (1.0 - sagittal * gap), tangential / (1.0 - tangential * gap)
     last = float(at[-1, 2])
-    return tuple(last + n[-1] / vergence * float(way[2]) if vergence else inf       # type: ignore[return-value]
+    return tuple(last + n[-1] / vergence * float(direction[2]) if vergence else inf       # type: ignore[return-value]
                  for vergence in (tangential, sagittal))
 
 
@@ -250,14 +250,14 @@ def _chief_ray(lens: Lens, field_angle: float, wavelength: float, clip: bool) ->
             return found
         z, angle = found
     table, stop = surface_table(lens, wavelength), lens.stop_index
-    way = np.array([[0.0, copysign(1.0, field_angle) * sin(angle), cos(angle)]])
+    direction = np.array([[0.0, copysign(1.0, field_angle) * sin(angle), cos(angle)]])
     points = np.full((2, 1, len(table) + 1, 3), nan)
     after, at = np.zeros((1, 3)), np.array([[0.0, 0.0, lens.vertices[stop]]])
     fate, surface = np.zeros(1, np.int32), np.zeros(1, np.int32)
     for order, first, last in ((-1, 0, stop), (1, stop, len(table))):
         if first == last:
             continue
-        trace_rays(table[first:last], clip, at, order * way, np.empty((1, 3)), after, fate, surface,
+        trace_rays(table[first:last], clip, at, order * direction, np.empty((1, 3)), after, fate, surface,
                    points[max(order, 0)], order)
         if fate[0] != PASSED and not (order < 0 and fate[0] == BACKWARD and surface[0] == 0):
             return _end(int(fate[0]), int(surface[0]), order, first, last)
@@ -273,22 +273,22 @@ def _end(fate: int, surface: int, order: int, first: int, last: int) -> str:
 
 
 def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | str:
-    """The place on the axis (z, mm) that the chief ray of an angle crosses in the scene, and its angle at the stop.
+    """The point of the axis (z, mm) that the chief ray of an angle crosses in the scene, and its angle at the stop.
 
     Rays leave the middle of the stop for the scene, ever steeper, until one leaves the lens beyond the wanted
     angle; the root lies between the last two. The field ends where these rays end, or where the angle at which they
-    leave the lens decreases again: then the reason, in words.
+    leave the lens decreases again: then the result is the reason, in words.
     """
     stop = lens.stop_index
     table, start, n = surface_table(lens, wavelength)[:stop], lens.vertices[stop], lens.indices(wavelength)
     magnified = ray_matrix(lens, 0, stop, wavelength)[0] * n[stop] / n[0]       # scene angle over angle at stop
-    turn = -1.0 if magnified > 0.0 else 1.0
+    side = -1.0 if magnified > 0.0 else 1.0
 
     def leave(angle: float) -> tuple[float, float, float, str]:
         """Height, z and angle in the scene of a ray from the stop; NaN where it ends, and why."""
         if not stop:
             return 0.0, start, angle, ""
-        _, y, z, _, dy, dz, fate, surface = trace_ray(table, False, 0.0, 0.0, start, 0.0, turn * sin(angle),
+        _, y, z, _, dy, dz, fate, surface = trace_ray(table, False, 0.0, 0.0, start, 0.0, side * sin(angle),
                                                       -cos(angle), None, 0, -1)
         if fate == PASSED or (fate == BACKWARD and surface == 0):       # beyond 90° it leaves running backwards
             return y, z, atan2(-dy, -dz), ""
@@ -323,7 +323,7 @@ def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | 
     angle = find_root(short, low, high)
     angle = high if isnan(short(angle)) else angle                      # rounding loses some rays at the field's end
     y, z, seen, _ = leave(angle)
-    return z - y * cos(seen) / sin(seen), -turn * angle
+    return z - y * cos(seen) / sin(seen), -side * angle
 
 
 def _fourth_power(surface: Surface) -> float:

@@ -130,8 +130,8 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
     if math.isinf(fo.efl):
         raise LensError("an afocal lens has no focal length to measure its distortion by")
     radii = np.atleast_1d(np.asarray(film_radii, float))
-    points, ways = chief_rays(lens, film_distance, radii, wavelength)
-    angles = np.arctan2(-ways[:, 0], -ways[:, 2]) + 0.0          # no −0
+    points, directions = chief_rays(lens, film_distance, radii, wavelength)
+    angles = np.arctan2(-directions[:, 0], -directions[:, 2]) + 0.0          # no −0
     extension = film_distance - fo.bfl
     far = extension < 1e-9 * fo.efl
     # Paraxial height on the film over the tangent at the entrance pupil: f for a film at the rear focus
@@ -145,8 +145,8 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
                 if far:
                     ideal = np.where(angles < 0.5 * math.pi, scale * np.tan(angles), math.inf)
                 else:
-                    away = (fo.ffl - n * fo.efl**2 / extension - points[:, 2]) / ways[:, 2]
-                    ideal = -(points[:, 0] + away * ways[:, 0]) * extension / fo.efl
+                    away = (fo.ffl - n * fo.efl**2 / extension - points[:, 2]) / directions[:, 2]
+                    ideal = -(points[:, 0] + away * directions[:, 0]) * extension / fo.efl
                     ideal = np.where(away > 0.0, ideal, math.inf)
             return Distortion(name, scale, radii, angles, np.where(np.isnan(angles), math.nan, ideal))
         return Distortion(name, scale, radii, angles, scale * image_height(name, angles))
@@ -206,9 +206,9 @@ def chief_rays(lens: Lens, film_distance: float, film_radii, wavelength: float =
     film = np.column_stack([radii, 0.0 * radii, np.full(len(radii), lens.length + film_distance)])
 
     def traced(aim):
-        ways = np.column_stack([aim, 0.0 * aim, np.full(len(aim), lens.length)]) - film
-        ways = np.where(np.isfinite(ways), ways, [0.0, 0.0, -1.0])
-        return trace(lens, film, ways, wavelength, clip=False, record=True)
+        directions = np.column_stack([aim, 0.0 * aim, np.full(len(aim), lens.length)]) - film
+        directions = np.where(np.isfinite(directions), directions, [0.0, 0.0, -1.0])
+        return trace(lens, film, directions, wavelength, clip=False, record=True)
 
     def off(found):
         return found.paths[:, len(lens.surfaces) - lens.stop_index, 0]

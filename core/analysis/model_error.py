@@ -242,9 +242,9 @@ class ModelErrors:
         x, y, z = self._seen(lines[:6, :weights.size], rays)
         per_mm, across = self._scales
         share = weights / weights.sum(1)[:, None]
-        place = x * per_mm[0][..., None] + z * per_mm[1][..., None]
-        middle = (place * share).sum(-1)
-        along = ((place - middle[..., None]) ** 2 * share).sum(-1)
+        offset = x * per_mm[0][..., None] + z * per_mm[1][..., None]
+        middle = (offset * share).sum(-1)
+        along = ((offset - middle[..., None]) ** 2 * share).sum(-1)
         return Moments(middle, 2.0 * np.sqrt(along), 2.0 * np.sqrt((y * y * share).sum(-1)) / across)
 
     @cached_property

@@ -65,7 +65,8 @@ class Vignetting:
         """
         rays = (_rays(self.field_angle, self.distance, np.zeros(1), np.array([height])) for height in
                 (self.low, self.high))
-        low, high = (float(origin[0, 1] + (z - origin[0, 2]) * way[0, 1] / way[0, 2]) for origin, way in rays)
+        low, high = (float(origin[0, 1] + (z - origin[0, 2]) * direction[0, 1] / direction[0, 2])
+                     for origin, direction in rays)
         return low, high
 
 
@@ -153,16 +154,16 @@ class _Beam:
         return heights, np.flatnonzero(ends < 0)
 
     def edge(self, inside: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, int]:
-        """The last place (2,) from one that passes in the direction of a step, and the surface that ends the beam."""
+        """Last point (2,) that passes, from one inside along a step, and the surface that ends the beam."""
         outside = inside + step
         while self.clearances(outside[:1], outside[1:])[1][0] < 0:
             inside, step = outside, 2.0 * step
             outside = inside + step
         for _ in range(_SPLITS):
-            places = inside + np.linspace(0.0, 1.0, _PARTS + 1)[:, None] * (outside - inside)
-            ends = self.clearances(places[:, 0], places[:, 1])[1]
+            points = inside + np.linspace(0.0, 1.0, _PARTS + 1)[:, None] * (outside - inside)
+            ends = self.clearances(points[:, 0], points[:, 1])[1]
             first = 1 + int(np.argmax(ends[1:] >= 0))
-            inside, outside, end = places[first - 1], places[first], int(ends[first])
+            inside, outside, end = points[first - 1], points[first], int(ends[first])
         return inside, end
 
 

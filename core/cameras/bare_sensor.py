@@ -66,8 +66,8 @@ class BareSensor(Camera):
         cosine = -directions[:, 2]
         with np.errstate(divide="ignore", invalid="ignore"):
             film = origins[:, :2] + (origins[:, 2] / cosine)[:, None] * directions[:, :2]
-        place = np.full(len(film), 1.0 / (self.film.width * self.film.height))
-        return FilmImportance(film, self.gain / math.pi * place, place, cosine / math.pi, cosine > 0.0)
+        position_pdf = np.full(len(film), 1.0 / (self.film.width * self.film.height))
+        return FilmImportance(film, self.gain / math.pi * position_pdf, position_pdf, cosine / math.pi, cosine > 0.0)
 
 
 @stage

@@ -122,8 +122,8 @@ class Camera:
     @property
     def moves(self) -> bool:
         """Whether the camera moves while any of its rows is open."""
-        place = self.world_from_camera
-        return isinstance(place, AnimatedTransform) and place.changes_between(self.shutter_open, self._last_moment)
+        pose = self.world_from_camera
+        return isinstance(pose, AnimatedTransform) and pose.changes_between(self.shutter_open, self._last_moment)
 
     @property
     def _last_moment(self) -> float:
@@ -142,10 +142,10 @@ class Camera:
         -------
         (4, 4) array, or (n, 4, 4) for n times.
         """
-        place = self.world_from_camera
-        if isinstance(place, AnimatedTransform):
-            return place.at(seconds)
-        return np.broadcast_to(place, (*np.shape(seconds), 4, 4))
+        pose = self.world_from_camera
+        if isinstance(pose, AnimatedTransform):
+            return pose.at(seconds)
+        return np.broadcast_to(pose, (*np.shape(seconds), 4, 4))
 
     def placement(self, time=0.0, raster=None) -> np.ndarray:
         """Transform from the camera frame to the world, at shutter times and for raster points.
@@ -229,12 +229,12 @@ class Camera:
 
     @property
     def front(self) -> float:
-        """Coordinate z (mm, camera frame) of the camera's foremost point, where a window stands."""
+        """Coordinate z (mm, camera frame) of the camera's foremost point, the position of a window."""
         return 0.0
 
     @property
     def dilution(self) -> float:
-        """Factor by which radiance is lower behind the front surface: the squared index of the medium before it."""
+        """Ratio of the radiance before the front surface to that behind it: the squared index before it."""
         return 1.0
 
     @property
@@ -326,10 +326,10 @@ class Camera:
     @property
     def carried(self) -> list[Step]:
         """Steps from a ray in the camera frame, at its TIME in seconds since shutter_open, to the world."""
-        place = self.world_from_camera
-        if isinstance(place, AnimatedTransform):
-            return place.steps(self.shutter_open, self._last_moment)
-        return transform_steps(place)
+        pose = self.world_from_camera
+        if isinstance(pose, AnimatedTransform):
+            return pose.steps(self.shutter_open, self._last_moment)
+        return transform_steps(pose)
 
     @property
     def clock(self) -> Step:

@@ -36,7 +36,7 @@ from lensbench.kernels.block import (
 from lensbench.kernels.program import Program
 from lensbench.optics.glass import D_LINE
 
-CELLS = 32              # cells of the film, each way, with a pixel spread of their own
+CELLS = 32              # cells across and down the film, each with its pixel spread
 
 # Parameters of `pixel_spread`: cells per pixel across and down, PIXEL_SIDE of the first sample, PIXEL_SPREAD per cell
 CELLS_ACROSS, CELLS_DOWN, FIRST_SIDE, SPREADS = range(4)
@@ -91,9 +91,10 @@ def _closed_form(camera: CameraProtocol, given: dict[int, np.ndarray], dtype,
     if camera.has_port:
         assert camera.medium is not None
         slopes = _through_port(slopes, rays, camera.front, 1.0 / camera.medium.index)
-    place = camera.placement(given[TIME], np.stack([given[X], given[Y]], 1))[..., :3, :3]
-    turn = place / np.cbrt(np.linalg.det(place))[..., None, None]
-    return np.concatenate([(place @ slopes[..., :3, None])[..., 0], (turn @ slopes[..., 3:, None])[..., 0]], -1)
+    world_from_camera = camera.placement(given[TIME], np.stack([given[X], given[Y]], 1))[..., :3, :3]
+    rotation = world_from_camera / np.cbrt(np.linalg.det(world_from_camera))[..., None, None]
+    origin_slopes, direction_slopes = slopes[..., :3, None], slopes[..., 3:, None]
+    return np.concatenate([(world_from_camera @ origin_slopes)[..., 0], (rotation @ direction_slopes)[..., 0]], -1)
 
 
 def _through_port(slopes: np.ndarray, rays: np.ndarray, window: float, ratio: float) -> np.ndarray:
@@ -136,17 +137,17 @@ def _by_differences(camera: CameraProtocol, given: dict[int, np.ndarray], dtype,
             out = whole.run(shifted, _RAY, m)
         else:
             x, y, time = to_film.run(shifted, [X, Y, TIME], m).astype(float)
-            way = np.stack([np.tile(rear[0], 4) - x, np.tile(rear[1], 4) - y, np.full(m, -aim_distance)])
-            way /= np.sqrt((way * way).sum(0))
-            out = onward.run({X: x, Y: y, L: way[0], M: way[1], N: way[2], TIME: time, WEIGHT: np.ones(m)}, _RAY, m)
+            direction = np.stack([np.tile(rear[0], 4) - x, np.tile(rear[1], 4) - y, np.full(m, -aim_distance)])
+            l, m_, n_ = direction / np.sqrt((direction * direction).sum(0))
+            out = onward.run({X: x, Y: y, L: l, M: m_, N: n_, TIME: time, WEIGHT: np.ones(m)}, _RAY, m)
         arrive = (out[6] > 0.0) & np.isfinite(out[:6]).all(0)
         return out[:6].T.astype(float).reshape(2, 2, n, 6), arrive.reshape(2, 2, n)
 
-    found, todo, middle = np.full((2, n, 6), np.nan), np.ones((2, n), bool), None
+    derivatives, todo, middle = np.full((2, n, 6), np.nan), np.ones((2, n), bool), None
     for h in _widths(camera, dtype):
         near, near_ok = rays(h)
         ok = todo & near_ok.all(1)
-        found[ok] = (near[:, 0][ok] - near[:, 1][ok]) / (2 * h)
+        derivatives[ok] = (near[:, 0][ok] - near[:, 1][ok]) / (2 * h)
         todo &= ~ok
         if not todo.any():
             break
@@ -155,11 +156,11 @@ def _by_differences(camera: CameraProtocol, given: dict[int, np.ndarray], dtype,
         far, far_ok = rays(2 * h)
         for side, k in enumerate((1, -1)):
             ok = todo & near_ok[:, side] & far_ok[:, side]
-            found[ok] = (4 * near[:, side][ok] - far[:, side][ok] - 3 * middle[ok]) / (2 * k * h)
+            derivatives[ok] = (4 * near[:, side][ok] - far[:, side][ok] - 3 * middle[ok]) / (2 * k * h)
             todo &= ~ok
         if not todo.any():
             break
-    return found
+    return derivatives
 
 
 def _widths(camera: CameraProtocol, dtype) -> tuple[float, ...]:
@@ -184,10 +185,11 @@ def spread_step(camera: CameraProtocol, real) -> Step:
     given = {X: x, Y: y, U0: middle[0], U1: middle[1], TIME: middle[2]}
     rays = Program(camera.steps(), real).run(given, _RAY, x.size).astype(float)
     slopes = ray_slopes(camera, given, real, D_LINE, camera.moves)
-    moved, turned = slopes[..., :3], slopes[..., 3:]
-    moved = moved - (moved * rays[3:6].T).sum(-1)[..., None] * rays[3:6].T          # across the ray
-    spread, foot = (np.sqrt((value**2).sum(-1).mean(0)) for value in (turned, moved))
-    foot = np.copysign(foot, (moved * turned).sum((0, 2)))
+    origin_slopes, direction_slopes = slopes[..., :3], slopes[..., 3:]
+    directions = rays[3:6].T
+    origin_slopes = origin_slopes - (origin_slopes * directions).sum(-1)[..., None] * directions    # across the ray
+    spread, foot = (np.sqrt((value**2).sum(-1).mean(0)) for value in (direction_slopes, origin_slopes))
+    foot = np.copysign(foot, (origin_slopes * direction_slopes).sum((0, 2)))
     seen = (rays[6] > 0.0) & np.isfinite(spread) & np.isfinite(foot)
     table = fill_gaps(np.where(seen, spread, math.nan).reshape(CELLS, CELLS))
     p = np.empty(SPREADS + CELLS * CELLS)

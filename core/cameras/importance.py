@@ -74,24 +74,25 @@ def camera_importance(camera: CameraProtocol, origins, directions, time, wavelen
     if origins.shape != directions.shape or origins.shape[1:] != (3,) or not (
             np.isfinite(origins).all() and np.isfinite(directions).all() and (length > 0.0).all()):
         raise ValueError("rays need origins and directions of the shape (n, 3), finite, and no direction zero")
-    ways = directions / length[:, None]
+    unit_directions = directions / length[:, None]
 
-    def found(row: np.ndarray) -> FilmImportance:
-        """Importance with the camera where it is while these rows of the film are open."""
+    def importance_at(row: np.ndarray) -> FilmImportance:
+        """Importance, with the camera where it is while these rows of the film are open."""
         camera_from_world = np.linalg.inv(camera.placement(time, row))
-        there = transform_points(camera_from_world, origins)
-        turned = (camera_from_world[..., :3, :3] @ ways[..., None])[..., 0]
-        return camera.film_importance(there, turned / np.linalg.norm(turned, axis=1)[:, None], wavelength)
+        local_origins = transform_points(camera_from_world, origins)
+        local_directions = (camera_from_world[..., :3, :3] @ unit_directions[..., None])[..., 0]
+        local_directions /= np.linalg.norm(local_directions, axis=1)[:, None]
+        return camera.film_importance(local_origins, local_directions, wavelength)
 
     def project(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        of = found(row)
-        return camera.raster_from_film(of.film), of.passes
+        importance = importance_at(row)
+        return camera.raster_from_film(importance.film), importance.passes
 
-    raster, visible = project_onto_open_rows(camera, project, len(ways))
+    raster, visible = project_onto_open_rows(camera, project, len(unit_directions))
     raster = np.where(np.isfinite(raster), raster, 0.0)
-    of = found(raster)
-    we, position_pdf, direction_pdf = (np.where(visible, value, 0.0) for value in of[1:4])
-    if not of.is_point:                             # per mm² of the world, to which the placement may scale
+    importance = importance_at(raster)
+    we, position_pdf, direction_pdf = (np.where(visible, value, 0.0) for value in importance[1:4])
+    if not importance.is_point:                     # per mm² of the world, to which the placement may scale
         area = np.abs(np.linalg.det(camera.placement(time, raster)[..., :3, :3])) ** (2.0 / 3.0)
         we, position_pdf = we / area, position_pdf / area
     return Importance(we, position_pdf, direction_pdf, np.where(visible[:, None], raster, math.nan), visible)
@@ -111,10 +112,12 @@ def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: 
         one, per_slope = np.ones(len(cosine)), 1.0 / cosine**3          # sr per unit of slope²
         a = np.zeros_like(slope)
         if is_point:
-            film, place, way = slope / lens.slope_film, one, per_slope / (film_area * lens.slope_film**2)
+            film, position_pdf = slope / lens.slope_film, one
+            direction_pdf = per_slope / (film_area * lens.slope_film**2)
             passes = np.hypot(crossing[:, 0], crossing[:, 1]) <= HIT
         elif lens.is_hole:
-            film, place, way = crossing / lens.origin_film, one / (film_area * lens.origin_film**2), one
+            film, direction_pdf = crossing / lens.origin_film, one
+            position_pdf = one / (film_area * lens.origin_film**2)
             passes = np.hypot(slope[:, 0], slope[:, 1]) <= HIT
         else:
             determinant = lens.origin_film * lens.slope_pupil - lens.origin_pupil * lens.slope_film
@@ -122,15 +125,15 @@ def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: 
             a = (lens.origin_film * slope - lens.slope_film * crossing) / determinant
             passes = lens.iris.contains(a[:, 0], a[:, 1])
             if lens.slope_film != 0.0:
-                place = one / (lens.iris.area * (determinant / lens.slope_film) ** 2)
-                way = per_slope / (film_area * lens.slope_film**2)
+                position_pdf = one / (lens.iris.area * (determinant / lens.slope_film) ** 2)
+                direction_pdf = per_slope / (film_area * lens.slope_film**2)
             else:
-                place = one / (film_area * lens.origin_film**2)
-                way = per_slope / (lens.iris.area * lens.slope_pupil**2)
+                position_pdf = one / (film_area * lens.origin_film**2)
+                direction_pdf = per_slope / (lens.iris.area * lens.slope_pupil**2)
         approach = lens.approach_film * film + lens.approach_pupil * a
         weight = gain / (1.0 + (approach**2).sum(1)) ** 2
-        return FilmImportance(film, weight * place * way / cosine, place, way, passes & (cosine > 0.0),
-                              is_point)
+        we = weight * position_pdf * direction_pdf / cosine
+        return FilmImportance(film, we, position_pdf, direction_pdf, passes & (cosine > 0.0), is_point)
 
 
 def point_importance(film: np.ndarray, density: np.ndarray, seen: np.ndarray, origins: np.ndarray,

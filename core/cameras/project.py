@@ -51,10 +51,10 @@ def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np
     def miss(film, which):
         """Angles (m, 2) between rays and points (radians), and weights (m,), −1 where a ray runs away."""
         o, d, weight = _rays(program, film, pupil_uv[which])
-        way = points[which] - o
+        wanted = points[which] - o
         with np.errstate(invalid="ignore"):
-            way /= np.sqrt((way * way).sum(1))[:, None]
-            return (axes[which] @ (d - way)[..., None])[..., 0], np.where((d * way).sum(1) > 0.0, weight, -1.0)
+            wanted /= np.sqrt((wanted * wanted).sum(1))[:, None]
+            return (axes[which] @ (d - wanted)[..., None])[..., 0], np.where((d * wanted).sum(1) > 0.0, weight, -1.0)
 
     n = len(film)
     best, weights, change = np.full(n, np.inf), np.zeros(n), np.zeros((n, 2))

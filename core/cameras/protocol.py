@@ -1,7 +1,7 @@
-"""What the helpers of `cameras.base.Camera` ask of a camera.
+"""Members of a camera that the helpers of `cameras.base.Camera` use.
 
-`Camera` documents and provides each member. The protocol stands apart so that the helpers, which the base class
-imports, need not import the base class.
+`Camera` documents and provides each member. The protocol is a module of its own because the base class imports the
+helpers, so that these cannot import the base class.
 """
 
 from typing import Any, Protocol

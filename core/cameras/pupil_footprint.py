@@ -40,7 +40,7 @@ from lensbench.kernels.block import (
 )
 from lensbench.kernels.program import Program
 
-CELLS = 16              # cells of the film, each way, with a pupil of their own
+CELLS = 16              # cells across and down the film, each with its pupil
 PUPIL_SAMPLES = 16      # rays through the pupil for each cell
 FEWEST = 8              # rays of a cell that must pass; otherwise its neighbours define its pupil
 STEADY = 0.2            # largest shift of the pupil's centre between neighbouring cells, in pupil radii
@@ -66,13 +66,13 @@ class _Pupil(NamedTuple):
 
 
 def footprint_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
-    """Steps before and after the camera's that give every sample the part of the pupil that it covers.
+    """Steps before and after those of the camera, which give each sample its part of the pupil.
 
     Both lists are empty where every film point has a single ray, where the camera moves, or where the pupil differs
     between neighbouring cells of the film. real: the precision of the camera's stages.
     """
-    place = camera.world_from_camera
-    if isinstance(place, AnimatedTransform):
+    world_from_camera = camera.world_from_camera
+    if isinstance(world_from_camera, AnimatedTransform):
         return [], []
     pupil = _measured_pupil(camera, real)
     if pupil is None:
@@ -81,9 +81,9 @@ def footprint_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
     sizes[CELLS_ACROSS], sizes[CELLS_DOWN] = CELLS / camera.film.pixels_x, CELLS / camera.film.pixels_y
     sizes[RADII:CENTRES_X] = pupil.radius.ravel()
     sizes[CENTRES_X:CENTRES_Y], sizes[CENTRES_Y:] = pupil.centre_x.ravel(), pupil.centre_y.ravel()
-    axes = place[:3, :3]
+    axes = world_from_camera[:3, :3]
     part[RIGHT:PLANE] = axes.T.ravel()
-    part[PLANE:FOCUS] = axes[:, 2] * pupil.plane + place[:3, 3]
+    part[PLANE:FOCUS] = axes[:, 2] * pupil.plane + world_from_camera[:3, 3]
     part[FOCUS] = pupil.focus
     return [Step(pupil_size, sizes)], [Step(pupil_part, part)]
 
@@ -117,15 +117,15 @@ def _measured_pupil(camera: Camera, real) -> _Pupil | None:
         plane = float(rays[2][seen].mean())
         points = rays[:2] + slopes * (plane - rays[2])
         # The pupil's plane: where the mean rays of the cells cross
-        centres, ways = mean(points)[:, known], mean(slopes)[:, known]
-        ways = ways - ways.mean(1)[:, None]
-        shift = -float((centres * ways).sum() / max((ways**2).sum(), 1e-30))
+        centres, mean_slopes = mean(points)[:, known], mean(slopes)[:, known]
+        mean_slopes = mean_slopes - mean_slopes.mean(1)[:, None]
+        shift = -float((centres * mean_slopes).sum() / max((mean_slopes**2).sum(), 1e-30))
         plane, points = plane + shift, points + slopes * shift
         centres = mean(points)
         # The focus: where the rays of a cell meet
-        off, turned = points - centres[..., None], slopes - mean(slopes)[..., None]
-        spread = mean((off**2).sum(0)) / 2.0
-        focus = -spread[known].sum() / (mean((off * turned).sum(0))[known].sum() / 2.0)
+        offsets, slope_offsets = points - centres[..., None], slopes - mean(slopes)[..., None]
+        spread = mean((offsets**2).sum(0)) / 2.0
+        focus = -spread[known].sum() / (mean((offsets * slope_offsets).sum(0))[known].sum() / 2.0)
     if not spread[known].min() > 0.0:
         return None
     radius, *centre = (fill_gaps(np.where(known, values, math.nan).reshape(CELLS, CELLS))

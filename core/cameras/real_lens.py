@@ -33,26 +33,27 @@ MODELS = ("auto", "trace", "polynomial", "thick", "thin", "pinhole")
 class LensCamera(Camera):
     """Lens prescription in front of a film, focused as a whole or by its focus groups.
 
-    The camera's origin is the centre of the film, with every model. `lens` of the camera is the lens stopped down and
-    with its groups in focus. Focus, aperture and the ideal models are those of the d line.
+    The camera's origin is the centre of the film, with every model. Its attribute `lens` is the prescription
+    stopped down and focused. Focus, aperture and the ideal models are those of the d line.
 
     Parameters
     ----------
     lens : Lens
-        Prescription. A lens whose front_index is not 1 is immersed in the medium, without a window; its f-number is the
-        engraved one, for air. A lens with a cylinder or toroid is traced, focused between its two foci
-        (`section_foci`) and has the f-number of its section y–z.
+        Prescription. A lens whose front_index is not 1 is immersed in the medium, without a window; its f-number is
+        that in air, as engraved. A lens with a cylinder or toroid is traced; it is focused between its two foci
+        (`section_foci`), and its f-number is that of the section y–z.
     film : Film
         Size (mm) and pixels.
     focus_distance : float
         Distance (mm) from the film to the plane in focus; math.inf is allowed.
     f_number : float or None
-        f-number at infinity; None is wide open.
+        f-number N in air, focused at infinity; None: wide open.
     model : str
         "trace": every ray through every surface. "polynomial": a polynomial fitted to the trace, and the trace itself
         for a stop with blades. "thick": the principal planes and pupils of the lens. "thin": a thin lens of the same
-        focal length and aperture at the entrance pupil. "pinhole": a hole there that passes as much light. "auto":
-        `render` chooses for its scene (see `choose_model`); this camera's own rays and its light fields are traced.
+        focal length and aperture at the entrance pupil. "pinhole": a hole at the entrance pupil that passes as much
+        light. "auto": `render` chooses for its scene (see `choose_model`); rays of this camera itself and light fields
+        are traced.
     degree : int
         Degree of the polynomial: 3, 5, 7, 9 or 11.
     dispersion : bool or None
@@ -60,7 +61,7 @@ class LensCamera(Camera):
         are known at these wavelengths.
     focus_method : str
         Position of the film, for every model: "paraxial", or "real" for the least blur of real rays at this aperture
-        (see `film_distance`), where an ideal model is out of focus.
+        (see `film_distance`). At the latter an ideal model is out of focus.
     **placement
         Keyword arguments of `Camera`: transform, shutter, weights and medium.
 
@@ -71,9 +72,9 @@ class LensCamera(Camera):
     LensError
         An f-number to which the lens cannot open.
     CameraError
-        An unknown model, degree or focus method; a lens with a cylinder or toroid and another model than the trace, or
-        with blades; dispersion with unknown indices; "thick" with the exit pupil on the film; "thin" or "pinhole" with
-        the entrance pupil at infinity or beyond the object.
+        An unknown model, degree or focus method; a lens with a cylinder or toroid that has blades, or a model other
+        than the trace; dispersion with unknown indices; "thick" with the exit pupil on the film; "thin" or "pinhole"
+        with the entrance pupil at infinity or beyond the object.
     """
 
     lens: Lens
@@ -297,7 +298,7 @@ class LensCamera(Camera):
 
     @property
     def dilution(self) -> float:
-        """Squared index before the lens; for a thin lens the place of its imagined film accounts for it."""
+        """Squared index in front of the lens; 1 for a thin lens, whose film position already accounts for the index."""
         return 1.0 if self.model in ("thin", "pinhole") else self.lens.front_index**2
 
     def _ray_normaliser(self, wavelength: float) -> float:
@@ -333,10 +334,10 @@ class LensCamera(Camera):
         area = np.zeros(len(passes))
         area[passes] = table.sampled_area(film[passes], rear[passes])
         with np.errstate(divide="ignore"):
-            way = self.film_distance**2 / (area * cosine**3)
-        one = np.ones(len(passes)) / self._film_area
-        we = one * (lens.front_index**2 * self.film_distance**2 / normaliser)
-        return FilmImportance(film, we, one, way, passes & (area > 0.0))
+            direction_pdf = self.film_distance**2 / (area * cosine**3)
+        position_pdf = np.ones(len(passes)) / self._film_area
+        we = position_pdf * (lens.front_index**2 * self.film_distance**2 / normaliser)
+        return FilmImportance(film, we, position_pdf, direction_pdf, passes & (area > 0.0))
 
 
 def missing_dispersion(lens: Lens) -> str:

@@ -32,18 +32,18 @@ def project_onto_open_rows(camera: CameraProtocol, project: Project, n: int) -> 
 def _solve_rows(camera: CameraProtocol, project: Project, raster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Fixed points of `project` along the readout, by the secant rule for each object on its own."""
     axis = 0 if camera.readout_direction in ("left", "right") else 1
-    before, place = film_centre(camera.film, len(raster)), raster.copy()
+    before, open_at = film_centre(camera.film, len(raster)), raster.copy()
     error_before = raster[:, axis] - before[:, axis]
     for _ in range(ITERATIONS):
-        raster, visible = project(place)
-        error = raster[:, axis] - place[:, axis]
+        raster, visible = project(open_at)
+        error = raster[:, axis] - open_at[:, axis]
         with np.errstate(divide="ignore", invalid="ignore"):
-            step = -error * (place[:, axis] - before[:, axis]) / (error - error_before)
+            step = -error * (open_at[:, axis] - before[:, axis]) / (error - error_before)
         step = np.where(np.isfinite(step), step, error)
-        before, error_before, place = place, error, place.copy()
-        place[:, axis] += step
+        before, error_before, open_at = open_at, error, open_at.copy()
+        open_at[:, axis] += step
         if not (np.abs(step) > 1e-11).any():
             break
-    raster, visible = project(place)
+    raster, visible = project(open_at)
     with np.errstate(invalid="ignore"):                 # a fast panorama may miss a point, or see it twice
-        return raster, visible & (np.abs(raster[:, axis] - place[:, axis]) < 1e-6)
+        return raster, visible & (np.abs(raster[:, axis] - open_at[:, axis]) < 1e-6)

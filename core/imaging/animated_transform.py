@@ -81,10 +81,10 @@ def shortest_arc(p, q) -> tuple[np.ndarray, float]:
 
     Of the two axes of half a turn it is always the same one; equal rotations have the axis (0, 0, 0).
     """
-    turn = quaternion_product(np.asarray(p, float) * (1, -1, -1, -1), np.asarray(q, float))
-    turn = -turn if turn[0] < 0.0 else turn
-    length = math.sqrt(turn[1:] @ turn[1:])
-    return turn[1:] / length if length > 0.0 else np.zeros(3), 2.0 * math.atan2(length, turn[0])
+    rotation = quaternion_product(np.asarray(p, float) * (1, -1, -1, -1), np.asarray(q, float))
+    rotation = -rotation if rotation[0] < 0.0 else rotation
+    length = math.sqrt(rotation[1:] @ rotation[1:])
+    return rotation[1:] / length if length > 0.0 else np.zeros(3), 2.0 * math.atan2(length, rotation[0])
 
 
 def slerp(p, q, part) -> np.ndarray:

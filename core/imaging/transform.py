@@ -100,7 +100,7 @@ def look_at(eye, target, up=(0.0, 1.0, 0.0)) -> np.ndarray:
     back, length = eye - target, float(np.linalg.norm(up))
     distance = float(np.linalg.norm(back))
     if distance == 0.0:
-        raise TransformError("the camera stands where it looks at: move its eye or its target")
+        raise TransformError("the eye and the target of the camera are the same point: move one of them")
     if length == 0.0:
         raise TransformError("the up direction is zero: give it a length")
     back = back / distance

@@ -56,7 +56,7 @@ _u = np.uint32
 
 @njit(inline="always")
 def mix(s):
-    """Hash of a 32-bit number: every bit of it changes about half of the result's."""
+    """Hash of a 32-bit number: a change of one bit changes about half of the result's bits."""
     s = uint32((s ^ (s >> _u(16))) * _u(0x7FEB352D))
     s = uint32((s ^ (s >> _u(15))) * _u(0x846CA68B))
     return uint32(s ^ (s >> _u(16)))

@@ -39,7 +39,7 @@ NOTHING, NO_RAYS, MIDDLE = np.zeros(0, np.float32), np.zeros((0, 6)), np.zeros((
 
 
 class NovelView(NamedTuple):
-    """What a camera sees by a lumigraph, from `Lumigraph.seen_by`."""
+    """Picture of a lumigraph from another camera, from `Lumigraph.seen_by`."""
 
     picture: np.ndarray         # float32 (h, w, 3), linear RGB; 0 where nothing was recorded
     covered: np.ndarray         # (h, w) bool: whether the pixel was recorded
@@ -102,7 +102,7 @@ class Lumigraph:
         return np.array([across * scale, down * scale, middle / across, low / down])
 
     def seen_by(self, camera: Camera, surface="recorded") -> NovelView:
-        """What a camera anywhere sees through the middle of its pupil.
+        """Picture that a camera at any position sees through the middle of its pupil.
 
         A ray is covered where it crosses the array, points to what the array's pinholes saw, and its light was free
         to reach them: the camera lies behind the array, or before the array with nothing between. A pixel takes one
@@ -113,9 +113,9 @@ class Lumigraph:
         camera
             A projective camera; its world_from_camera places it relative to the array.
         surface
-            Where things are. "recorded": where each pinhole saw them; None: on the plane (s, t), without
-            correction by depth; a number: on a plane at this distance from the pinholes, mm; an array
-            (h, w): at these depths, mm, inf for sky, for each pixel of the array's middle.
+            Surface of the scene. "recorded": the depths that each pinhole recorded; None: the plane (s, t), without
+            correction by depth; a number: a plane at this distance from the pinholes, mm; an array
+            (h, w): the depth for each pixel of the array's middle, mm, inf for sky.
 
         Returns
         -------
@@ -176,10 +176,11 @@ class Lumigraph:
         y, x = ((np.arange(size * many) + 0.5) / many for size in (camera.film.pixels_y, camera.film.pixels_x))
         points = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
         rays = camera.generate_rays(points, np.broadcast_to(camera.pupil_centre, points.shape), 0.5)
-        back = np.linalg.inv(self.camera.placement())
-        found = np.concatenate([transform_points(back, rays.origins), rays.directions @ back[:3, :3].T], 1)
-        found[~(rays.weights > 0.0)] = math.nan
-        return found
+        array_from_world = np.linalg.inv(self.camera.placement())
+        local_rays = np.concatenate([transform_points(array_from_world, rays.origins),
+                                     rays.directions @ array_from_world[:3, :3].T], 1)
+        local_rays[~(rays.weights > 0.0)] = math.nan
+        return local_rays
 
     @cached_property
     def _pinholes(self) -> Pinholes:
@@ -188,7 +189,7 @@ class Lumigraph:
 
     @cached_property
     def _own(self) -> Surface:
-        """Where each pinhole saw things, for the kernels."""
+        """The depths that each pinhole recorded, for the kernels."""
         bits, scale = as_bits(self.texels), 1e-3 * self.distance
         ends = np.array([bits[..., 3].max(), bits[..., 3].min()]).view(np.float16)      # half floats order as integers
         nearest, farthest = (scale * ends.astype(float)).tolist()
@@ -200,7 +201,7 @@ class Lumigraph:
         return self.texels.shape[3], self.texels.shape[2]
 
     def _surface(self, surface) -> tuple[Surface, Pinholes]:
-        """Where things are, and the pinholes whose pixels describe this; see `seen_by`."""
+        """The surface of the scene, and the pinholes whose pixels describe it; see `seen_by`."""
         if isinstance(surface, str):
             if surface != "recorded":
                 raise LightFieldError(f"surface {surface!r}: a distance, depths of the middle's pixels, or recorded")
@@ -241,18 +242,18 @@ def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
     """
     lens, film = camera.gaussian, camera.film
     if camera.moves:
-        raise LightFieldError("the camera moves while the shutter is open, so that its array has no one place: hold it "
-                              "still, or record a light field by the lens")
+        raise LightFieldError("the camera moves while the shutter is open, so that its array has no single position: "
+                              "hold it still, or record a light field by the lens")
     if camera.has_port:
         raise LightFieldError("through a flat window into water no pinhole sees straight, so that views cannot be put "
                               "together: record the array in air, or a light field by the lens")
     if lens.slope_film == 0.0:
-        raise LightFieldError("a lumigraph is recorded by pinholes: this camera looks through no one place")
-    place = camera.placement() @ np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0],
+        raise LightFieldError("a lumigraph is recorded by pinholes: this camera does not look through a single point")
+    pose = camera.placement() @ np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0],
                                            [0.0, 0.0, 1.0, lens.z + lens.origin_film / lens.slope_film],
                                            [0.0, 0.0, 0.0, 1.0]])
     fov = 2.0 * math.atan(0.5 * min(film.width, film.height) * abs(lens.slope_film))
-    return PerspectiveCamera(film, fov, window=camera.window or film_window(film), world_from_camera=place,
+    return PerspectiveCamera(film, fov, window=camera.window or film_window(film), world_from_camera=pose,
                              shutter_open=camera.shutter_open, shutter_close=camera.shutter_close,
                              shutter_ramp=camera.shutter_ramp, readout=camera.readout,
                              readout_direction=camera.readout_direction, medium=camera.medium)

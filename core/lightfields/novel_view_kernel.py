@@ -20,13 +20,13 @@ from lensbench.kernels.half_float import EXPONENT_SCALE, texel_sum, unscaled
 
 STEPS_PER_PIXEL = 2.0   # along a ray, for each pixel by which its image moves
 MOST_STEPS = 1024
-HIDDEN = 0.5            # pixels of disagreement between neighbours, above which a thing hides the surface from one
-LEAST_COSINE = 1e-6     # between a ray and the way to the plane (s, t)
+HIDDEN = 0.5            # pixels of disagreement between neighbours, above which an object hides the surface from one
+LEAST_COSINE = 1e-6     # between a ray and the normal of the plane (s, t)
 LEAST_TAKEN = np.float32(0.3)       # weight of the texels that see the surface, below which a pinhole does not count
 EDGE = 1e-6             # spacings by which a ray may pass beside the array
 
 # Entries of `Pinholes.geometry`
-(FIRST_X, FIRST_Y,      # place of the first pinhole, mm
+(FIRST_X, FIRST_Y,      # position of the first pinhole, mm
  SPACING,               # between neighbours, mm
  PIXELS_S, PIXELS_T,    # per mm of the plane (s, t), across and down
  AXIS_S, AXIS_T,        # raster point where the axis meets that plane, pixels
@@ -51,7 +51,7 @@ class Pinholes(NamedTuple):
 
 
 class Surface(NamedTuple):
-    """Where things are: by each pixel of some pinholes, or all at one distance."""
+    """Surface of the scene: a nearness for each pixel of some pinholes, or one distance for all."""
 
     known: np.ndarray           # nearness over `unit`, of pinhole after pinhole; empty: all at one distance
     stride: int                 # from one pixel to the next
@@ -71,11 +71,11 @@ def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, cov
     so that a pinhole from which the surface is hidden is left out.
     """
     # All arrays are unpacked here: taken from the tuples in the loops, they would be reference-counted for every ray
-    views, pixels, place, offsets = pinholes
-    by_views, by_pixels, by_place, by_offsets = by
+    views, pixels, geometry, offsets = pinholes
+    by_views, by_pixels, by_geometry, by_offsets = by
     known, stride, start, unit, nearest, farthest = surface
-    distance, w, n = place[DISTANCE], out.shape[1], 1.0 / many
-    hidden = HIDDEN / (place[PIXELS_S] * place[SPACING])
+    distance, w, n = geometry[DISTANCE], out.shape[1], 1.0 / many
+    hidden = HIDDEN / (geometry[PIXELS_S] * geometry[SPACING])
     ray, part = np.zeros(6), np.zeros(3, np.float32)
     for y in range(first, last):
         for x in range(w):
@@ -100,10 +100,10 @@ def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, cov
                     if known.size:
                         behind = -distance / ray[2] if ray[2] < 0.0 else math.inf
                         q = _meet_surface(u, v, s, t, min(nearest, behind), farthest, hidden, by_views, by_pixels,
-                                          by_place, by_offsets, known, stride, start, unit)
+                                          by_geometry, by_offsets, known, stride, start, unit)
 
-                    # Blend what the pinholes about it see there
-                    whole = _blend(u, v, s, t, q, views, pixels, place, offsets, texels,
+                    # Blend the colours that the pinholes around it see there
+                    whole = _blend(u, v, s, t, q, views, pixels, geometry, offsets, texels,
                                    hidden / unit if own else math.inf, unit, part)
                 if not whole:
                     break
@@ -114,8 +114,8 @@ def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, cov
 
 
 @njit(inline="always")
-def _meet_surface(u, v, s, t, high, low, jump, views, pixels, place, offsets, known, stride, start, unit):
-    """Nearness where a ray meets what the pinhole nearest to it has seen; where it never does, the last one seen.
+def _meet_surface(u, v, s, t, high, low, jump, views, pixels, geometry, offsets, known, stride, start, unit):
+    """Nearness where a ray meets the surface seen by the pinhole nearest to the ray; without a hit, the last one seen.
 
     March along the ray from near (high) to far (low), in steps that move its image by 1 / STEPS_PER_PIXEL of a pixel:
     the ray meets the surface where it gets behind it, but not where the surface jumps before it at once.
@@ -123,13 +123,13 @@ def _meet_surface(u, v, s, t, high, low, jump, views, pixels, place, offsets, kn
     w, h = pixels
 
     # The image of the ray in that pinhole: a point for each nearness, on a line
-    i = min(max(int(math.floor((u - place[FIRST_X]) / place[SPACING] + 0.5)), 0), views[0] - 1)
-    j = min(max(int(math.floor((v - place[FIRST_Y]) / place[SPACING] + 0.5)), 0), views[1] - 1)
+    i = min(max(int(math.floor((u - geometry[FIRST_X]) / geometry[SPACING] + 0.5)), 0), views[0] - 1)
+    j = min(max(int(math.floor((v - geometry[FIRST_Y]) / geometry[SPACING] + 0.5)), 0), views[1] - 1)
     number = j * views[0] + i
-    right = (u - (place[FIRST_X] + i * place[SPACING])) * place[PIXELS_S]
-    up = (v - (place[FIRST_Y] + j * place[SPACING])) * place[PIXELS_T]
-    x0 = s * place[PIXELS_S] + place[AXIS_S] - offsets[number, 0] - right
-    y0 = place[AXIS_T] - t * place[PIXELS_T] - offsets[number, 1] + up
+    right = (u - (geometry[FIRST_X] + i * geometry[SPACING])) * geometry[PIXELS_S]
+    up = (v - (geometry[FIRST_Y] + j * geometry[SPACING])) * geometry[PIXELS_T]
+    x0 = s * geometry[PIXELS_S] + geometry[AXIS_S] - offsets[number, 0] - right
+    y0 = geometry[AXIS_T] - t * geometry[PIXELS_T] - offsets[number, 1] + up
 
     # March along it
     high *= 1.001
@@ -158,14 +158,14 @@ def _catmull_rom(f):
 
 
 @njit(inline="always")
-def _blend(u, v, s, t, q, views, pixels, place, offsets, texels, hidden, unit, part):
+def _blend(u, v, s, t, q, views, pixels, geometry, offsets, texels, hidden, unit, part):
     """Set `part` to the colour over EXPONENT_SCALE that the four pinholes about a ray see; False beside the array.
 
     Linear between pinholes, cubic between pixels. First only the pinholes and pixels count that see the surface, no
     more than hidden × unit before or behind nearness q; where none does, all.
     """
     w, h = pixels
-    a, b = (u - place[FIRST_X]) / place[SPACING], (v - place[FIRST_Y]) / place[SPACING]
+    a, b = (u - geometry[FIRST_X]) / geometry[SPACING], (v - geometry[FIRST_Y]) / geometry[SPACING]
     if not (-EDGE <= a <= views[0] - 1 + EDGE and -EDGE <= b <= views[1] - 1 + EDGE):
         return False
     left = min(max(int(math.floor(a)), 0), max(views[0] - 2, 0))
@@ -182,8 +182,9 @@ def _blend(u, v, s, t, q, views, pixels, place, offsets, texels, hidden, unit, p
             number = j * views[0] + i
 
             # The surface point in the pinhole's picture, by similar triangles
-            x = (s + (a - i) * place[SPACING] * (q - 1.0)) * place[PIXELS_S] + place[AXIS_S] - offsets[number, 0] - 0.5
-            y = place[AXIS_T] - (t + (b - j) * place[SPACING] * (q - 1.0)) * place[PIXELS_T] - offsets[number, 1] - 0.5
+            s_q, t_q = s + (a - i) * geometry[SPACING] * (q - 1.0), t + (b - j) * geometry[SPACING] * (q - 1.0)
+            x = s_q * geometry[PIXELS_S] + geometry[AXIS_S] - offsets[number, 0] - 0.5
+            y = geometry[AXIS_T] - t_q * geometry[PIXELS_T] - offsets[number, 1] - 0.5
             if not (-0.5 <= x <= w - 0.5 and -0.5 <= y <= h - 0.5):
                 continue
             line = number * h

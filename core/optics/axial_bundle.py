@@ -47,9 +47,9 @@ def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for section in lens.sections:
         a, b, _, _ = ray_matrix(section, 0, lens.stop_index)
         axes.append(1.0 / np.maximum(np.abs(a + b * nearness * lens.front_index), 1e-6))
-    turn, weights = np.linspace(0.0, 0.5 * pi, FAN), np.ones(FAN)
+    azimuth, weights = np.linspace(0.0, 0.5 * pi, FAN), np.ones(FAN)
     weights[[0, -1]] = 0.5
-    corners = np.array(axes).T[:, None, :] * np.stack([np.cos(turn), np.sin(turn)], 1)
+    corners = np.array(axes).T[:, None, :] * np.stack([np.cos(azimuth), np.sin(azimuth)], 1)
     reach2 = (corners**2).sum(2, keepdims=True)
     return corners / np.sqrt(reach2), weights / reach2[..., 0]
 
@@ -60,14 +60,14 @@ def pupil_rays(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray
     → points and slopes (n, rays, 2), x and y, on the plane of the last vertex (mm, mm/mm), and weights (n, rays)
     of sum 1, by the area on the plane of the first vertex.
     """
-    (zones, zone_weights), (ways, weights) = zone_rule(), fan_rule(lens, nearness)
-    places, slopes = np.empty((2, *ways.shape[:2], len(zones), 2))
-    rims = np.empty(ways.shape[:2])
-    trace_bundles(surface_table(lens), nearness, zones, ways, places, slopes, rims)
+    (zones, zone_weights), (directions, weights) = zone_rule(), fan_rule(lens, nearness)
+    points, slopes = np.empty((2, *directions.shape[:2], len(zones), 2))
+    rims = np.empty(directions.shape[:2])
+    trace_bundles(surface_table(lens), nearness, zones, directions, points, slopes, rims)
     area = weights * np.maximum(rims, 1e-30) ** 2
     shares = (area / area.sum(1, keepdims=True))[:, :, None] * zone_weights
     n = len(nearness)
-    return places.reshape(n, -1, 2), slopes.reshape(n, -1, 2), shares.reshape(n, -1)
+    return points.reshape(n, -1, 2), slopes.reshape(n, -1, 2), shares.reshape(n, -1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -80,10 +80,10 @@ def trace_axial(table, height, nearness, forward, across, up):
     last = table.shape[0] - 1
     slope = height * nearness
     scale = 1.0 / sqrt(1.0 + slope**2)
-    way = scale if forward else -scale
+    along = scale if forward else -scale
     start, end = (table[0, VERTEX], table[last, VERTEX]) if forward else (table[last, VERTEX], table[0, VERTEX])
     x, y, z, dx, dy, dz, fate, _ = trace_ray(
-        table, True, across * height, up * height, start, across * slope * scale, up * slope * scale, way, None, 0, 0)
+        table, True, across * height, up * height, start, across * slope * scale, up * slope * scale, along, None, 0, 0)
     slope_x, slope_y = dx / dz, dy / dz
     return x + (end - z) * slope_x, y + (end - z) * slope_y, slope_x, slope_y, fate
 
@@ -111,17 +111,17 @@ def marginal_height(table, nearness, forward, across=0.0, up=1.0):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trace_bundles(table, nearness, zones, ways, places, slopes, rims):
-    """Forward bundles of n axis points into places, slopes (n, a, k, 2) on the plane of the last vertex (mm, mm/mm).
+def trace_bundles(table, nearness, zones, directions, points, slopes, rims):
+    """Forward bundles of n axis points into points, slopes (n, a, k, 2) on the plane of the last vertex (mm, mm/mm).
 
-    nearness (n,): 1/mm. ways (n, a, 2): directions from the axis. zones (k,): heights over the marginal height,
+    nearness (n,): 1/mm. directions (n, a, 2): x and y, from the axis. zones (k,): heights over the marginal height,
     at most 1. rims (n, a) receives the marginal heights (mm).
     """
     for i in range(nearness.shape[0]):
-        for j in range(ways.shape[1]):
-            across, up = ways[i, j, 0], ways[i, j, 1]
+        for j in range(directions.shape[1]):
+            across, up = directions[i, j, 0], directions[i, j, 1]
             rims[i, j] = marginal_height(table, nearness[i], True, across, up)
             for k in range(zones.shape[0]):
                 x, y, slope_x, slope_y, _ = trace_axial(table, zones[k] * rims[i, j], nearness[i], True, across, up)
-                places[i, j, k, 0], places[i, j, k, 1] = x, y
+                points[i, j, k, 0], points[i, j, k, 1] = x, y
                 slopes[i, j, k, 0], slopes[i, j, k, 1] = slope_x, slope_y

@@ -405,10 +405,10 @@ def _refract(lanes, p, s, equator_x, equator_y):
         L_[i], M_[i], N_[i] = l - g * slope_x, m - g * slope_y, n
 
         # Keep the greatest clearance
-        found = (last[i] * last[i] * rim <= real(CONVERGED) * slowness) & (
+        converged = (last[i] * last[i] * rim <= real(CONVERGED) * slowness) & (
             equator_x * x * x + equator_y * y * y < real(1))
         v = (x * x + y * y) * rim
-        v = v if found & (cos_in > real(0)) & (n > real(0)) else real(np.inf)
+        v = v if converged & (cos_in > real(0)) & (n > real(0)) else real(np.inf)
         clearance[i] = clearance[i] if clearance[i] >= v else v
 
 

@@ -6,14 +6,14 @@ from enum import StrEnum
 
 
 class Severity(StrEnum):
-    """How much a finding matters."""
+    """Severity of a finding."""
 
-    NOTE = "note"                           # assumed, converted or left out; the lens is still the one of the file
-    WARNING = "warning"                     # the prescription is doubtful, or what is written is another lens
+    NOTE = "note"                           # something is assumed, converted or left out; the lens itself is unchanged
+    WARNING = "warning"                     # the prescription is doubtful, or the written file holds another lens
 
 
 class Kind(StrEnum):
-    """What a finding is about."""
+    """Subject of a finding."""
 
     # Doubts of a check
     FOCAL_LENGTH = "focal-length"
@@ -42,7 +42,7 @@ class Kind(StrEnum):
     NOT_READ = "not-read"                   # keywords and sections that the reader does not know
 
     # Of a reader or of a writer
-    SHAPE = "shape"                         # another surface than that of the lens or the file stands for it
+    SHAPE = "shape"                         # a surface is replaced by one of another shape
     LEFT_OUT = "left-out"
     TEXT = "text"                           # names and notes are written in another form
 
@@ -54,13 +54,13 @@ class Finding:
     Parameters
     ----------
     kind : Kind
-        What it is about. Programs decide by this and by `severity`, never by the text.
+        Subject. Programs test this and `severity`, never the text.
     surface : int or None
         The surface, numbered from 0; None: the whole lens.
     message : str
         One sentence for a person.
     proposal : str or None
-        The one changed number, or the glass, that would explain it.
+        The one changed number, or the glass, that would explain the finding.
     severity : Severity
         NOTE or WARNING.
     figures : mapping of str to float

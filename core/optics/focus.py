@@ -337,7 +337,7 @@ def _hiatus(lens: Lens, fo: FirstOrder) -> float:
 def _focusable(lens: Lens) -> FirstOrder:
     """First-order data of a lens that forms a real image, at least by one of its sections; FocusError otherwise."""
     if lens.indices()[-1] != 1.0:
-        raise FocusError("this lens ends in glass: its film must stand in air")
+        raise FocusError("this lens ends in glass: its film must be in air")
     for section in reversed(lens.sections):
         fo = first_order(section)
         if 0.0 < fo.efl < inf:

@@ -135,9 +135,9 @@ class Iris:
         if self.is_round:
             return []
         flat, bulge, rim = self._edge
-        towards = self.rotation + 0.5 * math.pi + (2.0 * np.arange(self.blades) + 1.0) * math.pi / self.blades
-        ways = np.column_stack([np.cos(towards), np.sin(towards)]) * flat / (rim * radius)
-        return [Step(block_by_blades, np.concatenate([[bulge / (rim * radius**2)], ways.ravel()]))]
+        azimuth = self.rotation + 0.5 * math.pi + (2.0 * np.arange(self.blades) + 1.0) * math.pi / self.blades
+        normals = np.column_stack([np.cos(azimuth), np.sin(azimuth)]) * flat / (rim * radius)
+        return [Step(block_by_blades, np.concatenate([[bulge / (rim * radius**2)], normals.ravel()]))]
 
     @property
     def _edge(self) -> tuple[float, float, float]:
@@ -189,10 +189,10 @@ def map_to_iris(lanes, p, key):
         far, near = (b, a) if steep else (a, b)
         safe = far if far != real(0) else real(1)
         quarter = (real(0.25) if steep else real(0)) + (real(0.5) if far < real(0) else real(0))
-        turn = quarter + real(0.125) * (-near / safe if steep else near / safe) - begin
-        place = (turn - np.floor(turn)) * n
-        place = place if place < last else last
-        chord[i], along[i] = np.floor(place), place - np.floor(place)
+        turns = quarter + real(0.125) * (-near / safe if steep else near / safe) - begin
+        position = (turns - np.floor(turns)) * n
+        position = position if position < last else last
+        chord[i], along[i] = np.floor(position), position - np.floor(position)
     # Ends of the chord
     gather(ax, end_x, chord)
     gather(bx, end_x[1:], chord)
@@ -209,11 +209,11 @@ def map_to_iris(lanes, p, key):
         q = near / (far if far != real(0) else real(1))
         q = q / (real(1) + math.sqrt(real(1) + q * q))
         s = q * q
-        turn = q * (real(1) - s * (real(1 / 3) - s * (real(1 / 5) - s * (real(1 / 7) - s * (real(1 / 9) - s * (
+        arctangent = q * (real(1) - s * (real(1 / 3) - s * (real(1 / 5) - s * (real(1 / 7) - s * (real(1 / 9) - s * (
             real(1 / 11) - s * (real(1 / 13) - s * (real(1 / 15) - s * real(1 / 17)))))))))
         out = math.sqrt(x * x + y * y)
         far = -out if far < real(0) else out
-        near = turn * far * real(8 / math.pi)
+        near = arctangent * far * real(8 / math.pi)
         c, d = (near, far) if steep else (far, near)
         v[i], u[i] = real(0.5) + real(0.5) * c, real(0.5) + real(0.5) * d
 

@@ -154,7 +154,8 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
     lens : Lens
         The lens, wide open.
     f_number : float
-        For an object at infinity. The engraved one (`stated_f_number`, f/2 for a prescription of f/2.03) is wide open.
+        f-number for an object at infinity. The engraved f-number (`stated_f_number`) also means wide open, even if it
+        is slightly lower: f/2 for a prescription of f/2.03.
 
     Returns
     -------
@@ -164,7 +165,7 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
     Raises
     ------
     LensError
-        For a number that is not positive and finite, if the lens does not open so far, or if it has no f-number.
+        If the f-number is not positive and finite, if the lens does not open that far, or if it has no f-number.
     """
     if not (isfinite(f_number) and f_number > 0.0):
         raise LensError(f"f-number {f_number:g}: it must be a positive finite number")

@@ -1,7 +1,7 @@
 """The reference tracer: exact rays through surfaces of every kind, one at a time, each with its fate.
 
 Lengths in mm, in the lens frame: the first vertex is the origin and light travels
-along +z, from scene to film. Rays may run either way. Inside the kernel directions are
+along +z, from scene to film. Rays may run in either direction. Inside the kernel directions are
 optical: (p, q, r) has the length of the index of the medium.
 """
 
@@ -107,17 +107,17 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
     real = np.dtype(dtype)
     if real not in (np.dtype(np.float32), np.dtype(np.float64)):
         raise ValueError(f"dtype {real}: rays are traced in float32 or float64")
-    starts, ways = _rays(origins, directions)
+    starts, units = _rays(origins, directions)
     count, surfaces = len(starts), len(lens.surfaces)
     points, after = np.empty((count, 3), real), np.empty((count, 3), real)
     fate, surface = np.empty(count, np.int32), np.empty(count, np.int32)
     bladed = clip and not lens.iris.is_round
     paths = np.full((count, surfaces + 1, 3), np.nan, real) if record or bladed else None
     order = 0 if forward is None else 1 if forward else -1
-    trace_rays(surface_table(lens, wavelength, real), clip, starts.astype(real), ways.astype(real),
+    trace_rays(surface_table(lens, wavelength, real), clip, starts.astype(real), units.astype(real),
                points, after, fate, surface, paths, order)
     if bladed and paths is not None:
-        _meet_blades(lens, (ways[:, 2] if order == 0 else np.full(count, order)) > 0, points, after, fate, surface,
+        _meet_blades(lens, (units[:, 2] if order == 0 else np.full(count, order)) > 0, points, after, fate, surface,
                      paths)
     return Trace(points, after, fate, surface, paths if record else None)
 
@@ -125,10 +125,10 @@ def trace(lens: Lens, origins: ArrayLike, directions: ArrayLike, wavelength: flo
 def _meet_blades(lens: Lens, forward: np.ndarray, points: np.ndarray, after: np.ndarray, fate: np.ndarray,
                  surface: np.ndarray, paths: np.ndarray) -> None:
     """End the rays that meet the blades of the stop; forward (n,): whether a ray runs from the scene."""
-    for way in (True, False):
-        at = 1 + (lens.stop_index if way else len(lens.surfaces) - 1 - lens.stop_index)
-        place = paths[:, at] / lens.stop.semi_diameter
-        met = (forward == way) & np.isfinite(place[:, 0]) & ~lens.iris.contains(place[:, 0], place[:, 1])
+    for from_scene in (True, False):
+        at = 1 + (lens.stop_index if from_scene else len(lens.surfaces) - 1 - lens.stop_index)
+        x, y, _ = (paths[:, at] / lens.stop.semi_diameter).T
+        met = (forward == from_scene) & np.isfinite(x) & ~lens.iris.contains(x, y)
         met &= (fate != CLIPPED) | (surface != lens.stop_index)
         travel = paths[met, at] - paths[met, at - 1]
         points[met], after[met] = paths[met, at], travel / np.linalg.norm(travel, axis=1)[:, None]
@@ -182,7 +182,7 @@ def trace_ray(table, clip, x, y, z, dx, dy, dz, paths, ray, order):
         z_foot = z - vertex
         back = (p * x + q * y + r * z_foot) / squared
         x_foot, y_foot, z_foot = x - back * p, y - back * q, z_foot - back * r
-        if step == 0:                                   # that of a far origin has a coarse rounding error: once more
+        if step == 0:                                   # repeat: a far origin leaves a coarse rounding error
             back = (p * x_foot + q * y_foot + r * z_foot) / squared
             x_foot, y_foot, z_foot = x_foot - back * p, y_foot - back * q, z_foot - back * r
 
@@ -241,18 +241,18 @@ def trace_rays(table, clip, origins, directions, points, after, fate, surface, p
 def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Origins and unit directions as contiguous (n, 3) in float64; ValueError for invalid ones."""
     starts = np.atleast_2d(np.asarray(origins, np.float64))
-    ways = np.atleast_2d(np.asarray(directions, np.float64))
-    for name, rays in (("origins", starts), ("directions", ways)):
+    vectors = np.atleast_2d(np.asarray(directions, np.float64))
+    for name, rays in (("origins", starts), ("directions", vectors)):
         if rays.ndim != 2 or rays.shape[1] != 3:
             raise ValueError(f"{name} have the shape {rays.shape}: it must be (n, 3)")
         bad = ~np.isfinite(rays).all(axis=1)
         if bad.any():
             raise ValueError(f"{name}: row {int(np.argmax(bad))} contains a number that is not finite")
-    lengths = np.hypot(np.hypot(ways[:, 0], ways[:, 1]), ways[:, 2])
+    lengths = np.hypot(np.hypot(vectors[:, 0], vectors[:, 1]), vectors[:, 2])
     if not lengths.all():
         raise ValueError(f"directions: row {int(np.argmin(lengths))} is zero")
     try:
-        starts, ways = np.broadcast_arrays(starts, ways / lengths[:, None])
+        starts, vectors = np.broadcast_arrays(starts, vectors / lengths[:, None])
     except ValueError:
-        raise ValueError(f"{len(starts)} origins and {len(ways)} directions do not broadcast") from None
-    return np.ascontiguousarray(starts), np.ascontiguousarray(ways)
+        raise ValueError(f"{len(starts)} origins and {len(vectors)} directions do not broadcast") from None
+    return np.ascontiguousarray(starts), np.ascontiguousarray(vectors)

@@ -106,13 +106,13 @@ def sag_and_slopes(table, i, x, y):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def intersect(table, i, x, y, z, p, q, r, way):
+def intersect(table, i, x, y, z, p, q, r, sign):
     """Intersection of a ray with a surface that is no sphere → (x, y, z, F_x, F_y, F_z); NaN for a miss.
 
     (x, y, z) is the foot of the perpendicular from the vertex on the ray, (p, q, r)
-    its direction, of any length. way: 1 for light along +z and −1 against it; the sign of r may differ for
+    its direction, of any length. sign: 1 for light along +z and −1 against it; the sign of r may differ for
     rays that reach a lens from beyond 90°. The hit is the one where the ray crosses the
-    surface that way, on the vertex's side of the equator. Conics in closed form, the others by
+    surface in the direction of `sign`, on the vertex's side of the equator. Conics in closed form, the others by
     Newton's method from the conic (a toroid: from the sphere of mean curvature). Each step is halved until the
     residual falls; a ray that does not converge to TOLERANCE is a miss.
     """
@@ -130,8 +130,8 @@ def intersect(table, i, x, y, z, p, q, r, way):
     discriminant = b * b - a * F
     if kind == CONIC and not discriminant >= zero:
         return nan, nan, nan, nan, nan, nan
-    root = way * sqrt(max(discriminant, zero))
-    t = F / (b + root) if b * way > zero else (b - root) / a
+    root = sign * sqrt(max(discriminant, zero))
+    t = F / (b + root) if b * sign > zero else (b - root) / a
     side = one - (one + k) * c * (z + t * r)
     if kind == CONIC:
         if not side > zero:
@@ -155,29 +155,29 @@ def intersect(table, i, x, y, z, p, q, r, way):
     rounding = real(np.finfo(table.dtype).eps)
     least_step = rounding * (one + abs(x) + abs(y) + abs(z)) / sqrt(squared)
     for _ in range(_STEPS):
-        through = way * (r - slope_x * p - slope_y * q)
+        through = sign * (r - slope_x * p - slope_y * q)
         if residual == zero or not through > zero:
             break
-        step = -way * residual / through
+        step = -sign * residual / through
         if abs(step) <= least_step:
             break
-        found = False
+        improved = False
         for _ in range(_HALVINGS):
             ahead = t + step
             at, new_x, new_y = sag_and_slopes(table, i, x + ahead * p, y + ahead * q)
             left = z + ahead * r - at
             if abs(left) < abs(residual):
-                t, residual, slope_x, slope_y, found = ahead, left, new_x, new_y, True
+                t, residual, slope_x, slope_y, improved = ahead, left, new_x, new_y, True
                 break
             step *= half
             if abs(step) <= least_step:
                 break
-        if not found:
+        if not improved:
             break
 
-    # Reject what has not converged, or crosses the other way
+    # Reject a ray that has not converged, or that crosses the surface in the other direction
     x, y, z = x + t * p, y + t * q, z + t * r
-    through = way * (r - slope_x * p - slope_y * q)
+    through = sign * (r - slope_x * p - slope_y * q)
     if not (abs(residual) <= real(TOLERANCE) * rounding * max(one, abs(z)) and through > zero):
         return nan, nan, nan, nan, nan, nan
     return x, y, z, -slope_x, -slope_y, one

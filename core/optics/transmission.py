@@ -35,10 +35,10 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
         If the film is not behind the last vertex.
     """
     if not film_distance > 0.0:
-        raise LensError(f"film distance {film_distance:g} mm: the film must stand behind the last vertex")
-    ways = ((0.0, 1.0),) if lens.is_rotationally_symmetric else ((0.0, 1.0), (1.0, 0.0))
+        raise LensError(f"film distance {film_distance:g} mm: the film must lie behind the last vertex")
+    meridians = ((0.0, 1.0),) if lens.is_rotationally_symmetric else ((0.0, 1.0), (1.0, 0.0))
     sines = []
-    for across, up in ways:
+    for across, up in meridians:
         height = marginal_height(surface_table(lens), 1.0 / film_distance, False, across, up)
         sines.append(height / hypot(height, film_distance))
     sine = sines[0] if len(sines) == 1 else sqrt(sines[0] * sines[1])

@@ -49,11 +49,11 @@ def solve_nodes(lens: Lens, film_distance: float, half_film: np.ndarray, wavelen
     tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter)
     # Solve a grid twice as fine as the nodes, which shows how much larger the nodes' regions must be
     share = np.linspace(0.0, 1.0, 2 * COLUMNS - 1)
-    ways = np.stack([1.0 - share, share], 1) / np.hypot(1.0 - share, share)[:, None]
-    edge, ends = edge_of_light(Aim(lens, film_distance, wavelength), ways * half_film, math.sqrt(2.0))
+    directions = np.stack([1.0 - share, share], 1) / np.hypot(1.0 - share, share)[:, None]
+    edge, ends = edge_of_light(Aim(lens, film_distance, wavelength), directions * half_film, math.sqrt(2.0))
     crowding = 1.0 if ends else MILD_CROWDING
     rings = 1.0 - np.linspace(0.0, 1.0, 2 * RINGS - 1) * (1.0 - math.sqrt(1.0 - crowding))
-    film = (((1.0 - rings**2) / crowding)[:, None] * edge)[:, :, None] * ways
+    film = (((1.0 - rings**2) / crowding)[:, None] * edge)[:, :, None] * directions
     centres, rims = solve_outlines(lens, film_distance, (film * half_film).reshape(-1, 2), POINTS, tolerance,
                                    wavelength)
     # Fit the course to the centres

@@ -23,7 +23,7 @@ ITERATIONS = 30         # of Newton's method, shortened steps included
 STEP = 1e-5             # × the rear semi-diameter, for the slopes of the map
 CENTRED = 0.01          # × the stop's radius: near enough to its centre
 LEGS = 8                # from the axis to a film point whose chief ray is far from the paraxial one
-SCAN = 12               # points each way in one scan
+SCAN = 12               # points across and up in one scan
 NEARBY = 2              # cells about the best point that the next scan covers
 SCANS = 7
 WINDOW = 1.25           # × the scanned area: the map of the stop bends farther than its slopes say
@@ -62,7 +62,7 @@ class Aim:
             rear[which[better]], level[which[better]] = found[better], there[better]
             return np.flatnonzero(~(level < 1.0))
 
-        # Try the centre of the stop, then all of it, then everywhere that the last surface is visible
+        # Try the centre of the stop, then the whole stop, then the whole visible part of the last surface
         dark = np.flatnonzero(~(level < 1.0))
         if dark.size:
             centre, window = self.stop_centres(film[dark], rear[dark])
@@ -84,12 +84,12 @@ class Aim:
         """
         at, off, image = self._newton(film, start)
         far = np.flatnonzero(~((off < CENTRED) & (self.clearances(film, at) < 1.0)))
-        way = np.zeros((far.size, 2))
+        stepped = np.zeros((far.size, 2))
         for leg in range(1, LEGS + 1):
-            way, off_way, image_way = self._newton(film[far] * (leg / LEGS), way)
+            stepped, stepped_off, stepped_image = self._newton(film[far] * (leg / LEGS), stepped)
         if far.size:
-            better = (off_way < CENTRED) | (off_way < off[far])
-            at[far[better]], image[far[better]] = way[better], image_way[better]
+            better = (stepped_off < CENTRED) | (stepped_off < off[far])
+            at[far[better]], image[far[better]] = stepped[better], stepped_image[better]
         return at, image
 
     def scan(self, film: np.ndarray, centre: np.ndarray, window: np.ndarray,
@@ -128,7 +128,7 @@ class Aim:
     def _newton(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rear points near the stop's centre, their distance from it (stop radii), and the stop's images.
 
-        Newton's method from `start` (n, 2); a step that leads no nearer is replaced by a quarter of it.
+        Newton's method from `start` (n, 2); a step that does not reduce the distance is cut to a quarter.
         """
         at, advance = start.copy(), np.zeros_like(start)
         off, image = np.full(len(film), np.inf), np.full((len(film), 2, 2), np.nan)
@@ -137,22 +137,22 @@ class Aim:
             if not left.size:
                 break
             trial = at[left] + advance[left]
-            place, slopes = self._on_stop(film[left], trial)
-            far = np.hypot(*place.T)
+            stop_point, slopes = self._on_stop(film[left], trial)
+            far = np.hypot(*stop_point.T)
             better = far < off[left]
             at[left[better]], off[left[better]] = trial[better], far[better]
             image[left[better]] = slopes[better]
-            advance[left] = np.where(better[:, None], -(slopes @ place[:, :, None])[:, :, 0], 0.25 * advance[left])
+            advance[left] = np.where(better[:, None], -(slopes @ stop_point[:, :, None])[:, :, 0], 0.25 * advance[left])
             left = left[(off[left] >= CENTRED) & (off[left] < np.inf) & np.isfinite(advance[left]).all(1)]
         return at, off, image
 
     def _on_stop(self, film: np.ndarray, rear: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points (n, 2) on the stop, in its radii, and the derivatives (n, 2, 2) of the rear points by them."""
+        """Points (n, 2) on the stop, in its radii, and the derivatives (n, 2, 2) of the rear points by these."""
         radius, small = self.lens.stop.semi_diameter, STEP * self.lens.surfaces[-1].semi_diameter
         n = len(film)
-        ways = np.concatenate([rear, rear + [small, 0.0], rear + [0.0, small]]) - np.tile(film, (3, 1))
-        size = 1.0 / np.sqrt((ways**2).sum(1) + self.film_distance**2)
-        given = {X: np.tile(film[:, 0], 3), Y: np.tile(film[:, 1], 3), L: ways[:, 0] * size, M: ways[:, 1] * size,
+        vectors = np.concatenate([rear, rear + [small, 0.0], rear + [0.0, small]]) - np.tile(film, (3, 1))
+        size = 1.0 / np.sqrt((vectors**2).sum(1) + self.film_distance**2)
+        given = {X: np.tile(film[:, 0], 3), Y: np.tile(film[:, 1], 3), L: vectors[:, 0] * size, M: vectors[:, 1] * size,
                  N: -self.film_distance * size}
         here, beside, above = (self._to_stop.run(given, [X, Y], 3 * n).T / radius).reshape(3, n, 2)
         (a, c), (b, d) = ((beside - here) / small).T, ((above - here) / small).T

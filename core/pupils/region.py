@@ -269,8 +269,8 @@ def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D
 
     def passing(points):
         """Whether rays through these points (n, 2) of the rear plane pass the lens and its blades."""
-        ways = np.column_stack([points, np.full(len(points), lens.length)]) - film
-        return trace(lens, film, ways, wavelength).fate == Fate.PASSED
+        directions = np.column_stack([points, np.full(len(points), lens.length)]) - film
+        return trace(lens, film, directions, wavelength).fate == Fate.PASSED
 
     # Bisect from the centre of the points that pass to the rim
     middle = rim.mean(0)

@@ -1,16 +1,16 @@
 """The light image: small bright lights, traced from the light through the lens to the film.
 
-A camera's ray meets a small light only by chance, and until there are many rays, a few bright dots stand for
-its blurred disk. Of the rays that are traced from the light, every one that passes the lens falls
-into that disk. `light_selection` decides which lights are traced so, and by which mirrors and balls; the camera's
-rays see that part of a light as black, and so no light is counted twice.
+A camera's ray meets a small light only by chance, so its blurred disk starts as a few bright dots and
+fills in only after many rays. A ray that is traced from the light falls into that disk whenever it passes the lens.
+`light_selection` decides which lights are traced this way, and by which mirrors and balls. The camera's rays see that
+part of a light as black, so that no light is counted twice.
 
 The first passes of a picture trace a number of whole blocks of every such light, and later only one pass in
 some does; the light image therefore counts its own passes. Threads trace tasks to lists of rays, and then each
 thread adds all lists, in their order, to its own rows of the film: the sums are the same, bit for bit, for any number
 of threads.
 
-One ray can stand for rays from many points of its light through the same point of the lens, whose places on
+One ray can represent rays from many points of its light through the same point of the lens, whose places on
 the film differ by the image of the light. The image is found to first order, and used where it holds to a tenth
 of a pixel and nothing hides a part of the light; elsewhere one ray is one ray.
 """
@@ -91,7 +91,7 @@ class _Task(NamedTuple):
 
 
 class LightImage:
-    """What small lights add to a picture: sums of radiance over the passes so far.
+    """Contribution of small lights to a picture: sums of radiance over the passes so far.
 
     Parameters: the camera, whose model is resolved; the scene; the sampler seed; the real type of the kernels.
     """
@@ -129,7 +129,7 @@ class LightImage:
             wanted: Callable[[], bool]) -> bool:
         """Add passes: (number of the pass, its part of the spectrum or None for the d line alone).
 
-        afresh: forget the sums so far. Returns False when `wanted` did so on the way.
+        afresh: discard the sums so far. Returns False when `wanted` did so on the way.
         """
         if not self._is_prepared:
             self._prepare(pool, threads)
@@ -183,8 +183,8 @@ class LightImage:
 
     def _tasks(self, passes: list[tuple[int, int | None]]) -> Iterator[_Task]:
         for number, place in passes:
-            ways = [(D_LINE, 0)] if place is None else [(row[place], name) for name, row in WAVELENGTHS.items()]
-            for wavelength, colour in ways:
+            channels = [(D_LINE, 0)] if place is None else [(row[place], name) for name, row in WAVELENGTHS.items()]
+            for wavelength, colour in channels:
                 for j, light in enumerate(self._selected):
                     if (number + j) % light.period:
                         continue
@@ -197,8 +197,8 @@ class LightImage:
     def _program(self, wavelength: float, colour: int, shared: bool, kind: int) -> Program:
         """The stages from V0, V1 and U0, U1 to the raster at a wavelength (µm).
 
-        colour: RED, GREEN, BLUE, or 0 for all. shared: rays that stand for many, of lights of even radiance. kind:
-        STRAIGHT, FLAT or BALL.
+        colour: RED, GREEN, BLUE, or 0 for all. shared: whether each ray represents many, of lights of even radiance.
+        kind: STRAIGHT, FLAT or BALL.
         """
         key = wavelength, colour, shared, kind
         if key not in self._programs:
@@ -324,7 +324,7 @@ def _list_rays(found, lanes, code, gated, data, ends, light, first, blocks, seed
 def _add_rays(sums, found, n, across, top, bottom, image, points, shared):
     """Add listed rays to the pixels on which they fall, in the rows top … bottom − 1.
 
-    Each ray stands for `shared` rays from points of its light; 0: for itself. points (POINTS, 5): place in both
+    Each ray represents `shared` rays from points of its light; 0: only itself. points (POINTS, 5): place in both
     half-axes, and colour. V0, which is stratified together with the places before the lens, selects the points.
     """
     # Find where the points of the light fall, and how much each adds

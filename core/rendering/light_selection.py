@@ -30,8 +30,8 @@ from lensbench.scenery.small_lights import SmallLight, light_samples, mean_radia
 
 OFTEN_MET = 0.4         # share of the camera's rays in a light's image that meet the light: above it they do better
 DENSITY = 16.0          # rays per pixel of the image of a point light, in one pass
-SHARED_DENSITY = 0.5    # the same where one ray stands for many
-MOST_SHARED = 32        # rays that one ray stands for, at the most: a power of two
+SHARED_DENSITY = 0.5    # the same where one ray represents many
+MOST_SHARED = 32        # rays that one ray represents, at most: a power of two
 SHARED_PER_PIXEL = 4.0  # such rays for each pixel of the light's sharp image
 STEADY = 0.1            # pixels by which the image of a half-axis may change over the pupil
 LEAST = 0.05            # share of the wanted density below which a light is left to the camera
@@ -49,7 +49,7 @@ class SelectedLight(NamedTuple):
     mirror: int                 # number of the specular object on the path; −1: none
     parameters: np.ndarray      # (LIGHT_SIZE,) for the stages of `light_rays`
     blocks: int                 # of B rays each, in one pass
-    shared: int                 # rays that one ray stands for, a power of two; 0: one ray is one ray
+    shared: int                 # rays that one ray represents, a power of two; 0: only itself
     unshared: float             # factor on the number of rays when one ray is one ray
     is_round: bool              # whether its points fill the unit disk
     image: np.ndarray           # (2, 2) pixels: images of both half-axes, x and y

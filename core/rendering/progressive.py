@@ -60,7 +60,7 @@ class Rendering:
         Whether small bright lights are traced from the light to the film, where nothing moves; False leaves them to
         the camera's rays.
     filtered
-        Whether patterns are averaged over the part of a pixel that a sample stands for, by ray differentials,
+        Whether patterns are averaged over the part of a pixel that a sample represents, by ray differentials,
         so that the first sample is free of aliasing.
 
     Attributes

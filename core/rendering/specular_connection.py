@@ -169,10 +169,10 @@ def connecting_directions(starts: np.ndarray, points: np.ndarray, balls: np.ndar
 
     balls: (n, 5), 0 for a straight connection. NaN where no path exists.
     """
-    way = points - starts
-    way = way / np.sqrt((way**2).sum(1))[:, None]
+    directions = points - starts
+    directions = directions / np.sqrt((directions**2).sum(1))[:, None]
     bent = np.nonzero(balls[:, 3] > 0.0)[0]
     if bent.size:
-        found, _, miss = connect_by_ball(starts[bent], points[bent], balls[bent])
-        way[bent] = np.where(miss[:, None] <= 0.0, found, math.nan)
-    return way
+        by_ball, _, miss = connect_by_ball(starts[bent], points[bent], balls[bent])
+        directions[bent] = np.where(miss[:, None] <= 0.0, by_ball, math.nan)
+    return directions

@@ -22,7 +22,7 @@ from lensbench.scenery.small_lights import ExcludedLight
 
 @dataclass(frozen=True)
 class Scene:
-    """What the camera looks at, compared by value. Lengths in mm, world frame.
+    """Scene in front of the camera: shapes, lights and surroundings. Compared by value; lengths in mm, world frame.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The stages of a scene: what a ray meets, what coats reflect of it, and the light that falls on it.
+"""Stages of a scene: intersection of rays, reflection by clear coats, and illumination.
 
 `scene` is a `Scene` throughout; its file imports this one.
 """

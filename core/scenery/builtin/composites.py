@@ -20,11 +20,11 @@ def box(x0: float, x1: float, y0: float, y1: float, z0: float, z1: float, materi
 
 
 def bar(start: Triple, end: Triple, width: float, towards: Triple, material: Material) -> Rectangle:
-    """A flat bar between two points whose broad side faces a third."""
-    way = np.subtract(end, start)
+    """A flat bar between two points; its broad side faces a third."""
+    length = np.subtract(end, start)
     middle = np.add(start, end) / 2.0
-    side = unit(np.cross(way, np.subtract(towards, middle)))
-    return Rectangle(triple(middle), triple(way / 2.0), triple(side * width / 2.0), material)
+    side = unit(np.cross(length, np.subtract(towards, middle)))
+    return Rectangle(triple(middle), triple(length / 2.0), triple(side * width / 2.0), material)
 
 
 def spokes(centre: Triple, axis: Triple, inner: float, outer: float, count: int, width: float,

@@ -1,4 +1,4 @@
-"""Where a ray meets a sphere or the plane of a planar shape: formulas that stages of cameras, shadows and coats share.
+"""Intersection of a ray with a sphere or with the plane of a planar shape, for cameras, shadows and coats.
 
 Rays are o + t d with a unit direction d. Written without branches, for one lane.
 """

@@ -107,7 +107,7 @@ class Pattern:
 
 @dataclass(frozen=True)
 class Material:
-    """How a surface reflects or emits light.
+    """Reflection and emission of a surface.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ class Material:
 
     @property
     def shines(self) -> bool:
-        """Whether it emits light."""
+        """Whether the surface emits light."""
         return self.kind in ("light", "lamp")
 
     def gloss_code(self, radius: float = 0.0) -> float:

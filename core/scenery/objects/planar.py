@@ -23,7 +23,7 @@ class Frame(NamedTuple):
 
 
 class Planar(Moving):
-    """What planar shapes share: all that follows from the centre, the half-axes and whether the edge is round."""
+    """Base of the planar shapes: the geometry that follows from centre, half-axes and a straight or round edge."""
 
     centre: Triple
     right: Triple
@@ -34,7 +34,7 @@ class Planar(Moving):
 
     @property
     def label(self) -> str:
-        """What a user calls it."""
+        """Name shown to the user."""
         return type(self).__name__.lower()
 
     @property
@@ -57,7 +57,7 @@ class Planar(Moving):
 
     @property
     def area(self) -> float:
-        """mm²."""
+        """Area, mm²."""
         _, a, b, _ = self.frame
         return math.sqrt((a @ a) * (b @ b)) * (math.pi if self.round else 4.0)
 

@@ -1,4 +1,4 @@
-"""What every shape of a scene provides, and how shapes move.
+"""Members that every shape of a scene provides, and its motion.
 
 A new shape is a frozen dataclass in a file of its own that derives from `Moving` and has the members of `Shape`; the
 scene file reader gives it a row. Its `family` names the kernels that intersect, reflect and sample it: a shape that
@@ -36,7 +36,7 @@ class Moving:
 
     @property
     def moves(self) -> bool:
-        """Whether it has a velocity or a spin."""
+        """Whether the shape has a velocity or a spin."""
         return any(self.velocity) or any(self.spin)
 
 
@@ -51,15 +51,15 @@ class Shape(Protocol):
 
     @property
     def material(self) -> Material:
-        """What it is made of."""
+        """Material of the whole surface."""
 
     @property
     def velocity(self) -> Triple:
-        """mm/s."""
+        """Velocity, mm/s."""
 
     @property
     def spin(self) -> Triple:
-        """rad/s."""
+        """Axis of rotation times angular speed, rad/s."""
 
     @property
     def pivot(self) -> Triple | None:
@@ -67,19 +67,19 @@ class Shape(Protocol):
 
     @property
     def moves(self) -> bool:
-        """Whether it moves."""
+        """Whether the shape has a velocity or a spin."""
 
     @property
     def family(self) -> str:
-        """Which kernels read its numbers: "sphere" (a radius) or "planar" (two half-axes)."""
+        """Group of kernels that read its numbers: "sphere" (a radius) or "planar" (two half-axes)."""
 
     @property
     def round(self) -> bool:
-        """Whether its silhouette along the normal is an ellipse; else a rectangle."""
+        """Whether the silhouette along the normal is an ellipse rather than a rectangle."""
 
     @property
     def label(self) -> str:
-        """What a user calls it."""
+        """Name shown to the user."""
 
     @property
     def half_axes(self) -> tuple[Triple, Triple]:
@@ -87,14 +87,14 @@ class Shape(Protocol):
 
     @property
     def bounding_radius(self) -> float:
-        """Radius of the sphere about the centre that holds it."""
+        """Radius of the sphere about the centre that encloses the shape, mm."""
 
     @property
     def area(self) -> float:
-        """Area of its largest silhouette, mm²."""
+        """Area of the largest silhouette, mm²."""
 
     def silhouette(self, direction: np.ndarray) -> float:
-        """Area that it shows to a viewer in this unit direction, mm²."""
+        """Area seen by a viewer in this unit direction, mm²."""
 
     def distance(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Distance (n,) along rays (n, 3) of unit directions; nan where a ray misses."""
@@ -127,9 +127,9 @@ Moved = TypeVar("Moved", bound=Shape)
 
 def displaced(shape: Moved, seconds: float) -> Moved:
     """The shape translated by its velocity times a number of seconds, not rotated."""
-    way = np.multiply(shape.velocity, seconds)
-    pivot = None if shape.pivot is None else triple(np.add(shape.pivot, way))
-    return replace(shape, centre=triple(np.add(shape.centre, way)), pivot=pivot)
+    offset = np.multiply(shape.velocity, seconds)
+    pivot = None if shape.pivot is None else triple(np.add(shape.pivot, offset))
+    return replace(shape, centre=triple(np.add(shape.centre, offset)), pivot=pivot)
 
 
 def rest_frame(origins, directions, shape: Shape, time: float) -> tuple[np.ndarray, np.ndarray]:

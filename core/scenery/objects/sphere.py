@@ -48,7 +48,7 @@ class Sphere(Moving):
 
     @property
     def label(self) -> str:
-        """What a user calls it."""
+        """Name shown to the user."""
         return f"sphere of {2.0 * self.radius:.3g} mm"
 
     @property

@@ -1,4 +1,4 @@
-"""What surrounds the shapes of a scene: floor, sun and sky."""
+"""Surroundings of the shapes of a scene: floor, sun and sky."""
 
 import math
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Light on surfaces: the sky's and the ambient light, and the bookkeeping of a path.
 
-Without shadows, mirrors and lamps all of it is one stage, `daylight`. Otherwise a path is a round of stages: the
+Without shadows, mirrors and lamps, one stage does everything: `daylight`. Otherwise a path is a round of stages: the
 intersections, the coats, `gather_emission`, then each light adds to the sum S; `specular_bounce` begins the next
 round, and `finish_path` ends the last.
 """

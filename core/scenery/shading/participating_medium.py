@@ -107,7 +107,7 @@ class Medium:
 
     @property
     def is_clear(self) -> bool:
-        """Whether it neither absorbs nor scatters."""
+        """Whether the medium neither absorbs nor scatters."""
         return not self.extinction.any()
 
     @property
