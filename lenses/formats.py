@@ -15,7 +15,7 @@ from lensbench.lenses import (
     toml_format,
     zemax,
 )
-from lensbench.lenses.shapes import ALL, ROTATIONAL, Shape, lost_shapes
+from lensbench.lenses.shapes import COMMON, ROTATIONAL, Shape, lost_shapes
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens
 
@@ -36,8 +36,8 @@ class Format:
     name: str
     read: Reader
     write: Writer | None = None
-    shapes: frozenset[Shape] = ALL
-    instead: str = ""
+    shapes: frozenset[Shape] = COMMON
+    instead: str = "its other terms are written"
     has_positions: bool = True              # whether it holds the zoom and focus positions of a lens
     is_utf8: bool = False                   # other programs write the encoding of their machine
     recognises: Callable[[str], bool] = lambda text: True
@@ -58,15 +58,15 @@ FORMATS = (
     Format(".dat", "pbrt", pbrt_format.read, pbrt_format.write, frozenset({Shape.SPHERE}),
            "its sphere alone is written", has_positions=False, is_utf8=True),
     Format(".zmx", "Zemax", zemax.read, zemax.write),
-    Format(".seq", "CODE V", codev.read, codev_writer.write, ALL - {Shape.ASPHERE},
+    Format(".seq", "CODE V", codev.read, codev_writer.write, COMMON - {Shape.ASPHERE},
            "its terms in r⁴, r⁶ … alone are written"),
     Format(".txt", "Optical Bench", optical_bench.read, optical_bench.write, ROTATIONAL,
            "only its section y–z is written"),
-    Format(".len", "OSLO", oslo.read, oslo.write, ALL - {Shape.TOROID}, TORUS),
+    Format(".len", "OSLO", oslo.read, oslo.write, COMMON - {Shape.TOROID}, TORUS),
     Format(".json", "Lens Explorer", lens_explorer.read, recognises=lens_explorer.is_one),
-    Format(".json", "Optiland", optiland.read, optiland.write, ALL - {Shape.TOROID},
+    Format(".json", "Optiland", optiland.read, optiland.write, COMMON - {Shape.TOROID},
            "Optiland adds the arcs of its two sections", has_positions=False),
-    Format(".roa", "rayoptics", rayoptics.read, rayoptics.write, ALL - {Shape.TOROID}, TORUS, has_positions=False),
+    Format(".roa", "rayoptics", rayoptics.read, rayoptics.write, COMMON - {Shape.TOROID}, TORUS, has_positions=False),
 )
 
 

@@ -21,8 +21,9 @@ class Shape(Enum):
     TOROID = "a toroid"
 
 
-ALL = frozenset(Shape)
+# Sets for the rows of formats. No set is all of `Shape`: no format holds a new member until its set names it
 ROTATIONAL = frozenset({Shape.SPHERE, Shape.CONIC, Shape.EVEN_ASPHERE, Shape.ASPHERE})
+COMMON = ROTATIONAL | {Shape.CYLINDER, Shape.TOROID}
 
 
 def shape_of(surface: Surface) -> Shape:

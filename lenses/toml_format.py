@@ -37,6 +37,7 @@ Digits are kept: what is written reads back equal to the last bit.
 
 import re
 import tomllib
+from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
 from math import inf, isfinite, radians
@@ -54,12 +55,10 @@ from lensbench.optics.prescription import Iris, Lens, Surface
 FORMAT = 1
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")
-TABLES = ("aspheric", "radius_x", "dispersion")
 TEXTS = ("title", "kind", "source", "notes")
 NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_tele_efl", "computed_f_number", "image_circle",
            "front_index")
 STOP = ("blades", "rotation", "rotation_deg", "roundness")
-KEYS = ("format", "units", "year", "columns", "surfaces", "stop", "positions", *TABLES, *TEXTS, *NUMBERS)
 
 
 def read(text: str, path: str) -> Lens:
@@ -173,7 +172,7 @@ def _columns(columns: object, text: str, path: str) -> tuple[str, ...]:
 def _tables(data: dict[str, Any], count: int, text: str, path: str) -> dict[int, dict[str, Any]]:
     """What the tables behind the rows say of each surface, by its number and the table's name."""
     more: dict[int, dict[str, Any]] = {}
-    for name in TABLES:
+    for name in ENTRIES:
         table = data.get(name, {})
         if not isinstance(table, dict):
             raise LensFileError(path, line_of(text, name),
@@ -233,7 +232,9 @@ def _numbers(value: object) -> Any:
     return number(value, "a coefficient")
 
 
-ENTRIES = {"aspheric": _terms, "radius_x": curvature, "dispersion": _dispersion}
+# The reader of an entry of each table behind the rows
+ENTRIES: dict[str, Callable[[object], Any]] = {"aspheric": _terms, "radius_x": curvature, "dispersion": _dispersion}
+KEYS = ("format", "units", "year", "columns", "surfaces", "stop", "positions", *ENTRIES, *TEXTS, *NUMBERS)
 
 
 def _entry_line(text: str, table: str, key: str) -> int | None:
@@ -329,7 +330,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 
 def _entries(lens: Lens) -> dict[str, dict[int, str]]:
     """The tables behind the rows: what they say, by the surface's number."""
-    tables: dict[str, dict[int, str]] = {name: {} for name in TABLES}
+    tables: dict[str, dict[int, str]] = {name: {} for name in ENTRIES}
     for i, s in enumerate(lens.surfaces):
         glass = s.glass
         if s.aspheric:

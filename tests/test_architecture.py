@@ -206,7 +206,7 @@ def test_every_folder_with_python_files_is_a_package_that_is_installed():
 def test_lenses_know_the_prescription_and_the_glass_and_their_check_what_it_traces(path):
     allowed = {"optics.prescription", "optics.zoom_positions", "optics.glass", "optics.finding"}
     if path.name == "check.py" or path.parent.name == "check":
-        allowed |= {"optics.paraxial", "optics.surfaces", "optics.scalar_trace"}
+        allowed |= {"optics.paraxial", "optics.scalar_trace"}
     assert {part(name) for name in imports(path)} - {None} <= allowed
     assert not {name for name in imports(path) if name.startswith("lensbench.app")}
     assert packages(path) <= {"lensbench", "numpy"} | set(sys.stdlib_module_names)

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from lensbench.optics import surfaces as shapes
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens, Surface
 
@@ -60,16 +59,11 @@ def _is_dummy(lens: Lens, i: int, n_before: float) -> bool:
 def _gaps(front: Surface, back: Surface, rim: float) -> tuple[np.ndarray, np.ndarray]:
     """The gap (mm) between two neighbours at heights to the smaller rim, in the narrower of the two sections."""
     heights = HEIGHTS * min(rim, _reach(front), _reach(back))
-    gaps = [front.thickness + _sags(back, x, y) - _sags(front, x, y)
+    gaps = [front.thickness + back.sag(x, y) - front.sag(x, y)
             for x, y in ((0.0 * heights, heights), (heights, 0.0 * heights))]
     gap = np.fmin(*gaps)
     known = np.isfinite(gap)
     return gap[known], heights[known]
-
-
-def _sags(surface: Surface, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    row = shapes.shape(surface.curvature, surface.conic, surface.aspheric, surface.curvature_x, surface.semi_diameter)
-    return shapes.sags(row, x, y)
 
 
 def _reach(surface: Surface) -> float:

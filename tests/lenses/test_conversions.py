@@ -8,14 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lensbench import Glass, Lens, Surface, lenses
-from lensbench.lenses import READERS, WRITERS, Kind, Severity, glass_catalogue, media
+from lensbench.lenses import FORMATS, READERS, WRITERS, Kind, Severity, glass_catalogue, media
 from lensbench.lenses.encoding import is_number
 from lensbench.lenses.media import code
 from lensbench.lenses.rows import RowError
+from lensbench.lenses.shapes import Shape, shape_of
 from tests.lenses.samples import plain_words
 
 WORDS = ("name", "kind", "year", "source", "notes", "stated_efl", "stated_f_number")
-EXACT = [suffix for suffix in WRITERS if suffix != ".dat"]      # pbrt's four columns hold less
+EXACT = [row.suffix for row in FORMATS if row.write and Shape.CONIC in row.shapes]
+SHAPES = {Shape.SPHERE: {}, Shape.CONIC: {"conic": -0.5}, Shape.EVEN_ASPHERE: {"aspheric": ((4, 1e-6),)},
+          Shape.ASPHERE: {"aspheric": ((3, 1e-5),)}, Shape.CYLINDER: {"curvature_x": 0.0},
+          Shape.TOROID: {"curvature_x": 0.03}}                  # the fields of a surface of each shape
 
 
 def through(lens, suffix):
@@ -114,6 +118,18 @@ def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_said(suffix, places,
     assert kept or any(remark.kind is Kind.GLASS and remark.surface in (0, None) for remark in remarks)
     if suffix in (".toml", ".roa") or (suffix == ".seq" and len(name) > 1 and not is_number(name) and not code(name)):
         assert kept, remarks
+
+
+@pytest.mark.parametrize("shape", Shape)
+@pytest.mark.parametrize("row", [row for row in FORMATS if row.write], ids=lambda row: row.name)
+def test_a_format_holds_the_shapes_of_its_row_and_says_that_it_loses_the_others(row, shape):
+    surface = Surface(0.02, 5.0, 10.0, Glass(1.5), **SHAPES[shape])
+    assert shape_of(surface) is shape
+    found, remarks = through(Lens((surface, Surface(0.0, 90.0, 9.0)), 1), row.suffix)
+    kept = replace(found.surfaces[0], glass=surface.glass, curvature=surface.curvature) == surface
+    told = any(remark.kind is Kind.SHAPE and remark.severity is Severity.WARNING and remark.surface == 0
+               for remark in remarks)
+    assert told == (shape not in row.shapes) and (kept or told)
 
 
 @pytest.mark.parametrize("suffix", [suffix for suffix in WRITERS if suffix != ".toml"])
