@@ -21,7 +21,7 @@ def read_views(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def begun(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
+def prepare_capture(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
     """What is to be recorded, and the file for it; its place is tried before the work begins."""
     from lensbench.app.command.options import settings_from
     from lensbench.app.files.export import replacing

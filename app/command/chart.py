@@ -46,14 +46,14 @@ def chart(arguments: argparse.Namespace) -> int:
     if path is not None:
         with replacing(path, keep=False) as part:       # the place is tried before the work begins
             part.touch()
-    begun = perf_counter()
+    start = perf_counter()
     with progress() as show:
         def report(share: float) -> bool:
             show(share)
             return True
 
         made = _models(arguments, report) if arguments.of == "models" else _others(arguments, report)
-    heading = f"{machine()}, {time.strftime('%Y-%m-%d')}; {perf_counter() - begun:.0f} s"
+    heading = f"{machine()}, {time.strftime('%Y-%m-%d')}; {perf_counter() - start:.0f} s"
     data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "of": arguments.of, "left out": made.left_out,
             "charts": made.data}
     if arguments.json:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from lensbench.app.command.capture_options import begun, progress, read_views
+from lensbench.app.command.capture_options import prepare_capture, progress, read_views
 
 if TYPE_CHECKING:
     from lensbench.app.state.light_field_query import Recording
@@ -71,7 +71,7 @@ def _capture(arguments: argparse.Namespace) -> int:
         raise UsageError("--microlens-f-number goes with --microlenses N")
     if arguments.moments > 1 and arguments.microlenses:
         raise UsageError("--moments N goes with --views: the sensor of a plenoptic camera adds up its exposure")
-    settings, path = begun(arguments)
+    settings, path = prepare_capture(arguments)
     begin = perf_counter()
     recording = _by_microlenses(arguments, settings) if arguments.microlenses else _by_lens(arguments, settings)
     save_light_field(path, recording)
@@ -124,9 +124,9 @@ def _refocus(arguments: argparse.Namespace) -> int:
     picture = field.refocus(distance, arguments.f_number, arguments.view)
     save_picture(arguments.output, picture, replace(settings, focus_distance=distance,
                                                     f_number=arguments.f_number or settings.f_number))
-    said = "" if distance == wanted else f", the nearest distance in place of {wanted / 1000.0:.4g} m"
+    note = "" if distance == wanted else f", the nearest distance in place of {wanted / 1000.0:.4g} m"
     near, far = field.clear_range
     if not near <= distance <= far:
-        said += f"; beyond {near / 1000.0:.3g} to {far / 1000.0:.3g} m its views part: record more of them"
-    print(f"{arguments.output}: focused at {distance / 1000.0:.4g} m{said}")
+        note += f"; beyond {near / 1000.0:.3g} to {far / 1000.0:.3g} m its views part: record more of them"
+    print(f"{arguments.output}: focused at {distance / 1000.0:.4g} m{note}")
     return 0

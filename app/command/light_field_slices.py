@@ -67,14 +67,14 @@ def _view(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(figures))
     else:
-        print(f"{path}: " + ", ".join(f"{name.replace('_', ' ')} {_told(value)}" for name, value in figures.items()
+        print(f"{path}: " + ", ".join(f"{name.replace('_', ' ')} {_format(value)}" for name, value in figures.items()
                                       if np.ndim(value) < 2))
     return 0
 
 
-def _told(value: Any) -> str:
+def _format(value: Any) -> str:
     if isinstance(value, list):
-        return " ".join(_told(part) for part in value)
+        return " ".join(_format(part) for part in value)
     return f"{value:.4g}" if isinstance(value, float) else f"{value}"
 
 

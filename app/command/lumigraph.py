@@ -45,12 +45,12 @@ def add_lumigraph_options(kinds) -> None:
 
 def _array(arguments: argparse.Namespace) -> int:
     import lensbench as lb
-    from lensbench.app.command.capture_options import begun, progress
+    from lensbench.app.command.capture_options import prepare_capture, progress
     from lensbench.app.files.lumigraph_file import save_lumigraph
     from lensbench.app.state.build import camera
     from lensbench.app.state.scene_file import find_scene
 
-    settings, path = begun(arguments)
+    settings, path = prepare_capture(arguments)
     across, down = arguments.views
     size = lb.light_field_bytes(settings.film, arguments.views)
     print(f"{across} × {down} pinholes of {settings.pixels_x} × {settings.pixels_y} pixels: {size / 1e6:,.0f} MB")
@@ -79,9 +79,9 @@ def _novel(arguments: argparse.Namespace) -> int:
     view = made.seen_by(camera, None if arguments.flat else arguments.surface or "recorded")
     save_picture(arguments.output, view.picture, replace(settings, pixels_x=across, pixels_y=down))
     share = float(view.covered.mean())
-    said = "all of it was recorded" if share == 1.0 else (
+    note = "all of it was recorded" if share == 1.0 else (
         f"{100.0 * share:.0f} % of it was recorded, the rest is black: nearer to the array's middle more is")
-    print(f"{arguments.output}: {across} × {down} pixels; {said}")
+    print(f"{arguments.output}: {across} × {down} pixels; {note}")
     return 0
 
 

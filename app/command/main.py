@@ -184,7 +184,7 @@ def _render(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.options import settings_from
     from lensbench.app.files.export import export_render
     from lensbench.app.files.settings_file import save_settings
-    from lensbench.app.state.auto_model import headline, record
+    from lensbench.app.state.auto_model import choice_summary, record
     from lensbench.app.state.camera_kinds import CAMERA_KINDS
     from lensbench.app.workers.warm_cache import compile_ahead
 
@@ -215,7 +215,7 @@ def _render(arguments: argparse.Namespace) -> int:
         each = f"{settings.samples} sample{'s' if settings.samples > 1 else ''} each"
         print(f"{arguments.output}: {across} × {down} pixels, {each}, {seconds:.1f} s")
         if chosen:
-            print(", ".join(headline(chosen[0], None)))
+            print(", ".join(choice_summary(chosen[0], None)))
     return 0
 
 

@@ -13,7 +13,7 @@ from lensbench.app.display.frame import Mark, Picture, Pinned, View
 from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
 from lensbench.app.state.aov_colours import codes
 from lensbench.app.state.comparison import Difference
-from lensbench.app.state.exposure import Exposing, exposed, exposing, look
+from lensbench.app.state.exposure import AppliedExposure, applied_exposure, exposed, look
 from lensbench.app.state.histogram import histogram
 from lensbench.app.state.light_field_query import note, picture_settings
 from lensbench.app.state.pixel_coc import Blur
@@ -35,7 +35,7 @@ class Presenter:
         self.pinned: RenderUpdate | None = None                 # the picture A
         self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # on the screen, before the tone curve
         self._light_of: Any = None                      # the key of that light
-        self._exposing = Memo(1)
+        self._applied_exposure = Memo(1)
         self._worker = worker
         self._screen: Screen | None = None
         self._pinned_screen: Screen | None = None
@@ -68,13 +68,13 @@ class Presenter:
             if view.mark is None:
                 view.mark = _first_mark(update)
 
-    def exposing(self, settings: Settings) -> Exposing | None:
+    def applied_exposure(self, settings: Settings) -> AppliedExposure | None:
         """The exposure of the picture in figures; None before the first picture."""
         update = self.update
         if update is None or update.raw:
             return None
         key = (update.key, look(settings), settings.shutter, settings.iso)
-        return self._exposing.of(key, lambda: exposing(settings, update.image))
+        return self._applied_exposure.of(key, lambda: applied_exposure(settings, update.image))
 
     def strip(self, image: NDArray[np.float32], of: Any, settings: Settings) -> int:
         """The GL name of a texture with a small linear picture for a panel, tone-mapped by these settings.

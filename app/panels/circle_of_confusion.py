@@ -36,7 +36,7 @@ class CocState:
 
 
 
-def coc_panel(settings: Settings, state: CocState) -> Settings:
+def circle_of_confusion_panel(settings: Settings, state: CocState) -> Settings:
     """Draw the plot in the rest of the window; returns the settings with the dragged focus."""
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:

@@ -19,7 +19,7 @@ from lensbench.app.state.ray_fans import lit_radius
 from lensbench.app.state.scales import format_area, radius_scale
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
 
@@ -42,8 +42,9 @@ class PupilState:
 
 
 
-def pupil_panel(settings: Settings, film_radius: float, state: PupilState, hover_radius: float | None = None) -> float:
-    """Draw the panel in the rest of the window; returns film_radius (mm), changed by its ring.
+def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState,
+                     hover_radius: float | None = None) -> float:
+    """Draw the panel in the rest of the window; returns film_radius (mm), changed by its dial.
 
     hover_radius: of the film point under the mouse in the picture, shown instead while there is one.
     """
@@ -57,26 +58,26 @@ def pupil_panel(settings: Settings, film_radius: float, state: PupilState, hover
         _say("A pinhole has no exit pupil: all light goes through a point")
         return film_radius
     try:
-        stand = setup(settings)
-        corner, reach = 0.5 * stand.film.diagonal, lit_radius(stand)
+        lens_setup = setup(settings)
+        corner, reach = 0.5 * lens_setup.film.diagonal, lit_radius(lens_setup)
         if size.y > theme.em(14):
-            film_radius = ring("Film radius", min(film_radius, corner), radius_scale(corner, 0.7 * reach),
+            film_radius = dial("Film radius", min(film_radius, corner), radius_scale(corner, 0.7 * reach),
                                "Distance of the film point from the axis")
         shown = min(hover_radius if hover_radius is not None else film_radius, 2.0 * corner)
-        fields = [region(stand.lens, stand.film_distance, part * reach) for _, part in FIELDS]
-        seen = region(stand.lens, stand.film_distance, shown)
-        samples = box_samples(stand.lens, stand.film_distance, shown)
+        fields = [region(lens_setup.lens, lens_setup.film_distance, part * reach) for _, part in FIELDS]
+        seen = region(lens_setup.lens, lens_setup.film_distance, shown)
+        samples = box_samples(lens_setup.lens, lens_setup.film_distance, shown)
     except (ValueError, OSError) as error:
         _say(str(error))
         return film_radius
     _words(seen, samples, hover_radius is not None, settings.follows_lens, reach)
-    if not stand.lens.is_rotationally_symmetric:
+    if not lens_setup.lens.is_rotationally_symmetric:
         theme.small()
         imgui.text_colored(theme.colours().dim, UPWARDS)
         imgui.pop_font()
         imgui.set_item_tooltip("This lens has cylinders: film points beside the axis have other regions than those "
                                "above it, which are shown. Pictures follow the true ones all over the film")
-    _plot(stand, fields, seen, samples, reach, state)
+    _plot(lens_setup, fields, seen, samples, reach, state)
     return film_radius
 
 
@@ -86,13 +87,13 @@ def _say(reason: str) -> None:
     imgui.pop_text_wrap_pos()
 
 
-def _plot(stand: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,
+def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,
           state: PupilState) -> None:
     corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     if size.y < 40.0:
         return
-    rear = stand.lens.surfaces[-1].semi_diameter
-    key = (rear, stand.lens.length, size.x, size.y, state.shape)
+    rear = lens_setup.lens.surfaces[-1].semi_diameter
+    key = (rear, lens_setup.lens.length, size.x, size.y, state.shape)
     refit = state.fit or state.fitted_to != key
     state.fitted_to, state.fit = key, False
     roomy = size.x > theme.em(11) and size.y > theme.em(9)
@@ -115,7 +116,7 @@ def _plot(stand: Setup, fields: list[Region], seen: Region, samples: BoxSamples,
         implot.pop_plot_clip_rect()
         if implot.is_plot_hovered():
             state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
-            _tell(plot, stand.lens, stand.film_distance, seen)
+            _tell(plot, lens_setup.lens, lens_setup.film_distance, seen)
         implot.end_plot()
     imgui.pop_font()
     imgui.set_cursor_screen_pos(corner)

@@ -52,14 +52,14 @@ class Falling:
 
 
 @lru_cache(maxsize=8)
-def falling(stand: Setup) -> Falling:
+def falling(lens_setup: Setup) -> Falling:
     """Falloff, distortion and grid of a lens; LensError if it has none."""
-    radii = np.linspace(0.0, 0.5 * stand.film.diagonal, RADII)
-    lens, away = stand.lens, stand.film_distance
+    radii = np.linspace(0.0, 0.5 * lens_setup.film.diagonal, RADII)
+    lens, away = lens_setup.lens, lens_setup.film_distance
     light, shape = lb.falloff(lens, away, radii), lb.distortion(lens, away, radii)
     if np.nanmax(shape.angles) > WIDE:
         shape = lb.distortion(lens, away, radii, "best")
-    ideal, real = lb.distortion_grid(lens, away, stand.film, projection=shape.projection)
+    ideal, real = lb.distortion_grid(lens, away, lens_setup.film, projection=shape.projection)
     return Falling(light, shape, ideal, real)
 
 
@@ -72,11 +72,11 @@ def falloff_panel(settings: Settings, state: FalloffState) -> None:
         _say("This camera has no lens: no falloff and no distortion")
         return
     try:
-        stand = setup(settings)
-        if not stand.lens.is_rotationally_symmetric:
+        lens_setup = setup(settings)
+        if not lens_setup.lens.is_rotationally_symmetric:
             _say(EVERY_WAY)
             return
-        found = falling(stand)
+        found = falling(lens_setup)
     except (ValueError, OSError) as error:
         _say(str(error))
         return
@@ -104,10 +104,10 @@ def _stops(part: float) -> str:
 
 def _words(found: Falling) -> None:
     light, shape = found.light, found.shape
-    said = f"Corner {_stops(float(light.total[-1]))}: natural {_stops(float(light.natural[-1]))}, " \
+    summary = f"Corner {_stops(float(light.total[-1]))}: natural {_stops(float(light.natural[-1]))}, " \
            f"vignetting {_stops(float(light.vignetting[-1]))}"
     imgui.push_text_wrap_pos(0.0)
-    imgui.text_unformatted(said if light.total[-1] > 0.0 else "The corner of the film is dark")
+    imgui.text_unformatted(summary if light.total[-1] > 0.0 else "The corner of the film is dark")
     imgui.pop_text_wrap_pos()
     imgui.set_item_tooltip("Against the axis, of the real lens at the present stop and focus. Natural: cos⁴ of the "
                            "angle at the film,\nover the pupil; vignetting: the pupil's area, as the rims leave it")

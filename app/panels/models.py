@@ -34,9 +34,12 @@ class ModelsState:
     shown: str = "rms"          # a key of ERRORS
 
 
-def chart_panel(settings: Settings, worker: ChartWorker, state: ModelsState,
-                chosen: tuple[str, int] | None = None) -> Settings:
-    """Draw the chart; settings, with another model where one was clicked. chosen: what the automatic model came to."""
+def models_panel(settings: Settings, worker: ChartWorker, state: ModelsState,
+                 chosen: tuple[str, int] | None = None) -> Settings:
+    """Draw the chart; return the settings, with the model that was clicked.
+
+    chosen: the automatic model's choice.
+    """
     if not settings.has_lens:
         _say("This camera has no lens. Choose one with a lens in the left column to chart its models.")
         return settings
@@ -222,14 +225,14 @@ def _clicked(settings: Settings, mark: Mark, boxes: list[tuple[ImVec2, ImVec2]])
                                          ImVec2(max(high.x - low.x, 1.0), max(high.y - low.y, 1.0)))
         if imgui.is_item_hovered():
             imgui.set_mouse_cursor(imgui.MouseCursor_.hand if usable else imgui.MouseCursor_.arrow)
-            imgui.set_tooltip(_tale(mark, usable is not None))
+            imgui.set_tooltip(_mark_tooltip(mark, usable is not None))
         if pressed and usable is not None:
             model, degree = usable
             return replace(settings, lens_model=model, degree=degree or settings.degree)
     return settings
 
 
-def _tale(mark: Mark, usable: bool) -> str:
+def _mark_tooltip(mark: Mark, usable: bool) -> str:
     figures = mark.figures
     lines = [mark.name, f"{figures['streamed, ns']:.2f} ns a ray; the middle run {figures['spread, %']:.0f} % more"]
     if mark.kind == "scalar":

@@ -85,7 +85,7 @@ def _explain(row: Row) -> None:
 
 
 def own(settings: Settings, table: list[Row]) -> list[Row]:
-    """The rows with a value; for a camera with a lens all rows, so that none moves while a ring turns."""
+    """The rows with a value; for a camera with a lens all rows, so that none moves while a dial turns."""
     if settings.has_lens and settings.has_stop:
         return table
     found: list[Row] = []

@@ -51,7 +51,7 @@ def _front(settings: Settings) -> tuple[float, float]:
     rays_from = LENS_MODELS[settings.lens_model].rays_from if settings.has_lens else ""
     if not rays_from:
         return 0.0, 1.0
-    stand = setup(settings)
+    lens_setup = setup(settings)
     if rays_from == "front":
-        return -stand.film_z, stand.lens.surfaces[0].semi_diameter
-    return stand.first_order.entrance_pupil.z - stand.film_z, stand.first_order.entrance_pupil.radius
+        return -lens_setup.film_z, lens_setup.lens.surfaces[0].semi_diameter
+    return lens_setup.first_order.entrance_pupil.z - lens_setup.film_z, lens_setup.first_order.entrance_pupil.radius

@@ -29,7 +29,7 @@ def is_automatic(settings: Settings) -> bool:
     return settings.is_automatic and not settings.sample_view
 
 
-def judged(settings: Settings, camera: Any, scene: Any, before: Chosen | None) -> Chosen:
+def choose(settings: Settings, camera: Any, scene: Any, before: Chosen | None) -> Chosen:
     """The choice for these settings; the previous one of the same lens is kept unless another is clearly better."""
     import lensbench as lb
 
@@ -59,7 +59,7 @@ def record(choice: "Choice") -> dict[str, Any]:
             "error_stops": choice.error_stops, "refused": choice.reason or None}
 
 
-def headline(choice: "Choice", speeds: tuple[float, float] | None) -> list[str]:
+def choice_summary(choice: "Choice", speeds: tuple[float, float] | None) -> list[str]:
     """The choice, its error, the time that it saves, and why the next simpler model was refused, in a few words each.
 
     speeds: time of a ray (ns) by this model and by the full trace.
@@ -76,7 +76,7 @@ def headline(choice: "Choice", speeds: tuple[float, float] | None) -> list[str]:
     return words
 
 
-def tale(choice: "Choice", speeds: tuple[float, float] | None) -> str:
+def choice_details(choice: "Choice", speeds: tuple[float, float] | None) -> str:
     """The choice in full, with a line for each model that was compared."""
     lines = ["The simplest model whose picture is within half a pixel and 0.05 stops of the full trace,",
              "at all the scene's depths: where light falls, how far it is blurred, how bright it is.", ""]

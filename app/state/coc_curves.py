@@ -72,15 +72,15 @@ def _curves(settings: Settings, low: float, high: float, lens: Stamp) -> Curves:
     if not settings.has_lens:
         thin = lb.circle_of_confusion(got.efl, got.f_number, focus, distances)
         return Curves(distances / 1000.0, _micrometres(thin), None, None, _neighbours(got, thin))
-    stand = setup(settings)
-    offset = stand.principal_offset
+    lens_setup = setup(settings)
+    offset = lens_setup.principal_offset
     from_lens = np.maximum(distances - offset, 1e-3)
     s_f = max(focus, got.nearest_focus or 0.0) - offset
     thin = np.where(distances > offset, lb.circle_of_confusion(got.efl, got.f_number, s_f, from_lens), np.nan)
-    thick = lb.thick_circle_of_confusion(stand.lens, stand.film_distance, distances)
+    thick = lb.thick_circle_of_confusion(lens_setup.lens, lens_setup.film_distance, distances)
     real = None
     if settings.follows_lens:
-        real = _micrometres(lb.real_circle_of_confusion(stand.lens, stand.film_distance, distances)[0])
+        real = _micrometres(lb.real_circle_of_confusion(lens_setup.lens, lens_setup.film_distance, distances)[0])
     return Curves(distances / 1000.0, _micrometres(thin), _micrometres(thick), real, _neighbours(got, thick))
 
 

@@ -19,7 +19,7 @@ from lensbench.imaging.exposure import SATURATION
 
 
 @dataclass(frozen=True)
-class Exposing:
+class AppliedExposure:
     """The gain of the light, the ISO, and the exposure triangle; None for a camera without an f-number."""
 
     gain: float
@@ -27,7 +27,7 @@ class Exposing:
     triangle: lb.Exposure | None
 
 
-def exposing(settings: Settings, image: NDArray[np.float32]) -> Exposing:
+def applied_exposure(settings: Settings, image: NDArray[np.float32]) -> AppliedExposure:
     """The exposure of a linear picture (h, w, 3) of these settings."""
     got = readings(settings)
     f_number = got.working_f_number or got.f_number
@@ -35,19 +35,19 @@ def exposing(settings: Settings, image: NDArray[np.float32]) -> Exposing:
     if settings.exposing == "automatic":
         gain = 2.0 ** lb.metered_stops(image, settings.metering)
         if triangle is None:
-            return Exposing(gain, settings.iso, None)
+            return AppliedExposure(gain, settings.iso, None)
         iso = settings.iso * gain / triangle.brightness
-        return Exposing(gain, iso, lb.Exposure(triangle.f_number, triangle.time, iso))
+        return AppliedExposure(gain, iso, lb.Exposure(triangle.f_number, triangle.time, iso))
     if settings.exposing == "triangle" and triangle is not None:
-        return Exposing(triangle.brightness, settings.iso, triangle)
-    return Exposing(1.0, settings.iso, triangle)
+        return AppliedExposure(triangle.brightness, settings.iso, triangle)
+    return AppliedExposure(1.0, settings.iso, triangle)
 
 
 def exposed(settings: Settings, image: NDArray[np.float32]) -> NDArray[np.float32]:
     """The picture exposed and recorded by the sensor; itself where neither changes it."""
     if settings.exposing == "plain" and not settings.noise:
         return image
-    found = exposing(settings, image)
+    found = applied_exposure(settings, image)
     light = image * np.float32(found.gain)
     if not settings.noise:
         return light
@@ -64,7 +64,7 @@ def look(settings: Settings) -> tuple:
             readings(settings).working_f_number)
 
 
-def told(found: Exposing) -> str:
+def exposure_text(found: AppliedExposure) -> str:
     """The exposure value and the exposure H, in two lines."""
     if found.triangle is None:
         return "No f-number, no exposure value"

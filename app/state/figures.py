@@ -97,34 +97,34 @@ def lens_readings(settings: "Settings") -> Readings:
 
 @lru_cache(maxsize=64)
 def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
-    stand = setup(settings)
-    fo, designed, film, limit = stand.first_order, stand.at_infinity, stand.film, blur_limit(settings)
+    lens_setup = setup(settings)
+    fo, designed, film, limit = lens_setup.first_order, lens_setup.at_infinity, lens_setup.film, blur_limit(settings)
     plain = replace(
         angles(film, designed.efl, _across(lens)),
         efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl), limit=limit,
-        widest_f_number=_finite(lb.first_order(lens).f_number), film_distance=stand.film_distance,
-        focusing=stand.focusing,
+        widest_f_number=_finite(lb.first_order(lens).f_number), film_distance=lens_setup.film_distance,
+        focusing=lens_setup.focusing,
         entrance_pupil=_finite(2.0 * fo.entrance_pupil.radius), exit_pupil=_finite(2.0 * fo.exit_pupil.radius),
-        reason=stand.reason,
+        reason=lens_setup.reason,
     )
     if not (math.isfinite(fo.efl) and fo.efl > 0.0):
         return plain
 
-    # The closed forms measure from the front principal plane, the focus ring from the film
-    offset, nearest = stand.principal_offset, lb.nearest_focus(stand.lens)
+    # The closed forms measure from the front principal plane, the focus dial from the film
+    offset, nearest = lens_setup.principal_offset, lb.nearest_focus(lens_setup.lens)
     if not lens.is_rotationally_symmetric:
-        foci = lb.section_foci(stand.lens, max(settings.focus_distance, nearest), stand.film_distance)
-        behind = (foci[0] - stand.film_distance, foci[1] - stand.film_distance)
+        foci = lb.section_foci(lens_setup.lens, max(settings.focus_distance, nearest), lens_setup.film_distance)
+        behind = (foci[0] - lens_setup.film_distance, foci[1] - lens_setup.film_distance)
         plain = replace(plain, across=_across(lens), foci=behind)
     focus = max(settings.focus_distance, nearest) - offset
     plain = replace(plain, nearest_focus=nearest, magnification=fo.efl / (focus - fo.efl))
     if not settings.has_stop:
         return replace(plain, f_number=None)
     near, far = lb.depth_of_field(fo.efl, fo.f_number, focus, limit)
-    working = lb.working_f_number(stand.lens, stand.film_distance)
+    working = lb.working_f_number(lens_setup.lens, lens_setup.film_distance)
     return replace(
         plain, f_number=designed.f_number, working_f_number=_finite(working), airy=airy_diameter(working),
-        t_number=lb.t_number(stand.lens.at(close=0.0)),
+        t_number=lb.t_number(lens_setup.lens.at(close=0.0)),
         near_limit=near + offset, far_limit=far + offset,
         hyperfocal=lb.hyperfocal(fo.efl, fo.f_number, limit) + offset,
     )

@@ -41,12 +41,12 @@ def dark_corners(settings: Settings) -> str:
 def _towards_the_corner(settings: Settings) -> float | None:
     """Part of the way to the film's corner that light reaches, for a lens without rotational symmetry; else None."""
     try:
-        stand = setup(settings)
+        lens_setup = setup(settings)
     except (ValueError, OSError):
         return None
-    if stand.lens.is_rotationally_symmetric:
+    if lens_setup.lens.is_rotationally_symmetric:
         return None
-    return _end(stand.lens, stand.film_distance, stand.film.width, stand.film.height)
+    return _end(lens_setup.lens, lens_setup.film_distance, lens_setup.film.width, lens_setup.film.height)
 
 
 @lru_cache(maxsize=16)

@@ -136,7 +136,7 @@ def radius(look: Look, field: lb.LightField) -> float:
     return 1.0 if look.f_number is None else field.f_number / look.f_number
 
 
-def opened(look: Look, f_number: float, field: lb.LightField) -> Look:
+def with_aperture(look: Look, f_number: float, field: lb.LightField) -> Look:
     """With another aperture, no wider than what was recorded; its middle goes only as far as it stays in the pupil."""
     part = min(field.f_number / f_number, 1.0)
     off, far = math.hypot(*look.view), 1.0 - part
@@ -145,7 +145,7 @@ def opened(look: Look, f_number: float, field: lb.LightField) -> Look:
     return replace(look, f_number=None if whole else f_number, view=(0.0, 0.0) if whole else view)
 
 
-def moved(look: Look, view: tuple[float, float], field: lb.LightField) -> Look:
+def with_view(look: Look, view: tuple[float, float], field: lb.LightField) -> Look:
     """With its aperture about another place, as far as that lies in the pupil; a wide aperture gives way."""
     off = math.hypot(*view)
     if off > EDGE:
@@ -156,7 +156,7 @@ def moved(look: Look, view: tuple[float, float], field: lb.LightField) -> Look:
     return replace(look, view=view, f_number=field.f_number / room)
 
 
-def shown(recording: Recording, look: Look, depth: lb.Depth | None) -> NDArray[np.float32]:
+def light_field_picture(recording: Recording, look: Look, depth: lb.Depth | None) -> NDArray[np.float32]:
     """The picture of a look that shows one: float32 (h, w, 3), linear, or codes where it is `coded`.
 
     depth: what was found of it; where there is none, a look at the depth is one at the recorded focus.
@@ -172,7 +172,7 @@ def shown(recording: Recording, look: Look, depth: lb.Depth | None) -> NDArray[n
     return recording.during(look.moment).refocus(look.distance, look.f_number, look.view)
 
 
-def novel(recording: ArrayRecording, look: Look) -> lb.NovelView:
+def novel_view(recording: ArrayRecording, look: Look) -> lb.NovelView:
     """What a pinhole elsewhere sees by an array."""
     x, y, forwards = look.place
     moved = np.eye(4)
@@ -195,7 +195,7 @@ def picture_settings(recording: Recorded, look: Look) -> Settings:
                    f_number=recording.settings.f_number if look.f_number is None else look.f_number)
 
 
-def place(view: tuple[float, float]) -> str:
+def format_place(view: tuple[float, float]) -> str:
     """A place in the pupil, in its radii: +0.20, −0.50."""
     return f"{view[0]:+.2f}, {view[1]:+.2f}".replace("-", "−")
 
@@ -211,12 +211,12 @@ def note(recording: Recorded, look: Look) -> str:
                 f"{lenses.pixels} × {lenses.pixels} pixels each")
     if look.show == "view":
         u, v = recording.field.places[look.cell[1], look.cell[0]]
-        return f"Light field: the view from {place((u, v))} of the pupil{_when(recording, look)}"
+        return f"Light field: the view from {format_place((u, v))} of the pupil{_when(recording, look)}"
     if look.show == "depth":
         return {"sharp": "Light field: all in focus", "depth": "Light field: depth; what is not sure is dark",
                 "sure": "Light field: how sure the depth is, from black to white"}[look.deep]
     f_number = look.f_number or recording.field.f_number
-    off = "" if look.view == (0.0, 0.0) else f", from {place(look.view)}"
+    off = "" if look.view == (0.0, 0.0) else f", from {format_place(look.view)}"
     return (f"Light field: focused at {format_distance(look.distance)}, {format_f_number(f_number)}{off}"
             f"{_when(recording, look)}")
 
@@ -264,7 +264,7 @@ def ray(recording: Recording, pixel: tuple[int, int], cell: tuple[int, int]) -> 
         (float(u), float(v))
 
 
-def match(of: lb.PlenopticCamera) -> tuple[tuple[str, str, str], ...]:
+def f_number_match(of: lb.PlenopticCamera) -> tuple[tuple[str, str, str], ...]:
     """How the microlenses' f-number meets that of the main lens: names, values, meanings."""
     return (
         ("Main", f"f/{of.main_f_number:.2f}", "f-number of the cone of light that the microlenses see on the axis"),

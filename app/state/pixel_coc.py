@@ -40,7 +40,7 @@ def _blur(settings: Settings, lens: Stamp) -> Blur:
     if settings.kind.ideal_lens:
         offset, efl, f_number = 0.0, readings(settings).efl or 50.0, settings.f_number or math.inf
     else:
-        stand = setup(settings)
-        offset, efl, f_number = stand.principal_offset, stand.first_order.efl, stand.first_order.f_number
+        lens_setup = setup(settings)
+        offset, efl, f_number = lens_setup.principal_offset, lens_setup.first_order.efl, lens_setup.first_order.f_number
     focus = 1.0 / max(settings.focus_distance - offset, 1.01 * abs(efl))
     return Blur(efl * efl / f_number / (1.0 - efl * focus) / pitch, focus, offset, sharp / pitch)

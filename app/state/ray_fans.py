@@ -46,14 +46,14 @@ class Fan:
     dark: str = ""
 
 
-def fans(stand: Setup, focus_distance: float, traced: bool, has_stop: bool, open_stop: float) -> tuple[Fan, ...]:
+def fans(lens_setup: Setup, focus_distance: float, traced: bool, has_stop: bool, open_stop: float) -> tuple[Fan, ...]:
     """The three fans of a lens before its film.
 
     traced: through the real lens, and not through an ideal one. has_stop: or only the chief rays of a pinhole.
     open_stop: the stop's radius wide open (mm).
     """
-    return _fans(stand.lens, stand.film_distance, 0.5 * stand.film.diagonal, focus_distance, traced, has_stop,
-                 open_stop)
+    return _fans(lens_setup.lens, lens_setup.film_distance, 0.5 * lens_setup.film.diagonal, focus_distance, traced,
+                 has_stop, open_stop)
 
 
 @lru_cache(maxsize=32)
@@ -68,9 +68,9 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
                          part * min(lit, half_diagonal), focus_distance, count) for name, part in FIELDS)
 
 
-def lit_radius(stand: Setup) -> float:
+def lit_radius(lens_setup: Setup) -> float:
     """How far off the axis (mm) the lens lights its film: to the corner, or less where its image circle is smaller."""
-    return _lit_radius(stand.lens, stand.film_distance, 0.5 * stand.film.diagonal)
+    return _lit_radius(lens_setup.lens, lens_setup.film_distance, 0.5 * lens_setup.film.diagonal)
 
 
 @lru_cache(maxsize=64)

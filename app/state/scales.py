@@ -1,4 +1,4 @@
-"""Engraved scales: where a value stands on the ring, what is engraved there, and how people write it.
+"""Engraved scales: where a value stands on the dial, what is engraved there, and how people write it.
 
 A scale maps its values to u from 0 (left) to 1 (right). Lengths in mm, angles
 in radians, exposure in stops; people read and write metres and degrees.
@@ -66,12 +66,12 @@ class Scale:
         return self._clamped(self.unwarp(low + u * (high - low)))
 
     def snapped(self, value: float) -> float:
-        """The nearest snap along the ring, or the value itself on a continuous scale."""
+        """The nearest snap along the dial, or the value itself on a continuous scale."""
         u = self.to_unit(value)
         return min(self.snaps, key=lambda snap: abs(self.to_unit(snap) - u), default=value)
 
     def stepped(self, value: float, steps: int) -> float:
-        """The value so many snaps to the right, or so many hundredths of the ring where there are none."""
+        """The value so many snaps to the right, or so many hundredths of the dial where there are none."""
         if not self.snaps:
             return self.from_unit(self.to_unit(value) + 0.01 * steps)
         u, ladder = self.to_unit(value), sorted(self.to_unit(snap) for snap in self.snaps)
@@ -84,7 +84,7 @@ class Scale:
     def parse(self, text: str) -> float:
         """The value that a person typed; ValueError says what to type, or between which values."""
         value = self.read(text)
-        # A typed end may be the rounded figure of the ring's own end
+        # A typed end may be the rounded figure of the dial's own end
         for end in (self.low, self.high):
             if self.format(value) == self.format(end):
                 return end
@@ -250,7 +250,7 @@ def exposure_scale(stops: float = 5.0, reset: float | None = 0.0) -> Scale:
 
 @lru_cache(maxsize=64)
 def fov_scale(narrowest: float, widest: float, reset: float | None = None) -> Scale:
-    """Angles of view (radians) on a logarithmic ring."""
+    """Angles of view (radians) on a logarithmic dial."""
     low, high = math.degrees(narrowest), math.degrees(widest)
     bare = Scale(narrowest, widest, math.log, math.exp, format_angle, read_angle, ())
     series = decades(low, high, (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 9.0))
@@ -262,7 +262,7 @@ def fov_scale(narrowest: float, widest: float, reset: float | None = None) -> Sc
 
 @lru_cache(maxsize=64)
 def focal_length_scale(low: float = 8.0, high: float = 800.0, reset: float | None = None) -> Scale:
-    """Focal lengths (mm) on a logarithmic ring, snapping to those usually engraved."""
+    """Focal lengths (mm) on a logarithmic dial, snapping to those usually engraved."""
     snaps = tuple(float(f) for f in FOCAL_LENGTHS if low <= f <= high)
     figures = tuple((f, f"{f:g}") for f in snaps)
     minor = tuple(decades(low, high, (1.0, 1.2, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0, 8.0, 9.0)))
@@ -271,9 +271,9 @@ def focal_length_scale(low: float = 8.0, high: float = 800.0, reset: float | Non
 
 @lru_cache(maxsize=64)
 def zoom_scale(engraved: tuple[float, ...]) -> Scale:
-    """The focal lengths (mm) of a zoom on a logarithmic ring from its widest to its longest.
+    """The focal lengths (mm) of a zoom on a logarithmic dial from its widest to its longest.
 
-    engraved: those of its stations, which stand on the ring before any between them; two
+    engraved: those of its stations, which stand on the dial before any between them; two
     or more, rising.
     """
     low, high = engraved[0], engraved[-1]
@@ -301,7 +301,7 @@ def radius_scale(high: float, reset: float | None = None) -> Scale:
 
 
 def figures_that_fit(scale: Scale, width: float, widths: tuple[float, ...], gap: float) -> tuple[Figure, ...]:
-    """The figures at the first stride at which none touch on a ring of this width; `widths` are those of the texts.
+    """The figures at the first stride at which none touch on a dial of this width; `widths` are those of the texts.
 
     The stride counts from the anchor, which always stays.
     """

@@ -55,12 +55,12 @@ def sketch(settings: Settings) -> Sketch:
 
 
 @lru_cache(maxsize=16)
-def _of_lens(stand: Setup, wide_open: lb.Lens, settings: Settings) -> Sketch:
-    lens, fo = stand.lens, stand.first_order
+def _of_lens(lens_setup: Setup, wide_open: lb.Lens, settings: Settings) -> Sketch:
+    lens, fo = lens_setup.lens, lens_setup.first_order
     focus = settings.focus_distance
-    if stand.reason:                                        # not focused as asked: where it is focused instead
+    if lens_setup.reason:                                        # not focused as asked: where it is focused instead
         try:
-            focus = lb.focused_distance(lens, stand.film_distance)
+            focus = lb.focused_distance(lens, lens_setup.film_distance)
         except lb.LensError:
             focus = math.inf
     places = (
@@ -71,15 +71,15 @@ def _of_lens(stand: Setup, wide_open: lb.Lens, settings: Settings) -> Sketch:
         ("E′", fo.exit_pupil.z, "Exit pupil: the stop as the film sees it"),
     )
     return Sketch(
-        lens=lens, fans=fans(stand, focus, settings.follows_lens, settings.has_stop, wide_open.stop.semi_diameter),
+        lens=lens, fans=fans(lens_setup, focus, settings.follows_lens, settings.has_stop, wide_open.stop.semi_diameter),
         marks=tuple(Mark(sign, z, meaning) for sign, z, meaning in places if math.isfinite(z)),
-        film_z=stand.film_z, film_height=0.5 * stand.film.diagonal, rear_z=lens.length,
+        film_z=lens_setup.film_z, film_height=0.5 * lens_setup.film.diagonal, rear_z=lens.length,
         glass_radius=max(s.semi_diameter for s in lens.surfaces),
         near_stop=max(s.semi_diameter for s in lens.surfaces[max(lens.stop_index - 2, 0):lens.stop_index + 3]),
         stop_z=lens.vertices[lens.stop_index],
         stop_radius=lens.stop.semi_diameter if settings.has_stop else None,
         open_radius=wide_open.stop.semi_diameter if settings.has_stop else None,
-        ideal=not settings.follows_lens, reason=stand.reason,
+        ideal=not settings.follows_lens, reason=lens_setup.reason,
     )
 
 

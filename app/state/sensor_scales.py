@@ -49,7 +49,7 @@ def read_electrons(text: str) -> float:
 
 @lru_cache(maxsize=1)
 def full_well_scale() -> Scale:
-    """Electrons on a logarithmic ring."""
+    """Electrons on a logarithmic dial."""
     figures = tuple((n, f"{n / 1000:g}k") for n in decades(500.0, 200_000.0, (1.0, 2.0, 5.0)))
     return Scale(500.0, 200_000.0, math.log, math.exp, format_electrons, read_electrons, figures,
                  tuple(decades(500.0, 200_000.0, tuple(float(i) for i in range(1, 10)))), reset=50_000.0)
@@ -57,7 +57,7 @@ def full_well_scale() -> Scale:
 
 @lru_cache(maxsize=1)
 def read_noise_scale() -> Scale:
-    """Electrons, the square root along the ring."""
+    """Electrons, the square root along the dial."""
     figures = tuple((float(n), f"{n}") for n in (0, 1, 3, 10, 20, 50))
     return Scale(0.0, 50.0, math.sqrt, lambda w: w * w, format_electrons, read_electrons, figures,
                  tuple(float(n) for n in (2, *range(4, 10), *range(12, 20, 2), 25, 30, 35, 40, 45)), reset=3.0)
@@ -75,7 +75,7 @@ def turn_scale(blades: int) -> Scale:
 
 @lru_cache(maxsize=8)
 def hole_scale(best: float) -> Scale:
-    """Diameters of a pinhole (mm) on a logarithmic ring; a double click brings the sharpest back."""
+    """Diameters of a pinhole (mm) on a logarithmic dial; a double click brings the sharpest back."""
     figures = tuple((d, f"{d:g}") for d in decades(0.02, 10.0, (1.0, 2.0, 5.0)))
     return Scale(0.02, 10.0, math.log, math.exp, format_hole, read_length, figures,
                  tuple(decades(0.02, 10.0, tuple(float(i) for i in range(1, 10)))), reset=best)

@@ -108,8 +108,8 @@ def check(of: Field, value: Any) -> None:
         return
     parts = value if isinstance(value, tuple) else (value,)
     if about.choices and value not in about.choices:
-        said = about.rule or f"choose one of {', '.join(map(str, about.choices))}"
-        raise SettingsError(f"{words(of)} {value!r}: {said}")
+        rule = about.rule or f"choose one of {', '.join(map(str, about.choices))}"
+        raise SettingsError(f"{words(of)} {value!r}: {rule}")
     if about.bounds is not None and not all(part in about.bounds for part in parts):
         shown = ", ".join(about.shown(part) for part in parts)
         each = "its three coordinates must be finite numbers" if len(parts) > 1 else ""

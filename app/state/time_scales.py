@@ -63,7 +63,7 @@ def shutter_scale(reset: float | None = None) -> Scale:
 
 @lru_cache(maxsize=2)
 def readout_scale(reset: float = 0.0) -> Scale:
-    """The read-out of a rolling shutter: 0 is a global one, the square root of the time along the ring."""
+    """The read-out of a rolling shutter: 0 is a global one, the square root of the time along the dial."""
     figures = tuple((t / 1e3, f"{t}") for t in (0, 1, 5, 10, 20, 50, 100, 200))
     minor = tuple(t / 1e3 for t in (*range(2, 10), *range(12, 20, 2), *range(25, 50, 5), *range(60, 100, 10), *range(
         120, 200, 20)))
@@ -82,7 +82,7 @@ def moment_scale(duration: float, reset: float | None = 0.0) -> Scale:
 
 @lru_cache(maxsize=2)
 def duration_scale(reset: float = 1.0) -> Scale:
-    """From 10 ms to a minute, on a logarithmic ring."""
+    """From 10 ms to a minute, on a logarithmic dial."""
     bare = Scale(0.01, 60.0, math.log, math.exp, format_duration, read_time, ())
     figures = spaced([(s, f"{s:g}") for s in decades(0.01, 60.0, (1.0, 2.0, 5.0))], bare.to_unit)
     return Scale(0.01, 60.0, math.log, math.exp, format_duration, read_time, figures,
@@ -127,7 +127,7 @@ def light_scale() -> Scale:
 
 @lru_cache(maxsize=4)
 def visibility_scale(high: float = 1e6) -> Scale:
-    """Visibilities (mm; people read metres) on a logarithmic ring."""
+    """Visibilities (mm; people read metres) on a logarithmic dial."""
     figures = tuple((w, f"{w / 1000.0:g}") for w in decades(500.0, high, (1.0, 3.0)))
     minor = tuple(decades(500.0, high, tuple(float(i) for i in range(1, 10))))
     return Scale(500.0, high, math.log, math.exp, format_distance, read_distance, figures, minor, reset=10_000.0)
@@ -135,7 +135,7 @@ def visibility_scale(high: float = 1e6) -> Scale:
 
 @lru_cache(maxsize=4)
 def width_scale(low: float = 10.0, high: float = 100_000.0, reset: float | None = None) -> Scale:
-    """Widths of scene (mm; people read metres) on a logarithmic ring."""
+    """Widths of scene (mm; people read metres) on a logarithmic dial."""
     figures = tuple((w, f"{w / 1000.0:g}") for w in decades(low, high, (1.0, 3.0)))
     minor = tuple(decades(low, high, tuple(float(i) for i in range(1, 10))))
     return Scale(low, high, math.log, math.exp, format_distance, read_distance, figures, minor, reset=reset)
@@ -143,7 +143,7 @@ def width_scale(low: float = 10.0, high: float = 100_000.0, reset: float | None 
 
 @lru_cache(maxsize=4)
 def lens_radius_scale(high: float = 100.0, reset: float = 0.0) -> Scale:
-    """Radii of an ideal lens (mm): the square root along the ring, from a pinhole on."""
+    """Radii of an ideal lens (mm): the square root along the dial, from a pinhole on."""
     figures = tuple((float(r), f"{r}") for r in (0, 1, 5, 10, 20, 50, 100) if r <= high)
     minor = tuple(float(r) for r in (*range(1, 10), *range(10, 20, 2), *range(20, 50, 5), *range(50, 101, 10)))
     return Scale(0.0, high, math.sqrt, lambda w: w * w, format_length, read_length, figures, minor, reset=reset)
@@ -151,7 +151,7 @@ def lens_radius_scale(high: float = 100.0, reset: float = 0.0) -> Scale:
 
 @lru_cache(maxsize=4)
 def fisheye_scale(widest: float, reset: float = math.pi) -> Scale:
-    """Fields of view of a fisheye (radians), evenly along the ring."""
+    """Fields of view of a fisheye (radians), evenly along the dial."""
     figures = tuple((math.radians(d), f"{d}") for d in range(30, 360, 30) if math.radians(d) <= widest + 1e-9)
     minor = tuple(math.radians(d) for d in range(10, 360, 10) if math.radians(d) <= widest + 1e-9)
     return Scale(math.radians(10.0), widest, float, float, format_angle, read_angle, figures, minor, reset=reset)

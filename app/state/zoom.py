@@ -1,4 +1,4 @@
-"""The zoom of a lens by its focal length, as its ring is engraved, and the figures of its stations.
+"""The zoom of a lens by its focal length, as its dial is engraved, and the figures of its stations.
 
 Lengths in mm; focal lengths are those at infinity.
 """
@@ -13,7 +13,7 @@ import lensbench as lb
 from lensbench.app.state.scales import format_distance, read_length
 from lensbench.kernels.root_finding import find_root
 
-SAMPLES = 33            # of the focal length along the ring, to find it again
+SAMPLES = 33            # of the focal length along the dial, to find it again
 ROUNDING = 1e-13        # of a focal length
 
 

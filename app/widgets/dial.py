@@ -1,4 +1,4 @@
-"""The ring, an engraved scale: one widget for focus, aperture, exposure and every other continuous setting.
+"""The dial, an engraved scale: one widget for focus, aperture, exposure and every other continuous setting.
 
 A drag turns it continuously (with Shift at a tenth of the speed), a click and the
 wheel go to the engraved stops if the scale has them, ctrl-click or Enter takes a
@@ -22,7 +22,7 @@ FINE = 0.1                      # of the mouse's movement, with Shift
 
 @dataclass(frozen=True)
 class Grip:
-    """A press on a ring: the last place of the mouse (pixels), the ring's u under it, and whether it has moved."""
+    """A press on a dial: the last x of the mouse (pixels), the dial's u under it, and whether it has moved."""
 
     item: int
     u: float
@@ -34,7 +34,7 @@ class Grip:
 
 @dataclass(frozen=True)
 class Entry:
-    """A value being typed into a ring."""
+    """The text that a user types into a dial."""
 
     item: int
     text: str
@@ -43,31 +43,31 @@ class Entry:
 
 
 @dataclass
-class RingState:
-    """What mouse and keyboard do with the rings of one window, and what of them is drawn in every frame."""
+class DialState:
+    """State of the dials of one window: the press, the text entry, and caches of ticks and figures."""
 
     grip: Grip | None = None
     entry: Entry | None = None
-    known: int = 0              # the ring that was turned while the mouse is on it: it shows no tooltip
+    known: int = 0              # the dial that was turned while the mouse is on it: it shows no tooltip
     figures: Memo = field(default_factory=lambda: Memo(256))
     ticks: Memo = field(default_factory=lambda: Memo(256))
 
 
-# As imgui has its current context: the state belongs to the window, which names it before it draws
-_state: ContextVar[RingState] = ContextVar("rings")
+# Current like imgui's context: each window sets its state before it draws
+_state: ContextVar[DialState] = ContextVar("dials")
 
 
-def use_rings(state: RingState) -> None:
-    """Draw the rings with this state from now on; call it for each window before the first ring."""
+def use_dials(state: DialState) -> None:
+    """Draw the dials with this state from now on; call it for each window before the first dial."""
     _state.set(state)
 
 
-def ring(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[float, float] | None = None,
+def dial(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[float, float] | None = None,
          width: float | None = None) -> float:
-    """Draw the ring and return its value, changed or not.
+    """Draw the dial and return its value, changed or not.
 
-    zone: from and to which value is in focus, as an amber zone. width in pixels,
-    otherwise all that is left.
+    zone: the nearest and farthest value in focus, drawn as an amber zone. width: in pixels;
+    the rest of the row by default.
     """
     state = _state.get()
     imgui.push_id(label)
@@ -128,7 +128,7 @@ def _explain(tooltip: str, scale: Scale) -> None:
         imgui.end_tooltip()
 
 
-def _turned(state: RingState, item: int, value: float, scale: Scale, left: float, length: float) -> float:
+def _turned(state: DialState, item: int, value: float, scale: Scale, left: float, length: float) -> float:
     """The value after this frame's mouse, on the item just submitted."""
     io, pixel = imgui.get_io(), theme.scale()
     mouse = imgui.get_mouse_pos().x
@@ -167,8 +167,8 @@ def _turned(state: RingState, item: int, value: float, scale: Scale, left: float
     return value
 
 
-def _keyed(state: RingState, item: int, value: float, scale: Scale, focused: bool) -> float:
-    """The value after this frame's keys, while the ring has the keyboard focus."""
+def _keyed(state: DialState, item: int, value: float, scale: Scale, focused: bool) -> float:
+    """The value after this frame's keys, while the dial has the keyboard focus."""
     if not focused or state.entry is not None or not imgui.get_io().nav_visible:
         return value
     for key, step in ((imgui.Key.left_arrow, -1), (imgui.Key.right_arrow, 1)):
@@ -184,7 +184,7 @@ def _plain(text: str) -> str:
     return text.replace("−", "-").replace("∞", "inf")
 
 
-def _typed(state: RingState, value: float, scale: Scale, corner: ImVec2, width: float) -> float:
+def _typed(state: DialState, value: float, scale: Scale, corner: ImVec2, width: float) -> float:
     """The text entry over the value. Enter sets the value, Escape or a click elsewhere cancels."""
     entry = state.entry
     assert entry is not None
@@ -214,7 +214,7 @@ def _typed(state: RingState, value: float, scale: Scale, corner: ImVec2, width: 
 
 
 def _fitting(scale: Scale, length: float, font_size: float) -> tuple[tuple[float, str], ...]:
-    """The figures that do not touch, measured in the font in use."""
+    """The figures that do not touch, measured in the current font."""
     widths = tuple(imgui.calc_text_size(text).x for _, text in scale.figures)
     return figures_that_fit(scale, length, widths, 0.3 * font_size)
 
@@ -233,7 +233,7 @@ def _ticks(scale: Scale, left: float, length: float, apart: float) -> tuple[tupl
     return tuple(long), tuple(taken[len(long):])
 
 
-def _draw_bar(state: RingState, draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: float, value: float,
+def _draw_bar(state: DialState, draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, margin: float, value: float,
               scale: Scale, zone: tuple[float, float] | None, lit: bool, focused: bool) -> None:
     """Background, zone, ticks, figures, and the triangle with its index line."""
     colour, pixel = theme.colours(), theme.scale()

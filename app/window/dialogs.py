@@ -235,13 +235,13 @@ class ExportDialog:
                                            | imgui.WindowFlags_.no_resize)
         if not shown:
             return None
-        said = None
+        message = None
         if self._task is not None:
-            said = self._running(self._task)
+            message = self._running(self._task)
         else:
             self._form(self._settings)
         imgui.end_popup()
-        return said
+        return message
 
     def _form(self, settings: Settings) -> None:
         indent = theme.em(6.0)

@@ -8,14 +8,14 @@ from typing import Any
 
 from imgui_bundle import ImVec2, hello_imgui, imgui, implot
 
-from lensbench.app.panels.circle_of_confusion import CocState, coc_panel
+from lensbench.app.panels.circle_of_confusion import CocState, circle_of_confusion_panel
 from lensbench.app.panels.controls.controls import controls_panel
-from lensbench.app.panels.exit_pupil import PupilState, pupil_panel
+from lensbench.app.panels.exit_pupil import PupilState, exit_pupil_panel
 from lensbench.app.panels.falloff import FalloffState, falloff_panel
-from lensbench.app.panels.image.image_panel import render_panel
-from lensbench.app.panels.lens_section.panel import SectionState, section_panel
+from lensbench.app.panels.image.image_panel import image_panel
+from lensbench.app.panels.lens_section.panel import SectionState, lens_section_panel
 from lensbench.app.panels.light_field.panel import light_field_panel
-from lensbench.app.panels.models import ModelsState, chart_panel
+from lensbench.app.panels.models import ModelsState, models_panel
 from lensbench.app.panels.plan import PlanState, plan_panel
 from lensbench.app.panels.readouts import Status, readouts_panel
 from lensbench.app.panels.spaces import spaces_panel
@@ -148,11 +148,11 @@ class Panels:
         window.light_field.await_field_picture()
         window.presenter.take(window.view)    # the first picture of this frame's change may be there already
         picture = window.presenter.picture(window.edited, window.view)
-        window.edited = render_panel(window.edited, picture, window.view)
+        window.edited = image_panel(window.edited, picture, window.view)
 
     def _controls(self) -> None:
         window = self._state
-        window.chooser.exposing = window.presenter.exposing(window.edited)
+        window.chooser.applied_exposure = window.presenter.applied_exposure(window.edited)
         window.edited = controls_panel(window.edited, window.chooser)
 
     def _readouts(self) -> None:
@@ -172,11 +172,11 @@ class Panels:
         self._state.edited = plan_panel(self._state.edited, self._plan_state)
 
     def _section(self) -> None:
-        self._state.edited = section_panel(self._state.edited, self._section_state,
-                                                  self._field * lit(self._state.edited))
+        self._state.edited = lens_section_panel(self._state.edited, self._section_state,
+                                                self._field * lit(self._state.edited))
 
     def _confusion(self) -> None:
-        self._state.edited = coc_panel(self._state.edited, self._coc_state)
+        self._state.edited = circle_of_confusion_panel(self._state.edited, self._coc_state)
 
     def _pupil(self) -> None:
         settings, at, hover = self._state.edited, self._state.view.hover, None
@@ -184,7 +184,7 @@ class Panels:
             film = settings.film
             hover = math.hypot((0.5 - at[0] / film.pixels_x) * film.width, (at[1] / film.pixels_y - 0.5) * film.height)
         full = lit(settings)
-        radius = pupil_panel(settings, self._field * full, self._pupil_state, hover)
+        radius = exit_pupil_panel(settings, self._field * full, self._pupil_state, hover)
         if radius != self._field * full and full > 0.0:
             self._field = radius / full
 
@@ -194,7 +194,7 @@ class Panels:
     def _models(self) -> None:
         window, update = self._state, self._state.presenter.update
         choice = update.choice if update is not None else None
-        window.edited = chart_panel(window.edited, window.charts, self._models_state,
+        window.edited = models_panel(window.edited, window.charts, self._models_state,
                                      choice and (choice.model, choice.degree))
 
     def _light_field(self) -> None:

@@ -24,7 +24,7 @@ KEYS = (
     ("Space · R", "pause · restart the render"),
     ("Ctrl + Z · Ctrl + Shift + Z", "undo · redo"),
     ("Ctrl + O · Ctrl + E · Ctrl + S", "open a lens · export · save the picture"),
-    ("On a ring", "drag, click, wheel; Ctrl + click types, double click resets"),
+    ("On a dial", "drag, click, wheel; Ctrl + click types, double click resets"),
     ("In a plot", "drag to pan, wheel to zoom, double click to fit"),
 )
 NOTHING_PINNED = "Nothing to compare with yet: pin a picture as A first (A)"

@@ -25,7 +25,7 @@ from lensbench.app.state.constraints import constrained
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import use_rings
+from lensbench.app.widgets.dial import use_dials
 from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.docking import Panels, layout
 from lensbench.app.window.file_actions import QUESTIONS, Files
@@ -58,7 +58,7 @@ class Session(WindowState):
     def opened(self) -> None:
         """The GL context is there."""
         sys.setswitchinterval(0.001)            # the worker gets its turn soon, also beside a busy window
-        use_rings(self.rings)
+        use_dials(self.dials)
         self.presenter.open()
         if self.presenter.software:
             address = ctypes.cast(glfw.get_proc_address("glFinish"), ctypes.c_void_p).value

@@ -22,7 +22,7 @@ from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.undo import History
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import RingState
+from lensbench.app.widgets.dial import DialState
 from lensbench.app.workers.chart_worker import ChartWorker
 from lensbench.app.workers.render_worker import RenderWorker
 
@@ -32,7 +32,7 @@ class WindowState:
 
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
         self.requests: set[Request] = set()
-        self.view, self.chooser, self.rings = View(requests=self.requests), Chooser(requests=self.requests), RingState()
+        self.view, self.chooser, self.dials = View(requests=self.requests), Chooser(requests=self.requests), DialState()
         settings = self.showable(settings)
         with suppress(ValueError, OSError):             # the worker reports a lens that cannot be read
             self.say_findings(settings)

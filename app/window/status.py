@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from lensbench.app.display.frame import View
 from lensbench.app.panels.controls.controls import lens_title
-from lensbench.app.state.auto_model import headline, tale
+from lensbench.app.state.auto_model import choice_details, choice_summary
 from lensbench.app.state.build import design
 from lensbench.app.state.scales import format_distance
 from lensbench.app.state.settings import Settings
@@ -26,8 +26,8 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
 
     # From the right: the lens, and the pixel under the mouse
     left, right = window.x + theme.em(0.78), window.x + width - theme.em(0.9)
-    told = headline(update.choice, update.speeds) if update is not None and update.choice is not None else []
-    parts = [told[0] if told else settings.camera_title, *_progress(update)]
+    summary = choice_summary(update.choice, update.speeds) if update is not None and update.choice is not None else []
+    parts = [summary[0] if summary else settings.camera_title, *_progress(update)]
     separator = 2.0 * dot + imgui.calc_text_size("·").x
     needed = sum(imgui.calc_text_size(text).x for text in parts) + separator * len(parts)
     texts = [_lens(settings)]
@@ -43,7 +43,7 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
 
     # From the left: model, samples, speed; of an automatic model also its error, its gain and the refused models
     x = left
-    for i, text in enumerate([*parts, *told[1:]]):
+    for i, text in enumerate([*parts, *summary[1:]]):
         if i:
             if right - x < separator + theme.em(3.0):
                 break
@@ -52,11 +52,11 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
         text = theme.shortened(text, right - x)
         draw.add_text(ImVec2(round(x), y), theme.packed(colour.strong if i == 0 else colour.dim), text)
         x += imgui.calc_text_size(text).x
-    if told:
+    if summary:
         imgui.set_cursor_screen_pos(ImVec2(left, y))
         imgui.invisible_button("Automatic model", ImVec2(x - left, imgui.get_text_line_height()))
         assert update is not None
-        imgui.set_item_tooltip(tale(update.choice, update.speeds))
+        imgui.set_item_tooltip(choice_details(update.choice, update.speeds))
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(ImVec2(1.0, imgui.get_text_line_height()))
     imgui.pop_font()

@@ -23,10 +23,10 @@ from lensbench.app.state.light_field_query import (
     Look,
     Recorded,
     Recording,
-    novel,
+    light_field_picture,
+    novel_view,
     picture_settings,
     radius,
-    shown,
 )
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.render_worker import prepare
@@ -241,10 +241,10 @@ class LightFieldWorker:
             try:
                 covered = 1.0
                 if isinstance(recording, ArrayRecording):
-                    image, pixels = novel(recording, look)
+                    image, pixels = novel_view(recording, look)
                     covered = float(pixels.mean())
                 else:
-                    image = shown(recording, look, depth)
+                    image = light_field_picture(recording, look, depth)
             except (ValueError, MemoryError) as error:
                 self.messages.append((str(error), False))
             else:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.state.auto_model import Chosen, choice_key, is_automatic, judged, provisional
+from lensbench.app.state.auto_model import Chosen, choice_key, choose, is_automatic, provisional
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import lower_priority, thread_count
@@ -322,7 +322,7 @@ class RenderWorker:
 
     def _choose(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
         """Choose the automatic model; if it is another than that of the first pass, begin anew with it."""
-        self._choosing = passes.submit(judged, job.settings, job.automatic, job.scene, self._chosen)
+        self._choosing = passes.submit(choose, job.settings, job.automatic, job.scene, self._chosen)
         if not self._finished(self._choosing, wanted):
             return
         self._chosen, self._choosing = self._choosing.result(), None
@@ -331,10 +331,10 @@ class RenderWorker:
             job.camera = camera
             self._set_up(job)
         elif self._update is not None and self._update.generation == job.generation:
-            self._update = self._update._replace(**self._said(job))
+            self._update = self._update._replace(**self._choice_fields(job))
             self._wake()
 
-    def _said(self, job: _Job) -> dict[str, Any]:
+    def _choice_fields(self, job: _Job) -> dict[str, Any]:
         """The fields of an update that describe the automatic model."""
         if not is_automatic(job.settings):
             return {}
@@ -358,7 +358,7 @@ class RenderWorker:
         if self._finished(timing, wanted):
             self._speeds[self._timed(job)] = timing.result()
             if self._update is not None and self._update.generation == job.generation:
-                self._update = self._update._replace(**self._said(job))
+                self._update = self._update._replace(**self._choice_fields(job))
                 self._wake()
 
     def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
@@ -400,7 +400,7 @@ class RenderWorker:
         job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
         if wanted() or job.rendering.samples == count:
             update = RenderUpdate(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate,
-                                  job.depth, **self._said(job))
+                                  job.depth, **self._choice_fields(job))
             with self._change:
                 if self.waiting and job.generation == self._generation:
                     self._first_seconds = perf_counter() - self._started

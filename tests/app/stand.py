@@ -8,7 +8,7 @@ from imgui_bundle.immapp import testing
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import RingState, use_rings
+from lensbench.app.widgets.dial import DialState, use_dials
 
 
 def drive(gui: Callable[[], None], test: Callable, size: tuple[int, int] = (400, 300), picture: str | None = None,
@@ -21,7 +21,7 @@ def drive(gui: Callable[[], None], test: Callable, size: tuple[int, int] = (400,
     glfw.init()
     glfw.window_hint(glfw.CONTEXT_CREATION_API, glfw.EGL_CONTEXT_API)
     errors: list[BaseException] = []
-    use_rings(RingState())
+    use_dials(DialState())
 
     def guarded() -> None:
         if errors:

@@ -1,4 +1,4 @@
-"""The left column: lists of lens, scene, film and camera, the rings, and buttons with popups.
+"""The left column: lists of lens, scene, film and camera, the dials, and buttons with popups.
 
 Every control returns changed settings, limited to what the lens can do.
 """
@@ -15,7 +15,7 @@ from imgui_bundle import ImVec2, imgui
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.controls import iris_popup, medium_popup, sensor_popup, shutter_popup
-from lensbench.app.panels.controls.dials import ring_count, rings
+from lensbench.app.panels.controls.dials import dial_count, dials
 from lensbench.app.panels.controls.dispersion_popup import can_disperse, dispersion_popup
 from lensbench.app.panels.controls.focus_popup import focus_popup
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
@@ -27,7 +27,7 @@ from lensbench.app.state.constraints import (
     with_layout,
     with_projection,
 )
-from lensbench.app.state.exposure import Exposing
+from lensbench.app.state.exposure import AppliedExposure
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import FOV_AXES, LAYOUTS, PROJECTIONS, Settings
@@ -47,7 +47,7 @@ class Chooser:
     search: str = ""
     film: tuple[float, float] = (36.0, 24.0)
     equivalent: bool = False                                # another film keeps field of view and depth of field
-    exposing: Exposing | None = None                        # of the picture
+    applied_exposure: AppliedExposure | None = None         # of the picture
     requests: set[Request] = field(default_factory=set)     # of the window
 
 
@@ -59,25 +59,25 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     settings = _camera(settings)
     for name in settings.kind.lists:
         settings = LISTS[name](settings)
-    # The rings share the room that is left
-    count, ring_height = ring_count(settings), imgui.get_text_line_height() + theme.em(2.6)
-    free = imgui.get_content_region_avail().y - count * ring_height - theme.em(0.3) - 1.15 * imgui.get_frame_height()
+    # The dials share the room that is left
+    count, dial_height = dial_count(settings), imgui.get_text_line_height() + theme.em(2.6)
+    free = imgui.get_content_region_avail().y - count * dial_height - theme.em(0.3) - 1.15 * imgui.get_frame_height()
     gap = min(max(free / (2.0 * count + 1.0), theme.scale()), theme.em(0.45))
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, gap))
     imgui.dummy(ImVec2(0.0, theme.em(0.3)))
-    settings = rings(settings)
+    settings = dials(settings)
     imgui.pop_style_var()
     return _more(settings, chooser)
 
 
 def _more(settings: Settings, chooser: Chooser) -> Settings:
-    """A row of flat buttons below the rings, each with a popup of less common settings."""
+    """A row of flat buttons below the dials, each with a popup of less common settings."""
     colour = theme.colours()
     parts: list[tuple[str, str, bool, Callable[[Settings], Settings]]] = [
         ("Motion", "Shutter, keyframes of the camera, rolling shutter", shutter_popup.in_use(settings),
          shutter_popup.motion_popup),
         ("Sensor", "Exposure by f-number, time and ISO; noise", sensor_popup.in_use(settings),
-         lambda given: sensor_popup.sensor_popup(given, chooser.exposing))]
+         lambda given: sensor_popup.sensor_popup(given, chooser.applied_exposure))]
     if settings.has_stop:
         parts.append(("Stop", "The shape of the iris", iris_popup.in_use(settings), iris_popup.stop_popup))
     if settings.follows_lens:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from lensbench.app.state import time_scales
 from lensbench.app.state.settings import MEDIUMS, Settings
-from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles
 
 CLEAREST_WATER = 65_000.0       # mm of visibility: in pure water a little more
@@ -32,9 +32,9 @@ def air_popup(settings: Settings) -> Settings:
     if settings.medium == "air":
         return settings
     scale = time_scales.visibility_scale(CLEAREST_WATER if settings.medium == "water" else 1e6)
-    visibility = ring("Visibility", settings.visibility, scale,
+    visibility = dial("Visibility", settings.visibility, scale,
                       "Distance at which a black object has a fiftieth of its contrast, in metres")
-    light = ring("Its light", settings.fog_light, time_scales.light_scale(),
+    light = dial("Its light", settings.fog_light, time_scales.light_scale(),
                  "Radiance that the medium scatters into the view; 1 is that of a white wall under an even sky")
     settings = replace(settings, visibility=visibility, fog_light=light)
     if settings.medium == "water" and settings.has_lens:

@@ -5,10 +5,10 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.state import sensor_scales, time_scales
-from lensbench.app.state.exposure import Exposing, told
+from lensbench.app.state.exposure import AppliedExposure, exposure_text
 from lensbench.app.state.settings import BITS, EXPOSURES, METERINGS, Settings
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles
 
 DEFAULT = Settings()
@@ -28,24 +28,24 @@ def in_use(settings: Settings) -> bool:
     return settings.exposing != "plain" or settings.noise
 
 
-def sensor_popup(settings: Settings, found: Exposing | None) -> Settings:
+def sensor_popup(settings: Settings, found: AppliedExposure | None) -> Settings:
     """Draw the popup's content; the changed settings. found: the exposure of the picture."""
     settings = replace(settings, exposing=toggles("Light", EXPOSURES, settings.exposing, EXPOSURE_TIPS))
     if settings.exposing == "automatic":
         settings = replace(settings, metering=toggles("Meter", METERINGS, settings.metering, METERING_TIPS))
     if found is not None:
         theme.small()
-        imgui.text_disabled(told(found))
+        imgui.text_disabled(exposure_text(found))
         imgui.pop_font()
         imgui.set_item_tooltip("Exposure value, log2 N²/t with the working f-number; the equivalent at ISO 100;\n"
                                "and the exposure H of a white wall under an even sky of 1000 cd/m²")
     imgui.dummy(ImVec2(0.0, theme.em(0.2)))
-    shutter = ring("Shutter", settings.shutter, time_scales.shutter_scale(DEFAULT.shutter),
+    shutter = dial("Shutter", settings.shutter, time_scales.shutter_scale(DEFAULT.shutter),
                    "How long the film is exposed, t; the same as under Motion")
     settings = replace(settings, shutter=shutter)
     automatic = settings.exposing == "automatic" and found is not None
     iso = found.iso if automatic and found is not None else settings.iso
-    turned = ring("ISO", iso, sensor_scales.iso_scale(), "Speed: the gain behind the sensor, of signal and noise alike")
+    turned = dial("ISO", iso, sensor_scales.iso_scale(), "Speed: the gain behind the sensor, of signal and noise alike")
     if turned != iso:
         settings = replace(settings, iso=turned, exposing="triangle" if automatic else settings.exposing)
 
@@ -59,12 +59,12 @@ def sensor_popup(settings: Settings, found: Exposing | None) -> Settings:
 
 
 def _sensor(settings: Settings) -> Settings:
-    well = ring("Full well", settings.full_well, sensor_scales.full_well_scale(),
+    well = dial("Full well", settings.full_well, sensor_scales.full_well_scale(),
                 "Electrons that a pixel holds, filled at ISO 100 by what is white")
-    efficiency = ring("Quantum efficiency", settings.quantum_efficiency, time_scales.part_scale(1.0, 0.5),
+    efficiency = dial("Quantum efficiency", settings.quantum_efficiency, time_scales.part_scale(1.0, 0.5),
                       "Part of the photons that become electrons. For the same full well, fewer of them\n"
                       "mean a larger pixel, and not more noise")
-    noise = ring("Read noise", settings.read_noise, sensor_scales.read_noise_scale(),
+    noise = dial("Read noise", settings.read_noise, sensor_scales.read_noise_scale(),
                  "Noise of reading a pixel, electrons rms")
     settings = replace(settings, full_well=well, quantum_efficiency=max(efficiency, 0.01), read_noise=noise)
     tip = "Bits of the analogue-to-digital converter"

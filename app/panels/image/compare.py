@@ -41,19 +41,19 @@ def draw_plate(draw: imgui.ImDrawList, name: str, own: Settings, other: Settings
                right: bool = False) -> None:
     """The name of a picture, and how its settings differ from the other's; right: `corner` is the text's right end."""
     theme.small()
-    text = f"{name}   {told_apart(own, other)[0]}   {samples} samples"
+    text = f"{name}   {differences(own, other)[0]}   {samples} samples"
     draw_note(draw, ImVec2(corner.x - right * imgui.calc_text_size(text).x, corner.y), text)
     imgui.pop_font()
 
 
-def told_apart(a: Settings, b: Settings) -> tuple[str, str]:
+def differences(a: Settings, b: Settings) -> tuple[str, str]:
     """The differences between two settings, each in a few words."""
     from lensbench.app.state.figures import readings
 
     def angle(settings: Settings) -> str:
         return format_angle(readings(settings).fov_diagonal or 0.0)
 
-    said = (
+    descriptions = (
         (("lens",), lambda s: lens_title(s.lens)), (("scene",), lambda s: scene_title(s.scene)),
         (("film_width", "film_height"), lambda s: film_title(s.film_width, s.film_height)),
         (("camera", "lens_model"), lambda s: s.camera_title), (("crop", "fov", "fisheye_fov", "fov_axis"), angle),
@@ -68,9 +68,9 @@ def told_apart(a: Settings, b: Settings) -> tuple[str, str]:
         (("exposure",), lambda s: format_exposure(s.exposure)), (("tone",), lambda s: TONES[s.tone]),
         (("seed",), lambda s: f"seed {s.seed}"),
     )
-    chosen = [tell for names, tell in said if any(getattr(a, name) != getattr(b, name) for name in names)]
-    told = {name for names, _ in said for name in names}
-    others = [f.name for f in fields(Settings) if f.name not in told and f.name not in UNSAID
+    chosen = [tell for names, tell in descriptions if any(getattr(a, name) != getattr(b, name) for name in names)]
+    described = {name for names, _ in descriptions for name in names}
+    others = [f.name for f in fields(Settings) if f.name not in described and f.name not in UNSAID
               and getattr(a, f.name) != getattr(b, f.name)]
     first, second = (", ".join([tell(settings) for tell in chosen] + [_plainly(name, settings) for name in others])
                      for settings in (a, b))

@@ -37,7 +37,7 @@ ZOOMS = (0.1, 16.0)
 SLOW = 0.5                      # seconds without a picture, after which a note appears
 
 
-def render_panel(settings: Settings, picture: Picture, view: View) -> Settings:
+def image_panel(settings: Settings, picture: Picture, view: View) -> Settings:
     """Draw the tools and the picture into the current window; returns the settings after the mouse's changes."""
     draw = imgui.get_window_draw_list()
     view.covered = None

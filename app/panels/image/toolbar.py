@@ -25,7 +25,7 @@ def picture_tools(settings: Settings, picture: Picture, view: View) -> Settings:
     imgui.same_line(0.0, 2.0 * theme.scale())
     _gap()
     _render_tools(picture, view)
-    settings = _told(settings, picture, corner, width, height)
+    settings = _picture_size(settings, picture, corner, width, height)
     imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
     imgui.dummy(ImVec2(0.0, 0.0))
     imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + height))
@@ -84,7 +84,7 @@ def _render_tools(picture: Picture, view: View) -> None:
         view.requests.add(Request.EXPORT)
 
 
-def _told(settings: Settings, picture: Picture, corner: ImVec2, width: float, height: float) -> Settings:
+def _picture_size(settings: Settings, picture: Picture, corner: ImVec2, width: float, height: float) -> Settings:
     """Size, samples and tone curve at the right, if there is room; a click opens their menu."""
     pixel = theme.scale()
     left = imgui.get_item_rect_max().x + 12.0 * pixel

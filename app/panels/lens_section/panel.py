@@ -44,7 +44,7 @@ class SectionState:
 
 
 
-def section_panel(settings: Settings, state: SectionState, film_radius: float | None = None) -> Settings:
+def lens_section_panel(settings: Settings, state: SectionState, film_radius: float | None = None) -> Settings:
     """Draw the section in what is left of the window; settings, changed by a drag of the stop or the film.
 
     film_radius: of the film point (mm) whose exit-pupil region is marked on the rear plane.

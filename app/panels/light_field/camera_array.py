@@ -11,7 +11,7 @@ from lensbench.app.panels.light_field.pupil_pad import SIDE, figures
 from lensbench.app.state import scales
 from lensbench.app.state.light_field_query import ELSEWHERE, SURFACES, ArrayRecording, Look
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.light_field_worker import FieldPicture
 
@@ -24,7 +24,7 @@ AHEAD = 500.0                   # mm, forwards and back
 
 
 def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPicture | None) -> Look:
-    """Draw the pad and the rings; returns the look after the user's changes."""
+    """Draw the pad and the dials; returns the look after the user's changes."""
     before = look
     look = replace(look, show=toggles("Show", ELSEWHERE, look.show, SHOWN_TIPS, 0.0))
     look = _pad(look, recording)
@@ -37,11 +37,11 @@ def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPictur
          "Part of the pixels that some pinholes recorded; the others are black"),
         ("Time", "–" if field_picture is None else f"{1000.0 * field_picture.seconds:.0f} ms",
          "To compute the picture")))
-    forwards = ring("Forwards", forwards, _forwards(), "From the plane of the pinholes towards the scene, in mm")
+    forwards = dial("Forwards", forwards, _forwards(), "From the plane of the pinholes towards the scene, in mm")
     look = replace(look, place=(x, y, forwards),
                    surface=toggles("Things", SURFACES, look.surface, SURFACE_TIPS, 4.4))
     if look.surface == "plane":
-        look = replace(look, distance=ring("Plane", look.distance, scales.focus_scale(100.0, recording.array.distance),
+        look = replace(look, distance=dial("Plane", look.distance, scales.focus_scale(100.0, recording.array.distance),
                                            "Distance of the plane that things are taken to be on, from the pinholes"))
     if covered is not None and covered < 0.9995:
         half = recording.half
@@ -54,14 +54,14 @@ def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPictur
 
 @lru_cache(maxsize=1)
 def _forwards() -> scales.Scale:
-    """The cube root of mm along the ring, fine about the array's plane."""
+    """The cube root of mm along the dial, fine about the array's plane."""
     figures_ = tuple((float(mm), f"{mm}".replace("-", "−")) for mm in (-500, -200, -50, 0, 50, 200, 500))
     minor = tuple(float(sign * mm) for sign in (-1, 1) for mm in (5, 10, 20, 100, 300, 400))
 
-    def told(mm: float) -> str:
+    def format_offset(mm: float) -> str:
         return f"{mm:+.0f} mm".replace("-", "−")
 
-    return scales.Scale(-AHEAD, AHEAD, _root, _cube, told, scales.read_length, figures_, minor,
+    return scales.Scale(-AHEAD, AHEAD, _root, _cube, format_offset, scales.read_length, figures_, minor,
                        reset=0.0, anchor=3)
 
 

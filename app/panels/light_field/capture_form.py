@@ -5,11 +5,11 @@ from imgui_bundle import icons_fontawesome_6, imgui
 from lensbench.app.panels.light_field.capture_settings import KINDS, Form
 from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.state import scales, time_scales
-from lensbench.app.state.light_field_query import match
+from lensbench.app.state.light_field_query import f_number_match
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.task import Task
 
@@ -51,7 +51,7 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
                 MOMENTS, "Equal parts of the exposure that are kept apart, where something moves; each has its part\n"
                          "of the samples. 1: the exposure as a whole"), 4.4)
         if form.kind == "array":
-            form.spacing = ring("Spacing", form.spacing, time_scales.lens_radius_scale(100.0, 5.0),
+            form.spacing = dial("Spacing", form.spacing, time_scales.lens_radius_scale(100.0, 5.0),
                                 "From pinhole to pinhole, in mm. They stand in a plane about the middle of the "
                                 "camera's pupil") or 0.1
     else:
@@ -82,14 +82,14 @@ def _microlenses(settings: Settings, form: Form) -> None:
     try:
         of = form.plenoptic(settings)
         matched = of.matched_f_number
-        turned = ring("Microlenses", of.microlens_f_number, scales.aperture_scale(1.0, round(matched, 3)),
+        turned = dial("Microlenses", of.microlens_f_number, scales.aperture_scale(1.0, round(matched, 3)),
                       "f-number of the microlenses: their focal length over their side. Double click: that which "
                       "matches the lens")
         if turned != of.microlens_f_number:
             form.f_number = None if abs(turned / matched - 1.0) < 0.002 else turned
         theme.small()
         words(f"Fill {of.fill:.2f}   used {100.0 * of.used:.0f} %   spilled {100.0 * of.spilled:.0f} %", True)
-        imgui.set_item_tooltip("\n".join(f"{name} {value}: {meaning}" for name, value, meaning in match(of)))
+        imgui.set_item_tooltip("\n".join(f"{name} {value}: {meaning}" for name, value, meaning in f_number_match(of)))
         imgui.pop_font()
     except (ValueError, OSError) as error:
         words(str(error), True)

@@ -27,15 +27,15 @@ from lensbench.app.state.light_field_query import (
     Look,
     Recorded,
     Recording,
-    match,
-    opened,
-    place,
+    f_number_match,
+    format_place,
+    with_aperture,
 )
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.tone import develop
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.light_field_worker import LightFieldWorker
 
@@ -112,15 +112,15 @@ def _focus(look: Look, recording: Recording, worker: LightFieldWorker, form: For
     field = recording.field
     nearest = max(field.nearest, 10.0)
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
-    distance = ring("Refocus", look.distance, scales.focus_scale(nearest * 1.0001, recording.settings.focus_distance),
+    distance = dial("Refocus", look.distance, scales.focus_scale(nearest * 1.0001, recording.settings.focus_distance),
                     "Focus distance, measured as the camera measures it; in the amber zone "
                     "neighbouring views\nlie at most a pixel apart: beyond it blur falls into dots", field.clear_range)
     look = replace(look, distance=distance)
     shown = look.f_number or field.f_number
-    f_number = ring("Synthetic aperture", shown, scales.aperture_scale(field.f_number, field.f_number),
+    f_number = dial("Synthetic aperture", shown, scales.aperture_scale(field.f_number, field.f_number),
                     "A part of the recorded aperture, summed from its views; it cannot be wider")
     if f_number != shown:
-        look = opened(look, f_number, field)
+        look = with_aperture(look, f_number, field)
     imgui.pop_style_var()
     look = moment_chooser(look, recording)
     look = pupil_pad(look, recording)
@@ -136,7 +136,7 @@ def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None
     field_picture = worker.field_picture
     taken = float(field.shares(look.f_number, look.view).sum())
     figures((
-        ("From", place(look.view), "The middle of the aperture in the pupil, in pupil radii: right and up"),
+        ("From", format_place(look.view), "The middle of the aperture in the pupil, in pupil radii: right and up"),
         ("Views", f"{taken:.3g} of {field.places[..., 0].size}", "Number of views within the aperture"),
         ("Apart", f"{apart:.2f} px", "Shift between neighbouring views"),
         ("Time", "–" if field_picture is None else f"{1000.0 * field_picture.seconds:.0f} ms",
@@ -172,7 +172,7 @@ def _sensor(look: Look, recording: Recording, raw: lb.RawPicture, settings: Sett
     behind = develop(raw.behind(x, y)[::-1], settings.exposure, settings.tone)
     pupil_picture(behind)
     figures((("Lens", f"{x}, {y}", "The microlens that was clicked on, across and down; at the left its pixels"),
-             *match(raw.camera)))
+             *f_number_match(raw.camera)))
 
 
 def _view(look: Look, recording: Recording, settings: Settings) -> Look:
@@ -194,7 +194,7 @@ def _view(look: Look, recording: Recording, settings: Settings) -> Look:
     covered = field.coverage[j, i]
     figures((
         ("View", f"{i + 1}, {j + 1}", "Across from the left, up from below"),
-        ("At", place((u, v)), "The cell's middle in the pupil, in pupil radii"),
+        ("At", format_place((u, v)), "The cell's middle in the pupil, in pupil radii"),
         ("", millimetres((u * recording.pupil_radius, v * recording.pupil_radius)),
          "The same in mm, on the plane of the exit pupil"),
         ("Here", f"{100.0 * float(covered[y, x]):.1f} %",

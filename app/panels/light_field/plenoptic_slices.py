@@ -14,7 +14,15 @@ from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from lensbench.app.panels.light_field.pupil_pad import figures, millimetres, pupil_grid
-from lensbench.app.state.light_field_query import Look, Recording, epipolar, place, radiance, radiance_over_time, ray
+from lensbench.app.state.light_field_query import (
+    Look,
+    Recording,
+    epipolar,
+    format_place,
+    radiance,
+    radiance_over_time,
+    ray,
+)
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.tone import develop
 from lensbench.app.widgets import theme
@@ -57,7 +65,7 @@ def rays_body(look: Look, recording: Recording, settings: Settings, strip: Strip
         ("Pixel", f"{x}, {y}", "Click in the picture to choose another, across and down"),
         ("Film", millimetres(on_film), "Where the chosen ray meets the film (s, t): x to the right, y up; the picture "
                                        "there stands upside down"),
-        ("u, v", place((u, v)), "The chosen cell of the pupil, in radii of it: click in the map"),
+        ("u, v", format_place((u, v)), "The chosen cell of the pupil, in radii of it: click in the map"),
         ("Pupil", millimetres(in_pupil), "Where the chosen ray meets the plane of the paraxial exit pupil (u, v)"),
         ("Light", f"{red:.2f} {green:.2f} {blue:.2f}", "Radiance in the three bands, red, green and blue, over the "
                                                          "whole of the exposure, or the moment that is chosen"),

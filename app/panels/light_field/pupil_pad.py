@@ -11,7 +11,7 @@ from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.light_field_query import Look, Recording, moved, radius
+from lensbench.app.state.light_field_query import Look, Recording, radius, with_view
 from lensbench.app.widgets import theme
 
 SIDE = 8.6                      # em
@@ -46,7 +46,7 @@ def pupil_pad(look: Look, recording: Recording) -> Look:
         u, v = pad.under(imgui.get_mouse_pos())
         held = imgui.get_mouse_drag_delta(imgui.MouseButton_.left, 0.0)
         if abs(held.x) + abs(held.y) > 0.0:
-            look = moved(look, (0.0, 0.0) if u * u + v * v < REST * REST else (u, v), field)
+            look = with_view(look, (0.0, 0.0) if u * u + v * v < REST * REST else (u, v), field)
     elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
     _cells(draw, pad, coverage_greys(recording, look.pixel))
@@ -132,12 +132,12 @@ def _cells(draw: imgui.ImDrawList, pad: Pad, colours: NDArray[np.floating], circ
     """The cells in their colours, and the paraxial pupil's circle."""
     pixel = theme.scale()
     down, across = colours.shape[:2]
-    told = colours.tolist()
+    cell_colours = colours.tolist()
     edge = [[round(pad.at(x, 0.0).x) for x in np.linspace(-pad.reach, pad.reach, across + 1).tolist()],
             [round(pad.at(0.0, y).y) for y in np.linspace(-pad.reach, pad.reach, down + 1).tolist()]]
     for j in range(down):
         for i in range(across):
             draw.add_rect_filled(ImVec2(edge[0][i], edge[1][j + 1]), ImVec2(edge[0][i + 1] - pixel, edge[1][j] - pixel),
-                                 theme.packed((*told[j][i], 1.0)))
+                                 theme.packed((*cell_colours[j][i], 1.0)))
     if circle:
         draw.add_circle(pad.centre, pad.unit, theme.packed(theme.colours().dim), 64, pixel)

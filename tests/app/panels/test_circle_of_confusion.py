@@ -120,7 +120,7 @@ class Panel:
         self.settings, self.state = settings, circle_of_confusion.CocState()
 
     def show(self) -> None:
-        self.settings = circle_of_confusion.coc_panel(self.settings, self.state)
+        self.settings = circle_of_confusion.circle_of_confusion_panel(self.settings, self.state)
 
 
 def test_the_focus_line_is_dragged_to_focus():

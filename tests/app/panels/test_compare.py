@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from lensbench.app.display.gl_texture import Development, Screen
-from lensbench.app.panels.image.compare import told_apart
+from lensbench.app.panels.image.compare import differences
 from lensbench.app.state import tone
 from lensbench.app.state.comparison import Difference, round_above
 from lensbench.app.state.settings import Settings
@@ -67,11 +67,11 @@ def test_the_shader_shows_the_difference_as_arithmetic_has_it():
 
 def test_plates_say_in_what_two_settings_differ():
     plain = Settings()
-    assert told_apart(plain, replace(plain, f_number=8.0, focus_distance=2000.0)) == ("f/2.8, 1.20 m", "f/8, 2.00 m")
-    assert told_apart(plain, plain)[0] == "the same settings"
-    assert told_apart(plain, replace(plain, medium="fog", iso=400.0)) == ("medium air, iso 100", "medium fog, iso 400")
+    assert differences(plain, replace(plain, f_number=8.0, focus_distance=2000.0)) == ("f/2.8, 1.20 m", "f/8, 2.00 m")
+    assert differences(plain, plain)[0] == "the same settings"
+    assert differences(plain, replace(plain, medium="fog", iso=400.0)) == ("medium air, iso 100", "medium fog, iso 400")
     film = replace(plain, film_width=23.5, film_height=15.6)
-    assert told_apart(plain, film)[1] == "APS-C 23.5 × 15.6"
+    assert differences(plain, film)[1] == "APS-C 23.5 × 15.6"
 
 
 @pytest.mark.slow

@@ -84,7 +84,7 @@ class Panel:
         self.state = exit_pupil.PupilState()
 
     def show(self) -> None:
-        self.film_radius = exit_pupil.pupil_panel(self.settings, self.film_radius, self.state, self.hover)
+        self.film_radius = exit_pupil.exit_pupil_panel(self.settings, self.film_radius, self.state, self.hover)
 
 
 def test_the_film_radius_is_turned_and_the_mouse_in_the_picture_does_not_change_it():

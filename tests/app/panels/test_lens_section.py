@@ -195,7 +195,7 @@ class Panel:
         self.settings, self.film_radius, self.state = settings, film_radius, panel.SectionState()
 
     def show(self) -> None:
-        self.settings = panel.section_panel(self.settings, self.state, self.film_radius)
+        self.settings = panel.lens_section_panel(self.settings, self.state, self.film_radius)
 
 
 def drag(ctx, start: ImVec2, dx: float, dy: float) -> None:

@@ -14,7 +14,16 @@ from lensbench.app.state.build import camera
 from lensbench.app.state.comparison import decibels
 from lensbench.app.state.constraints import with_longer_side
 from lensbench.app.state.depth_colours import depth_codes, depth_picture, ends
-from lensbench.app.state.light_field_query import Look, Recording, epipolar, moved, opened, radiance, radius, ray
+from lensbench.app.state.light_field_query import (
+    Look,
+    Recording,
+    epipolar,
+    radiance,
+    radius,
+    ray,
+    with_aperture,
+    with_view,
+)
 from lensbench.app.state.tone import develop, linear
 from tests.app.conftest import SMALL
 
@@ -52,13 +61,13 @@ def open_panel(hand):
 
 
 def test_a_wide_aperture_gives_way_to_its_place_and_its_place_to_a_wide_aperture(field):
-    look = moved(Look("focus", 1200.0), (0.6, 0.0), field)
+    look = with_view(Look("focus", 1200.0), (0.6, 0.0), field)
     assert look.view == (0.6, 0.0) and radius(look, field) == pytest.approx(0.4)
     field.refocus(look.distance, look.f_number, look.view)
-    look = opened(look, field.f_number / 0.7, field)
+    look = with_aperture(look, field.f_number / 0.7, field)
     assert look.view == pytest.approx((0.3, 0.0))
-    assert opened(look, 0.1, field) == Look("focus", 1200.0)
-    assert np.hypot(*moved(look, (30.0, -40.0), field).view) < 1.0
+    assert with_aperture(look, 0.1, field) == Look("focus", 1200.0)
+    assert np.hypot(*with_view(look, (30.0, -40.0), field).view) < 1.0
 
 
 def test_a_pixel_and_a_line_show_what_the_views_see_and_a_ray_meets_both_planes(field):

@@ -9,7 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench.app.command.main import main
 from lensbench.app.files.light_field_file import load_light_field, save_light_field
-from lensbench.app.state.light_field_query import Look, radiance, radiance_over_time, shown
+from lensbench.app.state.light_field_query import Look, light_field_picture, radiance, radiance_over_time
 from tests.app.conftest import SMALL
 
 
@@ -29,8 +29,8 @@ def test_moments_come_back_from_their_file_and_are_focused_one_by_one(recorded, 
     save_light_field(tmp_path / "again.npz", recording)
     assert np.array_equal(load_light_field(tmp_path / "again.npz").field.moments, field.moments)
     look = Look("focus", 1200.0, moment=2)
-    assert np.array_equal(shown(recording, look, None), field.instants[2].refocus(1200.0))
-    assert np.abs(shown(recording, look, None) - field.refocus(1200.0)).max() > 0.01
+    assert np.array_equal(light_field_picture(recording, look, None), field.instants[2].refocus(1200.0))
+    assert np.abs(light_field_picture(recording, look, None) - field.refocus(1200.0)).max() > 0.01
     for moment in ("1", "4"):
         assert main(["lightfield", "refocus", str(recorded), "--moment", moment, "-o", str(tmp_path / "a.pfm")]) == 0
     assert main(["lightfield", "refocus", str(recorded), "--moment", "5", "-o", str(tmp_path / "a.pfm")]) == 2

@@ -6,7 +6,7 @@ from time import monotonic, sleep
 import pytest
 from imgui_bundle import ImVec2
 
-from lensbench.app.panels.models import ModelsState, _model, _present, chart_panel
+from lensbench.app.panels.models import ModelsState, _model, _present, models_panel
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import Settings, SettingsError
 from lensbench.app.studies.charts.models import chart
@@ -31,7 +31,7 @@ class Panel:
 
     def show(self) -> None:
         sleep(0.002)                                    # a screen's pause between two frames
-        self.settings = chart_panel(self.settings, self.worker, self.state)
+        self.settings = models_panel(self.settings, self.worker, self.state)
 
     def wait(self, ctx) -> None:
         end = monotonic() + 240.0

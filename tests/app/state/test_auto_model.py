@@ -11,7 +11,7 @@ import pytest
 import lensbench as lb
 from lensbench.app.command.main import main
 from lensbench.app.files.export import export_render, read_settings
-from lensbench.app.state.auto_model import headline, record, tale
+from lensbench.app.state.auto_model import choice_details, choice_summary, record
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.render_worker import RenderWorker
@@ -126,14 +126,15 @@ def test_the_command_line_says_what_was_chosen(tmp_path, capsys):
 
 def test_the_bar_says_what_was_chosen_what_it_saves_and_what_was_refused():
     thin = choice(PART)
-    words = headline(thin, (2.0, 50.0))
+    words = choice_summary(thin, (2.0, 50.0))
     assert words[0] == "Auto: thin lens" and words[1].startswith("off by 0.") and words[2] == "48 ns a ray saved (25 ×)"
     assert words[3].startswith("not pinhole: blur off by 1")
-    assert "\nPinhole: blur off by" in tale(thin, None) and "\nThin lens: chosen, off by" in tale(thin, None)
+    details = choice_details(thin, None)
+    assert "\nPinhole: blur off by" in details and "\nThin lens: chosen, off by" in details
     traced = lb.choose_model(camera(PART), lb.builtin_scene(PART.scene), 1e-7, 1e-7)
-    assert headline(traced, (50.0, 50.0))[:1] == ["Auto: full trace"]
-    assert "no faster than the full trace here" in headline(thin, (50.0, 50.2))
-    assert headline(traced, None)[1].startswith("not polynomial of degree 11:")
+    assert choice_summary(traced, (50.0, 50.0))[:1] == ["Auto: full trace"]
+    assert "no faster than the full trace here" in choice_summary(thin, (50.0, 50.2))
+    assert choice_summary(traced, None)[1].startswith("not polynomial of degree 11:")
 
 
 @pytest.mark.slow
@@ -145,7 +146,7 @@ def test_the_model_is_chosen_by_hand_and_followed_along_the_aperture(drive, tmp_
         hand.picture()
         assert hand.settings.lens_model == "auto"
         assert hand.session.presenter.update.choice.model == "thin"
-        # Click the aperture ring at its wide end
+        # Click the aperture dial at its wide end
         hand.ctx.mouse_move_to_pos(hand.at("**/Aperture", 0.02, 0.6))
         hand.ctx.mouse_click(0)
         hand.picture()

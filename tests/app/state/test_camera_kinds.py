@@ -141,15 +141,15 @@ def test_times_are_read_as_they_are_written():
 
 
 def test_third_stops_of_the_shutter_halve_the_time_every_third_click():
-    ring: Scale = shutter_scale()
+    dial: Scale = shutter_scale()
     for k, seconds in enumerate(SHUTTERS):
         # engraved figures are round (30 s stands for 32 s), but none as far off as half the way to its neighbour
         assert abs(math.log2(seconds) - (5.0 - k / 3.0)) < 1.0 / 6.0
-    assert ring.stepped(1 / 125, 3) == 1 / 250 and ring.stepped(1 / 125, -3) == 1 / 60
-    assert ring.to_unit(30.0) == 0.0 and ring.to_unit(1 / 8000) == 1.0
-    assert ring.from_unit(ring.to_unit(0.01)) == pytest.approx(0.01)
+    assert dial.stepped(1 / 125, 3) == 1 / 250 and dial.stepped(1 / 125, -3) == 1 / 60
+    assert dial.to_unit(30.0) == 0.0 and dial.to_unit(1 / 8000) == 1.0
+    assert dial.from_unit(dial.to_unit(0.01)) == pytest.approx(0.01)
     with pytest.raises(ValueError, match="out of reach"):
-        ring.parse("60 s")
+        dial.parse("60 s")
 
 
 def test_a_settings_error_names_a_camera_that_is_none():

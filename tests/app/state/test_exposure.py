@@ -12,7 +12,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench.app.files.export import save_picture
-from lensbench.app.state.exposure import exposed, exposing, look, told
+from lensbench.app.state.exposure import applied_exposure, exposed, exposure_text, look
 from lensbench.app.state.sensor_scales import ISOS, format_iso, iso_scale, read_electrons, read_iso
 from lensbench.app.state.settings import Settings
 from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
@@ -22,7 +22,7 @@ PICTURE = np.random.default_rng(2).gamma(0.5, 1.0, (64, 96, 3)).astype(np.float3
 
 
 def gain(settings):
-    return exposing(settings, PICTURE).gain
+    return applied_exposure(settings, PICTURE).gain
 
 
 def test_as_it_is_nothing_is_done_to_the_light():
@@ -44,7 +44,7 @@ def test_automatic_iso_exposes_a_meters_grey_and_says_the_iso_that_does():
     automatic = replace(TRIANGLE, exposing="automatic")
     out = exposed(automatic, PICTURE)
     assert lb.metered_stops(out) == pytest.approx(0.0, abs=1e-5)
-    iso = exposing(automatic, PICTURE).iso
+    iso = applied_exposure(automatic, PICTURE).iso
     np.testing.assert_allclose(exposed(replace(TRIANGLE, iso=iso), PICTURE), out, rtol=1e-5)
     bright = replace(automatic, metering="highlights")
     peak = exposed(bright, PICTURE).max(-1)
@@ -75,9 +75,9 @@ def test_a_png_is_exposed_and_an_exr_holds_the_light(tmp_path):
 
 
 def test_what_the_triangle_comes_to_is_told():
-    said = told(exposing(replace(TRIANGLE, f_number=4.0, shutter=1.0 / 60.0, iso=200.0), PICTURE))
-    assert "EV 9.9" in said and "ISO 100 8.9" in said and "lx s" in said
-    assert "no exposure value" in told(exposing(replace(TRIANGLE, camera="environment"), PICTURE))
+    text = exposure_text(applied_exposure(replace(TRIANGLE, f_number=4.0, shutter=1.0 / 60.0, iso=200.0), PICTURE))
+    assert "EV 9.9" in text and "ISO 100 8.9" in text and "lx s" in text
+    assert "no exposure value" in exposure_text(applied_exposure(replace(TRIANGLE, camera="environment"), PICTURE))
 
 
 def test_isos_are_third_stops_and_read_as_written():
@@ -117,7 +117,7 @@ def test_sensor_and_stop_are_set_by_hand_and_only_the_stop_renders_anew(drive):
         assert hand.session.worker.generation == generation
         hand.ctx.item_click("//$FOCUSED/Light automatic")
         hand.ctx.yield_(2)
-        assert hand.session.presenter.exposing(hand.settings).iso != settings.iso
+        assert hand.session.presenter.applied_exposure(hand.settings).iso != settings.iso
         hand.press(imgui.Key.escape)
         hand.ctx.item_click("**/Stop")
         hand.ctx.item_click("//$FOCUSED/Blades 6")

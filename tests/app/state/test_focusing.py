@@ -71,7 +71,7 @@ def test_settings_from_before_there_was_a_choice_keep_their_paraxial_focus():
     assert setup(old).film_distance == lb.film_distance(design(old), 1200.0)
 
 
-def test_the_choice_is_made_by_hand_below_the_rings():
+def test_the_choice_is_made_by_hand_below_the_dials():
     """In a popup of the left column, which a lens with colour errors leaves just as much room for."""
     seen = {"settings": replace(WIDE, lens="lenshh-cooke-triplet-50")}
     chooser = Chooser()

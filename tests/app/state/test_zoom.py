@@ -1,4 +1,4 @@
-"""The zoom: its ring, the field of view that turns it, the options of the commands, and the figures of the stations."""
+"""The zoom: its dial, the field of view that turns it, the options of the commands, and the figures of the stations."""
 
 import json
 import math
@@ -30,7 +30,7 @@ POCKET = replace(ZOOM, lens=PENTAX, film_width=6.2, film_height=4.6)
 @given(st.sampled_from([NIKKOR, PENTAX]), st.floats(0.0, 1.0))
 def test_a_zoom_setting_is_found_again_by_its_focal_length(name, place):
     lens = lenses.load(name)
-    # to 1e-11 of the ring, whose focal lengths differ by a factor of 3
+    # to 1e-11 of the dial, whose focal lengths differ by a factor of 3
     assert zoom_of(lens, focal_length(lens, place)) == pytest.approx(place, abs=1e-10)
     assert zoom_of(lens, 1.0) == 0.0 and zoom_of(lens, 1000.0) == 1.0
 
@@ -100,16 +100,16 @@ def test_settings_hold_a_zoom_and_old_ones_have_none():
         design(replace(Settings(), zoom=0.5))
 
 
-# The ring
+# The dial
 
 
 def test_the_ring_is_engraved_with_the_stations_and_turns_geometrically():
-    ring = scales.zoom_scale((71.4, 105.0, 196.0))
-    assert [text for _, text in ring.figures][0] == "71" and {"105", "196"} <= {text for _, text in ring.figures}
-    assert (ring.low, ring.high, ring.reset) == (71.4, 196.0, 71.4)
-    assert ring.to_unit(math.sqrt(71.4 * 196.0)) == pytest.approx(0.5)
-    units = sorted(ring.to_unit(value) for value, _ in ring.figures)
-    assert units == [ring.to_unit(value) for value, _ in ring.figures]
+    dial = scales.zoom_scale((71.4, 105.0, 196.0))
+    assert [text for _, text in dial.figures][0] == "71" and {"105", "196"} <= {text for _, text in dial.figures}
+    assert (dial.low, dial.high, dial.reset) == (71.4, 196.0, 71.4)
+    assert dial.to_unit(math.sqrt(71.4 * 196.0)) == pytest.approx(0.5)
+    units = sorted(dial.to_unit(value) for value, _ in dial.figures)
+    assert units == [dial.to_unit(value) for value, _ in dial.figures]
     assert [text for _, text in scales.zoom_scale((5.1, 14.8)).figures][0] == "5.1"
 
 

@@ -1,4 +1,4 @@
-"""The ring under a real mouse and keyboard."""
+"""The dial under a real mouse and keyboard."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.state.scales import aperture_scale, exposure_scale, focus_scale
-from lensbench.app.widgets.dial import ring
+from lensbench.app.widgets.dial import dial
 from tests.app.stand import centre, drive
 
 FOCUS = focus_scale(300.0, reset=1200.0)
@@ -15,7 +15,7 @@ APERTURE = aperture_scale(2.0, reset=2.8)
 
 
 @dataclass
-class Rings:
+class Dials:
     """What the window shows."""
 
     focus: float = 1200.0
@@ -23,9 +23,9 @@ class Rings:
     exposure: float = 0.0
 
     def show(self) -> None:
-        self.focus = ring("Focus distance", self.focus, FOCUS, "Distance in focus, d", (1156.0, 1248.0))
-        self.aperture = ring("Aperture", self.aperture, APERTURE, "f-number, N")
-        self.exposure = ring("Exposure", self.exposure, exposure_scale(), "Exposure")
+        self.focus = dial("Focus distance", self.focus, FOCUS, "Distance in focus, d", (1156.0, 1248.0))
+        self.aperture = dial("Aperture", self.aperture, APERTURE, "f-number, N")
+        self.exposure = dial("Exposure", self.exposure, exposure_scale(), "Exposure")
 
 
 def at(ctx, ref: str, scale, value: float) -> ImVec2:
@@ -36,7 +36,7 @@ def at(ctx, ref: str, scale, value: float) -> ImVec2:
 
 
 def test_a_ring_answers_drag_click_wheel_keys_and_double_click():
-    rings = Rings()
+    dials = Dials()
     seen = {}
 
     def test(ctx):
@@ -46,42 +46,42 @@ def test_a_ring_answers_drag_click_wheel_keys_and_double_click():
         ctx.mouse_move_to_pos(start)
         ctx.mouse_down(0)
         ctx.yield_(2)
-        seen["pressed"] = rings.focus
+        seen["pressed"] = dials.focus
         ctx.mouse_move_to_pos(end)
         ctx.mouse_up(0)
         ctx.yield_(2)
-        seen["dragged"] = rings.focus
+        seen["dragged"] = dials.focus
         # Beyond the right end it is infinity
         ctx.mouse_down(0)
         ctx.mouse_move_to_pos(ImVec2(end.x + 500.0, end.y))
         ctx.mouse_up(0)
         ctx.yield_(2)
-        seen["beyond"] = rings.focus
+        seen["beyond"] = dials.focus
 
         # A click goes to the nearest third stop, a drag to anything
         place = at(ctx, "**/Aperture", APERTURE, 7.9)
         ctx.mouse_move_to_pos(place)
         ctx.mouse_click(0)
         ctx.yield_(2)
-        seen["clicked"] = rings.aperture
+        seen["clicked"] = dials.aperture
         ctx.mouse_move_to_pos(at(ctx, "**/Aperture", APERTURE, 8.0))
         ctx.mouse_wheel(ImVec2(0.0, 1.0))
         ctx.yield_(2)
-        seen["wheel"] = rings.aperture
+        seen["wheel"] = dials.aperture
         ctx.yield_(40)                                  # so that the next click makes no double click
         ctx.mouse_move_to_pos(at(ctx, "**/Aperture", APERTURE, 9.0))
         ctx.mouse_down(0)
         ctx.mouse_move_to_pos(at(ctx, "**/Aperture", APERTURE, 13.5))
         ctx.mouse_up(0)
         ctx.yield_(2)
-        seen["between"] = rings.aperture
+        seen["between"] = dials.aperture
         ctx.mouse_double_click(0)
         ctx.yield_(2)
-        seen["reset"] = rings.aperture
+        seen["reset"] = dials.aperture
 
-    drive(rings.show, test, (270, 230))
+    drive(dials.show, test, (270, 230))
     assert seen["pressed"] == 1200.0
-    # The mouse stands on whole pixels: one of 228 is .0044 of the ring
+    # The mouse stands on whole pixels: one of 228 is .0044 of the dial
     assert FOCUS.to_unit(seen["dragged"]) == pytest.approx(FOCUS.to_unit(3000.0), abs=0.009)
     assert seen["beyond"] == math.inf
     assert seen["clicked"] == 8.0 and seen["wheel"] == 9.0
@@ -91,7 +91,7 @@ def test_a_ring_answers_drag_click_wheel_keys_and_double_click():
 
 
 def test_a_ring_takes_typed_values_and_says_why_it_refuses_others():
-    rings = Rings()
+    dials = Dials()
     seen = {}
 
     def type_into(ctx, ref: str, text: str) -> None:
@@ -105,31 +105,31 @@ def test_a_ring_takes_typed_values_and_says_why_it_refuses_others():
 
     def test(ctx):
         type_into(ctx, "**/Focus distance", "250cm")
-        seen["typed"] = rings.focus
+        seen["typed"] = dials.focus
         type_into(ctx, "**/Focus distance", "inf")
-        seen["infinity"] = rings.focus
+        seen["infinity"] = dials.focus
         type_into(ctx, "**/Aperture", "f/5.6")
-        seen["f-number"] = rings.aperture
-        # What cannot be is refused, the entry stays open, and Escape leaves the ring as it was
+        seen["f-number"] = dials.aperture
+        # What cannot be is refused, the entry stays open, and Escape leaves the dial as it was
         type_into(ctx, "**/Aperture", "f/1.0")
-        seen["refused"] = rings.aperture
+        seen["refused"] = dials.aperture
         ctx.key_chars_replace_enter("4")
         ctx.yield_(2)
-        seen["mended"] = rings.aperture
+        seen["mended"] = dials.aperture
         type_into(ctx, "**/Exposure", "lots")
         ctx.key_press(imgui.Key.escape)
         ctx.yield_(2)
-        seen["escaped"] = rings.exposure
+        seen["escaped"] = dials.exposure
         type_into(ctx, "**/Exposure", "-1.5 EV")
-        seen["after"] = rings.exposure
+        seen["after"] = dials.exposure
 
-    drive(rings.show, test, (270, 230))
+    drive(dials.show, test, (270, 230))
     assert seen == {"typed": 2500.0, "infinity": math.inf, "f-number": 5.6, "refused": 5.6, "mended": 4.0,
                     "escaped": 0.0, "after": -1.5}
 
 
 def test_a_ring_can_be_turned_by_keys_alone():
-    rings = Rings()
+    dials = Dials()
     seen = {}
 
     def test(ctx):
@@ -138,17 +138,17 @@ def test_a_ring_can_be_turned_by_keys_alone():
         ctx.yield_(2)
         ctx.key_press(imgui.Key.right_arrow)
         ctx.yield_(2)
-        seen["right"] = (rings.focus, rings.aperture)
+        seen["right"] = (dials.focus, dials.aperture)
         ctx.key_press(imgui.Key.left_arrow)
         ctx.key_press(imgui.Key.left_arrow)
         ctx.yield_(2)
-        seen["left"] = rings.aperture
+        seen["left"] = dials.aperture
 
-    drive(rings.show, test, (270, 230))
+    drive(dials.show, test, (270, 230))
     assert seen == {"right": (1200.0, 3.2), "left": 2.5}
 
 
 @pytest.mark.parametrize("size", [(8, 8), (40, 30), (90, 200), (1200, 200)])
 def test_a_ring_lives_in_any_window_and_with_any_value(size):
-    rings = Rings(focus=math.inf, aperture=math.nan, exposure=-1e9)
-    drive(rings.show, lambda ctx: ctx.yield_(3), size)
+    dials = Dials(focus=math.inf, aperture=math.nan, exposure=-1e9)
+    drive(dials.show, lambda ctx: ctx.yield_(3), size)

@@ -208,7 +208,7 @@ def test_an_error_in_a_panel_is_shown_and_the_window_lives_on(drive, monkeypatch
 
     def use(hand):
         hand.picture()
-        monkeypatch.setattr(docking, "section_panel", broken)
+        monkeypatch.setattr(docking, "lens_section_panel", broken)
         hand.ctx.yield_(5)
         assert hand.session.view.messages == ["Section: RuntimeError: a panel in pieces"]
         monkeypatch.undo()
