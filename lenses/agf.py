@@ -22,7 +22,7 @@ LARGEST = 20_000_000        # bytes
 
 @dataclass(frozen=True)
 class Catalogue:
-    """The glasses of one file; what was left out of it, and why, stands in `findings`."""
+    """Glasses of one file; `findings` lists what was left out, with the reasons."""
 
     maker: str                          # the file's name in capitals
     glasses: tuple[Glass, ...]
@@ -38,7 +38,7 @@ class _Record:
 
 
 def read(path: str | PathLike[str]) -> Catalogue:
-    """The glasses of an AGF file, in UTF-8, UTF-16 or Latin-1. LensFileError where it holds none."""
+    """The glasses of an AGF file in UTF-8, UTF-16 or Latin-1; LensFileError if it contains none."""
     path = Path(path)
     try:
         if path.stat().st_size > LARGEST:
@@ -56,7 +56,7 @@ def read(path: str | PathLike[str]) -> Catalogue:
             findings.append(f"{path.name}:{record.line}: {what} is left out: {error}")
             continue
         if glass.name in glasses:
-            findings.append(f"{path.name}:{record.line}: {glass.name} stands there twice; the first is taken")
+            findings.append(f"{path.name}:{record.line}: {glass.name} is listed twice; the first entry is used")
         glasses.setdefault(glass.name, glass)
     if not glasses:
         raise LensFileError(path, None, f"holds no glass{': ' + findings[0] if findings else ' (no NM line)'}")
@@ -73,7 +73,7 @@ def _text(data: bytes) -> str:
 
 
 def _records(text: str) -> Iterator[_Record]:
-    """The lines of each glass; a line that cannot be read leaves its glass incomplete, which is then told."""
+    """Lines of each glass; a line that cannot be read leaves its glass incomplete, which is reported later."""
     record = None
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split()

@@ -100,7 +100,7 @@ def _card(name: str) -> Card:
 
 
 def suggestion(name: str) -> str:
-    """The library names nearest to an unknown one, as the end of a sentence."""
+    """Library names nearest to an unknown one, as the end of a sentence."""
     typed = name.strip().lower()[:80]
     titles = {card.name: f"{card.name} {card.title} {card.kind}".lower() for card in describe()}
     near = [known for known, title in titles.items() if len(typed) > 2 and typed in title]

@@ -47,20 +47,20 @@ HARMLESS = frozenset("""
     CLS COM INI GO LEN WL WTW REF RDM XAN XOB XIM XRI VUX VUY VLX VLY WTF TEM PRE THM DER CA POL MIR CIN CNS
     ASP CON SPH DDM UID CUN
 """.split())
-HARMLESS_ALONE = ("DAR", "BEN", "REV", "RET")       # no value: what they are is what they do
+HARMLESS_ALONE = ("DAR", "BEN", "REV", "RET")       # commands without a value
 SIDED = {"REX": "a rectangular aperture", "REY": "a rectangular aperture", "ELX": "an elliptical aperture",
          "ELY": "an elliptical aperture", "ADX": "a decentred aperture", "ADY": "a decentred aperture"}
 
 
 def read(text: str, path: str) -> Lens:
-    """The lens of a file's text; `path` is named in errors. LensFileError: the line, the command, what is wrong."""
+    """The lens of a file's text. LensFileError names `path`, the line, the command and the mistake."""
     check_lines(text, path)
     statements = _statements(text)
     told = next((words[1:2] for _, words in statements if words[0] in ("RDM", "RDY_MODE")), None)
     if told is not None:
         return _Sequence(path, radii=told[:1] not in (["N"], ["n"])).run(statements)
 
-    # The mode is not said: the reading whose image lies where the file puts it
+    # The mode is not stated: use the reading whose image lies where the file places it
     readings: list[tuple[float, bool, Lens]] = []
     errors = []
     for radii in (True, False):
@@ -108,7 +108,7 @@ def _statements(text: str) -> list[tuple[int, list[str]]]:
 
 
 class _Sequence:
-    """A file being read, command by command: the surface at hand, and the private glasses so far."""
+    """State of a file being read: the current surface, and the private glasses so far."""
 
     def __init__(self, path: str, radii: bool):
         self.design = Design(path)
@@ -122,7 +122,7 @@ class _Sequence:
         self.image_is_solved = False
 
     def run(self, statements: list[tuple[int, list[str]]]) -> Lens:
-        """The lens of all commands."""
+        """The lens after all commands."""
         for line, words in statements:
             try:
                 self.command(line, words)
@@ -151,7 +151,7 @@ class _Sequence:
         return design.lens()
 
     def command(self, line: int, words: list[str]) -> None:
-        """One command. RowError: what it says is not traced, or cannot be."""
+        """Process one command. RowError: invalid, or not traced."""
         key, values = words[0], words[1:]
         if self.private:
             return self.glass_definition(key, words, values)
@@ -183,7 +183,7 @@ class _Sequence:
         return None
 
     def zoomed(self, line: int, values: list[str]) -> None:
-        """ZOO: how many positions there are, or the values of a quantity at each."""
+        """Process ZOO: the number of positions, or the values of a quantity at each position."""
         if values and is_number(values[0]):
             self.zoom.count = int(self.value(values))
             return
@@ -194,7 +194,7 @@ class _Sequence:
             self.one_position(line, values[0].upper(), values[1:qualified], k, [value])
 
     def one_position(self, line: int, key: str, where: list[str], k: int, values: list[str]) -> None:
-        """A quantity at position k; the first one's counts for the lens."""
+        """Store a quantity at position k; the value of the first position applies to the lens."""
         if key in ("TIT", "TITLE"):
             self.zoom.names[k] = " ".join(values).strip("'\" ")
             return
@@ -210,7 +210,7 @@ class _Sequence:
             self.command(line, [key, *where, *values])
 
     def qualified(self, word: str) -> int | None:
-        """The surface that a qualifier names (S3, SO the object, SI the image, SS the stop); None: it names none."""
+        """Surface that a qualifier names (S3, SO object, SI image, SS stop); None if it names none."""
         named = re.fullmatch(r"(?ai)s(o|i|s|\d{1,4})", word)
         if named is None:
             return None
@@ -219,7 +219,7 @@ class _Sequence:
         return {"O": 0, "I": len(rows) - 1, "S": stop}.get(where, int(where) if where.isdigit() else 0)
 
     def surface(self, line: int, label: str, values: list[str]) -> None:
-        """S radius thickness glass: the next surface, or the one that is named."""
+        """Process S radius thickness glass: the next surface, or the named one."""
         self.design.add(Row(line))
         row = self.design.rows[-1]
         if label.isdigit() and int(label) != len(self.design.rows) - 1:
@@ -232,7 +232,7 @@ class _Sequence:
             self.set_glass(row, values[2:])
 
     def surface_command(self, line: int, key: str, values: list[str]) -> None:
-        """A command about the surface at hand, or about that of its qualifier."""
+        """Process a command for the current surface, or for the surface of its qualifier."""
         rows = self.design.rows
         index = len(rows) - 1
         if values:
@@ -249,7 +249,7 @@ class _Sequence:
         elif key == "CUY":
             row.curvature = self.value(values)
         elif key == "THI":
-            if values and values[0].upper() not in ("HMY", "PUY", "UMY"):       # solves: the value stands on the S line
+            if values and values[0].upper() not in ("HMY", "PUY", "UMY"):       # solves: the S line has the value
                 row.thickness = self.value(values, infinite=True)
         elif key == "GLA":
             self.set_glass(row, values)
@@ -285,14 +285,14 @@ class _Sequence:
             self.design.not_read(key, line)
 
     def refuse_unless_zero(self, index: int, key: str, values: list[str]) -> None:
-        """RowError for what is not traced, unless its value is 0."""
+        """Raise RowError for a feature that is not traced, unless its value is 0."""
         if key not in HARMLESS_ALONE and values and all(is_number(word) for word in values) \
                 and not any(file_number(word, key) for word in values):
             return
         raise RowError(f"S{index} has {REFUSED[key]}, which is not traced")
 
     def rim(self, index: int, row: Row, values: list[str]) -> None:
-        """CIR [EDG|OBS|HOL] semi-diameter."""
+        """Process CIR [EDG|OBS|HOL] semi-diameter."""
         qualifier = next((word.upper() for word in values if not is_number(word) and word[0] not in "'\"Ll"), "")
         sizes = [file_number(word, "CIR") for word in values if is_number(word)]
         if not sizes:
@@ -309,7 +309,7 @@ class _Sequence:
             row.semi_diameter = sizes[0]
 
     def set_glass(self, row: Row, words: list[str]) -> None:
-        """The medium after a surface."""
+        """Set the medium after a surface."""
         name = words[0].strip("'\"") if words else ""
         if name.upper() in media.MIRROR_NAMES:
             raise RowError(f"S{len(self.design.rows) - 1} is a mirror ({name.upper()}): only lenses are traced")
@@ -328,7 +328,7 @@ class _Sequence:
         self.design.assume_glass(assumed)
 
     def glass_definition(self, key: str, words: list[str], values: list[str]) -> None:
-        """A line between PRV and END: wavelengths (nm) and the indices of a glass there, or a Laurent series."""
+        """Process a line between PRV and END: wavelengths (nm) with indices of a glass, or a Laurent series."""
         if key == "END":
             self.private = False
         elif key == "PWL":
@@ -349,7 +349,7 @@ class _Sequence:
         return file_curvature(word) if self.radii else file_number(word, "curvature")
 
     def word(self, values: list[str]) -> str:
-        """The first value."""
+        """The first value of a command."""
         if not values:
             raise RowError("a value is missing")
         return values[0]
@@ -360,5 +360,5 @@ class _Sequence:
 
 
 def _micrometres(word: str) -> float:
-    """A wavelength in nm, from its digits; 0, which no glass has, for one that is next to nothing."""
+    """Wavelength in µm from the digits of one in nm; 0, which no glass has, for one near 0."""
     return float(Decimal(plain_number(word)).scaleb(-3)) if file_number(word, "PWL") else 0.0

@@ -1,4 +1,4 @@
-"""CODE V sequence files (.seq) as they are written: see `codev` for what stands in them."""
+"""Writer of CODE V sequence files (.seq); `codev` describes the format."""
 
 from decimal import Decimal
 from math import inf, isfinite
@@ -14,7 +14,7 @@ from lensbench.optics.prescription import Lens
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """The text of a .seq file, and what it could not hold beside shapes."""
+    """Text of a .seq file, and findings about what it cannot hold, other than shapes."""
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
     title = _short(lens.name)
@@ -56,7 +56,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 
 
 def _zoom_lines(lens: Lens, stations: list[Station]) -> list[str]:
-    """The zoom positions: their number, their names, and the values of each quantity at every one."""
+    """Lines of the zoom positions: their number, their names, and the values of each quantity."""
     if not stations:
         return []
     lines = [f"ZOO {len(stations)}"]
@@ -75,14 +75,14 @@ def _short(text: str) -> str:
 
 
 def _entrance_pupil(lens: Lens) -> list[str]:
-    """The line about the paraxial diameter of the entrance pupil (mm), where there is one."""
+    """Line of the paraxial entrance-pupil diameter (mm), if the pupil exists."""
     height = axial_heights(lens.surfaces)[lens.stop_index]
     diameter = 2.0 * lens.stop.semi_diameter / abs(height) if height else inf
     return [f"EPD {diameter!r}"] if isfinite(diameter) else []
 
 
 def _private_glasses(lens: Lens) -> dict[Glass, str]:
-    """The glasses that are tables of indices, each with a name of its own, under which a reader finds them."""
+    """Glasses given as tables of indices, each with a unique name under which a reader finds it."""
     names: dict[Glass, str] = {}
     for glass in dict.fromkeys(surface.glass for surface in lens.surfaces):
         name = _short(glass.name)
@@ -93,7 +93,7 @@ def _private_glasses(lens: Lens) -> dict[Glass, str]:
 
 
 def _private_lines(names: dict[Glass, str]) -> list[str]:
-    """A block PRV … END for each table: wavelengths in nm with all their digits, and the indices there."""
+    """A block PRV … END for each table: wavelengths (nm) with all digits, and indices."""
     lines: list[str] = []
     for glass, name in names.items():
         places = [str(Decimal(repr(w)).scaleb(3)) for w, _ in glass.coefficients]
@@ -103,6 +103,6 @@ def _private_lines(names: dict[Glass, str]) -> list[str]:
 
 
 def _cut(name: str, words: list[str]) -> str:
-    """A command of many values, four on a line."""
+    """Lines of a command of many values, four on a line."""
     rows = [" ".join(words[k:k + 4]) for k in range(0, len(words), 4)]
     return " &\n ".join([f"{name} {rows[0]}", *rows[1:]])

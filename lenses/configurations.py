@@ -19,26 +19,26 @@ class Configurations:
 
     count: int = 1
     values: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict)
-    other: dict[str, set[str]] = field(default_factory=dict)        # what is not read, with its values
+    other: dict[str, set[str]] = field(default_factory=dict)        # quantities that are not read, with their values
     names: dict[int, str] = field(default_factory=dict)
 
     def put(self, quantity: str, surface: int, configuration: int, value: float) -> None:
-        """Keep "gap", "stop" or another quantity of a surface in a configuration; further ones are left out."""
+        """Store a quantity of a surface in a configuration; further configurations are left out."""
         if 1 <= configuration <= MOST_STATIONS:
             self.values.setdefault((quantity, surface), {})[configuration] = value
 
     def differs(self, what: str, value: str) -> None:
-        """Keep a value of something that a lens has only one of."""
+        """Store a value of a quantity that a lens has only once."""
         self.other.setdefault(what, set()).add(value)
 
     def first(self, quantity: str, surface: int) -> float | None:
-        """Its value in the first configuration, where it has one."""
+        """Value in the first configuration, or None."""
         return self.values.get((quantity, surface), {}).get(1)
 
     def stations(self, row_of: Callable[[int], int | None], stop: int | None, distance: float) -> list[Station]:
-        """The configurations, gaps by the row of their surface; none where there is but one.
+        """The configurations, with gaps by the row of their surface; empty if there is only one.
 
-        distance: of the object, where it is the same in all.
+        distance: of the object, if it is the same in all.
         """
         found = []
         for k in range(1, min(self.count, MOST_STATIONS) + 1 if self.count > 1 else 1):
@@ -58,7 +58,7 @@ class Configurations:
         return found
 
     def findings(self) -> list[Finding]:
-        """What differs between the configurations and is not kept."""
+        """Findings about quantities that differ between configurations and are not kept."""
         differing = [what for what, values in self.other.items() if len(values) > 1]
         found = [note(Kind.POSITION, f"{', '.join(sorted(differing))}: of what differs between the configurations, "
                                      "that of the first is taken")] if differing else []
@@ -69,9 +69,9 @@ class Configurations:
 
 
 def lost_positions(stations: list[Station], plain: Callable[[str], str]) -> list[Finding]:
-    """Findings about positions of which a format holds only gaps, the stop and names.
+    """Findings about positions, for a format that holds only gaps, the stop and names.
 
-    plain: the form in which a name is written, "" where the format has none.
+    plain: the form in which a name is written, "" if the format has no names.
     """
     remarks = []
     if any(station.name and not plain(station.name) for station in stations):

@@ -1,13 +1,11 @@
-"""What a lens design program's file says, from the object to the image, and the lens between them.
+"""Lens data of a design program's file, from the object to the image, and the lens between them.
 
-Lengths in the unit of the file until `lens` converts them to mm. A row's
-thickness and medium stand after its surface; the first row is the object, the
-last one the image. Neither is part of the lens: the object's distance is told,
-and the gap before the image is the back focus.
+Lengths are in the unit of the file until `lens` converts them to mm. Thickness and medium of a row lie behind its
+surface. The first row is the object and the last one the image; neither is part of the lens. The object distance
+becomes a finding, and the gap before the image is the back focus.
 
-Where a file has no rim for a surface, the paraxial marginal and chief rays of
-its aperture and field say how wide the surface must be: |y| + |ȳ|, and at the
-stop |y|. That is an estimate, and the lens's findings say so.
+If a file has no rim for a surface, the paraxial marginal and chief rays of its aperture and field give an estimate:
+|y| + |ȳ|, and |y| at the stop. The findings of the lens report the estimate.
 """
 
 from dataclasses import dataclass, field, replace
@@ -22,15 +20,15 @@ from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, LensError, Surface
 
 FAR = 1e8               # file units: an object beyond it is at infinity
-STEEPEST_FIELD = 60.0   # degrees: beyond it a paraxial chief ray says nothing
+STEEPEST_FIELD = 60.0   # degrees: a steeper paraxial chief ray is meaningless
 MOST_SURFACES = 1000
-MOST_UNKNOWN = 12       # keywords that are told as not read
-FULLEST = 0.98          # of a hemisphere: as far as an estimated rim goes
+MOST_UNKNOWN = 12       # keywords that are listed as not read
+FULLEST = 0.98          # share of a hemisphere that an estimated rim covers at most
 
 
 @dataclass
 class Row:
-    """One surface of a design file, in the file's unit; semi_diameter None: the file has none."""
+    """One surface of a design file, in the file's unit; semi_diameter None: not in the file."""
 
     line: int | None
     curvature: float = 0.0
@@ -40,7 +38,7 @@ class Row:
     conic: float = 0.0
     aspheric: dict[int, float] = field(default_factory=dict)
     curvature_x: float | None = None
-    toroid: str = "biconic"     # of what kind, where both sections are curved: see `toroids`
+    toroid: str = "biconic"     # kind, if both sections are curved: see `toroids`
     is_stop: bool = False
 
     @property
@@ -51,12 +49,11 @@ class Row:
 
 @dataclass
 class Design:
-    """A file's rows, its aperture and field, its words, and what was assumed so far.
+    """Rows of a file, its aperture, field and texts, and the assumptions made so far.
 
-    aperture: ("EPD" diameter | "FNO" number | "NA" of the object | "stop"
-    radius, value); field_of_view: ("angle" degrees | "object" | "image" height, value).
-    stations: the configurations of a file that has several, gaps by the number of their row;
-    solves: gaps that follow from others there, by rows, too.
+    aperture: ("EPD" diameter | "FNO" number | "NA" of the object | "stop" radius, value). field_of_view: ("angle"
+    degrees | "object" | "image" height, value). stations: the configurations of a file with several, gaps by row
+    number. solves: gaps that follow from others, by row number.
     """
 
     path: str
@@ -75,23 +72,23 @@ class Design:
 
     def found(self, kind: Kind, message: str, surface: int | None = None,
               severity: Severity = Severity.NOTE, **figures: float) -> None:
-        """Keep what was assumed or left out, once. surface: of the lens, from 0."""
+        """Store a finding once. surface: of the lens, from 0."""
         finding = Finding(kind, surface, message, severity=severity, figures=figures)
         if finding not in self.findings:
             self.findings.append(finding)
 
     def assume_glass(self, assumed: str) -> None:
-        """Keep what `media.named` assumed about a glass; "" is nothing."""
+        """Store what `media.named` assumed about a glass; "" is nothing."""
         if assumed:
             self.found(Kind.GLASS, assumed)
 
     def not_read(self, keyword: str, line: int) -> None:
-        """Keep a keyword that the reader does not know, with its first line."""
+        """Store a keyword unknown to the reader, with its first line."""
         if len(self.unknown) <= MOST_UNKNOWN:
             self.unknown.setdefault(keyword[:20], line)
 
     def add(self, row: Row) -> None:
-        """Append a row. LensFileError: more than any lens has."""
+        """Append a row; LensFileError if there are too many."""
         if len(self.rows) > MOST_SURFACES:
             raise self.refuse(row, f"more than {MOST_SURFACES} surfaces are no lens")
         self.rows.append(row)
@@ -101,7 +98,7 @@ class Design:
         return LensFileError(self.path, row.line if row else None, reason)
 
     def lens(self) -> Lens:
-        """The lens between object and image, in mm. LensFileError: there is none."""
+        """The lens between object and image, in mm; LensFileError if there is none."""
         if len(self.rows) < 3:
             raise self.refuse(None, "there is no lens: a design needs an object, at least one surface and an image")
         covered = self._lay_cover_glass()
@@ -149,14 +146,14 @@ class Design:
             raise self.refuse(None, str(error)) from None
 
     def _solves(self, count: int, covered: bool) -> list[Solve]:
-        """The solves by the lens's surfaces, and in mm, those about other gaps than the lens's own left out."""
+        """Solves by surfaces of the lens, in mm, without those of gaps outside the lens."""
         shift = covered - 1
         moved = [replace(s, surface=s.surface + shift, start=s.start + shift, total=s.total * self.unit)
                  for s in self.solves]
         return [s for s in moved if 0 <= s.surface < count and (s.kind == "image" or 0 <= s.start < s.surface)]
 
     def _in_mm(self, station: Station, covered: bool) -> Station:
-        """A configuration by the lens's surfaces, and in mm."""
+        """A configuration by surfaces of the lens, in mm."""
         stop, length, last = station.stop, station.focal_length, len(self.rows) - 2
         gaps = {row - 1 + covered: gap * self.unit for row, gap in station.gaps.items() if 0 < row + covered <= last}
         if covered:                                 # the object's distance is a gap of the lens
@@ -167,7 +164,7 @@ class Design:
                        focal_length=None if length is None else length * self.unit)
 
     def misfit(self) -> float:
-        """How far, in focal lengths, the paraxial image lies from the stored one; more where surfaces cannot be."""
+        """Distance between the paraxial and the stored image, in focal lengths; larger for impossible surfaces."""
         surfaces, distance = self.rows[1:-1], self.rows[0].thickness
         ray = (1.0, 0.0) if abs(distance) >= FAR or distance == 0.0 else (1.0, 1.0 / distance)
         try:
@@ -181,7 +178,7 @@ class Design:
         return (min(abs(image), 50.0) if isfinite(image) else 100.0) + 10.0 * (crossed + folded)
 
     def _lay_cover_glass(self) -> bool:
-        """Give an object within a medium a plane in front, where it lies: in front of a lens there is air."""
+        """Add a plane in front for an object within a medium, at the object: a lens file has air in front."""
         source = self.rows[0]
         if source.glass.n_d == 1.0:
             return False
@@ -202,7 +199,7 @@ class Design:
         return True
 
     def _check_conjugates(self, surfaces: list[Row], covered: bool) -> None:
-        """Object and image: their distances, and the media in front of the lens and behind it."""
+        """Check object and image: their distances, and the media in front of the lens and behind it."""
         distance = self.rows[0].thickness
         if abs(distance) < FAR and not covered:
             self.found(Kind.NEAR_OBJECT, f"designed for an object {distance * self.unit:g} mm before the first "
@@ -219,7 +216,7 @@ class Design:
                        index=last.glass.n_d)
 
     def _estimate_rims(self, surfaces: list[Row], marked: list[int]) -> None:
-        """Give each surface without a rim one from the paraxial marginal and chief rays."""
+        """Estimate missing rims from the paraxial marginal and chief rays."""
         unknown = [i for i, row in enumerate(surfaces) if row.semi_diameter is None]
         if not unknown:
             return
@@ -245,7 +242,7 @@ class Design:
                    unknown[0] if len(unknown) == 1 else None)
 
     def _check_stop(self, surfaces: list[Row], marked: list[int]) -> None:
-        """Say where the stop's rim is not the one that the stated aperture asks for."""
+        """Report a stop rim that differs from the one of the stated aperture."""
         kind, value = self.aperture or ("", 0.0)
         if len(marked) != 1 or kind not in ("EPD", "FNO", "NA") or not value > 0.0:
             return
@@ -260,7 +257,7 @@ class Design:
                        kept=rim * self.unit, asked=asked * self.unit)
 
     def _heights(self, surfaces: list[Row], stop: int) -> tuple[list[float], list[float]]:
-        """Heights of the marginal and of the chief ray at the surfaces; empty lists where nothing says how wide."""
+        """Heights of the marginal and the chief ray at the surfaces; empty lists if the aperture is unknown."""
         distance = self.rows[0].thickness
         at_infinity = abs(distance) >= FAR
         first, efl = _paraxial(surfaces, 1.0, 0.0)
@@ -304,7 +301,7 @@ class Design:
 
 
 def _paraxial(rows: list[Row], height: float, slope: float) -> tuple[list[float], float]:
-    """Heights at the surfaces of a paraxial d-line ray, and −1 over its slope behind the last."""
+    """Heights of a paraxial d-line ray at the surfaces, and −1 over its slope behind the last one."""
     heights, n = [], 1.0
     for row in rows:
         heights.append(height)

@@ -1,4 +1,4 @@
-"""The text and the numbers of other programs' files: UTF-8, UTF-16 or Latin-1; decimal commas, Fortran's exponents."""
+"""Text and numbers of other programs' files: UTF-8, UTF-16 or Latin-1; decimal commas and Fortran exponents."""
 
 import codecs
 import re
@@ -13,7 +13,7 @@ DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eEdD][+-]?\d+)?")
 
 
 def decoded(data: bytes) -> str:
-    """The text, with plain line ends. UnicodeDecodeError: bytes that are no text in any of these encodings."""
+    """The text with plain line ends; UnicodeDecodeError if the bytes are no text in any of these encodings."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         text = data.decode("utf-16")
     elif data[1:2] == b"\0" != data[:1]:
@@ -38,7 +38,7 @@ def check_lines(text: str, path: str) -> None:
 
 
 def plain_number(text: str) -> str:
-    """A number as other programs write it, as Python reads it: 1,5 is 1.5 and 1D-3 is 1e-3; other text as it is."""
+    """A number of another program in Python's notation: 1,5 is 1.5 and 1D-3 is 1e-3; other text is unchanged."""
     if DECIMAL_COMMA.fullmatch(text):
         text = text.replace(",", ".")
     if NUMBER.fullmatch(text):
@@ -47,12 +47,12 @@ def plain_number(text: str) -> str:
 
 
 def is_number(text: str) -> bool:
-    """Whether a word is meant as a number."""
+    """Whether a word has the form of a number."""
     return NUMBER.fullmatch(plain_number(text)) is not None
 
 
 def file_number(text: str, name: str, infinite: bool = False) -> float:
-    """A number of a file. RowError, with the name of the value: none, or (unless allowed) infinite."""
+    """A number of a file. RowError with the name of the value: no number, or infinite without permission."""
     plain = plain_number(text)
     if not NUMBER.fullmatch(plain) and plain.lower() not in INFINITE:
         raise RowError(f"{name} is {text[:40]!r}: it must be a number")
@@ -60,6 +60,6 @@ def file_number(text: str, name: str, infinite: bool = False) -> float:
 
 
 def file_curvature(text: str) -> float:
-    """The curvature of a radius of a file, correctly rounded from its digits; 0 and infinity are a plane."""
+    """Curvature of a radius in a file, correctly rounded from its digits; 0 and infinity are a plane."""
     file_number(text, "radius", infinite=True)
     return curvature(plain_number(text))

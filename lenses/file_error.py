@@ -23,6 +23,6 @@ class LensFileError(ValueError):
 
 
 def _one_line(text: str) -> str:
-    """The text without line ends, its middle left out where it is long (a damaged file can hold anything)."""
+    """The text without line ends, shortened in the middle if long (a damaged file can contain anything)."""
     text = " ".join(text.split("\n"))
     return text if len(text) <= 300 else f"{text[:150]} … {text[-140:]}"

@@ -20,16 +20,16 @@ from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens
 
 Reader = Callable[[str, str], Lens]                         # text and path → lens; LensFileError
-Writer = Callable[[Lens], tuple[str, Sequence[Finding]]]    # lens → text, and what beside shapes is not kept
+Writer = Callable[[Lens], tuple[str, Sequence[Finding]]]    # lens → text, and findings about losses other than shapes
 TORUS = "the torus of the same two curvatures is written"
 
 
 @dataclass(frozen=True)
 class Format:
-    """One format: its suffix, whose it is, its reader and writer, and what it can hold.
+    """One format: suffix, program, reader, writer, and what it can hold.
 
-    Of several rows with one suffix a file is read by the first whose `recognises` accepts its text.
-    shapes: of surfaces; `instead` says what is written in place of others.
+    If several rows share a suffix, a file is read by the first whose `recognises` accepts its text. shapes: of
+    surfaces; `instead` says what is written in place of others.
     """
 
     suffix: str
@@ -39,11 +39,11 @@ class Format:
     shapes: frozenset[Shape] = COMMON
     instead: str = "its other terms are written"
     has_positions: bool = True              # whether it holds the zoom and focus positions of a lens
-    is_utf8: bool = False                   # other programs write the encoding of their machine
+    is_utf8: bool = False                   # other programs use the encoding of their machine
     recognises: Callable[[str], bool] = lambda text: True
 
     def text_of(self, lens: Lens) -> tuple[str, tuple[Finding, ...]]:
-        """The text of a lens in this format, and what the format cannot hold."""
+        """Text of a lens in this format, and findings about what the format cannot hold."""
         assert self.write is not None, f"{self.name} files are only read"
         text, remarks = self.write(lens)
         found = [*lost_shapes(lens, self.shapes, self.instead), *remarks]

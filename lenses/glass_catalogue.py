@@ -1,9 +1,9 @@
-"""The glasses of Schott, Ohara, Hoya, CDGM and Sumita, and those of the user's AGF files: found by name or by code.
+"""Glasses of Schott, Ohara, Hoya, CDGM and Sumita, and of the user's AGF files, by name or by code.
 
-Coefficients as the makers' data sheets publish them, in `glasses.csv`; the user's files lie in
-`lensbench/glass` in the configuration folder ($XDG_CONFIG_HOME, else ~/.config), and go first. Both are
-read when the first glass is asked for. Nothing here guesses silently: what is not known is an error
-that names the nearest names, and `resolve` says what it assumed.
+Coefficients are those of the makers' data sheets (`glasses.csv`). The user's files are in `lensbench/glass` in the
+configuration folder ($XDG_CONFIG_HOME, else ~/.config), and have priority. Both are read when the first glass is
+requested. No assumption is silent: an unknown glass is an error that lists the nearest names, and `resolve` states what
+it assumed.
 """
 
 import os
@@ -20,20 +20,20 @@ from lensbench.lenses import agf
 from lensbench.lenses.file_error import LensFileError
 from lensbench.optics.glass import Glass, GlassError, from_formula
 
-MAKERS = ("SCHOTT", "OHARA", "HOYA", "CDGM", "SUMITA")       # in the order in which they are preferred
+MAKERS = ("SCHOTT", "OHARA", "HOYA", "CDGM", "SUMITA")       # in order of preference
 FILE = Path(__file__).parent / "glasses.csv"
 PREFIXES = ("N", "S", "H", "E", "K", "D", "P", "L", "M", "J", "Q")    # of newer kinds of a glass: N-BK7 followed BK7
 MOULDED = re.compile(r"[_-]MOLD(ED)?$", re.IGNORECASE)        # moulding lowers the index by some thousandths
 TOLERANCE_N, TOLERANCE_V = 5e-4, 5e-3                         # of one melt: n_d, and V_d as a share of it
 
 
-class UnknownGlass(GlassError):  # noqa: N818 — named for what the user reads
-    """A glass that no catalogue knows; the message names the nearest names."""
+class UnknownGlass(GlassError):  # noqa: N818 — the name is part of what the user reads
+    """A glass that is in no catalogue; the message lists the nearest names."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of a catalogue: n_d and V_d as published (None: a glass for the infrared); obsolete: no longer made."""
+    """A line of a catalogue: published n_d and V_d (None: infrared glass); obsolete: no longer made."""
 
     maker: str
     name: str
@@ -44,7 +44,7 @@ class Entry:
 
     @property
     def rank(self) -> tuple[bool, int]:
-        """Smaller is preferred: current before obsolete, the user's own, then the makers in their order."""
+        """Order of preference, smallest first: current before obsolete, the user's own, then by maker."""
         return self.obsolete, MAKERS.index(self.maker) if self.maker in MAKERS else -1
 
     def __str__(self) -> str:
@@ -53,7 +53,7 @@ class Entry:
 
 
 class Resolved(NamedTuple):
-    """A glass, who makes it, and in one sentence what was assumed ("" where name and maker are plain)."""
+    """A glass, its maker, and the assumption made, in one sentence ("" if name and maker are unique)."""
 
     glass: Glass
     maker: str
@@ -61,12 +61,12 @@ class Resolved(NamedTuple):
 
 
 def key(name: str) -> str:
-    """What makers, programs and people write differently, alike: capitals, without hyphens, spaces and dots."""
+    """Common form of a name that is spelled in several ways: capitals, without hyphens, spaces and dots."""
     return re.sub(r"[\s._-]", "", name).upper()
 
 
 def user_folder() -> Path:
-    """Where the user's own AGF files lie."""
+    """Folder of the user's AGF files."""
     home = os.environ.get("XDG_CONFIG_HOME")
     return (Path(home) if home else Path("~").expanduser() / ".config") / "lensbench" / "glass"
 
@@ -88,7 +88,7 @@ def _entry(line: str) -> Entry:
 
 
 class _Known(NamedTuple):
-    """All glasses, the user's first; the same by `key`; the makers; what of the user's files could not be read."""
+    """All glasses, the user's first; glasses by `key`; the makers; findings about the user's files."""
 
     entries: tuple[Entry, ...]
     table: dict[str, list[Entry]]
@@ -97,7 +97,7 @@ class _Known(NamedTuple):
 
 
 def _known() -> _Known:
-    """What is known now: a file of the user that comes, goes or changes is met at once."""
+    """The present glasses; changes of the user's files take effect at once."""
     try:
         files = sorted(path for path in user_folder().iterdir() if path.suffix.lower() == ".agf")
         stamps = tuple((path, path.stat().st_mtime_ns) for path in files)
@@ -126,17 +126,17 @@ def _read(stamps: tuple[tuple[Path, int], ...]) -> _Known:
 
 
 def entries() -> tuple[Entry, ...]:
-    """All glasses known, the user's first."""
+    """All known glasses, the user's first."""
     return _known().entries
 
 
 def findings() -> tuple[str, ...]:
-    """In one sentence each, what of the user's folder could not be read."""
+    """Sentences about files in the user's folder that could not be read."""
     return _known().findings
 
 
 def _maker_in(name: str, maker: str | None, makers: set[str]) -> tuple[str, str | None]:
-    """The glass and the maker that a text names together: "NBK7_SCHOTT", "Schott N-BK7"."""
+    """Glass and maker that a text names together: "NBK7_SCHOTT", "Schott N-BK7"."""
     for sign in ("_", " ", ":"):
         for front, back in (name.strip().rpartition(sign)[::2], name.strip().partition(sign)[::2][::-1]):
             if front and back.upper() in makers:
@@ -149,9 +149,9 @@ def _preferred(same: Iterable[Entry], maker: str | None, spelled: str) -> Entry:
 
 
 def resolve(name: str, maker: str | None = None) -> Resolved:
-    """The glass that is meant by a name, a name with its maker, a six-digit code, or an older or newer kind's name.
+    """The glass of a name, a name with its maker, a six-digit code, or the name of an older or newer kind.
 
-    maker: preferred where several makers use the name. UnknownGlass, with the nearest names, where there is none.
+    maker: preferred if several makers use the name. UnknownGlass lists the nearest names if there is none.
     """
     known = _known()
     glass, wanted = _maker_in(name, maker, known.makers)
@@ -192,9 +192,9 @@ def _unknown(name: str, known: _Known) -> str:
 
 
 def find(name: str, maker: str | None = None) -> Glass:
-    """The glass of a name, however it is spelled, alone or with its maker; maker: preferred where several use it.
+    """The glass of a name in any spelling, alone or with its maker; maker: preferred if several use it.
 
-    UnknownGlass for all other texts: codes are for `from_code`, and `resolve` takes what is near.
+    UnknownGlass for all other texts: `from_code` takes codes, and `resolve` takes similar names.
     """
     glass = lookup(name, maker)
     if glass is None:
@@ -204,7 +204,7 @@ def find(name: str, maker: str | None = None) -> Glass:
 
 
 def lookup(name: str, maker: str | None = None) -> Glass | None:
-    """The glass that `find` gives, None where no catalogue has the name."""
+    """The glass that `find` returns, or None if no catalogue has the name."""
     known = _known()
     glass, wanted = _maker_in(name, maker, known.makers)
     same = known.table.get(key(glass))
@@ -212,7 +212,7 @@ def lookup(name: str, maker: str | None = None) -> Glass | None:
 
 
 def makers(name: str) -> list[str]:
-    """Who has a glass of this name, the preferred one first."""
+    """Makers of a glass of this name, the preferred one first."""
     same = sorted(_known().table.get(key(name), ()), key=lambda entry: (entry.maker in MAKERS, entry.rank))
     return list(dict.fromkeys(entry.maker for entry in same))
 
@@ -227,7 +227,7 @@ def code_numbers(text: str) -> tuple[float, float] | None:
 
 
 def from_code(code: str, maker: str | None = None) -> Glass:
-    """The glass of a six-digit code, or the nearest; GlassError where the text is no code. `resolve` says which."""
+    """The glass of a six-digit code, or the nearest one (`resolve` states which); GlassError if the text is no code."""
     numbers = code_numbers(code)
     if not numbers:
         raise GlassError(f"{code[:60]!r} is no glass code: six digits, three of n_d − 1 and three of V_d")
@@ -235,16 +235,16 @@ def from_code(code: str, maker: str | None = None) -> Glass:
 
 
 def _by_code(n_d: float, v_d: float, maker: str | None) -> Entry:
-    """Of the glasses with this very code the preferred one, else the nearest."""
+    """The preferred glass with exactly this code, else the nearest."""
     same = [entry for entry in entries() if entry.n_d and entry.v_d
             and round(entry.n_d, 3) == n_d and round(entry.v_d, 1) == v_d]
     return _preferred(same, maker and maker.upper(), "") if same else _nearest(n_d, v_d, maker)
 
 
 def nearest(n_d: float, v_d: float, maker: str | None = None) -> Glass:
-    """The glass nearest to an index and an Abbe number, each against what one melt may differ by (0.0005, 0.5 %).
+    """The glass nearest to an index and an Abbe number, each relative to the tolerance of one melt (0.0005, 0.5 %).
 
-    maker: of this maker alone, where he is known. Of two about as near, the one that is still made.
+    maker: restrict the search to a known maker. Of two about equally near, the one in production.
     """
     return _nearest(n_d, v_d, maker).make()
 
@@ -257,7 +257,7 @@ def _nearest(n_d: float, v_d: float, maker: str | None) -> Entry:
 
 
 def distance(entry: Entry, n_d: float, v_d: float) -> float:
-    """How far a glass is from an index and an Abbe number: 1 is what one melt may differ by. inf: it has none."""
+    """Distance of a glass from an index and an Abbe number, in melt tolerances; inf if it has none."""
     if entry.n_d is None or entry.v_d is None:
         return float("inf")
     return hypot((entry.n_d - n_d) / TOLERANCE_N, (entry.v_d - v_d) / (TOLERANCE_V * v_d))

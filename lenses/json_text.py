@@ -1,7 +1,7 @@
-"""JSON as other programs write lenses in it: values by their path, and the line on which each item of a list begins.
+"""JSON of other programs: values by path, and the line on which each item of a list begins.
 
-Numbers with a point are read as Decimal and written from it, so that sums and
-differences of them (places on the axis, 1 + k) lose no digit on the way there and back.
+Numbers with a point are read as Decimal and written from it, so that sums and differences (places on the axis, 1 + k)
+keep all digits in both directions.
 """
 
 import json
@@ -18,7 +18,7 @@ EXACT = Context(prec=1200, traps=[])        # enough for the sum of the largest 
 
 
 def parse(text: str, path: str) -> dict[str, Any]:
-    """The object of the file. LensFileError: no JSON, or another thing than an object."""
+    """The object of the file. LensFileError: not JSON, or not an object."""
     try:
         data = json.loads(text, parse_float=Decimal)
     except RecursionError:
@@ -35,7 +35,7 @@ def parse(text: str, path: str) -> dict[str, Any]:
 
 
 def item_lines(text: str, key: str) -> list[int]:
-    """The line on which each item of the first list of this name begins."""
+    """Line on which each item of the first list of this name begins."""
     found = re.search(rf'"{re.escape(key)}"\s*:\s*\[', text)
     lines: list[int] = []
     place, counted, line = (found.end() if found else len(text)), 0, 1
@@ -54,7 +54,7 @@ def item_lines(text: str, key: str) -> list[int]:
 
 
 def table(data: Any, *keys: str) -> dict[str, Any]:
-    """The object that lies at a path of keys, {} where there is none; rayoptics' wrappers are opened."""
+    """The object at a path of keys, {} if there is none; unwraps the objects of rayoptics."""
     for key in ("", *keys):
         if key:
             data = data.get(key) if isinstance(data, dict) else None
@@ -64,14 +64,14 @@ def table(data: Any, *keys: str) -> dict[str, Any]:
 
 
 def items(data: Any) -> list[Any]:
-    """The items of a list, also of one that numpy wrote; [] for anything else."""
+    """Items of a list, also of one written by numpy; [] for anything else."""
     if isinstance(data, dict):
         data = data.get("__ndarray__")
     return data if isinstance(data, list) else []
 
 
 def value(data: dict[str, Any], key: str, default: float | None = None, infinite: bool = False) -> float:
-    """A number of an object. RowError: none, or one that cannot be."""
+    """A number of an object. RowError: missing or invalid."""
     found = data.get(key, default)
     if found is None:
         if default is None:
@@ -81,19 +81,19 @@ def value(data: dict[str, Any], key: str, default: float | None = None, infinite
 
 
 def exact(number: float | Decimal) -> Decimal:
-    """The number with the digits that it is written with."""
+    """The number with the digits of the file."""
     return number if isinstance(number, Decimal) else Decimal(repr(number))
 
 
 def exact_value(data: dict[str, Any], key: str, default: float | None = None, infinite: bool = False) -> Decimal:
-    """A number of an object with all its digits. RowError: none, or one that cannot be."""
+    """A number of an object with all its digits. RowError: missing or invalid."""
     plain = value(data, key, default, infinite)
     found = data.get(key)
     return found if isinstance(found, Decimal) else exact(plain)
 
 
 def text_of(data: Any, indent: int = 0) -> str:
-    """The JSON of dicts, lists and plain values, those of few items in one line; a Decimal is written as it stands."""
+    """JSON text of dicts, lists and plain values; short ones on one line; a Decimal keeps its digits."""
     if isinstance(data, Decimal):
         return str(data) if data.is_finite() else f"{float(data):f}".replace("inf", "Infinity")
     if not isinstance(data, dict | list):
@@ -114,7 +114,7 @@ def _entries(data: dict[str, Any] | list[Any], indent: int) -> list[str]:
 
 
 def coefficients(data: dict[str, Any], key: str, powers: list[int]) -> dict[int, float]:
-    """Aspheric coefficients that are not 0, by their powers. RowError: a power that is not traced."""
+    """Aspheric coefficients other than 0, by their powers. RowError: a power that is not traced."""
     found = items(data.get(key))
     numbers = [number(a, f"{key}[{i}]") for i, a in enumerate(found)]
     if any(numbers[len(powers):]):

@@ -34,7 +34,7 @@ def is_one(text: str) -> bool:
 
 
 def read(text: str, path: str) -> Lens:
-    """The lens of a file's text; `path` is named in errors. LensFileError: the line and what is wrong."""
+    """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     data, lines = parse(text, path), item_lines(text, "surfaces")
     name, kind, patent = (words if isinstance(words, str) else "" for words in (
         data.get("name"), data.get("type"), data.get("patent")))
@@ -67,7 +67,7 @@ def read(text: str, path: str) -> Lens:
 
 
 def _fill(row: Row, data: dict[str, Any]) -> None:
-    """Fill the row from a surface. RowError: what cannot be."""
+    """Fill the row from a surface. RowError: invalid, or not traced."""
     c = 0.0 if data.get("R") is None else curvature(data["R"])
     kind = data.get("geometry", "sphere")
     if kind not in GEOMETRIES:
@@ -82,7 +82,7 @@ def _fill(row: Row, data: dict[str, Any]) -> None:
 
 
 def _stations(rows: list[Row], data: dict[str, Any]) -> list[Station]:
-    """The positions of the groups: of each zoom setting at infinity, and close; none where the whole lens moves."""
+    """Positions of the groups: each zoom setting at infinity and close; empty if the whole lens moves."""
     gaps = [(int(value(table(gap), "surface")) + 1, items(table(gap).get("values"))) for gap in items(data.get("gaps"))]
     if not gaps or [row for row, _ in gaps] == [len(rows) - 2]:
         return []
@@ -100,7 +100,7 @@ def _stations(rows: list[Row], data: dict[str, Any]) -> list[Station]:
 
 
 def _gap(values: Sequence[Any], zoom: int | None, focus: int) -> float:
-    """One value of a varying gap. RowError: it is missing."""
+    """One value of a varying gap; RowError if it is missing."""
     along = values if zoom is None else items(values[zoom]) if zoom < len(values) else []
     if focus >= len(along):
         raise RowError("a varying gap has too few values: [infinity, close] for each zoom setting")

@@ -100,7 +100,7 @@ def save(lens: Lens, path: str | os.PathLike[str]) -> tuple[Finding, ...]:
 
 
 def _is_path(text: str) -> bool:
-    """Whether a text is meant as a path: a separator or a suffix in it, or something of that name there."""
+    """Whether a text is a path: it contains a separator or a suffix, or such a file exists."""
     separators = {os.sep, os.altsep or os.sep}
     try:
         if any(sep in text for sep in separators) or re.search(r"\.[A-Za-z]\w*$", text):
@@ -111,7 +111,7 @@ def _is_path(text: str) -> bool:
 
 
 def _content(path: Path) -> str:
-    """The text of a file. LensFileError: not there, not a file, too large, not text."""
+    """Text of a file. LensFileError: missing, not a file, too large, or not text."""
     try:
         if path.is_dir():
             raise LensFileError(path, None, "this is a folder, not a lens file")

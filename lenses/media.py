@@ -25,7 +25,7 @@ OTHERS = {
 
 
 def model(n_d: float, v_d: float, name: str = "") -> Glass:
-    """The glass of n_d and V_d (0: not known) that a file states. RowError: numbers that no glass has."""
+    """The model glass of n_d and V_d (0: unknown). RowError: numbers that no glass has."""
     if n_d == 1.0:
         return AIR
     if not 1.0 < n_d <= HIGHEST_INDEX:
@@ -37,10 +37,10 @@ def model(n_d: float, v_d: float, name: str = "") -> Glass:
 
 
 def named(name: str, maker: str | None = None, spare: tuple[float, float] | None = None) -> tuple[Glass, str]:
-    """The glass of this name, and what had to be assumed ("": nothing).
+    """The glass of this name, and the assumption made ("": none).
 
-    spare: n_d and V_d that the file keeps beside the name; they count where no
-    catalogue has it. RowError: unknown, with the nearest names, and no spare.
+    spare: n_d and V_d that the file has beside the name, used if no catalogue has the name. RowError: unknown name and
+    no spare; it lists the nearest names.
     """
     if name.upper() in AIR_NAMES:
         return AIR, ""
@@ -62,7 +62,7 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
 
 
 def stated(name: str, n_d: float, v_d: float, maker: str | None = None) -> Glass:
-    """The glass whose numbers a file states: that of the catalogue where it has the very same ones, else a model."""
+    """The glass with these numbers: that of the catalogue if its numbers are equal, else a model glass."""
     exact = glass_catalogue.lookup(name, maker) if name else None
     if exact is not None and exact.n_d == n_d and (exact.v_d or 0.0) == v_d:
         return exact
@@ -81,10 +81,9 @@ def code(text: str) -> Glass | None:
 
 
 def tabulated(name: str, points: list[tuple[float, float]]) -> Glass:
-    """The glass of (wavelength µm, index) pairs: of n_d and V_d where they stand at the lines F, d and C alone.
+    """The glass of (wavelength µm, index) pairs; a model of n_d and V_d if the lines are exactly F, d and C.
 
-    Wavelengths as files round them (587.6 nm) are the lines themselves. RowError:
-    fewer than two pairs, or values that no glass has.
+    Rounded wavelengths (587.6 nm) count as the lines. RowError: fewer than two pairs, or values that no glass has.
     """
     table = tuple(sorted({next((line for line in LINES if abs(line - w) < ROUNDING), w): n for w, n in points}.items()))
     if len(table) < 2:
@@ -102,7 +101,7 @@ def tabulated(name: str, points: list[tuple[float, float]]) -> Glass:
 
 
 def is_plain_table(glass: Glass) -> bool:
-    """Whether `tabulated` makes this very glass again from its pairs of wavelength and index."""
+    """Whether `tabulated` reproduces this glass from its pairs of wavelength and index."""
     try:
         return glass.formula == "table" and tabulated(glass.name, list(glass.coefficients)) == glass
     except RowError:
@@ -110,7 +109,7 @@ def is_plain_table(glass: Glass) -> bool:
 
 
 def listed(name: str, maker: str | None, points: list[tuple[float, float]]) -> Glass | None:
-    """The catalogue's glass of this name, where its index is that of every (wavelength µm, index) pair; else None."""
+    """The catalogue glass of this name if its index equals that of every (wavelength µm, index) pair, else None."""
     glass = glass_catalogue.lookup(name, maker) if name else None
     try:
         if glass is not None and points and all(abs(glass.index(w) - n) < 1e-9 for w, n in points):
@@ -121,12 +120,12 @@ def listed(name: str, maker: str | None, points: list[tuple[float, float]]) -> G
 
 
 def is_known(glass: Glass) -> bool:
-    """Whether a reader finds this very glass by its name."""
+    """Whether a reader finds this exact glass by its name."""
     return bool(glass.name) and glass.formula != "model" and glass_catalogue.lookup(glass.name) == glass
 
 
 def loss(glass: Glass, with_maker: bool = False) -> str:
-    """What is lost of a glass when only its name, n_d and V_d are written (with_maker: its maker too); "": nothing."""
+    """What is lost if only name, n_d and V_d of a glass are written (with_maker: and its maker); "" if nothing."""
     if glass.n_d == 1.0:
         return f"the name of {glass.name}, of index 1, is left out" if glass.name else ""
     if glass.formula == "model" or is_known(glass) or (with_maker and maker_of(glass)):
@@ -135,7 +134,7 @@ def loss(glass: Glass, with_maker: bool = False) -> str:
 
 
 def maker_of(glass: Glass) -> str:
-    """The maker in whose catalogue this very glass stands by its name; "" where it stands in none."""
+    """Maker whose catalogue has this exact glass under its name; "" if none has."""
     if not glass.name or glass.formula == "model":
         return ""
     return next((maker for maker in glass_catalogue.makers(glass.name)
@@ -143,13 +142,13 @@ def maker_of(glass: Glass) -> str:
 
 
 def glass_loss(glass: Glass, i: int, with_maker: bool = False) -> list[Finding]:
-    """The finding about what `loss` says of the glass of surface i; none where nothing is lost."""
+    """The finding about the loss of the glass of surface i; empty if nothing is lost."""
     lost = loss(glass, with_maker)
     return [note(Kind.GLASS, f"surface {i}: {lost}", i)] if lost else []
 
 
 def beyond_surfaces(lens: Lens) -> list[Finding]:
-    """Findings about what no other program's format holds of a lens: the blades of its stop, the index before it."""
+    """Findings about properties that no other format holds: the blades of the stop, the index in front."""
     remarks = []
     if not lens.iris.is_round:
         remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as the circle about them",
@@ -161,7 +160,7 @@ def beyond_surfaces(lens: Lens) -> list[Finding]:
 
 
 def left_out(lens: Lens, *fields: str) -> list[Finding]:
-    """The finding about those of a lens's words and figures that a format has no place for."""
+    """The finding about texts and figures of a lens that a format cannot hold."""
     words = {"kind": "kind", "year": "year", "source": "source", "notes": "notes", "name": "name",
              "stated_efl": "stated focal length", "stated_f_number": "stated f-number"}
     lost = [words[field] for field in fields if getattr(lens, field) not in ("", None)]

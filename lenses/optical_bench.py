@@ -33,7 +33,7 @@ LONGEST = 30            # aspheric coefficients in a line
 
 
 def read(text: str, path: str) -> Lens:
-    """The lens of a file's text; `path` is named in errors. LensFileError: the line and what is wrong in it."""
+    """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     sections = _sections(text, path)
     if not sections.get("lens data"):
         raise LensFileError(path, None, "there is no section [lens data] with surfaces: this is no Optical Bench lens")
@@ -74,7 +74,7 @@ def read(text: str, path: str) -> Lens:
 
 
 def _stations(distances: dict, surfaces: list[tuple[int, list[str]]], path: str) -> list[Station]:
-    """The positions of the columns of [variable distances]; none of a lens that has but one."""
+    """Positions of the columns of [variable distances]; empty for a lens with one position."""
     count = max((sum(1 for cell in cells if cell.strip()) for _, cells in distances.values()), default=1)
     if count > MOST_STATIONS:
         raise LensFileError(path, None, f"{count} positions are too many: at most {MOST_STATIONS} are read")
@@ -91,7 +91,7 @@ def _stations(distances: dict, surfaces: list[tuple[int, list[str]]], path: str)
 
 
 def _cell(distances: dict, name: str, k: int, path: str, words: bool = False) -> float | None:
-    """A value of the position k, the last one where the line is shorter; None for an empty cell, or for `words`."""
+    """Value at position k, the last one if the line is shorter; None for an empty cell or one of `words`."""
     line, cells = distances.get(name, (0, []))
     text = cells[min(k, len(cells) - 1)].strip() if cells else ""
     return None if not text or (words and not is_number(text)) else _number(path, line, text, name, infinite=True)
@@ -101,7 +101,7 @@ KNOWN = ("descriptive data", "constants", "variable distances", "lens data", "as
 
 
 def _sections(text: str, path: str) -> dict[str, list[tuple[int, list[str]]]]:
-    """The lines of each section with their numbers, split at tabs."""
+    """Lines of each section with their numbers, split at tabs."""
     found: dict[str, list[tuple[int, list[str]]]] = {}
     section: list[tuple[int, list[str]]] | None = None
     for line, content in enumerate(text.split("\n"), start=1):
@@ -193,7 +193,7 @@ def _bend(row: Row, cells: list[str], powers: list[int]) -> None:
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """The text of a .txt file, and what it could not hold beside shapes."""
+    """Text of a .txt file, and findings about what it cannot hold, other than shapes."""
     remarks: list[Finding] = []
     used = {power for s in lens.surfaces for power, _ in s.aspheric}
     constants, powers = [], list(range(4, 21, 2))
@@ -249,7 +249,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 
 
 def _distance_lines(lens: Lens, stations: list[Station], varying: dict[int, str]) -> list[str]:
-    """The rows of [variable distances]: a column for each position, one for a lens without."""
+    """Rows of [variable distances]: a column for each position, one for a lens without positions."""
     last = len(lens.surfaces) - 1
     stations = stations or [Station({})]
     if stations[0].focal_length is None:

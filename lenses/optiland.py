@@ -40,7 +40,7 @@ PLAIN_INTERACTION = ("", "RefractiveReflectiveModel")
 
 
 def read(text: str, path: str) -> Lens:
-    """The lens of a file's text; `path` is named in errors. LensFileError: the line and what is wrong."""
+    """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     data = parse(text, path)
     surfaces = items(table(data, "surface_group").get("surfaces"))
     if not surfaces:
@@ -154,7 +154,7 @@ def _glass(design: Design, material: dict[str, Any]) -> Glass:
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """The text of an Optiland .json file, and what it could not hold beside shapes."""
+    """Text of an Optiland .json file, and findings about what it cannot hold, other than shapes."""
     remarks: list[Finding] = []
     air = _material(AIR)
     place, before = Decimal(0), air
@@ -183,7 +183,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 
 def _surface(geometry: dict[str, Any], before: dict[str, Any], after: dict[str, Any], thickness: float,
              is_stop: bool) -> dict[str, Any]:
-    """A surface in the words of Optiland's older and newer versions."""
+    """A surface in the format of both older and newer Optiland versions."""
     return {"type": "Surface", "thickness": thickness, "geometry": geometry, "material_pre": before,
             "material_post": after, "is_stop": is_stop, "aperture": None, "coating": None, "bsdf": None,
             "is_reflective": False, "comment": "",
@@ -196,7 +196,7 @@ def _frame(z: float | Decimal) -> dict[str, Any]:
 
 
 def _geometry(s: Surface, place: Decimal) -> dict[str, Any]:
-    """The geometry of a surface, its radius with the digits that give back the curvature."""
+    """Geometry of a surface; its radius has the digits that restore the curvature."""
     radius = Decimal(radius_text(s.curvature))
     if s.curvature_x is not None:
         return {"type": "BiconicGeometry", "cs": _frame(place), "radius_x": Decimal(radius_text(s.curvature_x)),

@@ -55,7 +55,7 @@ WAVELENGTHS = [0.58756, 0.48613, 0.65627]
 
 
 def read(text: str, path: str) -> Lens:
-    """The lens of a file's text; `path` is named in errors. LensFileError: the line, the keyword, what is wrong."""
+    """The lens of a file's text. LensFileError names `path`, the line, the keyword and the mistake."""
     check_lines(text, path)
     file = _File(path)
     for line, words in _commands(text):
@@ -92,7 +92,7 @@ def _commands(text: str) -> list[tuple[int, list[str]]]:
 
 
 class _File:
-    """A file being read, command by command."""
+    """State of a file being read, command by command."""
 
     def __init__(self, path: str):
         self.design = Design(path, [Row(None, thickness=float("inf"))])
@@ -100,10 +100,10 @@ class _File:
         self.wavelengths = list(WAVELENGTHS)
         self.general: dict[int, str] = {}
         self.zoom = configurations.Configurations()
-        self.configuration = 0                      # the one at hand; 0: before the first CFG
+        self.configuration = 0                      # the current configuration; 0: before the first CFG
 
     def command(self, line: int, words: list[str]) -> None:
-        """One command. RowError: what it says is not traced, or cannot be."""
+        """Process one command. RowError: invalid, or not traced."""
         key, values, design = words[0], words[1:], self.design
         row = design.rows[-1]
         row.line = row.line or line
@@ -139,7 +139,7 @@ class _File:
             self.surface(line, row, key, values)
 
     def configured(self, key: str, line: int, values: list[str]) -> None:
-        """A quantity of a surface in the configuration at hand."""
+        """Store a quantity of a surface in the current configuration."""
         rows = self.design.rows
         index = int(self.number(values[:1])) if key in ("TH", "AP") else -1
         if key == "TH" and len(values) > 1 and 0 <= index < len(rows):
@@ -150,7 +150,7 @@ class _File:
             self.design.not_read(f"CFG {self.configuration} {key}", line)
 
     def surface(self, line: int, row: Row, key: str, values: list[str]) -> None:
-        """A command about the surface at hand."""
+        """Process a command for the current surface."""
         index = len(self.design.rows) - 1
         if key == "RD":
             row.curvature = file_curvature(self.word(values))
@@ -212,7 +212,7 @@ class _File:
         row.aspheric[power] = a
 
     def glass(self, values: list[str]) -> Glass:
-        """The medium of GLA: a catalogue's, an index, or MOD name and indices."""
+        """Medium of GLA: a catalogue glass, an index, or MOD with a name and indices."""
         name = self.word(values)
         if name.upper() == "MOD":
             words = values[1:]
@@ -246,7 +246,7 @@ class _File:
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """The text of a .len file, and what it could not hold beside shapes."""
+    """Text of a .len file, and findings about what it cannot hold, other than shapes."""
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
     words = [word for word in lens.name.replace('"', " ").replace("\\", " ").split() if not is_number(word)]
@@ -270,7 +270,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 
 
 def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
-    """What differs in the configurations from the second on."""
+    """Lines of the differences in the configurations from the second on."""
     lines = []
     finite = any(not station.is_far for station in stations)
     for k, station in enumerate(stations[1:], start=2):
@@ -282,7 +282,7 @@ def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
 
 
 def _glass_line(glass: Glass, i: int, remarks: list[Finding]) -> str:
-    """The line of the medium behind surface i; what is lost of it goes into `remarks`."""
+    """Line of the medium behind surface i; findings about its losses are added to `remarks`."""
     remarks += media.glass_loss(glass, i)
     if glass.n_d == 1.0:
         return "AIR"

@@ -39,7 +39,7 @@ def object_distance(surfaces: Sequence[Surface]) -> float:
 
 
 def f_number(surfaces: Sequence[Surface], stop_index: int) -> float:
-    """Focal length over the entrance pupil's diameter, as the stop alone sets it; inf for an afocal system."""
+    """Focal length over the entrance-pupil diameter given by the stop alone; inf for an afocal system."""
     height = axial_heights(surfaces)[stop_index]
     return abs(focal_length(surfaces) * height) / (2.0 * surfaces[stop_index].semi_diameter)
 
@@ -68,5 +68,5 @@ def count_faults(surfaces: Sequence[Surface]) -> int:
 
 
 def sag(c: float, height: float) -> float:
-    """Sag of a sphere (mm) at a height, at its equator where the height lies beyond it."""
+    """Sag of a sphere (mm) at a height; that of its equator for heights beyond."""
     return c * height * height / (1.0 + sqrt(max(0.0, 1.0 - c * height * c * height)))

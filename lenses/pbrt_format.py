@@ -29,7 +29,7 @@ UNITS = {"mm": "mm|millimet(re|er)s?", "cm": "cm|centimet(re|er)s?", "m": "m|met
 
 
 def read(text: str, path: str) -> Lens:
-    """The lens of a file's text; `path` is named in errors. LensFileError: the line and what is wrong in it."""
+    """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     comments, rows, lines = _split(text, path)
     findings = []
     unit = _unit(comments)
@@ -91,7 +91,7 @@ def _split(text: str, path: str) -> tuple[list[str], list[list[float]], list[int
 
 
 def _plane_stop(lens: Lens) -> tuple[list[Surface], int | None, list[Finding]]:
-    """The surfaces with the stop as a plane in air, the only one that pbrt knows; its index (None: not possible)."""
+    """Surfaces with the stop as a plane in air, the only stop of pbrt, and its index (None: not possible)."""
     surfaces, i, stop = list(lens.surfaces), lens.stop_index, lens.stop
     air_before = i == 0 or surfaces[i - 1].glass.n_d == 1.0
     air_after = stop.glass.n_d == 1.0
@@ -116,7 +116,7 @@ def _plane_stop(lens: Lens) -> tuple[list[Surface], int | None, list[Finding]]:
 
 
 def _unit(comments: list[str]) -> str:
-    """The unit of length that a comment names: "in metres", "units: m", "(cm)"; mm where one says so, or none does."""
+    """Unit of length in the comments: "in metres", "units: m", "(cm)"; mm if one says mm, or none names a unit."""
     for unit, words in UNITS.items():
         named = re.compile(rf"\b(in|units?:?)\s+({words})\b|\(({words})\)", re.IGNORECASE)
         if any(named.search(comment) for comment in comments):
@@ -139,7 +139,7 @@ def _surfaces(rows: list[list[float]], lines: list[int], path: str) -> tuple[Sur
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """The text of a .dat file, and what it could not hold beside shapes."""
+    """Text of a .dat file, and findings about what it cannot hold, other than shapes."""
     remarks: list[Finding] = []
     comments = [lens.name, lens.kind, str(lens.year or ""), lens.source, lens.notes]
     lines = [f"# {' '.join(comment.split())}" for comment in comments if comment.strip()]

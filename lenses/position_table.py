@@ -34,7 +34,7 @@ KEYS = ("names", *ROWS, *GRIDS, "zoom", "close", "gaps")
 
 
 class TableError(ValueError):
-    """A table of positions that cannot be; `key`: under which key, None: as a whole."""
+    """An invalid table of positions. key: the key with the mistake, None: the table as a whole."""
 
     def __init__(self, message: str, key: str | None = None):
         super().__init__(message)
@@ -42,7 +42,7 @@ class TableError(ValueError):
 
 
 def placed(lens: Lens, table: object) -> Lens:
-    """The lens of the file's rows with the positions of the file's table, standing as the table says."""
+    """The lens of the file's rows with the positions of its table, at the position that the table states."""
     if not isinstance(table, dict):
         raise TableError("they must be a table: [positions], with [positions.gaps]")
     for key in table:
@@ -89,7 +89,7 @@ def placed(lens: Lens, table: object) -> Lens:
 
 
 def _standing(lens: Lens, moved: Lens) -> Lens:
-    """The lens of the rows where its positions put it, with a finding where the rows say something else."""
+    """The lens at its stated position, with a finding if the rows have other gaps."""
     positions = moved.positions
     assert positions is not None
     off = [i for i in positions.gaps if lens.surfaces[i].thickness != moved.surfaces[i].thickness]
@@ -113,7 +113,7 @@ def _row(value: object, key: str, infinite: bool = False) -> list[float]:
 
 
 def _grid(value: object, key: str, infinite: bool = False) -> list[list[float]]:
-    """A row for each zoom station with a number for each focus station."""
+    """A row for each zoom station, with a number for each focus station."""
     if not isinstance(value, list) or not value:
         raise TableError(f"{key} must be a list of rows: one for each zoom station, with a number for each focus "
                          "station", key)
@@ -121,7 +121,7 @@ def _grid(value: object, key: str, infinite: bool = False) -> list[list[float]]:
 
 
 def lines(positions: Positions) -> list[str]:
-    """The table as it is written."""
+    """Lines of the table in a file."""
     written = ["[positions]"]
     if positions.names:
         written.append(f"names = [{', '.join(map(quoted, positions.names))}]")

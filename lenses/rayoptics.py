@@ -34,7 +34,7 @@ from lensbench.optics.prescription import Lens, Surface
 
 UNITS = {"mm": 1.0, "cm": 10.0, "meters": 1000.0, "m": 1000.0, "in": 25.4, "inches": 25.4}
 APERTURES = {("object", "epd"): "EPD", ("object", "pupil"): "EPD", ("image", "f/#"): "FNO", ("object", "NA"): "NA"}
-MISSING_RIM = 1.0           # what rayoptics puts where no rim was computed
+MISSING_RIM = 1.0           # the rim that rayoptics writes if none was computed
 FAR_OBJECT = 1e10
 CLASSES = {                 # of catalogue glasses, and the formula with which rayoptics reckons their six coefficients
     "SCHOTT": ("opticalglass.schott", "SchottGlass", "sellmeier"),
@@ -47,7 +47,7 @@ SAMPLES = 60                # wavelengths at which the index of another glass is
 
 
 def read(text: str, path: str) -> Lens:
-    """The lens of a file's text; `path` is named in errors. LensFileError: the line and what is wrong."""
+    """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     model = table(parse(text, path), "optical_model")
     sequence = table(model, "seq_model")
     surfaces, gaps = items(sequence.get("ifcs")), items(sequence.get("gaps"))
@@ -150,7 +150,7 @@ def _fill(design: Design, row: Row, wrapped: Any, profiles: dict[str, Any], inde
 
 
 def _terms(shape: dict[str, Any], step: int) -> dict[int, float]:
-    """Coefficients of r^step, r^(2 step) …; older versions keep them one by one."""
+    """Coefficients of r^step, r^(2 step) …; older versions store them one by one."""
     powers = list(range(step, 21, step))
     if not any(number(a, "coefs") for a in items(shape.get("coefs"))):
         shape = {"coefs": [shape.get(f"coef{power}") or 0.0 for power in powers]}
@@ -183,7 +183,7 @@ def _glass(design: Design, wrapped: Any) -> Glass:
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """The text of a .roa file, and what it could not hold beside shapes."""
+    """Text of a .roa file, and findings about what it cannot hold, other than shapes."""
     remarks: list[Finding] = []
     flat = ("Spherical", {"cv": 0.0})
     indices = [1.0, *(s.glass.n_d for s in lens.surfaces)]
@@ -221,7 +221,7 @@ def _wrapped(module: str, kind: str, attributes: dict[str, Any]) -> dict[str, An
 
 
 def _interface(index: int, mode: str, step: float, rim: float, label: str = "", clear: bool = False) -> dict[str, Any]:
-    """A surface; clear: its rim as an aperture too, which rayoptics leaves as it is."""
+    """A surface; clear: write its rim as an aperture too, which rayoptics does not recompute."""
     round_ones = [_wrapped("rayoptics.elem.surface", "Circular", {
         "x_offset": 0.0, "y_offset": 0.0, "rotation": 0.0, "radius": rim})] if clear else []
     return _wrapped("rayoptics.elem.surface", "Surface", {
@@ -250,7 +250,7 @@ def _gap(thickness: float, glass: Glass) -> dict[str, Any]:
 
 
 def _medium(glass: Glass) -> dict[str, Any]:
-    """The medium: by its maker's class, as a table of indices, or by n_d and V_d."""
+    """The medium: a class of its maker, a table of indices, or n_d and V_d."""
     if glass.n_d == 1.0:
         return _wrapped("opticalglass.opticalmedium", "Air", {})
     maker = media.maker_of(glass)

@@ -8,10 +8,10 @@ from lensbench.optics.prescription import Lens, LensError
 
 
 def reversed_lens(lens: Lens) -> Lens:
-    """The lens turned round: surfaces in reverse order, curvatures and aspheric terms negated.
+    """The reversed lens: surfaces in reverse order, curvatures and aspheric terms negated.
 
-    Its back focus is unknown (0). Of zoom and focus positions only the present one is kept, and a finding
-    says so. LensError where another medium than air lies behind the lens.
+    Its back focus is unknown (0). Only the present zoom and focus position is kept, and a finding reports this.
+    LensError if the medium behind the lens is not air.
     """
     if lens.surfaces[-1].glass.n_d != 1.0:
         raise LensError("a lens that ends in another medium than air cannot be turned round: nothing can stand in "

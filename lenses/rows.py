@@ -1,6 +1,6 @@
-"""Rows of a lens table as surfaces: checks of numbers, curvatures from radii, and the stop.
+"""Checked surfaces from the rows of a lens table: numbers, curvatures from radii, and the stop.
 
-Lengths in mm. Every reader uses these functions, so that all refuse a mistake in the same words.
+Lengths in mm. Every reader uses these functions, so that equal mistakes give equal messages.
 """
 
 from decimal import Context, Decimal
@@ -12,9 +12,9 @@ from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Surface
 
 SMALLEST_RADIUS = 1e-6      # mm
-SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: of anything in a lens, so that powers of it stay numbers
+SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: largest length in a lens, so that its powers stay finite
 HIGHEST_INDEX = 6.0         # germanium has 4
-HIGHEST_TERM = 1e200         # mm: an aspheric term at the rim
+HIGHEST_TERM = 1e200         # mm: largest aspheric term at the rim
 
 
 class RowError(ValueError):
@@ -37,7 +37,7 @@ def number(value: object, name: str, infinite: bool = False) -> float:
 
 
 def curvature(radius: object) -> float:
-    """1/mm, correctly rounded from the digits of the radius; 0 and inf are a plane."""
+    """Curvature in 1/mm, correctly rounded from the digits of the radius; 0 and inf are a plane."""
     size = number(radius, "radius", infinite=True)
     if size == 0.0 or isinf(size):
         return 0.0
@@ -47,7 +47,7 @@ def curvature(radius: object) -> float:
 
 
 def radius_text(c: float) -> str:
-    """The shortest decimal radius (mm) that `curvature` turns back into c, to the last bit; "inf" for a plane."""
+    """Shortest decimal radius (mm) that `curvature` converts to exactly c; "inf" for a plane."""
     if c == 0.0:
         return "inf"
     for digits in range(1, 28):
@@ -60,7 +60,7 @@ def radius_text(c: float) -> str:
 
 def surface(radius: object, thickness: object, n_d: object, semi_diameter: object,
             v_d: object = None, glass: str = "") -> Surface:
-    """A surface from the values of its row; v_d 0 or None: no dispersion is known. RowError: an invalid value."""
+    """A surface from the values of its row; v_d 0 or None: unknown dispersion. RowError: an invalid value."""
     n = number(n_d, "index n_d")
     if n < 1.0:
         raise RowError(f"index n_d is {n:g}: it must be at least 1 (air)")
@@ -76,7 +76,7 @@ def surface(radius: object, thickness: object, n_d: object, semi_diameter: objec
 
 
 def check_sizes(surface: Surface) -> None:
-    """RowError for a surface (mm) so small or so large that it can only be a mistake of the file."""
+    """Raise RowError for a surface (mm) whose sizes can only be a mistake of the file."""
     for name, c in (("radius", surface.curvature), ("radius of the section x–z", surface.curvature_x or 0.0)):
         if abs(c) > 1.0 / SMALLEST_RADIUS:
             raise RowError(f"{name} is {1.0 / c:g} mm: it must be at least {SMALLEST_RADIUS:g} mm (0 or inf: a plane)")
@@ -94,7 +94,7 @@ def check_sizes(surface: Surface) -> None:
 
 
 def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[Finding, ...]]:
-    """The index of the aperture stop, from the surfaces marked as stops, and what had to be assumed."""
+    """Index of the aperture stop, from the surfaces marked as stops, and the assumption made."""
     if len(marked) == 1:
         return marked[0], ()
     if not marked:

@@ -1,7 +1,7 @@
-"""Shapes of surfaces as lens formats know them: a writer's format names those it can hold, and the rest is reported.
+"""Shapes of surfaces: each format lists those that it can hold, and writers report the others.
 
-A new kind of surface gets a member of `Shape` and a line in `shape_of`; until a format lists it,
-every writer says that it writes another lens.
+A new kind of surface needs a member of `Shape` and a line in `shape_of`. Until a format lists it, every writer reports
+that it writes another lens.
 """
 
 from enum import Enum
@@ -11,7 +11,7 @@ from lensbench.optics.prescription import Lens, Surface
 
 
 class Shape(Enum):
-    """A kind of surface; the value is how a sentence names it."""
+    """A kind of surface; the value is its name in a sentence."""
 
     SPHERE = "a sphere"                             # or a plane
     CONIC = "a conic"
@@ -27,7 +27,7 @@ COMMON = ROTATIONAL | {Shape.CYLINDER, Shape.TOROID}
 
 
 def shape_of(surface: Surface) -> Shape:
-    """The simplest shape that a surface has."""
+    """The simplest shape that describes a surface."""
     if surface.curvature_x is not None:
         return Shape.TOROID if surface.curvature and surface.curvature_x else Shape.CYLINDER
     if surface.aspheric:
@@ -37,7 +37,7 @@ def shape_of(surface: Surface) -> Shape:
 
 
 def lost_shapes(lens: Lens, held: frozenset[Shape], instead: str) -> list[Finding]:
-    """A warning for each surface whose shape a format does not hold. instead: what is written in its place."""
+    """A warning for each surface whose shape a format cannot hold. instead: the shape written in its place."""
     found = [(i, shape_of(surface)) for i, surface in enumerate(lens.surfaces)]
     return [Finding(Kind.SHAPE, i, f"surface {i} is {shape.value}, which this format cannot hold: {instead}, and this "
                                    "is another lens") for i, shape in found if shape not in held]

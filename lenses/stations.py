@@ -1,9 +1,8 @@
-"""Zoom and focus positions: from the list of configurations of a lens file to a table, and back.
+"""Zoom and focus positions: conversion between the list of configurations of a lens file and a table.
 
-Lengths in mm. Design programs number their configurations and let each have any thicknesses. A
-zoom is such a list; so is a lens that focuses by moving groups, whose close positions have an object
-nearby. A list of both has either all zoom settings at infinity first, then all at each nearer
-distance, or all distances of each zoom setting in turn.
+Lengths in mm. Design programs number their configurations; each can have any thicknesses. A zoom is such a list, and so
+is a lens that focuses by moving groups, whose close positions have a near object. A list of both has either all zoom
+settings at infinity first, then all at each nearer distance, or all distances of each zoom setting in turn.
 """
 
 from collections.abc import Sequence
@@ -16,13 +15,13 @@ from lensbench.optics.prescription import Lens, Surface
 from lensbench.optics.zoom_positions import Positions, PositionsError
 
 FAR = 1e8               # mm: an object beyond it is at infinity
-MOST_STATIONS = 200     # that are read of a file
-SAME = 1e-6             # of a gap: a solve of the file's own program differs from ours by less
+MOST_STATIONS = 200     # configurations read from a file
+SAME = 1e-6             # share of a gap: the solve of another program differs from ours by less
 
 
 @dataclass
 class Station:
-    """One configuration: gaps by their surface; the object's distance before the first vertex; stated figures."""
+    """One configuration: gaps by surface, object distance before the first vertex, and stated figures."""
 
     gaps: dict[int, float] = field(default_factory=dict)
     distance: float = inf
@@ -39,10 +38,10 @@ class Station:
 
 @dataclass(frozen=True)
 class Solve:
-    """A gap that follows from the others in every configuration, behind `surface`.
+    """A gap behind `surface` that follows from the others in every configuration.
 
-    kind "image": it ends at the paraxial image. "sum": with the gaps from `start` on it
-    adds up to `total` (mm); "pair": with that behind `start` alone.
+    kind "image": it ends at the paraxial image. "sum": it and the gaps from `start` on add up to `total` (mm). "pair":
+    it and the gap behind `start` alone do.
     """
 
     surface: int
@@ -52,10 +51,10 @@ class Solve:
 
 
 def solved(lens: Lens, stations: list[Station], solves: Sequence[Solve]) -> list[Station]:
-    """The configurations with the gaps that their file leaves to solves.
+    """Configurations with the gaps that their file leaves to solves.
 
-    A gap stays as it is where a configuration states it, where no ray finds it, and in the first
-    configuration where the file agrees within SAME.
+    A gap stays if a configuration states it, if no ray finds it, and in the first configuration if the file agrees
+    within SAME.
     """
     found = []
     for station in stations:
@@ -109,10 +108,9 @@ def with_gaps(surfaces: Sequence[Surface], gaps: Sequence[int], thicknesses: Seq
 
 
 def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Finding]]:
-    """The lens with the positions of a file's configurations, in the first of them; and findings.
+    """The lens with the positions of a file's configurations, at the first position; and findings.
 
-    A list of zoom settings is put in order from wide to tele, one of distances from
-    infinity to the nearest.
+    Zoom settings are sorted from wide to tele, distances from infinity to the nearest.
     """
     varying = sorted({i for station in stations for i in station.gaps if any(
         other.gaps.get(i, lens.surfaces[i].thickness) != station.gaps[i] for other in stations)})
@@ -159,13 +157,13 @@ def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Findi
 
 
 def zoom_names(stations: list[Station]) -> tuple[str, ...]:
-    """The names of zoom stations, where they have any."""
+    """Names of the zoom stations, if they have any."""
     names = tuple(station.name for station in stations)
     return names if len(stations) > 1 and any(names) else ()
 
 
 def _grid(stations: list[Station]) -> list[list[Station]] | None:
-    """Stations by zoom setting and distance, each from infinity to the nearest; None if the list is no such table."""
+    """Stations by zoom setting and distance, each from infinity to the nearest; None if they form no table."""
     far = [i for i, station in enumerate(stations) if station.is_far]
     if not far or len(far) == len(stations):
         same = len({station.distance for station in stations}) == 1
@@ -191,16 +189,16 @@ def _track(lens: Lens, gaps: Sequence[int], thicknesses: Sequence[float]) -> flo
 
 
 def _from_film(lens: Lens, gaps: Sequence[int], station: Station) -> float:
-    """The object's distance from the film."""
+    """Object distance from the film."""
     if station.is_far:
         return inf
     return station.distance + _track(lens, gaps, [station.gaps.get(i, lens.surfaces[i].thickness) for i in gaps])
 
 
 def stations_of(lens: Lens) -> tuple[list[Station], list[Finding]]:
-    """The configurations of a lens with positions, all zoom settings at infinity first; and findings.
+    """Configurations of a lens with positions, all zoom settings at infinity first; and findings.
 
-    A close position whose distance is not stated has that of its paraxial image's object.
+    A close position without a stated distance has the distance of the object of its paraxial image.
     """
     positions = lens.positions
     if positions is None:
@@ -236,7 +234,7 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[Finding]]:
 
 
 def _before(distance: float, track: float) -> float:
-    """The distance before the first vertex that with the track is this one from the film, if one is to the last bit."""
+    """Distance before the first vertex that, added to the track, is exactly this distance from the film."""
     before = distance - track
     for _ in range(4):
         if before + track == distance:

@@ -62,7 +62,7 @@ STOP = ("blades", "rotation", "rotation_deg", "roundness")
 
 
 def read(text: str, path: str) -> Lens:
-    """The lens of a file's text; `path` is named in errors. LensFileError: the line and what is wrong in it."""
+    """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     data = parse(text, path)
     header = check_header(data, text, path)
     columns = _columns(data.get("columns"), text, path)
@@ -103,7 +103,7 @@ def read(text: str, path: str) -> Lens:
 
 
 def parse(text: str, path: str) -> dict[str, Any]:
-    """The keys of the file, numbers with a point as Decimal."""
+    """Keys of the file; numbers with a point as Decimal."""
     try:
         return tomllib.loads(text, parse_float=Decimal)
     except RecursionError:
@@ -118,7 +118,7 @@ def parse(text: str, path: str) -> dict[str, Any]:
 
 
 def check_header(data: dict[str, Any], text: str, path: str) -> dict[str, Any]:
-    """The header's values in their types. LensFileError: a key that is unknown or whose value cannot be."""
+    """Check the types of the header's values. LensFileError: an unknown key or an invalid value."""
     header: dict[str, Any] = {}
     for key, value in data.items():
         try:
@@ -141,13 +141,13 @@ def check_header(data: dict[str, Any], text: str, path: str) -> dict[str, Any]:
 
 
 def line_of(text: str, key: str) -> int | None:
-    """The line on which a key of the header stands."""
+    """Line of a key of the header."""
     found = re.search(rf"(?m)^\s*\[*\s*[\"']?{re.escape(key)}\b", text)
     return text.count("\n", 0, found.end()) + 1 if found else None
 
 
 def _row_line(text: str, row: int) -> int | None:
-    """The line of a row, in a file that has one surface a row."""
+    """Line of a row, in a file with one surface a row."""
     first = line_of(text, "surfaces")
     if first is None:
         return None
@@ -170,7 +170,7 @@ def _columns(columns: object, text: str, path: str) -> tuple[str, ...]:
 
 
 def _tables(data: dict[str, Any], count: int, text: str, path: str) -> dict[int, dict[str, Any]]:
-    """What the tables behind the rows say of each surface, by its number and the table's name."""
+    """Values of the tables behind the rows, by surface number and table name."""
     more: dict[int, dict[str, Any]] = {}
     for name in ENTRIES:
         table = data.get(name, {})
@@ -238,7 +238,7 @@ KEYS = ("format", "units", "year", "columns", "surfaces", "stop", "positions", *
 
 
 def _entry_line(text: str, table: str, key: str) -> int | None:
-    """The line of a surface's entry in a table."""
+    """Line of the entry of a surface in a table."""
     first = line_of(text, table)
     if first is None:
         return None
@@ -249,7 +249,7 @@ def _entry_line(text: str, table: str, key: str) -> int | None:
 
 
 def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tuple[Surface, bool]:
-    """The surface of a row and of the tables' entries, and whether it is marked as the stop."""
+    """The surface of a row and of its table entries, and whether it is marked as the stop."""
     if not isinstance(row, list):
         raise RowError("a row must be a list in brackets")
     is_stop = len(row) == len(columns) + 1 and row[-1] == "stop"
@@ -273,7 +273,7 @@ def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tup
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """The text of a lens file, and what it could not hold (nothing)."""
+    """Text of a lens file, and findings about what it cannot hold (none)."""
     lines = [f"format = {FORMAT}", f"title = {quoted(lens.name)}", f"kind = {quoted(lens.kind)}"]
     if lens.year is not None:
         lines.append(f"year = {lens.year}")
@@ -329,7 +329,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 
 
 def _entries(lens: Lens) -> dict[str, dict[int, str]]:
-    """The tables behind the rows: what they say, by the surface's number."""
+    """Entries of the tables behind the rows, by surface number."""
     tables: dict[str, dict[int, str]] = {name: {} for name in ENTRIES}
     for i, s in enumerate(lens.surfaces):
         glass = s.glass

@@ -1,16 +1,16 @@
-"""Numbers, texts and lists as TOML writes them; a float with as many digits as it takes to read it back."""
+"""Numbers, texts and lists in TOML; a float has enough digits to read back equal."""
 
 import json
 from typing import Any
 
 
 def listed(values: Any) -> str:
-    """Numbers, or tuples of them, as TOML writes a list."""
+    """A TOML list of numbers, or of tuples of numbers."""
     return f"[{', '.join(listed(v) if isinstance(v, tuple) else digits(v) for v in values)}]"
 
 
 def digits(value: float) -> str:
-    """A number, to the last bit."""
+    """A number with all its digits."""
     return repr(float(value))
 
 

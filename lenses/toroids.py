@@ -18,7 +18,7 @@ POINTS = 24
 
 
 def finding(kind: str, surface: Surface, i: int) -> Finding | None:
-    """The finding about surface i (mm) where its file means another toroid than the biconic one; else None."""
+    """The finding about surface i (mm) if its file means another toroid than the biconic one, else None."""
     if kind not in NAMES or not surface.curvature or not surface.curvature_x:
         return None
     away = departure(kind, surface)
@@ -27,7 +27,7 @@ def finding(kind: str, surface: Surface, i: int) -> Finding | None:
 
 
 def departure(kind: str, surface: Surface) -> float:
-    """How far (mm) the toroid of this kind lies at most from the biconic one round the rim, along the axis."""
+    """Largest distance (mm) along the axis between this kind of toroid and the biconic one, around the rim."""
     worst, h = 0.0, surface.semi_diameter
     for i in range(POINTS + 1):
         x, y = h * sin(0.5 * pi * i / POINTS), h * cos(0.5 * pi * i / POINTS)
@@ -36,7 +36,7 @@ def departure(kind: str, surface: Surface) -> float:
 
 
 def _sag(kind: str, surface: Surface, x: float, y: float) -> float:
-    """Sag (mm) of a toroid, that of its equator beyond it."""
+    """Sag (mm) of a toroid; that of its equator for heights beyond."""
     across, c = surface.curvature_x or 0.0, surface.curvature
     if kind == "biconic":
         return (across * x * x + c * y * y) / (1.0 + sqrt(max(0.0, 1.0 - (across * x) ** 2 - (c * y) ** 2)))

@@ -42,7 +42,7 @@ REFUSED = {"COORDBRK": "a coordinate break (tilt or decentre)", "DGRATING": "a d
            "PARAXIAL": "an ideal lens without surfaces", "NONSEQCO": "a non-sequential group",
            "QED_TYPE": "a Q-type asphere", "BINARY_2": "a diffractive surface", "GRADIUM": "a gradient index",
            "TILTSURF": "a tilted surface", "FZERNSAG": "a Zernike surface", "SZERNSAG": "a Zernike surface"}
-LEFTOVERS = {(0.0, 0.0), (1.0, 0.0), (1.5, 40.0), (1.55, 55.0)}     # beside a catalogue name they say nothing
+LEFTOVERS = {(0.0, 0.0), (1.0, 0.0), (1.5, 40.0), (1.55, 55.0)}     # meaningless beside a catalogue name
 READ = ("SURF", "TYPE", "CURV", "DISZ", "CONI", "STOP", "DIAM", "CLAP", "SQAP", "ELAP", "OBSC", "UDAP", "OBDC", "GLAS")
 HARMLESS = frozenset("""
     COMM HIDE MIRR POPS FIMP SLAB SSID MEMA OEMA FLAP COAT SCOL OPDX RSCE PPAR PZUP CPUP CNUP MAZH MAZA CHZA TCOM TOLE
@@ -50,13 +50,13 @@ HARMLESS = frozenset("""
 """.split())
 FIRST = {"THIC": "DISZ", "CRVT": "CURV", "CONN": "CONI", "SDIA": "DIAM"}    # of the first configuration
 CONFIGURED = ("MNUM", "LTTL", *FIRST, "APER", "GLSS", "PRAM", "STPS", "IGNR")
-FAR_OBJECT = "1e10"                             # where a configuration says how far the object is
+FAR_OBJECT = "1e10"                             # where a configuration gives the object distance
 EVEN_POWERS = range(2, 17, 2)
 ODD_POWERS = range(1, 9)
 
 
 def read(text: str, path: str) -> Lens:
-    """The lens of a file's text; `path` is named in errors. LensFileError: the line, the keyword, what is wrong."""
+    """The lens of a file's text. LensFileError names `path`, the line, the keyword and the mistake."""
     design = Design(path)
     surfaces: list[dict[str, tuple[int, list[str]]]] = []
     numbered: list[dict[tuple[str, int], tuple[int, str]]] = []
@@ -114,8 +114,10 @@ def read(text: str, path: str) -> Lens:
 
 
 def _solves(design: Design, index: int, keys: dict, row_of: dict[int, int], is_last: bool) -> list[Solve]:
-    """What the gap behind a surface follows from: TCOM i total (with the one behind i), TOLE i total (with all from i
-    on), or MAZH 0 of the last (the marginal ray's height on the image).
+    """The solve of the gap behind a surface, as a list of none or one.
+
+    TCOM i total (with the gap behind i), TOLE i total (with all gaps from i on), or MAZH 0 of the last gap (height of
+    the marginal ray on the image).
     """
     row = row_of.get(index)
     if row is None:
@@ -132,7 +134,7 @@ def _solves(design: Design, index: int, keys: dict, row_of: dict[int, int], is_l
 
 
 def _place(keys: dict[str, tuple[int, list[str]]], key: str) -> tuple[int, str, list[str]]:
-    """Line, name and words of a keyword that is there."""
+    """Line, name and words of a keyword in the block."""
     return keys[key][0], key, keys[key][1]
 
 
@@ -163,7 +165,7 @@ def _read_header(design: Design, header: dict, first: dict) -> None:
 
 def _configure(listed: configurations.Configurations, path: str, line: int, key: str, words: list[str],
                surfaces: list[dict]) -> None:
-    """A line of the configurations; what the first one has counts in place of what the current one had."""
+    """Process a line of the configurations; values of the first one replace those of the current one."""
     if key == "MNUM":
         listed.count = int(_number(path, line, key, words, 0))
         return
@@ -293,7 +295,7 @@ def _number(path: str, line: int | None, key: str, words: list[str], place: int,
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """The text of a .zmx file, and what it could not hold beside shapes."""
+    """Text of a .zmx file, and findings about what it cannot hold, other than shapes."""
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
     lines = ["VERS 140000 0 0", "MODE SEQ", f"NAME {' '.join(lens.name.split())}"]
@@ -326,7 +328,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 
 
 def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
-    """The configurations, one quantity after the other, as the program wants them."""
+    """Lines of the configurations, one quantity after the other, as Zemax requires."""
     if not stations:
         return []
     rows = [(f"THIC {i + 1}", [repr(station.gaps[i]) for station in stations]) for i in stations[0].gaps]

@@ -50,7 +50,7 @@ def stability_panel(worker: StabilityWorker, state: StabilityState) -> None:
     worker.want(key)
     sweep = worker.found.get(key)
     imgui.set_cursor_screen_pos(ImVec2(left, imgui.get_cursor_screen_pos().y))
-    if imgui.begin_child("Atlas list", ImVec2(column, 0.0)):
+    if imgui.begin_child("Stability list", ImVec2(column, 0.0)):
         if sweep is None:
             _waiting(worker, key)
         else:
@@ -177,7 +177,7 @@ def _plot(sweep: Sweep, size: ImVec2, state: StabilityState) -> None:
     low, high = float(np.nanmin(ends)), float(np.nanmax(ends))
     places = _across(sweep, sweep.values)
     margin = 0.03 * (places[-1] - places[0])
-    if not implot.begin_plot(f"Atlas plot###{state.family} {sweep.title}", size, PLOT_FLAGS):
+    if not implot.begin_plot(f"Stability plot###{state.family} {sweep.title}", size, PLOT_FLAGS):
         return
     implot.setup_axis(x, f"{sweep.axis} ({sweep.unit})" if sweep.unit else sweep.axis, AXIS_FLAGS)
     implot.setup_axis(y, f"{sweep.measure} off by ({sweep.measure_unit})" if sweep.measure_unit

@@ -1,16 +1,16 @@
-"""A radius that no table can have held: solved for by a program, to hide what another number spoils."""
+"""A radius with more digits than a table prints: solved for by a program, it hides a mistake in another number."""
 
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens
 
 PUBLISHED = 5           # significant digits of a printed radius
-SOLVED = 9              # and of one that a program has left
+SOLVED = 9              # significant digits of a radius left by a solve
 SINGLE = 6e-8           # relative: digits beyond it are the noise of a float32
 DOUBLE = 1e-12
 
 
 def digit_findings(lens: Lens) -> list[Finding]:
-    """The one radius with many digits among radii that have few."""
+    """The one radius with many digits among radii with few."""
     radii = {i: 1.0 / s.curvature for i, s in enumerate(lens.surfaces) if s.curvature}
     long = [i for i, radius in radii.items() if _digits(radius, SINGLE) > PUBLISHED + 1]
     rest = [_digits(radius, SINGLE) for i, radius in radii.items() if i not in long]
@@ -22,6 +22,6 @@ def digit_findings(lens: Lens) -> list[Finding]:
 
 
 def _digits(value: float, tolerance: float) -> int:
-    """The significant decimal digits that hold a value to a relative tolerance."""
+    """Number of significant decimal digits that give a value to a relative tolerance."""
     return next(digits for digits in range(1, 18) if abs(float(f"{value:.{digits}g}") - value) <= tolerance * abs(value)
                 or digits == 17)

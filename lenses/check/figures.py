@@ -1,4 +1,4 @@
-"""Focal length, back focus and f-number: what the surfaces give against what the file states."""
+"""Focal length, back focus and f-number: computed from the surfaces, against the stated values."""
 
 from math import isinf
 
@@ -15,7 +15,7 @@ FASTEST = 0.5           # f-number: a cone of 180° in air
 
 
 def figure_findings(lens: Lens) -> list[Finding]:
-    """Where the first-order figures contradict the stated ones, or each other."""
+    """Findings where first-order figures contradict the stated ones, or each other."""
     sections = [first_order(lens)]
     if not lens.is_rotationally_symmetric:
         sections.append(first_order(lens.section("x")))

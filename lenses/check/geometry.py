@@ -1,4 +1,4 @@
-"""Surfaces that cannot stand where the table puts them: rims too large, edges too thin, neighbours that cross."""
+"""Impossible geometry: rims too large, edges too thin, neighbours that cross."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ HEIGHTS = np.linspace(0.0, 1.0, 33)
 
 
 def geometry_findings(lens: Lens) -> list[Finding]:
-    """Where the table describes no glass that could be ground."""
+    """Findings where the table describes glass that cannot be ground."""
     findings = []
     n_before = 1.0
     for i, surface in enumerate(lens.surfaces):
@@ -27,7 +27,7 @@ def geometry_findings(lens: Lens) -> list[Finding]:
 
 
 def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
-    """What is wrong with the gap behind surface i."""
+    """Findings about the gap behind surface i."""
     front, back = lens.surfaces[i], lens.surfaces[i + 1]
     in_glass = front.glass.n_d > 1.0
     beside_stop = _is_dummy(lens, i, n_before) or _is_dummy(lens, i + 1, front.glass.n_d)
@@ -67,6 +67,6 @@ def _gaps(front: Surface, back: Surface, rim: float) -> tuple[np.ndarray, np.nda
 
 
 def _reach(surface: Surface) -> float:
-    """How far from the axis the surface goes (mm): to its equator, or without end."""
+    """Height of the surface's equator (mm), or inf."""
     steepest = max((1.0 + surface.conic) * surface.curvature**2, (surface.curvature_x or 0.0)**2)
     return steepest**-0.5 if steepest > 0.0 else np.inf

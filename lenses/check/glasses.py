@@ -1,4 +1,4 @@
-"""Glasses that nobody makes: index and Abbe number off every known glass, or off the glass that is named."""
+"""Glasses that nobody makes: index and Abbe number far from every known glass, or from the named one."""
 
 from functools import lru_cache
 
@@ -21,7 +21,7 @@ OTHERS = {                      # (n_d, V_d), as published: plastics, and what i
 
 
 def glass_findings(lens: Lens) -> list[Finding]:
-    """Each medium once, at the first surface that has it."""
+    """Findings about each medium once, at its first surface."""
     findings = []
     media: dict[tuple[float, float], list[int]] = {}
     for i, surface in enumerate(lens.surfaces):
@@ -44,7 +44,7 @@ def glass_findings(lens: Lens) -> list[Finding]:
 
 
 def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
-    """Of surfaces with one glass, those whose name belongs to another."""
+    """Of surfaces with one glass, those whose name belongs to another glass."""
     findings = []
     for i in places:
         glass = lens.surfaces[i].glass
@@ -68,7 +68,7 @@ def _nearest(n_d: float, v_d: float) -> tuple[str, float]:
 
 @lru_cache(maxsize=1)
 def _map() -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Names, n_d and V_d of every glass and plastic that is known."""
+    """Names, n_d and V_d of every known glass and plastic."""
     known = [(entry.name, entry.n_d, entry.v_d) for entry in glass_catalogue.entries() if entry.n_d and entry.v_d]
     known += [(name, *numbers) for name, numbers in OTHERS.items()]
     names, n, v = zip(*known, strict=True)

@@ -24,7 +24,7 @@ WITNESSES = 3           # stations that agree, against one that does not
 
 
 def position_findings(lens: Lens) -> list[Finding]:
-    """What looks wrong at a zoom or focus station, the station named."""
+    """Findings about a zoom or focus station; each names the station."""
     positions = lens.positions
     if positions is None:
         return []
@@ -47,7 +47,7 @@ def position_findings(lens: Lens) -> list[Finding]:
 
 
 def _figured(lens: Lens, first: bool) -> Lens:
-    """Without the figures that are stated for the first station alone."""
+    """The lens without the figures that are stated for the first station alone."""
     positions = lens.positions
     assert positions is not None
     return lens if first else replace(
@@ -99,7 +99,7 @@ def _odd_sums(lens: Lens, positions: Positions) -> list[Finding]:
 
 
 def _odd_one(values: dict[tuple[int, int], float], rounding: float, witnesses: int) -> tuple[int, int] | None:
-    """The one key whose value differs from all the others, which agree; None where there is no such."""
+    """The one key whose value differs from all the others, which agree; None if there is no such key."""
     for key in values if len(values) > witnesses else ():
         others = [value for other, value in values.items() if other != key]
         if max(others) - min(others) <= rounding:

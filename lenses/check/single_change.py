@@ -49,7 +49,7 @@ def with_proposal(lens: Lens, findings: list[Finding]) -> list[Finding]:
 
 
 def _proposal(lens: Lens) -> str | None:
-    """The change that alone restores the figures, in words."""
+    """The only change that restores the figures, in words."""
     stored, stated = lens.surfaces[-1].thickness, lens.stated_efl
     if not (stored > 0.0 or stated):
         return None
@@ -79,7 +79,7 @@ def _proposal(lens: Lens) -> str | None:
 
 
 def _figures(lens: Lens, both: bool) -> tuple[list[_Change], np.ndarray, np.ndarray]:
-    """Every change, with the focal length and the back focus (mm) that it gives: (m,) each."""
+    """Every change, with the focal length and back focus (mm) that it gives, (m,) each."""
     changes: list[_Change] = []
     lengths, foci = [np.empty(0)], [np.empty(0)]
     n, last = lens.indices(), len(lens.surfaces)
@@ -121,7 +121,7 @@ def _changed(surface: Surface, quantity: str, value: float) -> Surface:
 
 
 def _changes(i: int, surface: Surface, both: bool, is_last: bool) -> Iterator[_Change]:
-    """What a copyist could have made of the numbers of a surface."""
+    """Copying mistakes that are possible in the numbers of a surface."""
     kinds = tuple(BELIEVED) if both else ("sign",)
     if surface.curvature != 0.0:
         radius = 1.0 / surface.curvature
@@ -142,7 +142,7 @@ def _changes(i: int, surface: Surface, both: bool, is_last: bool) -> Iterator[_C
 
 
 def _slips(value: float, kind: str) -> set[float]:
-    """The numbers that a slip of this kind makes of a number."""
+    """Numbers that result from a number by this kind of copying mistake."""
     if kind == "sign":
         return {-value}
     if kind == "point":

@@ -8,7 +8,7 @@ LIMITING = 0.67         # of the stop's beam: what other rims must leave of it; 
 
 
 def stop_findings(lens: Lens) -> list[Finding]:
-    """A stop that another rim makes idle."""
+    """Finding about a stop that does not limit the light because another rim does."""
     heights = axial_heights(lens.surfaces)
     beams = [surface.semi_diameter / abs(height) if height else float("inf")
              for surface, height in zip(lens.surfaces, heights, strict=True)]

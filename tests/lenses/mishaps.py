@@ -1,4 +1,4 @@
-"""What happens to lens files: bytes and lines lost, changed, doubled, swapped; and what a reader must make of them."""
+"""Random damage to lens files: bytes and lines lost, changed, doubled, swapped; and what readers must return."""
 
 import faulthandler
 import math
@@ -8,7 +8,7 @@ from dataclasses import fields
 from lensbench import Lens, lenses
 from lensbench.lenses import Kind
 
-HANGS = 60.0            # seconds, of a reader that needs milliseconds
+HANGS = 60.0            # seconds allowed to a reader that needs milliseconds
 JUNK = [b"nan", b"-inf", b"1e999", b"1e-400", b"-1", b"0", b'"', b"'''", b"[", b"]" * 3, b"{", b"#", b"\xff", b"\0",
         b"=", b"[" * 3000, b"9" * 5000, b"stop", b'"stop"', b"\r", b"\n", b"axpos", b"(m)", b"true", b"1979-05-27",
         b"1_0", b"0x1f", "−٣".encode()]
@@ -19,7 +19,10 @@ WORDS = [b"INFINITY", b"1e400", b"-1e300", b"1e-310", b"1,5", b"1D5", b"S3", b"9
 
 
 def by_bytes(content, rng):
-    """The bytes after one to four mishaps that know nothing of lines: cut, put in, changed, taken out, a bit turned."""
+    """The bytes after one to four random changes that ignore lines.
+
+    Changes: cut, inserted, changed, removed, one bit flipped.
+    """
     for _ in range(rng.randint(1, 4)):
         i = rng.randrange(len(content) + 1)
         kind = rng.randrange(6)
@@ -40,7 +43,7 @@ def by_bytes(content, rng):
 
 
 def by_lines(content, rng):
-    """The bytes after one to four mishaps of whole lines or words: lost, doubled, swapped, put elsewhere, replaced."""
+    """The bytes after one to four random changes of whole lines or words: lost, doubled, swapped, moved, replaced."""
     lines = content.split(b"\n")
     for _ in range(rng.randint(1, 4)):
         i, j = rng.randrange(len(lines)), rng.randrange(len(lines))
@@ -66,7 +69,7 @@ def by_lines(content, rng):
 
 
 def outlive(path, whole, mutate, times, seed):
-    """Load a file after each of so many mishaps: the lenses that came out. A traceback, a hang or a NaN fails."""
+    """Lenses loaded from a file after each of `times` random changes; a traceback, a hang or a NaN fails."""
     rng = random.Random(f"{path.name} {mutate.__name__} {seed}")
     wide = whole[:2] in (b"\xff\xfe", b"\xfe\xff")
     found = []
@@ -89,7 +92,7 @@ def outlive(path, whole, mutate, times, seed):
 
 
 def assert_sound(lens):
-    """A lens whose every number is one."""
+    """Assert that every number of a lens is finite."""
     assert isinstance(lens, Lens)
     for surface in lens.surfaces:
         for field in fields(surface):

@@ -1,4 +1,4 @@
-"""The table of docs/lens-files.md: what becomes of the lens files in a folder, by format.
+"""The table of docs/lens-files.md: results of reading the lens files in a folder, by format.
 
 python -m tests.lenses.outcome FOLDER
 """

@@ -1,4 +1,4 @@
-"""Small lens files of other programs, made up for the tests, and lenses at random for the way there and back."""
+"""Small lens files of other programs, made for the tests, and random lenses for round trips."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ def loaded(folder, name, content):
 
 
 def refusal(folder, name, content):
-    """Why a file is refused: the error, which is one line."""
+    """The error of a refused file, which is one line."""
     try:
         lens = loaded(folder, name, content)
     except lenses.LensFileError as error:
@@ -40,7 +40,7 @@ def terms(powers):
 
 
 def prescriptions(powers, cylinders=True, toroids=True, glasses=model_glasses, **words):
-    """Lenses whose aspheric terms have these powers; words: strategies of the lens's fields."""
+    """Lenses whose aspheric terms have these powers; words: strategies for fields of the lens."""
     media = st.just(AIR) | glasses
     bodies = st.builds(Surface, curvatures, lengths, positive, media, st.just(0.0) | st.floats(-20.0, 20.0),
                        terms(powers))

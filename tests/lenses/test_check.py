@@ -1,4 +1,4 @@
-"""The lint: it explains lenses with known errors, finds errors that are put in, and leaves sound lenses alone."""
+"""Checks of a prescription: they explain known errors, find inserted errors, and accept sound lenses."""
 
 import json
 from dataclasses import replace
@@ -30,7 +30,7 @@ SUSPECTS = {
 
 @cache
 def published(name):
-    """The lens of a table in the data."""
+    """The lens of a table in the test data."""
     entry = DATA[name]
     surfaces = []
     for radius, gap, n, v, rim, *more in entry["rows"]:
@@ -90,7 +90,7 @@ SOUND = ["pbrt-dgauss-50mm", "lv-czj-tessar-50-f28", "lv-zeiss-distagon-35mm-f4-
 
 
 def exact(name):
-    """A library lens that states its own figures."""
+    """A library lens with its own figures as the stated ones."""
     lens = lenses.load(name)
     fo = first_order(lens)
     return with_surface(replace(lens, stated_efl=float(f"{fo.efl:.5g}")), len(lens.surfaces) - 1,

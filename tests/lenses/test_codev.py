@@ -1,4 +1,4 @@
-"""CODE V sequence files: radii or curvatures, commands, glasses, units, what is refused, and the way back."""
+"""CODE V sequence files: radii or curvatures, commands, glasses, units, refusals, and round trips."""
 
 from dataclasses import replace
 

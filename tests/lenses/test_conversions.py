@@ -1,4 +1,4 @@
-"""Every format to every other, on the whole library: the same lens to the last digit, or a remark on what is lost."""
+"""Every format to every other, on the whole library: the same lens to the last digit, or a finding for each loss."""
 
 from dataclasses import replace
 from itertools import product
@@ -37,7 +37,7 @@ LABELS = {"stated_efl": "focal length", "stated_f_number": "f-number"}
 
 
 def unnamed_losses(given, found, remarks):
-    """What differs between two lenses without a remark of the kind, and about the surface, that names it."""
+    """Differences between two lenses without a finding of that kind about that surface."""
     about = {(remark.kind, remark.surface) for remark in remarks}
     whole = {kind for kind, _ in about}
     lost = []

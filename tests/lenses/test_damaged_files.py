@@ -1,4 +1,4 @@
-"""Whatever happens to a lens file of our own formats: it reads as a lens, or LensFileError says why not in one line."""
+"""Damaged files of the project's own formats: each reads as a lens, or LensFileError says why not in one line."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Published tables in JSON, surface by surface: every value of them, positions, rims that are missing, and refusals."""
+"""Published tables in JSON: every value of each surface, positions, missing rims, and refusals."""
 
 import json
 import math

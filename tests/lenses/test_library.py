@@ -1,4 +1,4 @@
-"""The shipped lenses: each what its header says, sound, and of the famous types."""
+"""The library lenses: each agrees with its header, is sound, and the famous types are present."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""OSLO files: commands, glasses, units, aspheric kinds, what is refused, and the way back."""
+"""OSLO files: commands, glasses, units, aspheric kinds, refusals, and round trips."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""pbrt's lens files: both conventions of the gap, the stop by radius 0, units, mistakes, and the way back."""
+"""Lens files of pbrt: both conventions of the gap, the stop by radius 0, units, mistakes, and round trips."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Configurations of other programs: there and back in every format that has them, lists of both zoom and distance."""
+"""Configurations of other programs: round trips in every format that has them, and lists of zoom and distance."""
 
 from dataclasses import replace
 from math import inf
@@ -26,7 +26,7 @@ def two_groups(gap, back, rim=8.0):
 
 @st.composite
 def zooms(draw, suffix):
-    """A zoom of one to three settings at one to three distances, from wide to tele as a reader would place them."""
+    """A zoom of one to three settings at one to three distances, with stations where a reader places them."""
     count, near = draw(st.integers(1, 3)), draw(st.integers(0, 2))
     assume(count + near > 1)
     separations = sorted(draw(st.lists(st.floats(1.0, 60.0), min_size=count, max_size=count, unique=True)))[::-1]

@@ -1,4 +1,4 @@
-"""The project's lens file: what is written reads back equal to the last bit; each mistake names its line."""
+"""The project's lens file: round trips equal to the last bit; each mistake names its line."""
 
 import math
 from dataclasses import replace

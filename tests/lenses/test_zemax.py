@@ -1,4 +1,4 @@
-"""Zemax files: encodings, units, surface types, glasses, configurations, what is refused, and the way back."""
+"""Zemax files: encodings, units, surface types, glasses, configurations, refusals, and round trips."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The panel of the atlas in the bench: chosen with a real mouse, measured beside the window, cancelled, read."""
+"""The panel *Stability*: a sweep selected with a real mouse, measured in the background, cancelled, read."""
 
 import threading
 

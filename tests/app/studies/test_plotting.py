@@ -1,4 +1,4 @@
-"""The sheet that charts are drawn on: what is written on its axes, and its files."""
+"""The sheet of charts: text on its axes, and its files."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Charts of speed against accuracy: errors of a known size, the front by brute force, and the command."""
+"""Charts of camera models: errors of a known size, the Pareto front by brute force, and the command."""
 
 import json
 import math
@@ -24,7 +24,7 @@ FILM = lb.Film(36.0, 24.0, 600, 400)
 
 @stage
 def shifted(lanes, p, key):
-    """The film point moved by p mm to the right."""
+    """Film point moved by p mm to the right."""
     x = rows(lanes)[X]
     for i in range(B):
         x[i] += p[0]
@@ -32,7 +32,7 @@ def shifted(lanes, p, key):
 
 @stage
 def shaded(lanes, p, key):
-    """Less light off the axis: by 1 + p r²."""
+    """Less light off the axis: divided by 1 + p r²."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, weight = row[X], row[Y], row[WEIGHT]

@@ -1,4 +1,4 @@
-"""Charts of samplers, whole pictures, pupils and focusing: what they say is so."""
+"""Charts of samplers, whole pictures, pupils and focusing: their curves obey known laws."""
 
 import json
 import math

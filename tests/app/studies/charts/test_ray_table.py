@@ -1,4 +1,4 @@
-"""The lens as a table of rays: the reference's own at its nodes, near them between, alike at every azimuth."""
+"""The ray table: equal to the reference at its nodes, near it between them, the same at every azimuth."""
 
 import math
 
@@ -24,7 +24,7 @@ def setup(name="pbrt-dgauss-50mm", distance=1200.0):
 
 
 class TableCamera(lb.LensCamera):
-    """A lens camera with the table of rays in place of the lens's surfaces."""
+    """A lens camera with the ray table in place of the surfaces."""
 
     is_traced = False
 
@@ -35,7 +35,7 @@ class TableCamera(lb.LensCamera):
 
 
 def aimed(film, rear, away):
-    """The rows of rays from film points to places on the plane of the last vertex, (n, 2) each."""
+    """Lane rows of rays from film points to points on the plane of the last vertex, (n, 2) each."""
     way = np.column_stack([rear - film, np.full(len(film), -away)])
     way /= np.linalg.norm(way, axis=1)[:, None]
     return {X: film[:, 0], Y: film[:, 1], L: way[:, 0], M: way[:, 1], N: way[:, 2]}
@@ -63,7 +63,7 @@ def test_the_table_has_the_reference_rays_at_its_nodes(name):
 
 
 def test_between_its_nodes_the_table_is_within_half_a_pixel_of_the_trace():
-    """Of 24 million pixels; a linear table of 64 × 24 × 12 rays leaves what bends within a cell: 0.2 px rms."""
+    """Of 24 megapixels; a linear table of 64 × 24 × 12 rays cannot follow the curvature within a cell: 0.2 px rms."""
     raster, uv = np.random.default_rng(3).random((2, 4000, 2))
     rays = []
     for kind in (lb.LensCamera, TableCamera):

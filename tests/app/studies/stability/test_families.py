@@ -1,4 +1,4 @@
-"""Every row of the atlas: finite errors where it is safe, a typed fate beyond, and what it claims as a law."""
+"""Families of sweeps: finite errors where a method is safe, a named fate beyond, and the claims of the docs."""
 
 from functools import cache
 
@@ -105,7 +105,7 @@ def test_beyond_the_critical_angle_there_is_a_fate_and_the_school_form_has_no_nu
 @pytest.mark.parametrize("title", ["Thin lens as the focus comes to f", "Blur next to the plane in focus",
                                    "Depth of field at the hyperfocal", "Depth of field of a far focus"])
 def test_the_closed_forms_keep_their_digits_up_to_their_edges(title):
-    """Thirteen digits: a few roundings of numbers that are exact."""
+    """Thirteen digits: a few roundings of exact numbers."""
     verdict = verdicts(title)["the program's, float64"]
     assert verdict.fails_at is None and verdict.worst < 1e-11            # percent
 
@@ -161,7 +161,7 @@ def test_the_poles_of_the_panorama_are_pixels_like_any_other_there_and_back():
 @pytest.mark.slow
 @pytest.mark.parametrize("distance", [1e5, 1e7])
 def test_the_image_of_a_far_light_is_in_float32_where_it_is_in_float64(distance):
-    """Its rays begin before the lens: of a ray from 10 km, single precision knows the place to 0.2 mm only."""
+    """The rays begin just in front of the lens; a float32 ray from 10 km is exact to 0.2 mm only."""
     lens, film = lenses.load("pbrt-dgauss-50mm"), lb.Film(36.0, 24.0, 240, 160)
     camera = lb.LensCamera(lens, film, focus_distance=distance, f_number=2.8)
     shining = lb.Material(colour=(1e6,) * 3, kind="light")
@@ -178,7 +178,7 @@ def test_the_image_of_a_far_light_is_in_float32_where_it_is_in_float64(distance)
 @pytest.mark.parametrize("name", ["lentil-minolta-fisheye-1978", "lentil-meyer-primoplan-1936",
                                   "lenshh-laikin-fisheye160-f2", "pbrt-dgauss-50mm"])
 def test_no_ray_that_passes_a_lens_of_the_library_runs_so_flat_that_float32_loses_it(name):
-    """The flattest of the library are these; single precision is safe down to 0.1°, and to a hundred-thousandth."""
+    """The flattest rays of the library; single precision is safe down to 0.1°, and to a hundred-thousandth."""
     lens = lenses.load(name)
     rng, back = np.random.default_rng(1), lens.length + lb.first_order(lens).bfl
     rear = 1.1 * lens.surfaces[-1].semi_diameter

@@ -1,4 +1,4 @@
-"""The atlas's own yardsticks of focus against fifty digits and limits; and what it says of the methods."""
+"""References of the focusing sweeps against fifty digits and limits, and the verdicts about the methods."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Every failure that is known of other systems has a test of its own here, or a reason why it does not apply."""
+"""Every known failure of another system has a test here, or a reason why it does not apply."""
 
 import ast
 import json

@@ -1,4 +1,4 @@
-"""What the atlas says of camera models: the ladder's order, and maps of where each will do."""
+"""Stability sweeps of camera models: the order of the models, and maps of their domains."""
 
 import math
 
@@ -22,7 +22,7 @@ def test_each_degree_holds_at_least_as_far_as_the_one_before(label):
 
 
 def test_a_thin_lens_of_thin_glass_holds_to_the_seidel_order():
-    """Against the field: distortion of a stop at the lens is none, and the ideal model lasts longest on the axis."""
+    """A stop at the lens has no distortion, so that the ideal model has its least error on the axis."""
     sweep = models.field("double Gauss")
     thin = next(curve for curve in sweep.curves if curve.name == "thin")
     assert thin.errors[0] < thin.errors[-1] and sweep.failure(thin) == 0      # a colour-corrected f/2 lens wide open

@@ -1,4 +1,4 @@
-"""What the atlas says of a curve, and what its command prints and writes."""
+"""Verdicts about curves, and the output of the command."""
 
 import json
 import math
@@ -55,7 +55,7 @@ def test_numbers_have_three_digits_and_their_unit(value, unit, words):
 
 @pytest.mark.slow
 def test_the_command_prints_a_table_and_writes_a_plot_of_each_sweep_with_an_index(tmp_path, capsys):
-    folder = tmp_path / "atlas"
+    folder = tmp_path / "sweeps"
     assert main(["stability", "refr", "-o", str(folder)]) == 0
     table = capsys.readouterr().out
     assert "Safe up to" in table and "TOTAL_REFLECTION" in table
@@ -74,7 +74,7 @@ def test_the_figures_are_json_that_any_reader_takes(capsys):
                        for error, fate in zip(method["errors"], method["returned"], strict=True))
 
 
-@pytest.mark.parametrize("wrong", [["optimism"], ["-o", "/dev/null/atlas"], [""]])
+@pytest.mark.parametrize("wrong", [["optimism"], ["-o", "/dev/null/sweeps"], [""]])
 def test_bad_input_is_one_line_that_says_what_to_do(wrong, capsys):
     assert main(["stability", *wrong]) == 2
     quantity_text = capsys.readouterr().err
