@@ -232,7 +232,7 @@ def test_an_interruption_leaves_the_old_file_and_nothing_else(tmp_path, monkeypa
 KILLED = """
 import sys, time
 import numpy as np
-from lensbench.app import export
+from lensbench.app.files import export
 from lensbench.app.state.settings import Settings
 def never(image, settings):
     print("writing", flush=True)

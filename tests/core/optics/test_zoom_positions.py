@@ -114,7 +114,7 @@ def test_a_position_beyond_the_stations_is_refused(asked):
     ({"focal_lengths": (1.0, inf, 2.0)}, "finite"), ({"stops": ((1.0,), (0.0,), (2.0,))}, "positive"),
     ({"distances": ((inf,), (-1.0,), (inf,))}, "not positive"),
     ({"thicknesses": (((1.0, nan),), ((1.0, 2.0),), ((1.0, 2.0),))}, "finite"),
-    ({"close": 0.5}, "no station"), ({"zoom": 2.0}, "between 0"),
+    ({"close": 0.5}, "more than one station"), ({"zoom": 2.0}, "between 0"),
 ])
 def test_an_invalid_table_is_refused_with_a_reason(changed, told):
     positions = zoom().positions
