@@ -1,7 +1,7 @@
 """The table of camera kinds, and the table of the models of a real lens.
 
 The setting `camera` is a key of CAMERA_KINDS; where the camera has a lens, the setting `lens_model` is a key of
-LENS_MODELS. A new kind of camera is one row here, with its maker and read-outs in `ideal_cameras`.
+LENS_MODELS. A new kind of camera is one row here. Makers and read-outs longer than a line are in `ideal_cameras`.
 """
 
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import lensbench as lb
 from lensbench.app.state import ideal_cameras as ideal
-from lensbench.app.state.build import lens_camera
+from lensbench.app.state.build import lens_camera, place_and_shutter
 from lensbench.app.state.figures import Readings, lens_readings
 
 if TYPE_CHECKING:
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 class CameraKind:
     """One kind of camera: what it is called, what makes it, and what it has.
 
-    readings: its read-outs. dials, lists: names of the dials and of the lists that the left column shows for it.
+    readings: its read-outs; by default the angles that it sees. dials, lists: names of the dials and of the lists that
+    the left column shows for it.
     view: its own field of view (radians) and the focal length (mm) that this is seen with; with_view: settings with
     another one; None for a kind that has no field of view, and for a lens, whose film is cropped or which zooms.
     has_lens: it uses the prescription. ideal_lens: it has an ideal thin lens at its centre of projection. focuses: its
@@ -29,13 +30,13 @@ class CameraKind:
     name opens it. on_film: its pixels have the shape of the film, not of a layout. bounded: it sees a part of the
     scene, with a left and a right end. under_water: it can look through a window into water. film_lengths: settings
     (mm) that grow with the film where the picture is to stay the same. without_view: what to set instead of a field
-    of view, for messages.
+    of view, for messages. reason: why it has no other read-outs, for `seen_readings`.
     """
 
     title: str
     tooltip: str
     maker: Callable[["Settings"], lb.Camera]
-    readings: Callable[["Settings"], Readings]
+    readings: Callable[["Settings"], Readings] = ideal.seen_readings
     dials: tuple[str, ...] = ()
     lists: tuple[str, ...] = ()
     view: Callable[["Settings"], tuple[float, float]] | None = None
@@ -51,6 +52,7 @@ class CameraKind:
     under_water: bool = True
     film_lengths: tuple[str, ...] = ()
     without_view: str = ""
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,8 @@ CAMERA_KINDS = {
         view=ideal.finite_pinhole_view, with_view=ideal.finite_pinhole_with_view, film_lengths=("hole_distance",)),
     "bare-sensor": CameraKind(
         "Bare sensor, no lens", "No lens: each place of the sensor sees the whole scene, and no picture forms",
-        ideal.bare_sensor, ideal.bare_sensor_readings, bounded=False),
+        lambda settings: lb.BareSensor(settings.film, **place_and_shutter(settings)), bounded=False,
+        reason="Without a lens each place of the film gets light from the whole scene: no picture forms"),
 }
 
 LENS_MODELS = {

@@ -1,4 +1,4 @@
-"""Cameras without a lens: for each its maker, its read-outs, and its field of view.
+"""Cameras without a lens: makers, read-outs and fields of view for the rows of `camera_kinds`.
 
 A maker turns Settings into a camera of the core; a read-out function into Readings. `…_view` returns the field of
 view (radians) and the focal length (mm) that it is seen with; `…_with_view` the settings that have another field of
@@ -25,6 +25,25 @@ def _stop(settings: "Settings") -> dict[str, Any]:
     """The shape of the stop, as cameras without a lens take it."""
     return {"blades": settings.blades or 0, "blade_rotation": settings.blade_rotation,
             "roundness": settings.roundness}
+
+
+def seen_angles(camera: lb.Camera) -> np.ndarray:
+    """Twice the angle from the axis (radians) of rays at a side, at the top and at a corner of the film; nan: dark."""
+    film = camera.film
+    edges = [[0.0, film.pixels_y / 2.0], [film.pixels_x / 2.0, 0.0], [0.0, 0.0]]
+    rays = camera.generate_rays(edges, np.full((3, 2), 0.5))
+    return np.where(rays.weights > 0.0, 2.0 * np.arccos(np.clip(-rays.directions[:, 2], -1.0, 1.0)), math.nan)
+
+
+@lru_cache(maxsize=64)
+def seen_readings(settings: "Settings") -> Readings:
+    """The read-outs of a kind without any of its own: the angles that it sees, and the `reason` of its row."""
+    plain = Readings(limit=blur_limit(settings), reason=settings.kind.reason)
+    if not settings.kind.bounded:
+        return plain
+    across, down, diagonal = (None if math.isnan(angle) else float(angle)
+                              for angle in seen_angles(settings.kind.maker(settings)))
+    return replace(plain, fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal)
 
 
 # Perspective
@@ -106,12 +125,9 @@ def fisheye(settings: "Settings") -> lb.FisheyeCamera:
 @lru_cache(maxsize=64)
 def fisheye_readings(settings: "Settings") -> Readings:
     """Twice the angle from the axis of rays at the film's sides and corner, within the image circle."""
-    film, of = settings.film, fisheye(settings)
-    edges = [[0.0, film.pixels_y / 2.0], [film.pixels_x / 2.0, 0.0], [0.0, 0.0]]
-    rays = of.generate_rays(edges, np.full((3, 2), 0.5))
-    doubled = np.where(rays.weights > 0.0, 2.0 * np.arccos(np.clip(-rays.directions[:, 2], -1.0, 1.0)),
-                       settings.fisheye_fov)
-    across, down, diagonal = (float(angle) for angle in doubled)
+    of = fisheye(settings)
+    seen = seen_angles(of)
+    across, down, diagonal = (float(angle) for angle in np.where(np.isnan(seen), settings.fisheye_fov, seen))
     return Readings(efl=of.focal_length, limit=blur_limit(settings), fov_horizontal=across, fov_vertical=down,
                     fov_diagonal=diagonal, reason="An ideal fisheye sees from a point: it has no lens to focus")
 
@@ -174,18 +190,3 @@ def finite_pinhole_with_view(settings: "Settings", fov: float) -> "Settings":
     """Another distance from the hole to the film."""
     shorter = min(settings.film.width, settings.film.height)
     return replace(settings, hole_distance=0.5 * shorter / math.tan(0.5 * fov))
-
-
-# Bare sensor
-
-
-def bare_sensor(settings: "Settings") -> lb.BareSensor:
-    """A film without a lens."""
-    return lb.BareSensor(settings.film, **place_and_shutter(settings))
-
-
-@lru_cache(maxsize=64)
-def bare_sensor_readings(settings: "Settings") -> Readings:
-    """The reason why there are none."""
-    return Readings(limit=blur_limit(settings), reason="Without a lens each place of the film gets light from the "
-                    "whole scene: no picture forms")
