@@ -158,11 +158,15 @@ def _view(arguments: argparse.Namespace) -> int:
         window.run(settings)
         return 0
     try:
-        window.run(settings, screenshot=Path(screenshot))
+        is_early = window.run(settings, screenshot=Path(screenshot))
     except OSError as error:
         raise UsageError(f"{screenshot}: {error.strerror}" if error.strerror else str(error)) from error
     why = "" if arguments.screenshot else "no display: "
     print(f"{why}wrote the window to {screenshot}")
+    if is_early:
+        print("lensbench: the picture was not ready in time, the screenshot shows the window without it: "
+              "run the command again, the kernels are compiled then", file=sys.stderr)
+        return 1
     return 0
 
 

@@ -191,14 +191,14 @@ class Settings:
         "with the ISO that a meter chooses (automatic)")
     metering: str = setting("mean", choices=METERINGS, restarts=NOTHING, help="of the automatic exposure")
     iso: float = setting(100.0, "ISO", bounds=POSITIVE, restarts=NOTHING, read=read_iso, metavar="ISO",
-                         help="speed, such as 400")
+                         help="ISO speed of the sensor, such as 400")
     noise: bool = setting(False, restarts=NOTHING, help="have a sensor record the picture, with its noise")
     full_well: float = setting(50_000.0, unit="electrons", bounds=POSITIVE, restarts=NOTHING, read=read_electrons,
                                metavar="N", help="electrons that a pixel of the sensor holds")
     quantum_efficiency: float = setting(0.5, bounds=Interval(0.0, 1.0, "(]"), restarts=NOTHING, read=read_part,
                                         metavar="PART", help="electrons a photon, such as 50%%")
     read_noise: float = setting(3.0, unit="electrons", bounds=NOT_NEGATIVE, restarts=NOTHING, read=read_electrons,
-                                metavar="N", help="electrons rms")
+                                metavar="N", help="noise of reading a pixel, in electrons rms")
     bits: int = setting(14, choices=BITS, restarts=NOTHING, read=read_count, metavar="N", option="sensor-bits",
                         help="of the sensor's converter: " + ", ".join(map(str, BITS)))
     tone: str = setting("filmic", choices=TONES, restarts=NOTHING, help="tone curve of the developed picture")

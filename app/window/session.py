@@ -45,6 +45,7 @@ class Session(WindowState):
         self.export, self.help, self.watch = ExportDialog(self.wake), Help(), FileWatch()
         self.files, self.panels = Files(self, self.export), Panels(self)
         self.shots_taken = 0                            # screenshots of the window that have been saved
+        self.shot_is_early = False                      # the screenshot was taken before the picture was ready
         self.shot_problem = ""                          # why the latest of them was not
         self.laid_out_for: tuple[float, ...] = ()       # width, height, size of the font
         self._warm_up: Task[None] | None = None         # compiles the panels' kernels

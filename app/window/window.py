@@ -16,7 +16,7 @@ from lensbench.app.window.session import Session
 TITLE = "lensbench"
 SIZE = (1280, 720)
 SCREENSHOT_SAMPLES = 64
-SCREENSHOT_SECONDS = 120.0          # after which the screenshot is taken with fewer samples
+SCREENSHOT_SECONDS = 120.0          # after this time the screenshot is taken as the window is
 
 
 def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.RunnerParams:
@@ -71,7 +71,7 @@ def without_display() -> None:
 
 
 def run(settings: Settings, screenshot: Path | str | None = None) -> int:
-    """Open the window and return when it is closed.
+    """Open the window, return when it is closed: 0, or 1 if the picture was not ready in time for the screenshot.
 
     screenshot: open it on no display, save a picture of it there, and return; OSError if it cannot be written.
     """
@@ -86,11 +86,11 @@ def run(settings: Settings, screenshot: Path | str | None = None) -> int:
         session.worker.stop()
     if session.shot_problem:
         raise OSError(session.shot_problem)
-    return 0
+    return int(session.shot_is_early)
 
 
 def _photograph(session: Session, runner: hello_imgui.RunnerParams, path: Path) -> None:
-    """Take the screenshot when there are enough samples, or time is up, and close the window then."""
+    """Take the screenshot when there are enough samples or time is up, then close the window."""
     runner.fps_idling.enable_idling = False
     runner.fps_idling.fps_max = 30.0
     end = monotonic() + SCREENSHOT_SECONDS
@@ -99,6 +99,7 @@ def _photograph(session: Session, runner: hello_imgui.RunnerParams, path: Path) 
         if session.shots_taken or session.shot_problem:
             runner.app_shall_exit = True
         elif session.settled(SCREENSHOT_SAMPLES) or monotonic() > end:
+            session.shot_is_early = not session.settled(1)
             session.photograph(path)
 
     runner.callbacks.after_swap = watch

@@ -37,7 +37,7 @@ def tables(folder):
         read = sum(row[1] for row in rows)
         total = [total[0] + len(rows), total[1] + read]
         summary.append(f"| {name} | {len(rows)} | {read} | {len(rows) - read} |")
-        lines += ["", f"### {name}", "", "| file | outcome | said |", "|---|---|---|"]
+        lines += ["", f"### {name}", "", "| file | outcome | findings |", "|---|---|---|"]
         lines += [f"| {file} | {' | '.join(cells)} |" for file, _, cells in rows]
     return ["| format | files | read | refused |", "|---|---|---|---|", *summary,
             f"| all | {total[0]} | {total[1]} | {total[0] - total[1]} |", *lines]

@@ -178,6 +178,12 @@ def test_without_a_display_the_window_is_written_to_a_file(viewed, monkeypatch, 
     assert "lensbench-window.png" in capsys.readouterr().out
 
 
+def test_a_screenshot_before_the_picture_is_ready_ends_with_1(viewed, monkeypatch, capsys):
+    monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", lambda settings, screenshot: 1)
+    assert main(["view", "--screenshot", "w.png"]) == 1
+    assert "not ready in time" in capsys.readouterr().err
+
+
 def test_a_screenshot_that_cannot_be_written_ends_with_2(viewed, monkeypatch, capsys):
     def run(settings, screenshot):
         raise PermissionError(13, "Permission denied")

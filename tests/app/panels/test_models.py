@@ -82,15 +82,16 @@ def test_a_picture_is_taken_with_the_degree_that_is_set():
         replace(START, degree=4).checked()
 
 
-def test_the_present_model_is_ringed_of_the_automatic_one_what_it_came_to():
+def test_the_present_model_is_marked_and_of_the_automatic_one_its_choice():
     assert _present(replace(START, lens_model="polynomial", degree=5), None) == "degree 5"
     assert _present(replace(START, lens_model="auto"), ("thin", 0)) == "thin lens"
     assert _present(replace(START, lens_model="auto"), None) == ""
 
 
-def test_what_no_picture_is_taken_with_or_is_not_valid_cannot_be_taken():
+def test_only_a_valid_model_of_pictures_can_be_chosen():
     assert _model(Mark("scalar reference", "scalar")) is _model(Mark("trace, float64", "trace")) is None
-    assert _model(Mark("table", "table")) == ("table", 0)
+    assert _model(Mark("thin lens", "thin")) == ("thin", 0)
+    assert _model(Mark("table", "table")) is None               # the charts alone draw it
     assert _model(Mark("degree 9", "polynomial", why="blades")) is None
 
 

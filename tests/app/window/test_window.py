@@ -18,13 +18,13 @@ from tests.app.conftest import SMALL
 CTRL, SHIFT = imgui.Key.mod_ctrl, imgui.Key.mod_shift
 
 
-@pytest.mark.parametrize(("ring", "field"), [
+@pytest.mark.parametrize(("dial", "field"), [
     ("Focus distance", "focus_distance"), ("Aperture", "f_number"), ("Field of view", "crop"),
     ("Focal length", "focal_length"), ("Exposure", "exposure"),
 ])
-def test_a_drag_turns_a_ring_and_is_one_step_of_undo(drive, ring, field):
+def test_a_drag_turns_a_dial_and_is_one_step_of_undo(drive, dial, field):
     def use(hand):
-        item = f"**/{ring}"
+        item = f"**/{dial}"
         hand.picture()
         before = hand.settings
         hand.drag(hand.at(item, 0.55, 0.5), hand.at(item, 0.7, 0.5), steps=8)
@@ -252,6 +252,13 @@ def test_a_screenshot_shows_the_whole_window(tmp_path):
     # the render is in colour, the panels around it are grey
     assert np.ptp(picture[60:470, 320:940].astype(int), axis=2).max() > 100
     assert np.ptp(picture[2:18, 400:900].astype(int), axis=2).max() == 0
+
+
+def test_a_screenshot_before_the_picture_is_ready_is_reported(tmp_path, monkeypatch):
+    monkeypatch.setattr(window, "SCREENSHOT_SECONDS", 0.0)
+    path = tmp_path / "window.png"
+    assert window.run(SMALL, screenshot=path) == 1
+    assert path.exists()
 
 
 def test_a_screenshot_that_cannot_be_written_is_an_error(tmp_path):
