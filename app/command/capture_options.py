@@ -1,4 +1,4 @@
-"""What every command that captures a light field shares: its options, its output file, its progress."""
+"""Options, output file and progress of the commands that capture a light field."""
 
 import argparse
 import re
@@ -22,7 +22,7 @@ def read_views(text: str) -> tuple[int, int]:
 
 
 def prepare_capture(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
-    """What is to be recorded, and the file for it; its place is tried before the work begins."""
+    """The settings of a capture and its output file, which is checked to be writable before the work begins."""
     from lensbench.app.command.options import settings_from
     from lensbench.app.files.export import replacing
     from lensbench.app.files.npz import checked_suffix
@@ -37,7 +37,7 @@ def prepare_capture(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
 
 
 def progress(share: float) -> bool:
-    """Tell how far the work has come, to a person; True: it goes on."""
+    """Print the completed share of the work on a terminal; return True, so that the work continues."""
     if sys.stderr.isatty():
         print(f"\r{100.0 * share:3.0f} %", end="" if share < 1.0 else "\n", file=sys.stderr, flush=True)
     return True

@@ -1,4 +1,4 @@
-"""The command `lensbench chart`: the speed of methods against their accuracy, measured now on this machine."""
+"""The command `lensbench chart`: the speed of methods against their accuracy, measured on this machine."""
 
 import argparse
 import json
@@ -16,24 +16,24 @@ def add_chart_options(parser: argparse.ArgumentParser) -> None:
     from lensbench.app.state.scales import read_distance
 
     add = parser.add_argument
-    add("lens", nargs="*", metavar="LENS", help="lenses of the library, or lens files; all of the library by default")
+    add("lens", nargs="*", metavar="LENS", help="lenses of the library, or lens files (default: the whole library)")
     add("-o", "--output", metavar="FILE", help=".svg or .png: the chart; .json: its figures")
     add("--of", choices=("models", "pupil", "focus", "image", "sampler"), default="models",
-        help="what is charted: camera models (the default); ways to aim through the pupil; ways to focus; whole "
-             "pictures by the time they take; samplers by what white noise needs")
-    add("--scene", action="append", metavar="SCENE", help="of images and samplers: a built-in scene; may be repeated")
-    add("--summary", action="store_true", help="of several lenses the summary alone, without each of them small")
+        help="subject of the chart: camera models (default), methods that sample the pupil, focus methods, whole "
+             "pictures against render time, or samplers against white noise")
+    add("--scene", action="append", metavar="SCENE", help="built-in scene for images and samplers; may be repeated")
+    add("--summary", action="store_true", help="draw only the summary of several lenses, without a small chart of each")
     add_lens_options(parser)
     add("--focus", type=option(read_distance), metavar="DISTANCE",
-        help="from the film to what is in focus; 50 focal lengths by default")
+        help="distance from the film to the plane in focus (default: 50 focal lengths)")
     add("--film", type=option(read_film), metavar="FILM",
-        help="width x height in mm, or a format's name; by default what of 36x24 the lens lights")
+        help="width x height in mm, or the name of a format (default: the part of 36x24 that the lens lights)")
     add("--size", type=option(read_size), metavar="WxH", help="pixels across and down (6000x4000)")
     add("--json", action="store_true", help="print JSON instead of tables")
 
 
 def chart(arguments: argparse.Namespace) -> int:
-    """Measure, print tables or JSON, and write the file that is asked for."""
+    """Measure, print tables or JSON, and write the output file if one is given."""
     from lensbench.app.command.output import plain as plain_json
     from lensbench.app.command.output import print_json, progress
     from lensbench.app.files.export import replacing
@@ -44,7 +44,7 @@ def chart(arguments: argparse.Namespace) -> int:
     if path is not None and path.suffix.lower() != ".json":
         checked_suffix(path)
     if path is not None:
-        with replacing(path, keep=False) as part:       # the place is tried before the work begins
+        with replacing(path, keep=False) as part:       # fail before the work begins if the file is not writable
             part.touch()
     start = perf_counter()
     with progress() as show:
@@ -73,7 +73,7 @@ def chart(arguments: argparse.Namespace) -> int:
 
 
 class Made(NamedTuple):
-    """What was measured: as tables, as data, as a drawing into a file under a heading; and what was left out."""
+    """A measurement as tables, as data, and as a function that draws it into a file; and the lenses left out."""
 
     tables: list[str]
     data: list[dict[str, Any]]

@@ -1,7 +1,7 @@
-"""The command `lensbench check FILE…`: what looks wrong in lens files.
+"""The command `lensbench check FILE…`: suspicious values in lens files.
 
-It ends with 0 where nothing looks wrong, with 1 where something does, and with 2 where a file
-holds no lens. Notes, which say what a reader had to assume, are printed and do not count.
+Exit status: 0 without warnings, 1 with warnings, 2 if a file holds no lens. Notes about assumptions of the
+reader are printed, but do not change the status.
 """
 
 import argparse
@@ -20,7 +20,7 @@ def add_check_options(parser: argparse.ArgumentParser) -> None:
 
 
 def check(arguments: argparse.Namespace) -> int:
-    """Check every file, whatever becomes of the one before, and return the gravest of their codes."""
+    """Check every file, even after an error, and return the highest of their exit codes."""
     reports = [_report(name) for name in arguments.files]
     if arguments.json:
         print(json.dumps(reports, indent=2, ensure_ascii=False, allow_nan=False))
@@ -31,7 +31,7 @@ def check(arguments: argparse.Namespace) -> int:
 
 
 def _report(name: str) -> dict[str, Any]:
-    """Of one file: its findings, or why it holds no lens."""
+    """The findings of one file, or the reason why it holds no lens."""
     import lensbench as lb
     from lensbench import lenses
 
@@ -51,7 +51,7 @@ def _code(report: dict[str, Any]) -> int:
 
 
 def _print(report: dict[str, Any]) -> None:
-    """A line for the file, and for each finding where it is, of which kind, and what it says."""
+    """Print a line for the file, and a line with kind, place and message for each finding."""
     if report["error"] is not None:
         print(f"lensbench: {report['error']}", file=sys.stderr)
         return

@@ -2,4 +2,4 @@
 
 
 class UsageError(ValueError):
-    """What was asked for cannot be; the message says what to do."""
+    """Invalid request of a user; the message says what to do."""

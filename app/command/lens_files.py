@@ -1,9 +1,8 @@
 """The commands about lens files: `lensbench convert A B`, and `lensbench trace LENS --rays rays.csv`.
 
-Rays come and go as tables: x, y, z (mm, in the lens frame: the first vertex is the
-origin, light runs along +z) and l, m, n, the direction, of any length on the way
-in and a unit vector on the way out. Digits are kept: each number is written with
-as many as it takes to read it back to the last bit.
+Rays are read and written as tables: x, y, z (mm, lens frame: the first vertex is the origin, light travels
+along +z) and the direction l, m, n, of any length when read and a unit vector when written. Each number is
+written with enough digits to read it back to the last bit.
 """
 
 import argparse
@@ -24,7 +23,7 @@ LARGEST_TABLE = 200_000_000         # bytes
 
 
 class RaysError(ValueError):
-    """A table of rays that cannot be read or written; the message says where."""
+    """A ray table that cannot be read or written; the message says where."""
 
 
 def add_convert_options(parser: argparse.ArgumentParser) -> None:
@@ -33,12 +32,12 @@ def add_convert_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("target", metavar="B", help="the file to write; its suffix says the format")
     parser.add_argument("--scale", type=float, default=1.0, metavar="FACTOR",
                         help="make the lens this many times as large")
-    parser.add_argument("--reverse", action="store_true", help="turn the lens round")
+    parser.add_argument("--reverse", action="store_true", help="reverse the lens, front to rear")
     _add_position_options(parser)
 
 
 def convert(arguments: argparse.Namespace) -> int:
-    """Write a lens in the format of another suffix, and say what had to be assumed and what was lost."""
+    """Write a lens in the format of the target's suffix; print the findings and what the format cannot hold."""
     from lensbench import lenses
     from lensbench.app.state.zoom import positioned
     from lensbench.lenses.reversal import reversed_lens
@@ -46,7 +45,7 @@ def convert(arguments: argparse.Namespace) -> int:
     source, target = arguments.source, Path(arguments.target)
     lens = lenses.load(source)
     if arguments.zoom is not None or arguments.close is not None:
-        lens = replace(positioned(lens, arguments), positions=None)         # this one alone is wanted
+        lens = replace(positioned(lens, arguments), positions=None)         # only this position is converted
     with suppress(OSError):
         if target.exists() and target.samefile(source):
             raise lenses.LensFileError(target, None, "this is the file to be converted: name another one to write")
@@ -68,7 +67,7 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
                         help="columns x y z (mm, from the first vertex) and l m n (direction); - is the standard input")
     parser.add_argument("-o", "--output", metavar="FILE", help="a .csv or .json file; the standard output by default")
     parser.add_argument("--wavelength", type=float, default=None, metavar="UM", help="in µm; the d line by default")
-    parser.add_argument("--no-clip", action="store_true", help="let rays pass outside the rims, the stop's included")
+    parser.add_argument("--no-clip", action="store_true", help="let rays pass outside the rims and outside the stop")
     parser.add_argument("--json", action="store_true", help="print JSON: a list for each column")
     _add_position_options(parser)
 
@@ -81,7 +80,7 @@ def _add_position_options(parser: argparse.ArgumentParser) -> None:
 
 
 def trace(arguments: argparse.Namespace) -> int:
-    """Trace the rays of a table through a lens: where they end, in which direction, with which fate."""
+    """Trace the rays of a table through a lens; write their end points, directions and fates."""
     import lensbench as lb
     from lensbench import lenses
     from lensbench.app.state.zoom import positioned
@@ -154,7 +153,7 @@ def _cells(content: str) -> list[str]:
 
 
 def _order(cells: list[str], place: str) -> list[int]:
-    """Where each of the six columns stands, from a heading."""
+    """Indices of the six columns, from a heading."""
     names = [re.sub(r"\s*\(.*\)", "", cell).strip().lower() for cell in cells]
     names = [NAMES.get(name, name) for name in names]
     for name in COLUMNS:
@@ -172,7 +171,7 @@ def _is_float(text: str) -> bool:
 
 
 def _ray(cells: list[str], place: str) -> list[float]:
-    """Six finite numbers, the last three not all 0."""
+    """The six finite numbers of a ray; RaysError if the last three are all 0."""
     numbers = []
     for name, cell in zip(COLUMNS, cells, strict=True):
         if not _is_float(cell) or not math.isfinite(float(cell)):
@@ -190,7 +189,7 @@ def _csv(columns: dict[str, list[Any]]) -> str:
 
 
 def _save(path: Path, text: str) -> None:
-    """Write beside the place and move there: an old file survives whatever goes wrong."""
+    """Write a temporary file and rename it: an old file survives any error."""
     beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
     try:
         beside.write_text(text, encoding="utf-8", newline="\n")

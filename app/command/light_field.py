@@ -1,4 +1,4 @@
-"""The command `lensbench lightfield`: record the light in every part of the pupil, focus it later, look at its rays."""
+"""The command `lensbench lightfield`: capture the light through each part of the pupil, refocus it, show its rays."""
 
 import argparse
 from dataclasses import replace
@@ -31,30 +31,32 @@ def add_light_field_options(parser: argparse.ArgumentParser) -> None:
     kinds_of_views.add_argument("--views", type=option(read_views), default=(9, 9), metavar="NxM",
                                 help="views across and down the pupil (9x9); --samples counts for each pixel of each")
     kinds_of_views.add_argument("--microlenses", type=option(read_count), metavar="N",
-                                help="by a plenoptic camera: --size counts microlenses, each with N x N pixels behind")
+                                help="capture with a plenoptic camera: --size counts microlenses, each with N x N "
+                                     "pixels")
     capture.add_argument("--microlens-f-number", type=option(read_aperture), metavar="N",
-                         help="focal length over side of the microlenses; that which matches the lens where left out")
+                         help="focal length of the microlenses over their side (default: matches the lens)")
     capture.add_argument("--moments", type=option(read_count), default=1, metavar="N",
-                         help="equal parts of the exposure to be kept apart, where something moves (1)")
-    refocus = kinds.add_parser("refocus", help="A picture from a light field, focused where you like.")
+                         help="number of equal parts of the exposure that are stored separately (1)")
+    refocus = kinds.add_parser("refocus", help="Refocus a light field: a picture at any focus distance.")
     refocus.set_defaults(command=_refocus)
-    refocus.add_argument("field", metavar="FILE.npz", help="what `capture` recorded")
+    refocus.add_argument("field", metavar="FILE.npz", help="file written by `capture`")
     refocus.add_argument("-o", "--output", required=True, metavar="FILE", help=".png, .ppm, .exr or .pfm")
     refocus.add_argument("--focus", type=option(read_distance), metavar="DISTANCE",
-                         help="from the film to what is to be sharp; as it was recorded where this is left out")
+                         help="distance from the film to the plane in focus (default: as recorded)")
     refocus.add_argument("--f-number", type=option(read_aperture), metavar="N",
-                         help="a part of the recorded aperture; all of it where this is left out")
+                         help="f-number of the synthetic aperture (default: the recorded one)")
     refocus.add_argument("--view", type=option(read_place), default=(0.0, 0.0), metavar="U,V",
-                         help="the middle of that part, in radii of the pupil, such as 0.5,0 or --view=-0.5,0")
+                         help="centre of that aperture in pupil radii, such as 0.5,0 or --view=-0.5,0")
     refocus.add_argument("--moment", type=option(read_count), metavar="K",
-                         help="of the moments that were kept apart, from 1; all of the exposure where this is left out")
-    add_view_options(kinds.add_parser("view", help="What a light field holds: single views, depth, rays, lines."))
+                         help="number of a stored moment, from 1 (default: the whole exposure)")
+    add_view_options(kinds.add_parser("view", help="Contents of a light field: single views, depth, rays, epipolar "
+                                                   "images."))
     add_lumigraph_options(kinds)
-    add_field_chart_options(kinds.add_parser("chart", help="How near refocused light fields come to focused cameras."))
+    add_field_chart_options(kinds.add_parser("chart", help="Compare refocused light fields with focused cameras."))
 
 
 def read_place(text: str) -> tuple[float, float]:
-    """“0.5,0”: a place in the pupil."""
+    """“0.5,0”: a point of the pupil, in its radii."""
     parts = text.split(",")
     try:
         u, v = (float(part) for part in parts)

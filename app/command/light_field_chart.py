@@ -1,4 +1,4 @@
-"""The command `lensbench lightfield chart`: how near refocused light fields come to cameras that were focused."""
+"""The command `lensbench lightfield chart`: comparison of refocused light fields with focused cameras."""
 
 import argparse
 import time
@@ -14,7 +14,8 @@ def add_field_chart_options(parser: argparse.ArgumentParser) -> None:
     add_picture_options(parser)
     parser.add_argument("-o", "--output", metavar="FILE", help=".svg or .png: the chart; .json: its figures")
     parser.add_argument("--views", type=option(read_numbers), default=None, metavar="N,N…",
-                        help="views across, and as many down, of each light field (3,5,9,17); all have as many rays")
+                        help="views across and down of each light field (3,5,9,17); each light field has the same "
+                             "number of rays")
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
@@ -44,7 +45,7 @@ def _chart(arguments: argparse.Namespace) -> int:
     if path is not None:
         if path.suffix.lower() != ".json":
             checked_suffix(path)
-        with replacing(path, keep=False) as part:       # the place is tried before the work begins
+        with replacing(path, keep=False) as part:       # fail before the work begins if the file is not writable
             part.touch()
     with progress() as show:
         curves = measure(camera(settings), find_scene(settings.scene), arguments.views or VIEWS, settings.seed, show)

@@ -1,4 +1,4 @@
-"""The command `lensbench lightfield view`: single views, depth, rays and lines of a recorded light field."""
+"""The command `lensbench lightfield view`: single views, depth, rays and epipolar images of a light field."""
 
 import argparse
 import json
@@ -11,9 +11,9 @@ import numpy as np
 if TYPE_CHECKING:
     from lensbench.app.state.light_field_query import Recording
 
-EPIPOLAR_LINES = 8              # of an enlarged picture for each view
-CELL_PIXELS = 24                # of an enlarged picture for a cell's side
-ENLARGED = (".png", ".ppm")     # the others hold what was recorded, number by number
+EPIPOLAR_LINES = 8              # rows of an enlarged epipolar image for each view
+CELL_PIXELS = 24                # side of a pupil cell in an enlarged picture
+ENLARGED = (".png", ".ppm")     # formats to look at; the others hold the recorded numbers
 
 
 def add_view_options(parser: argparse.ArgumentParser) -> None:
@@ -22,26 +22,28 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
     from lensbench.app.state.scales import read_distance
 
     parser.set_defaults(command=_view)
-    parser.add_argument("field", metavar="FILE.npz", help="what `capture` recorded")
+    parser.add_argument("field", metavar="FILE.npz", help="file written by `capture`")
     kinds = parser.add_mutually_exclusive_group(required=True)
     kinds.add_argument("--at", nargs=2, type=float, metavar=("U", "V"),
-                       help="the single view nearest to this place of the pupil, in radii of it: right and up")
+                       help="single view nearest to this point of the pupil, in pupil radii: right and up")
     kinds.add_argument("--depth", action="store_true",
-                       help="how far away everything is: colours, or in .exr and .pfm metres")
-    kinds.add_argument("--all-in-focus", action="store_true", help="every pixel in focus at its own depth")
+                       help="estimated depth: as colours, or in metres for .exr and .pfm")
+    kinds.add_argument("--all-in-focus", action="store_true", help="picture with each pixel in focus at its own depth")
     kinds.add_argument("--epipolar", type=int, metavar="ROW",
-                       help="a line of the picture as each view of the pupil's middle row sees it, the leftmost below")
+                       help="epipolar image: this row of the picture in each view of the middle row of the pupil, the "
+                            "leftmost view below")
     kinds.add_argument("--pixel", nargs=2, type=int, metavar=("X", "Y"),
-                       help="the light of a pixel through each cell of the pupil; with --json also where its rays meet "
-                            "film and pupil, in mm")
+                       help="light of a pixel through each cell of the pupil; with --json also the points in mm where "
+                            "its "
+                            "rays meet film and pupil")
     kinds.add_argument("--sensor", action="store_true",
-                       help="of a plenoptic camera: its raw picture; how its f-numbers match")
+                       help="raw picture of a plenoptic camera, and the match of its f-numbers")
     kinds.add_argument("--microlens", nargs=2, type=int, metavar=("X", "Y"),
-                       help="of a plenoptic camera: the picture behind one microlens, across and down from 0 0")
+                       help="picture behind one microlens of a plenoptic camera, counted across and down from 0 0")
     parser.add_argument("--nearest", type=option(read_distance), metavar="DISTANCE",
-                        help="of --depth and --all-in-focus: where the search begins, such as 0.5m")
+                        help="nearest depth for --depth and --all-in-focus, such as 0.5m")
     parser.add_argument("--farthest", type=option(read_distance), metavar="DISTANCE", default=float("inf"),
-                        help="of --depth and --all-in-focus: where it ends; infinity where this is left out")
+                        help="farthest depth for --depth and --all-in-focus (default: infinity)")
     parser.add_argument("-o", "--output", metavar="FILE", help=".png, .ppm, .exr or .pfm")
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -79,7 +81,7 @@ def _format(value: Any) -> str:
 
 
 def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path | None):
-    """Picture, figures and settings of the depth, or of what is in focus everywhere."""
+    """Picture, figures and settings of the depth, or of the all-in-focus picture."""
     import lensbench as lb
     from lensbench.app.command.capture_options import progress
     from lensbench.app.state.depth_colours import depth_picture, ends, with_codes
@@ -95,7 +97,7 @@ def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path 
 
 
 def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool):
-    """Picture and figures of a view, of a line, or of a pixel; large: enlarged to be looked at."""
+    """Picture and figures of a view, an epipolar image or a pixel; large: enlarge the picture to look at."""
     from lensbench.app.command.errors import UsageError
     from lensbench.app.state.light_field_query import epipolar, radiance, radiance_over_time, ray
 
@@ -133,7 +135,7 @@ def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool)
 
 
 def _of_sensor(arguments: argparse.Namespace, recording: "Recording", large: bool):
-    """Picture and figures of a plenoptic camera's sensor, or of what is behind one of its microlenses."""
+    """Picture and figures of a plenoptic sensor, or of the pixels behind one of its microlenses."""
     from lensbench.app.command.errors import UsageError
 
     raw, (w, h) = recording.raw, (recording.settings.pixels_x, recording.settings.pixels_y)

@@ -1,4 +1,4 @@
-"""The commands `lensbench lightfield array | novel`: pictures by an array of pinholes, and views between them."""
+"""The commands `lensbench lightfield array | novel`: pictures from an array of pinholes, and novel views."""
 
 import argparse
 import math
@@ -9,12 +9,12 @@ import numpy as np
 
 
 def add_lumigraph_options(kinds) -> None:
-    """The commands among those of `lensbench lightfield`."""
+    """Add the commands `array` and `novel` to `lensbench lightfield`."""
     from lensbench.app.command.capture_options import read_views
     from lensbench.app.command.options import add_picture_options, option, read_size
     from lensbench.app.state.scales import read_distance
 
-    array = kinds.add_parser("array", help="Record a lumigraph: pictures and depths by an array of pinholes.")
+    array = kinds.add_parser("array", help="Record a lumigraph: pictures and depths from an array of pinholes.")
     array.set_defaults(command=_array)
     array.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file: the array "
                        "stands about the middle of its entrance pupil")
@@ -23,24 +23,27 @@ def add_lumigraph_options(kinds) -> None:
     array.add_argument("--views", type=option(read_views), default=(9, 9), metavar="NxM",
                        help="pinholes across and down (9x9); --samples counts for each pixel of each of them")
     array.add_argument("--spacing", type=option(read_distance), default=5.0, metavar="DISTANCE",
-                       help="from pinhole to pinhole (5mm)")
+                       help="distance between neighbouring pinholes (5mm)")
     array.add_argument("--plane", type=option(read_distance), metavar="DISTANCE",
-                       help="from the pinholes to the plane that they all see the same part of; by default where the "
-                            "camera is focused")
-    novel = kinds.add_parser("novel", help="What a camera between the pinholes, or before them, sees by a lumigraph.")
+                       help="distance from the pinholes to the plane of which all see the same part (default: the "
+                            "focus distance of the camera)")
+    novel = kinds.add_parser("novel", help="Render a novel view from a lumigraph: a camera between the pinholes or "
+                                           "before them.")
     novel.set_defaults(command=_novel)
-    novel.add_argument("lumigraph", metavar="FILE.npz", help="what `array` recorded")
+    novel.add_argument("lumigraph", metavar="FILE.npz", help="file written by `array`")
     novel.add_argument("-o", "--output", required=True, metavar="FILE", help=".png, .ppm, .exr or .pfm")
     novel.add_argument("--at", nargs=3, type=float, default=(0.0, 0.0, 0.0), metavar=("X", "Y", "Z"),
-                       help="where it stands, mm from the array's middle: right, up, and back; −20 is 20 mm before it")
+                       help="position of the camera, mm from the centre of the array: right, up, back; Z = −20 is 20 "
+                            "mm before it")
     novel.add_argument("--turn", nargs=2, type=float, default=(0.0, 0.0), metavar=("LEFT", "UP"),
-                       help="where it looks, degrees from straight ahead")
-    novel.add_argument("--flat", action="store_true", help="without correction by depth: all things on the plane")
+                       help="direction of view, degrees from straight ahead")
+    novel.add_argument("--flat", action="store_true", help="no depth correction: all objects on the plane")
     novel.add_argument("--surface", type=option(read_distance), metavar="DISTANCE",
-                       help="all things on a plane at this distance from the pinholes, in place of their own depths")
+                       help="all objects on a plane at this distance from the pinholes, instead of the recorded depths")
     novel.add_argument("--size", type=option(read_size), metavar="WxH",
-                       help="pixels; half of those recorded where this is left out: a view between pinholes is blurred "
-                            "by a part of their pixels")
+                       help="pixels (default: half of the recorded ones, because a novel view is blurred by a part of "
+                            "a "
+                            "recorded pixel)")
 
 
 def _array(arguments: argparse.Namespace) -> int:
@@ -86,7 +89,7 @@ def _novel(arguments: argparse.Namespace) -> int:
 
 
 def _pose(place, turn) -> np.ndarray:
-    """(4, 4) in the array's frame: mm, and degrees to the left and up."""
+    """Pose (4, 4) in the frame of the array, from a place in mm and a turn in degrees to the left and up."""
     left, up = (math.radians(angle) for angle in turn)
     c, s = math.cos(left), math.sin(left)
     pose = np.eye(4)

@@ -1,4 +1,4 @@
-"""What the commands print: JSON, and a bar of progress."""
+"""Output of the commands: JSON, and a progress bar."""
 
 import json
 import math
@@ -8,12 +8,12 @@ from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
 
-WIDTH = 30                      # of the bar, characters
+WIDTH = 30                      # of the progress bar, in characters
 
 
 @contextmanager
 def progress() -> Iterator[Callable[[float], None]]:
-    """A bar on the last line of the terminal, given what part is done; nothing where no person reads it."""
+    """A progress bar on the last line of the terminal, called with the completed fraction; none off a terminal."""
     began = perf_counter()
 
     def show(fraction: float) -> None:
@@ -33,12 +33,12 @@ def progress() -> Iterator[Callable[[float], None]]:
 
 
 def print_json(data: Any) -> None:
-    """Indented, in UTF-8, numbers that JSON has no word for as `plain` says."""
+    """Print data as indented JSON in UTF-8; `plain` replaces infinite numbers and nan."""
     print(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def plain(data: Any) -> Any:
-    """With the infinite as "inf" or "-inf", as in a picture's settings, and what is not a number as null."""
+    """Data for JSON: infinities as "inf" or "-inf", as in the settings of a picture, and nan as null."""
     if isinstance(data, dict):
         return {key: plain(value) for key, value in data.items()}
     if isinstance(data, list | tuple):

@@ -1,7 +1,7 @@
-"""Engraved scales: where a value stands on the dial, what is engraved there, and how people write it.
+"""Engraved scales of dials: position of a value, engraved figures, and the text of a value.
 
 A scale maps its values to u from 0 (left) to 1 (right). Lengths in mm, angles
-in radians, exposure in stops; people read and write metres and degrees.
+in radians, exposure in stops; the text of a value is in metres and degrees.
 """
 
 import math
@@ -12,10 +12,10 @@ from functools import lru_cache
 
 F_NUMBERS = (0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 3.5, 4.0, 4.5, 5.0, 5.6, 6.3, 7.1,
              8.0, 9.0, 10.0, 11.0, 13.0, 14.0, 16.0, 18.0, 20.0, 22.0, 25.0, 29.0, 32.0, 36.0, 40.0, 45.0, 51.0, 57.0,
-             64.0, 72.0, 81.0, 90.0)             # as engraved: third stops, every third of them a whole one
+             64.0, 72.0, 81.0, 90.0)             # as engraved: third stops; each third one is a whole stop
 WHOLE_STOPS = F_NUMBERS[0::3]
 FOCAL_LENGTHS = (2, 3, 4, 6, 8, 10, 14, 20, 28, 35, 50, 70, 100, 135, 200, 300, 400, 600, 800, 1200)
-FIGURE_GAP = 0.08                                # of u, below which a figure is not even tried
+FIGURE_GAP = 0.08                                # of u: least distance of two figures
 
 Figure = tuple[float, str]
 
@@ -25,10 +25,9 @@ class Scale:
     """One engraved scale from `low` (u = 0) to `high` (u = 1; infinity is allowed, and a value below `low`).
 
     warp makes the scale: u is linear in warp(value), and unwarp is its inverse.
-    figures are values with their text, of which number `anchor` is engraved even
-    where there is room for few; minor are the values of the short ticks; snaps the values that click
-    and wheel go to, none for a continuous scale. reset is the value that a
-    double click brings back. amber: the scale of focus.
+    figures: values with their text; figure number `anchor` is engraved on the shortest dial too. minor: values of
+    the short ticks. snaps: values that click and wheel go to; empty for a continuous scale. reset: value that a
+    double click restores. amber: drawn in amber, for focus.
     """
 
     low: float
@@ -45,7 +44,7 @@ class Scale:
     amber: bool = False
 
     def to_unit(self, value: float) -> float:
-        """Where a value stands, from 0 to 1; values beyond the ends stand at the ends."""
+        """Position of a value, from 0 to 1; a value beyond an end has the position of that end."""
         if math.isnan(value):
             return 0.0
         low, high = self.warp(self.low), self.warp(self.high)
@@ -57,7 +56,7 @@ class Scale:
         return min(max(value, min(self.low, self.high)), max(self.low, self.high))
 
     def from_unit(self, u: float) -> float:
-        """The value at u, the ends exactly."""
+        """Value at u, exact at both ends."""
         if u <= 0.0:
             return self.low
         if u >= 1.0:
@@ -66,12 +65,12 @@ class Scale:
         return self._clamped(self.unwarp(low + u * (high - low)))
 
     def snapped(self, value: float) -> float:
-        """The nearest snap along the dial, or the value itself on a continuous scale."""
+        """Nearest snap along the dial, or the value itself on a continuous scale."""
         u = self.to_unit(value)
         return min(self.snaps, key=lambda snap: abs(self.to_unit(snap) - u), default=value)
 
     def stepped(self, value: float, steps: int) -> float:
-        """The value so many snaps to the right, or so many hundredths of the dial where there are none."""
+        """Value this many snaps to the right; on a continuous scale, this many hundredths of the dial."""
         if not self.snaps:
             return self.from_unit(self.to_unit(value) + 0.01 * steps)
         u, ladder = self.to_unit(value), sorted(self.to_unit(snap) for snap in self.snaps)
@@ -82,7 +81,7 @@ class Scale:
         return min(self.snaps, key=lambda snap: abs(self.to_unit(snap) - target))
 
     def parse(self, text: str) -> float:
-        """The value that a person typed; ValueError says what to type, or between which values."""
+        """Value of a typed text; the message of a ValueError says what to type, or gives the range."""
         value = self.read(text)
         # A typed end may be the rounded figure of the dial's own end
         for end in (self.low, self.high):
@@ -98,7 +97,7 @@ class Scale:
 
 
 def format_distance(distance: float) -> str:
-    """A distance in mm as people read a focus scale: 0.205 m, 1.20 m, 12.5 m, 250 m, ∞."""
+    """A distance in mm, written as on a focus scale: 0.205 m, 1.20 m, 12.5 m, 250 m, ∞."""
     if math.isinf(distance):
         return "∞"
     metres = distance / 1000.0
@@ -135,7 +134,7 @@ def format_length(length: float) -> str:
 
 
 def format_area(area: float) -> str:
-    """An area in mm² with three digits and never a power of ten: 2.23 mm², 123 mm², 1670 mm²."""
+    """An area in mm² with three digits, without a power of ten: 2.23 mm², 123 mm², 1670 mm²."""
     digits = max(0, 2 - math.floor(math.log10(area))) if area > 0.0 else 0
     return f"{float(f'{area:.3g}'):.{min(digits, 6)}f} mm²"
 
@@ -144,7 +143,7 @@ NUMBER = r"([-+−]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?)"
 
 
 def read_number(pattern: str, text: str, example: str) -> tuple[float, str]:
-    """The number and the unit in the text."""
+    """Number and unit of a text, by a pattern in which # is the number; ValueError names the example."""
     match = re.fullmatch(pattern.replace("#", NUMBER), text.strip().lower())
     if match is None:
         raise ValueError(f"“{text.strip()}”: type {example}")
@@ -181,11 +180,11 @@ def read_length(text: str) -> float:
     return number * (10.0 if unit == "cm" else 1.0)
 
 
-# The scales of the bench
+# Scales
 
 
 def spaced(figures: list[Figure], to_unit: Callable[[float], float]) -> tuple[Figure, ...]:
-    """From the right, every figure that stands clear of the one before."""
+    """The figures, from the right, that lie at least FIGURE_GAP from the previous one."""
     kept: list[Figure] = []
     for value, text in sorted(figures, reverse=True):
         if not kept or to_unit(kept[-1][0]) - to_unit(value) >= FIGURE_GAP:
@@ -194,7 +193,7 @@ def spaced(figures: list[Figure], to_unit: Callable[[float], float]) -> tuple[Fi
 
 
 def decades(low: float, high: float, series: tuple[float, ...]) -> list[float]:
-    """The series times every power of ten, from low to high."""
+    """The series times every power of ten, from low to high, as a list."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     values = (m * 10.0**e for e in range(first, last + 1) for m in series)
     return [float(f"{v:.6g}") for v in values if low * (1 - 1e-6) <= v <= high * (1 + 1e-6)]
@@ -204,7 +203,7 @@ def decades(low: float, high: float, series: tuple[float, ...]) -> list[float]:
 def focus_scale(nearest: float, reset: float | None = None) -> Scale:
     """Distances (mm) from the nearest that the lens can focus to infinity: u = (d − n)/(d − n + k).
 
-    k is 1.2 m, or four times the nearest distance of a lens that cannot come close.
+    k is 1.2 m, or four times the nearest distance if that is larger.
     """
     n = max(nearest, 1.0)
     k = max(1200.0, 4.0 * n)
@@ -273,8 +272,7 @@ def focal_length_scale(low: float = 8.0, high: float = 800.0, reset: float | Non
 def zoom_scale(engraved: tuple[float, ...]) -> Scale:
     """The focal lengths (mm) of a zoom on a logarithmic dial from its widest to its longest.
 
-    engraved: those of its stations, which stand on the dial before any between them; two
-    or more, rising.
+    engraved: focal lengths of its stations, two or more, ascending; figures between them fill the gaps.
     """
     low, high = engraved[0], engraved[-1]
     bare = Scale(low, high, math.log, math.exp, format_length, read_length, ())
@@ -301,9 +299,9 @@ def radius_scale(high: float, reset: float | None = None) -> Scale:
 
 
 def figures_that_fit(scale: Scale, width: float, widths: tuple[float, ...], gap: float) -> tuple[Figure, ...]:
-    """The figures at the first stride at which none touch on a dial of this width; `widths` are those of the texts.
+    """Figures at the smallest stride at which none touch on a dial of this width; `widths` are those of the texts.
 
-    The stride counts from the anchor, which always stays.
+    The stride counts from the anchor, which is always kept.
     """
     places = [scale.to_unit(value) * width for value, _ in scale.figures]
     for stride in range(1, len(places) + 1):
