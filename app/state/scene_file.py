@@ -136,7 +136,8 @@ def _scene(table: Table, path: Path) -> lb.Scene:
     if sum(map(len, lists.values())) > MOST_OBJECTS:
         raise _ContentError(f"has more than {MOST_OBJECTS} objects")
     if not any(lists.values()) and "floor" not in table:
-        raise _ContentError("shows nothing: give it a [floor], [[sphere]], [[rectangle]] or [[disk]]")
+        known = ", ".join(f"[[{kind}]]" for kind in _SHAPES)
+        raise _ContentError(f"shows nothing: give it a [floor] or one of {known}")
 
     shapes = [_within(f"{kind} {k + 1}", _SHAPES[kind], value, folder, materials)
               for kind, entries in lists.items() for k, value in enumerate(entries)]
