@@ -1,7 +1,6 @@
-"""Colours of the AOVs (see `lensbench.rendering.aovs`): from values of the core to codes from 0 to 1.
+"""Colours of the AOVs (see `lensbench.rendering.aovs`): codes from 0 to 1 for the values of the core.
 
-The codes go to the screen, and into a PNG or PPM, as they are, neither exposed nor toned; an
-EXR or PFM holds what the core found.
+Screen, PNG and PPM show the codes without exposure and tone curve; an EXR or PFM file holds the values of the core.
 """
 
 import numpy as np

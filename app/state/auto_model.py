@@ -1,7 +1,8 @@
-"""The automatic lens model: its choice for a picture, and the choice in words.
+"""The automatic lens model: its choice for a picture, and texts that describe the choice.
 
-The window chooses beside the picture, after the first pass. That pass uses the previous choice where only focus,
-aperture or field of view have changed since, and the full trace otherwise. A different choice restarts the picture.
+The window chooses the model in the background, after the first pass of the picture. That pass uses the previous
+choice if only focus, aperture or field of view have changed since, and the full trace otherwise. A different choice
+restarts the picture.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -39,7 +40,7 @@ def choose(settings: Settings, camera: Any, scene: Any, before: Chosen | None) -
 
 
 def provisional(settings: Settings, camera: Any, before: Chosen | None) -> Any:
-    """The camera for the first pass of a picture, before the choice; see the module."""
+    """The camera for the first pass of a picture, before the choice; see the module docstring."""
     from dataclasses import replace
 
     if before is not None and before.choice.model != "pinhole":
@@ -60,7 +61,7 @@ def record(choice: "Choice") -> dict[str, Any]:
 
 
 def choice_summary(choice: "Choice", speeds: tuple[float, float] | None) -> list[str]:
-    """The choice, its error, the time that it saves, and why the next simpler model was refused, in a few words each.
+    """Short texts: the choice, its error, the time that it saves, and why the next simpler model was refused.
 
     speeds: time of a ray (ns) by this model and by the full trace.
     """
@@ -77,7 +78,7 @@ def choice_summary(choice: "Choice", speeds: tuple[float, float] | None) -> list
 
 
 def choice_details(choice: "Choice", speeds: tuple[float, float] | None) -> str:
-    """The choice in full, with a line for each model that was compared."""
+    """Full description of the choice, with a line for each compared model."""
     lines = ["The simplest model whose picture is within half a pixel and 0.05 stops of the full trace,",
              "at all the scene's depths: where light falls, how far it is blurred, how bright it is.", ""]
     for rung in choice.table[:-1]:

@@ -1,7 +1,6 @@
-"""Circles of confusion of a setting against distance, as curves: ideal thin lens, thick lens and the real one, traced.
+"""Curves of the circle of confusion against distance: thin lens, thick lens, and the traced real lens.
 
-Distances in metres from the film, diameters in micrometres on the film. Pure
-functions of values.
+Distances in metres from the film, diameters in micrometres on the film.
 """
 
 import math
@@ -18,13 +17,13 @@ from lensbench.app.state.scales import WHOLE_STOPS
 from lensbench.app.state.settings import Settings
 
 NEIGHBOURS = (-1, 2, 5)         # stops from the present f-number, drawn faint
-SMALLEST = 1e-4                 # µm: a curve's dip at the focus ends here, below every plot
+SMALLEST = 1e-4                 # µm: least diameter at the focus, below every plot
 ROUND = (1.0, 2.0, 5.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Diameters (µm) at distances (m) from the film; real is None where nothing is traced."""
+    """Diameters (µm) at distances (m) from the film; real is None for a lens model that traces no rays."""
 
     distances: np.ndarray
     thin: np.ndarray
@@ -52,7 +51,7 @@ def plot_range(settings: Settings, got: Readings) -> tuple[float, float, float, 
 
 
 def curves(settings: Settings, low: float, high: float) -> Curves:
-    """The curves of these settings between two distances (m); a ValueError or OSError where there are none."""
+    """The curves of these settings between two distances (m); ValueError or OSError if there are none."""
     return _curves(settings, low, high, file_stamp(settings.lens))
 
 
@@ -89,7 +88,7 @@ def _micrometres(millimetres: np.ndarray) -> np.ndarray:
 
 
 def _neighbours(got: Readings, coc: np.ndarray) -> tuple[tuple[float, np.ndarray], ...]:
-    """The same curve at whole stops around: a diameter is proportional to 1 / f-number."""
+    """The curve at neighbouring whole stops: a diameter is proportional to 1 / f-number."""
     present = got.f_number
     assert present is not None
     here = min(range(len(WHOLE_STOPS)), key=lambda i: abs(math.log(WHOLE_STOPS[i] / present)))

@@ -1,9 +1,9 @@
 """Exposure of a linear picture by f-number, time and ISO, and the noise of a sensor.
 
 A rendered picture has relative weights: 1 is the light of a white wall under an even sky, whatever the
-stop. As lit, it stays so. Exposed by the triangle, 1 is what saturates at the ISO that is
-set; with automatic ISO it is the ISO that a meter would choose, at the f-number and
-time that are set. A sensor then records it, with its noise. Nothing of this renders anew.
+stop. The plain exposure keeps these weights. With the exposure triangle, 1 saturates the sensor at the
+ISO of the settings; with automatic ISO, at the ISO that a meter chooses for f-number and time. A sensor then
+records the picture with its noise. None of this restarts the render.
 """
 
 import math
@@ -44,7 +44,7 @@ def applied_exposure(settings: Settings, image: NDArray[np.float32]) -> AppliedE
 
 
 def exposed(settings: Settings, image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The picture exposed and recorded by the sensor; itself where neither changes it."""
+    """The exposed picture as the sensor records it; the picture itself if neither changes it."""
     if settings.exposing == "plain" and not settings.noise:
         return image
     found = applied_exposure(settings, image)

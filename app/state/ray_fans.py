@@ -1,4 +1,4 @@
-"""Fans of rays for the section: from three points of the scene, through the lens, to three places on the film.
+"""Ray fans of the lens section: from three points of the scene through the lens to three points of the film.
 
 Lengths in mm, lens frame, meridional plane; points are (z, y). A fan of the real lens begins at the point in focus
 on the chief ray of the film point; its rays are traced forward, and the section draws the points that the tracer
@@ -15,10 +15,10 @@ import lensbench as lb
 from lensbench.app.state.build import Setup
 
 FIELDS = (("axis", 0.0), ("0.7 field", 0.7), ("full field", 1.0))
-EDGE = "edge of light"          # the full field's name where the film reaches beyond the lens's image
+EDGE = "edge of light"          # name of the full field if the film is larger than the image circle
 DARK = "no light of the scene reaches this point of the film"
-SCAN = 257                      # rays that look for the edges of a fan
-CLOSED = 0.3                    # of the open stop: below it a fan has fewer rays
+SCAN = 257                      # rays that search the edges of a fan
+CLOSED = 0.3                    # part of the open stop below which a fan has fewer rays
 DEAD_EACH_SIDE = 3
 WHY = {lb.Fate.MISSED: "misses", lb.Fate.CLIPPED: "is stopped by the rim of",
        lb.Fate.TOTAL_REFLECTION: "is totally reflected at", lb.Fate.BACKWARD: "is turned backward at"}
@@ -26,9 +26,9 @@ WHY = {lb.Fate.MISSED: "misses", lb.Fate.CLIPPED: "is stopped by the rim of",
 
 @dataclass(frozen=True, eq=False)
 class Ray:
-    """One ray: path (n, 2) from far before the lens to the film, or to where it dies.
+    """One ray: path (n, 2) from far before the lens to the film, or to the surface that ends it.
 
-    kind is "chief", "marginal", "" or "dead"; `end` says in words how it ends.
+    kind is "chief", "marginal", "" or "dead"; `end` describes its end in words.
     """
 
     path: np.ndarray
@@ -38,7 +38,7 @@ class Ray:
 
 @dataclass(frozen=True, eq=False)
 class Fan:
-    """The rays of one field point: its name, its height on the film, and why there may be none."""
+    """The rays of one field point: name, height on the film (mm), and the reason if there are no rays."""
 
     name: str
     height: float
@@ -49,7 +49,7 @@ class Fan:
 def fans(lens_setup: Setup, focus_distance: float, traced: bool, has_stop: bool, open_stop: float) -> tuple[Fan, ...]:
     """The three fans of a lens before its film.
 
-    traced: through the real lens, and not through an ideal one. has_stop: or only the chief rays of a pinhole.
+    traced: through the real lens instead of an ideal one. has_stop: False for a pinhole, which has chief rays only.
     open_stop: the stop's radius wide open (mm).
     """
     return _fans(lens_setup.lens, lens_setup.film_distance, 0.5 * lens_setup.film.diagonal, focus_distance, traced,
@@ -69,7 +69,7 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
 
 
 def lit_radius(lens_setup: Setup) -> float:
-    """How far off the axis (mm) the lens lights its film: to the corner, or less where its image circle is smaller."""
+    """Radius (mm) of the film that the lens lights: to the corner, or that of a smaller image circle."""
     return _lit_radius(lens_setup.lens, lens_setup.film_distance, 0.5 * lens_setup.film.diagonal)
 
 
@@ -93,7 +93,7 @@ def _traced(lens: lb.Lens, film_distance: float, name: str, height: float, focus
         return Fan(name, height, (), DARK)
     front, toward_scene = chief
 
-    # The point of the scene in focus along the chief ray, and rays from it side by side
+    # The point of the scene in focus along the chief ray, and the rays from it
     film_z = lens.length + film_distance
     along = np.inf
     if math.isfinite(focus_distance):
@@ -146,8 +146,8 @@ def _traced(lens: lb.Lens, film_distance: float, name: str, height: float, focus
 def _chief_ray(lens: lb.Lens, film_distance: float, height: float):
     """Where the chief ray of a film point meets the first surface (z, y), and its unit direction to the scene.
 
-    The ray through the middle of the stop, or the middle of those that pass where
-    that one dies; None where none passes.
+    The chief ray passes the centre of the stop; if that ray is lost, it is the middle one of those that pass. None
+    if no ray passes.
     """
     start = np.array([lens.length + film_distance, height])
     at_stop = len(lens.surfaces) - lens.stop_index                  # in a path traced from the film
@@ -156,7 +156,7 @@ def _chief_ray(lens: lb.Lens, film_distance: float, height: float):
         ways = np.stack([np.full_like(heights, lens.length), heights], axis=1) - start
         return lb.trace(lens, _in_space(start[None, :]), _in_space(ways))
 
-    # Through the middle of the stop, rims aside
+    # The ray through the centre of the stop, without the rims
     reach = 1.3 * lens.surfaces[-1].semi_diameter
     heights = np.linspace(-reach, reach, SCAN)
     ways = np.stack([np.full_like(heights, lens.length), heights], axis=1) - start
@@ -169,7 +169,7 @@ def _chief_ray(lens: lb.Lens, film_distance: float, height: float):
         a, b = stop_heights[k], stop_heights[k + 1]
         chosen = heights[k] - a / (b - a) * (heights[k + 1] - heights[k]) if b != a else heights[k]
         trace = back(np.array([chosen]))
-    # Otherwise the middle of those that pass
+    # Otherwise the middle ray of those that pass
     if not crossing.size or trace.fate[0] != lb.Fate.PASSED:
         interval = _passing_interval(lambda heights: back(heights).fate == lb.Fate.PASSED, reach, centred=False)
         if interval is None:
@@ -185,7 +185,7 @@ def _passing_interval(passes, reach: float, centred: bool = True) -> tuple[float
     """The ends of the run of offsets in ±reach that pass: the one about 0, otherwise the longest; to 1e-6 of reach."""
     offsets = np.linspace(-reach, reach, SCAN)
     mask = passes(offsets)
-    for _ in range(3):                                              # a stop nearly closed hides between two rays
+    for _ in range(3):                                              # a nearly closed stop lies between two rays
         if mask.any() or not centred:
             break
         offsets = offsets / 16.0
@@ -210,13 +210,13 @@ def _passing_interval(passes, reach: float, centred: bool = True) -> tuple[float
 
 
 def _near_the_glass(lens: lb.Lens, path: np.ndarray, fate: int) -> bool:
-    """Whether a dead ray is worth drawing: it meets the first surface on its glass or close beside it."""
+    """Whether a dead ray is worth drawing: it meets the first surface within 1.2 semi-diameters."""
     return len(path) > 2 or (len(path) == 2 and abs(path[1][1]) < 1.2 * lens.surfaces[0].semi_diameter)
 
 
 def _fate(lens: lb.Lens, fate: lb.Fate, surface: int) -> str:
-    """In words, where and why a ray ends."""
-    if fate in (lb.Fate.MISSED, lb.Fate.BACKWARD):                  # these end on the surface before
+    """Description of where and why a ray ends."""
+    if fate in (lb.Fate.MISSED, lb.Fate.BACKWARD):                  # these are reported for the surface before
         surface += 1 if surface + 1 < len(lens.surfaces) else 0
     if fate == lb.Fate.CLIPPED and surface == lens.stop_index:
         return "is stopped by the stop"
@@ -234,7 +234,7 @@ def _in_space(points: np.ndarray) -> np.ndarray:
 
 
 def _ideal(lens: lb.Lens, film_distance: float, name: str, height: float, count: int) -> Fan:
-    """Straight to the front principal plane, at the same height on from the rear one, to the film point."""
+    """Fan of an ideal lens: rays leave the rear principal plane at the height at which they meet the front one."""
     fo = lb.first_order(lens)
     if not (math.isfinite(fo.efl) and fo.efl > 0.0 and math.isfinite(fo.entrance_pupil.z)):
         return Fan(name, height, (), "this lens has no ideal counterpart that forms an image")

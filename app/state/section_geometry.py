@@ -46,7 +46,7 @@ class Sketch:
 
 
 def sketch(settings: Settings) -> Sketch:
-    """The sketch of these settings; a ValueError or OSError where there is nothing to draw."""
+    """The sketch of these settings; ValueError or OSError if there is nothing to draw."""
     if settings.kind.ideal_lens:
         return _of_ideal_lens(settings.optics)
     if not settings.has_lens:
@@ -58,7 +58,7 @@ def sketch(settings: Settings) -> Sketch:
 def _of_lens(lens_setup: Setup, wide_open: lb.Lens, settings: Settings) -> Sketch:
     lens, fo = lens_setup.lens, lens_setup.first_order
     focus = settings.focus_distance
-    if lens_setup.reason:                                        # not focused as asked: where it is focused instead
+    if lens_setup.reason:                                        # not focused as set: find the actual focus distance
         try:
             focus = lb.focused_distance(lens, lens_setup.film_distance)
         except lb.LensError:
@@ -90,7 +90,7 @@ def _of_ideal_lens(settings: Settings) -> Sketch:
         raise ValueError(got.reason)
     film, radius = settings.film, 0.0 if settings.f_number is None else 0.5 * (got.entrance_pupil or 0.0)
     half = 0.5 * film.diagonal
-    # Its rays meet on the film wherever it is focused: the lens that does so is as strong as its film is near
+    # The film stays at the focal length: the power of the lens rises with a nearer focus
     found = tuple(ideal_fan(name, part * half, 1.0 / (1.0 / got.efl + 1.0 / settings.focus_distance), 0.0, 0.0, got.efl,
                             0.0, radius, 9 if radius else 1, -8.0 * got.efl) for name, part in FIELDS)
     return Sketch(

@@ -15,7 +15,7 @@ from lensbench.app.state.scales import (
 
 THIRDS = (100, 125, 160, 200, 250, 320, 400, 500, 640, 800, 1000, 1250)
 ISOS = (25, 32, 40, 50, 64, 80, *(iso * 2**k for k in (0, 4) for iso in THIRDS),
-        *(iso * 2**8 for iso in THIRDS[:7]))         # as engraved: third stops, every third of them a whole one
+        *(iso * 2**8 for iso in THIRDS[:7]))         # as engraved: third stops; each third one is a whole stop
 
 
 def format_iso(iso: float) -> str:
@@ -57,7 +57,7 @@ def full_well_scale() -> Scale:
 
 @lru_cache(maxsize=1)
 def read_noise_scale() -> Scale:
-    """Electrons, the square root along the dial."""
+    """Electrons, on a square-root dial."""
     figures = tuple((float(n), f"{n}") for n in (0, 1, 3, 10, 20, 50))
     return Scale(0.0, 50.0, math.sqrt, lambda w: w * w, format_electrons, read_electrons, figures,
                  tuple(float(n) for n in (2, *range(4, 10), *range(12, 20, 2), 25, 30, 35, 40, 45)), reset=3.0)
@@ -65,7 +65,7 @@ def read_noise_scale() -> Scale:
 
 @lru_cache(maxsize=32)
 def turn_scale(blades: int) -> Scale:
-    """The turn of an iris of so many blades (radians): a whole turn of one blade to the next."""
+    """Rotation (radians) of an iris with this many blades, from one blade to the next."""
     whole = 360.0 / max(blades, 3)
     step = next(s for s in (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0) if whole / s <= 7.0)
     figures = tuple((math.radians(i * step), f"{i * step:g}") for i in range(int(whole / step + 1e-9) + 1))
@@ -75,7 +75,7 @@ def turn_scale(blades: int) -> Scale:
 
 @lru_cache(maxsize=8)
 def hole_scale(best: float) -> Scale:
-    """Diameters of a pinhole (mm) on a logarithmic dial; a double click brings the sharpest back."""
+    """Diameters of a pinhole (mm) on a logarithmic dial; a double click restores the sharpest."""
     figures = tuple((d, f"{d:g}") for d in decades(0.02, 10.0, (1.0, 2.0, 5.0)))
     return Scale(0.02, 10.0, math.log, math.exp, format_hole, read_length, figures,
                  tuple(decades(0.02, 10.0, tuple(float(i) for i in range(1, 10)))), reset=best)

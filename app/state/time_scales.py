@@ -1,4 +1,4 @@
-"""The engraved scales of time and of what has no lens: shutter, read-out, keyframes, the orthographic camera's width.
+"""The engraved scales of time, of parts and radiances, and of cameras without a lens.
 
 Times in seconds, lengths in mm.
 """
@@ -24,7 +24,7 @@ SECONDS = (30.0, 25.0, 20.0, 15.0, 13.0, 10.0, 8.0, 6.0, 5.0, 4.0, 3.2, 2.5, 2.0
            0.3)
 PARTS = (4, 5, 6, 8, 10, 13, 15, 20, 25, 30, 40, 50, 60, 80, 100, 125, 160, 200, 250, 320, 400, 500, 640, 800, 1000,
          1250, 1600, 2000, 2500, 3200, 4000, 5000, 6400, 8000)
-SHUTTERS = (*SECONDS, *(1.0 / part for part in PARTS))      # as engraved: third stops, every third of them a whole one
+SHUTTERS = (*SECONDS, *(1.0 / part for part in PARTS))      # as engraved: third stops; each third one is a whole stop
 LONGEST_READOUT = 0.2
 
 
@@ -63,7 +63,7 @@ def shutter_scale(reset: float | None = None) -> Scale:
 
 @lru_cache(maxsize=2)
 def readout_scale(reset: float = 0.0) -> Scale:
-    """The read-out of a rolling shutter: 0 is a global one, the square root of the time along the dial."""
+    """The read-out of a rolling shutter: 0 is a global shutter; a square-root dial."""
     figures = tuple((t / 1e3, f"{t}") for t in (0, 1, 5, 10, 20, 50, 100, 200))
     minor = tuple(t / 1e3 for t in (*range(2, 10), *range(12, 20, 2), *range(25, 50, 5), *range(60, 100, 10), *range(
         120, 200, 20)))
@@ -143,7 +143,7 @@ def width_scale(low: float = 10.0, high: float = 100_000.0, reset: float | None 
 
 @lru_cache(maxsize=4)
 def lens_radius_scale(high: float = 100.0, reset: float = 0.0) -> Scale:
-    """Radii of an ideal lens (mm): the square root along the dial, from a pinhole on."""
+    """Radii of an ideal lens (mm): a square-root dial that begins at a pinhole."""
     figures = tuple((float(r), f"{r}") for r in (0, 1, 5, 10, 20, 50, 100) if r <= high)
     minor = tuple(float(r) for r in (*range(1, 10), *range(10, 20, 2), *range(20, 50, 5), *range(50, 101, 10)))
     return Scale(0.0, high, math.sqrt, lambda w: w * w, format_length, read_length, figures, minor, reset=reset)

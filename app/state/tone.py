@@ -1,13 +1,12 @@
 """From linear light to the screen: exposure, a tone curve, sRGB; and the curves' constants.
 
-`develop` is the numpy twin of `shaders/develop.frag`: the shader is handed the
-constants of this file by `glsl_constants`, so that both draw the same curves.
-Every curve leaves middle grey (0.18) where it is.
+`develop` is the numpy counterpart of `shaders/develop.frag`. The shader gets the constants of this
+file from `glsl_constants`, so that both draw the same curves. Every curve keeps middle grey (0.18).
 
 filmic    the rational curve of Hable (2010), with the gain that keeps middle grey
-agx       in the spirit of Sobotka's AgX: the channels are drawn towards each
-          other, a sigmoid in log2 joins black, middle grey and white, and
-          the channels are parted again, so that very bright colours turn pale
+agx       similar to Sobotka's AgX: the channels are mixed, a sigmoid in log2 joins
+          black, middle grey and white, and the mixing is undone, so that very
+          bright colours turn pale
 """
 
 from math import log2
@@ -19,9 +18,9 @@ GREY = 0.18
 
 # --- filmic: f(x) = (x (A x + C B) + D E) / (x (A x + B) + D F) − E / F
 A, B, C, D, E, F = 0.15, 0.50, 0.10, 0.20, 0.02, 0.30
-WHITE = 11.2                                    # the light that the curve takes to 1, before the gain
+WHITE = 11.2                                    # light that the curve maps to 1, before the gain
 
-# --- agx: stops around middle grey, sigmoid exponent and slope, and how far the channels are drawn together
+# --- agx: stops around middle grey, exponent and slope of the sigmoid, and share of the channels' mean
 STOPS_BELOW, STOPS_ABOVE = 10.0, 6.5
 POWER, SLOPE = 1.5, 2.4
 DISPLAY_GAMMA = 2.2
@@ -45,7 +44,7 @@ PIVOT_OUT = GREY ** (1.0 / DISPLAY_GAMMA)
 
 
 def _reach(length: float, height: float) -> float:
-    """The scale of a sigmoid of this slope that arrives at `height` after `length`."""
+    """The scale of a sigmoid of this slope that reaches `height` after `length`."""
     return float((height ** -POWER - (SLOPE * length) ** -POWER) ** (-1.0 / POWER))
 
 
@@ -53,7 +52,7 @@ TOE = _reach(PIVOT_IN, PIVOT_OUT)
 SHOULDER = _reach(1.0 - PIVOT_IN, 1.0 - PIVOT_OUT)
 
 
-# Stops from 1, where a sensor ends, to the light that the curve takes to white
+# Stops from 1, where a sensor saturates, to the light that the curve maps to white
 HEADROOM = {"none": 0.0, "filmic": log2(WHITE / GAIN), "agx": STOPS_ABOVE + log2(GREY), "raw": 0.0}
 
 
@@ -65,7 +64,7 @@ def glsl_constants() -> str:
 
 
 def _sigmoid(t):
-    """From the place in the range of stops, 0 to 1, to the display's value before its gamma."""
+    """Display value before the gamma, at a position from 0 to 1 in the range of stops."""
     scale = np.where(t < PIVOT_IN, TOE, SHOULDER)
     x = SLOPE * np.abs(t - PIVOT_IN) / scale
     return PIVOT_OUT + np.sign(t - PIVOT_IN) * scale * x / (1.0 + x ** POWER) ** (1.0 / POWER)
@@ -87,15 +86,15 @@ def srgb(linear):
 
 
 def linear(codes):
-    """The light of sRGB values in [0, 1]: the inverse of `srgb`."""
+    """Linear light of sRGB values in [0, 1]: the inverse of `srgb`."""
     return np.where(codes <= 0.04045, codes / 12.92, ((np.maximum(codes, 0.04045) + 0.055) / 1.055) ** 2.4)
 
 
 def develop(image: NDArray[np.floating], exposure: float, tone: str, sensor: bool = False) -> NDArray[np.float64]:
     """A linear picture (..., 3) as sRGB values in [0, 1]; exposure in stops, tone a key of settings.TONES.
 
-    Or "raw": values that are codes of the screen already. sensor: a sensor recorded it, and 1 saturates it: what is
-    brighter than middle grey is drawn towards white, which 1 becomes.
+    The tone "raw" is for values that are already screen codes. sensor: the picture is that of a sensor that saturates
+    at 1: values above middle grey are brightened so that 1 becomes white.
     """
     if tone == "raw":
         return np.clip(np.asarray(image, np.float64), 0.0, 1.0)
