@@ -82,8 +82,8 @@ def _novel(arguments: argparse.Namespace) -> int:
     view = made.seen_by(camera, None if arguments.flat else arguments.surface or "recorded")
     save_picture(arguments.output, view.picture, replace(settings, pixels_x=across, pixels_y=down))
     share = float(view.covered.mean())
-    note = "all of it was recorded" if share == 1.0 else (
-        f"{100.0 * share:.0f} % of it was recorded, the rest is black: nearer to the array's middle more is")
+    note = "the whole view was recorded" if share == 1.0 else (
+        f"{100.0 * share:.0f} % of the view was recorded, the rest is black: move nearer to the array's middle")
     print(f"{arguments.output}: {across} × {down} pixels; {note}")
     return 0
 

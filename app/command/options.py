@@ -169,7 +169,7 @@ class _FormerModel(argparse.Action):
     """The former option --model: it still works with former and present words, and names the present option."""
 
     def __call__(self, parser, namespace, values, option_string=None):
-        """Store what the word means."""
+        """Store the value of the word."""
         found = former_settings.model_settings(values, CAMERAS, LENS_MODELS)
         assert found is not None                        # one of the choices
         shown = {name: word for name, word in found.settings.items() if name != "camera" or len(found.settings) == 1}
@@ -183,7 +183,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     """The Settings that the options describe, checked.
 
     They start from a settings file, or from an exported picture given in place of the lens, else from the defaults;
-    an aperture or a focus distance that the options do not name is limited to what the lens can do. SettingsError,
+    an aperture or a focus distance that the options do not name is limited to the range of the lens. SettingsError,
     LensError, LensFileError, ExportError.
     """
     lens = arguments.lens

@@ -12,7 +12,7 @@ from lensbench.app.state.settings import Settings
 
 @dataclass(frozen=True)
 class Mark:
-    """The place that was focused on (parts of width and height), its distance, and the aim of the camera then."""
+    """The focused point (parts of width and height), its distance, and the aim of the camera at that time."""
 
     x: float
     y: float
@@ -20,7 +20,7 @@ class Mark:
     aim: Settings
 
     def holds(self, settings: Settings) -> bool:
-        """Whether the camera still aims and focuses there."""
+        """Whether the camera still aims and focuses at this point."""
         return settings.focuses and self.distance == settings.focus_distance and self.aim == settings.aim
 
 
@@ -36,7 +36,7 @@ class Pinned:
 
 @dataclass(frozen=True)
 class Picture:
-    """What the render panel shows in one frame."""
+    """Contents of the render panel in one frame."""
 
     texture: int = 0                                # GL name, 0: nothing yet
     size: tuple[int, int] = (0, 0)                  # pixels across and down
@@ -62,7 +62,7 @@ class View:
     focus_pick: bool = True
     histogram: bool = False
     mark: Mark | None = None
-    pending: tuple[float, float] | None = None      # a click that waits for the depth map, parts of the picture
+    pending: tuple[float, float] | None = None      # a click that waits for the depth map; parts of width and height
     cross: tuple[int, int] | None = None            # the chosen pixel of a light field
     line: bool = False                              # and whether its line is marked
     hover: tuple[float, float] | None = None        # the raster point under the mouse

@@ -77,7 +77,7 @@ class Screen:
         self._apart: _Target | None = None
         self._done: Development | None = None
         self._loaded = 0                        # pictures so far
-        self._apart_of: tuple = ()              # what the difference is of
+        self._apart_of: tuple = ()              # the pair of pictures of the difference
 
     @property
     def size(self) -> tuple[int, int]:
@@ -108,7 +108,7 @@ class Screen:
         self._done = None
 
     def developed(self, development: Development) -> int:
-        """The GL name of a texture with the developed picture; 0 before the first picture. Draws only what is new."""
+        """The GL name of a texture with the developed picture; 0 before the first picture. Draws on a change."""
         if self._picture is None or self._soft is None or self._shown is None:
             return 0
         if development != self._done:

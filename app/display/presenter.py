@@ -118,7 +118,7 @@ class Presenter:
                             coded=field_picture.look.coded, field_picture=field_picture.number)
 
     def picture(self, settings: Settings, view: View) -> Picture:
-        """What the render panel shows in this frame."""
+        """Contents of the render panel in this frame."""
         update, screen, waiting = self.shown, self._screen, self._worker.waiting
         if update is None or screen is None:
             return Picture(waiting=waiting, first=True)
@@ -170,7 +170,7 @@ class Presenter:
         return self._deep.depth if wanted else None
 
     def _development(self, settings: Settings, view: View, update: RenderUpdate, deep: bool) -> Development:
-        """What the shaders need: the look of the present settings, the blur of the picture's own settings."""
+        """Input of the shaders: the tone of the present settings, the blur of the picture's own settings."""
         if update.raw:
             return Development(0.0, "raw")
         if self.field_picture is not None:

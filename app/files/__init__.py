@@ -1,1 +1,1 @@
-"""Reading and writing of what a user keeps: pictures, settings, light fields."""
+"""Reading and writing of a user's files: pictures, settings, light fields."""

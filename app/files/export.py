@@ -89,7 +89,7 @@ def save_picture(path: str | Path, image: np.ndarray, settings: Settings, bits: 
 
 
 def read_settings(path: str | Path, say: Callable[[str], object] = lambda text: None) -> Settings:
-    """The settings that an exported picture was made with; `say` hears where names of an earlier version occur.
+    """The settings of an exported picture; `say` receives a sentence if names of an earlier version occur.
 
     ExportError if there are none (another program's picture), if the file is incomplete
     or damaged, and for settings of a newer version.

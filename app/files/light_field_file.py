@@ -1,10 +1,10 @@
 """Light fields on disk: numpy's .npz, an archive of plain arrays that every scientific program reads.
 
 Arrays: `light` (views down, views across, 3, h, w) and `coverage` (down, across, h, w) as recorded, `reach`, `fill`,
-and `settings`, the JSON text of exported pictures, from which the camera is built. If moments of the exposure were
-recorded apart, `moments` (n, views down, views across, 3, h, w). Of a plenoptic camera instead the raw picture `raw`
-(h, w, 3), its `white` (h, w), the number of pixels behind each microlens, `behind`, and the f-number of the
-microlenses, `microlenses`. Not compressed: noise does not shrink, and reading is as fast as the disk.
+and `settings`, the JSON text of exported pictures, from which the camera is built. With separate
+moments of the exposure also `moments` (n, views down, views across, 3, h, w). A plenoptic camera has instead `raw`, the
+raw picture (h, w, 3), `white`, its white picture (h, w), `behind`, the number of pixels behind each microlens, and
+`microlenses`, their f-number. Not compressed: noise does not shrink, and reading is as fast as the disk.
 """
 
 from pathlib import Path
@@ -27,16 +27,16 @@ def save_light_field(path: str | Path, recording: Recording) -> None:
     """Write a recording; ExportError if it cannot be written."""
     raw, field = recording.raw, recording.field
     if raw is None:
-        apart = {} if field.moments is None else {"moments": field.moments}
+        moments = {} if field.moments is None else {"moments": field.moments}
         save_arrays(path, recording.settings, light=field.light, coverage=field.coverage, reach=field.reach,
-                    fill=field.fill, **apart)
+                    fill=field.fill, **moments)
     else:
         save_arrays(path, recording.settings, raw=raw.picture, white=raw.white, behind=raw.camera.pixels,
                     microlenses=raw.camera.microlens_f_number)
 
 
 def load_light_field(path: str | Path) -> Recording:
-    """Read a file of save_light_field. ExportError: missing, no light field, incomplete; or errors of the lens."""
+    """Read a file of save_light_field; ExportError if it is missing, incomplete or no light field; or lens errors."""
     found, settings = load_arrays(Path(path), "light field", "capture", _wanted)
     recording = _of_sensor(found, settings) if "raw" in found else _of_views(found, settings)
     if recording is None:
@@ -52,7 +52,7 @@ def _wanted(names: set[str]) -> tuple[str, ...]:
 
 
 def _of_views(found: dict[str, np.ndarray], settings: Settings) -> Recording | None:
-    """None where the arrays do not belong together."""
+    """The recording of these arrays; None if their shapes or types do not fit together."""
     light, coverage, reach, film = found["light"], found["coverage"], float(found["reach"]), settings.film
     fill, moments = float(found.get("fill", 1.0)), found.get("moments")         # older files have none
     if (light.dtype not in (np.float16, np.float32) or coverage.dtype != light.dtype or light.ndim != 5
@@ -64,7 +64,7 @@ def _of_views(found: dict[str, np.ndarray], settings: Settings) -> Recording | N
 
 
 def _of_sensor(found: dict[str, np.ndarray], settings: Settings) -> Recording | None:
-    """None where the arrays do not belong together."""
+    """The recording of these arrays; None if their shapes or types do not fit together."""
     plenoptic = lb.PlenopticCamera(camera(settings), int(found["behind"]), float(found["microlenses"]))
     raw, white = found["raw"], found["white"]
     if raw.dtype != np.float32 or raw.shape != (*plenoptic.sensor[::-1], 3) or white.shape != raw.shape[:2]:

@@ -41,7 +41,7 @@ def write_pfm(file: BinaryIO, image: NDArray[np.floating]) -> None:
 
 
 def read_comment(file: BinaryIO, key: str) -> str | None:
-    """What follows `key` in the comment of a PPM's header; None where there is no such comment."""
+    """Text after `key` in the comments of a PPM's header; None if there is no such comment."""
     file.readline(MAX_COMMENT)
     while (line := file.readline(MAX_COMMENT)).startswith(b"#"):
         name, _, rest = line[1:].strip().partition(b" ")

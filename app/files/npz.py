@@ -1,4 +1,4 @@
-"""Arrays with settings in .npz: the common part of the files of light fields and lumigraphs."""
+"""Arrays with settings in .npz, as used by the files of light fields and of lumigraphs."""
 
 import json
 import zipfile
@@ -14,7 +14,7 @@ SUFFIX = ".npz"
 
 
 def checked_suffix(path: str | Path) -> Path:
-    """The path of recorded arrays; ExportError for another suffix."""
+    """The path; ExportError if its suffix is not .npz."""
     path = Path(path)
     if path.suffix.lower() != SUFFIX:
         raise ExportError(f"{path}: light fields are written as {SUFFIX}")
@@ -33,8 +33,9 @@ def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], 
                 ) -> tuple[dict[str, np.ndarray], Settings]:
     """The arrays of a file, by name, and its settings.
 
-    what: the kind of file, in words. maker: the command that records one. wanted: from the names in the file, those to
-    read; none for another kind of file. ExportError: missing, of another kind, incomplete, or with invalid settings.
+    what: the kind of file, in words. maker: the command that records one. wanted: maps the
+    names in the file to those to read; to none for another kind of file. ExportError if the file is missing, of another
+    kind, incomplete, or has invalid settings.
     """
     try:
         if not zipfile.is_zipfile(path) and path.is_file():

@@ -1,4 +1,4 @@
-"""Settings as TOML files that a person can read and change, to repeat a picture.
+"""Settings as TOML files, to repeat a picture; users can read and edit them.
 
 The keys are the fields of Settings, in their units; a missing key means the default. TOML has no null: WORDS has a word
 for each field that may be None. A lens or scene file may be given by its path relative to the settings file.
@@ -19,12 +19,12 @@ from lensbench.app.state.settings import VERSION, Settings, SettingsError
 
 HEAD = "# lensbench: lengths in mm, angles in radians, times in seconds, exposure in stops\n"
 WORDS = {field.name: spec(field).none for field in fields(Settings) if spec(field).none}    # for None
-LONGEST = 1 << 20               # bytes that are read
-PICTURES = (".png", ".ppm", ".exr")            # that hold the settings they were made with
+LONGEST = 1 << 20               # bytes read at most
+PICTURES = (".png", ".ppm", ".exr")            # formats that embed the settings of the picture
 
 
 def save_settings(path: str | Path, settings: Settings) -> None:
-    """Write all settings, whole or not at all; ExportError where the disk does not take them."""
+    """Write all settings, completely or not at all; ExportError if the file cannot be written."""
     values = {"version": VERSION, **asdict(settings)}
     lines = (f"{name} = {_toml(WORDS[name] if value is None else value)}\n" for name, value in values.items())
     with replacing(checked_path(path)) as part:
@@ -34,7 +34,7 @@ def save_settings(path: str | Path, settings: Settings) -> None:
 def load_settings(path: str | Path, say: Callable[[str], object] = lambda text: None) -> Settings:
     """Read settings, or those of an exported picture; SettingsError with the file, the line and the key at fault.
 
-    `say` hears a sentence where names of an earlier version occur. ExportError for a picture without settings.
+    `say` receives a sentence if names of an earlier version occur. ExportError for a picture without settings.
     """
     path = Path(path)
     if path.suffix.lower() in PICTURES:
@@ -57,7 +57,7 @@ def load_settings(path: str | Path, say: Callable[[str], object] = lambda text: 
 
 
 def checked_path(path: str | Path) -> Path:
-    """The path; SettingsError where its suffix is not that of a settings file."""
+    """The path; SettingsError if its suffix is not .toml."""
     if Path(path).suffix.lower() != ".toml":
         raise SettingsError(f"{path}: settings are written as .toml")
     return Path(path)
@@ -74,7 +74,7 @@ def _toml(value: Any) -> str:
 
 
 def _where(plain: dict[str, Any], text: str) -> str:
-    """Line and key of the first setting that is invalid on its own; nothing where only their combination is."""
+    """Line and key of the first setting that is invalid on its own; "" if only the combination is invalid."""
     known = {field.name for field in fields(Settings)} | set(former_settings.NAMES)
     for name, value in plain.items():
         try:
@@ -95,7 +95,7 @@ def _placed(settings: Settings, folder: Path) -> Settings:
         try:
             path = (folder / text).resolve()
             return str(path) if path.suffix and path.is_file() else text
-        except ValueError:              # no name that a file may have
+        except ValueError:              # not a valid file name
             return text
 
     return replace(settings, lens=place(settings.lens), scene=place(settings.scene))

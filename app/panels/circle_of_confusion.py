@@ -25,7 +25,7 @@ THIN, THICK = (1.5, 3.0), (6.0, 3.0)             # dashes and gaps, pixels
 
 @dataclass
 class CocState:
-    """What the panel keeps between frames: the limits of its plot, and the line that is dragged."""
+    """State of the panel between frames: limits of its plot, and the dragged line."""
 
     fitted_to: tuple = ()
     fit: bool = False
@@ -66,7 +66,7 @@ def circle_of_confusion_panel(settings: Settings, state: CocState) -> Settings:
         implot.pop_plot_clip_rect()
         if implot.is_plot_hovered():
             state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
-            _tell(plot, settings, shown)
+            _tooltip(plot, settings, shown)
         implot.end_plot()
     imgui.pop_font()
     if plot is not None and plot.bottom > plot.top:
@@ -111,7 +111,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
     limit, pitch = 1000.0 * (got.limit or 0.0), 1000.0 * settings.film.pitch
     right = plot.right - 3.0 * pixel
 
-    # Depth of field, amber: what is in focus
+    # Depth of field, in amber
     if got.near_limit is not None and got.far_limit is not None:
         near = max(plot.at(got.near_limit / 1000.0, 1.0).x, plot.left)
         far = min(plot.at(min(got.far_limit, 1e9) / 1000.0, 1.0).x, plot.right)
@@ -286,7 +286,7 @@ def _dragged(settings: Settings, got: Readings, plot: PlotMap, state: CocState) 
     return settings
 
 
-def _tell(plot: PlotMap, settings: Settings, shown: Curves) -> None:
+def _tooltip(plot: PlotMap, settings: Settings, shown: Curves) -> None:
     """The numbers under the cursor."""
     distance = plot.x_at(imgui.get_mouse_pos().x)
     if not shown.distances[0] <= distance <= shown.distances[-1] or imgui.is_mouse_down(imgui.MouseButton_.left):

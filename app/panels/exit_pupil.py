@@ -25,14 +25,14 @@ from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, das
 
 FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the illuminated film
 UPWARDS = "Film points up the picture, in the section y–z"
-MARGIN, BELOW, ABOVE = 1.12, -1.08, 1.3     # of the rear rim, shown around it; regions lean up, a rim's sag beyond it
+MARGIN, BELOW, ABOVE = 1.12, -1.08, 1.3     # limits of the plot, in rear semi-diameters; regions reach above the rim
 DENSITY = 10.0                  # pixels between samples that are drawn
-SAME = 0.004                    # of the film's radius: within it a film point counts as one of the fields
+SAME = 0.004                    # of the lit radius: tolerance within which a film point takes the colour of a field
 
 
 @dataclass
 class PupilState:
-    """What the panel keeps between frames: the limits and the shape of its plot."""
+    """State of the panel between frames: limits and shape of its plot."""
 
     fitted_to: tuple = ()
     fit: bool = False
@@ -41,12 +41,11 @@ class PupilState:
     memo: Memo = field(default_factory=lambda: Memo(20))   # outlines and samples in pixels
 
 
-
 def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState,
                      hover_radius: float | None = None) -> float:
     """Draw the panel in the rest of the window; returns film_radius (mm), changed by its dial.
 
-    hover_radius: of the film point under the mouse in the picture, shown instead while there is one.
+    hover_radius: that of the film point under the mouse in the picture, or None; it takes precedence.
     """
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
@@ -116,7 +115,7 @@ def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSam
         implot.pop_plot_clip_rect()
         if implot.is_plot_hovered():
             state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
-            _tell(plot, lens_setup.lens, lens_setup.film_distance, seen)
+            _tooltip(plot, lens_setup.lens, lens_setup.film_distance, seen)
         implot.end_plot()
     imgui.pop_font()
     imgui.set_cursor_screen_pos(corner)
@@ -194,13 +193,13 @@ def _outline(field: Region, plot: PlotMap) -> list[ImVec2]:
 
 def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tuple[list, list]:
     """For the first samples: corners of dots for those that pass, ends of crosses' arms for the others."""
-    places, radius, arm = plot.pixels(*samples.points[:shown].T).tolist(), 0.75 * pixel, 2.0 * pixel
+    points, radius, arm = plot.pixels(*samples.points[:shown].T).tolist(), 0.75 * pixel, 2.0 * pixel
     dots, crosses = [], []
-    for (x, y), passes in zip(places, samples.passes[:shown].tolist(), strict=True):
+    for (x, y), passes in zip(points, samples.passes[:shown].tolist(), strict=True):
         if passes:
             dots.append((ImVec2(x - radius, y - radius), ImVec2(x + radius, y + radius)))
         else:
-            crosses += [(ImVec2(x - arm, y - way * arm), ImVec2(x + arm, y + way * arm)) for way in (1.0, -1.0)]
+            crosses += [(ImVec2(x - arm, y - slope * arm), ImVec2(x + arm, y + slope * arm)) for slope in (1.0, -1.0)]
     return dots, crosses
 
 
@@ -218,7 +217,7 @@ def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colou
 
 
 def _words(seen: Region, samples: BoxSamples, hovering: bool, traced: bool, reach: float) -> None:
-    """One line above the plot: area and samples that pass, with the film point if it is the one under the mouse."""
+    """One line above the plot: area, share of samples that pass, and the film point if it is under the mouse."""
     where = f"Mouse at {seen.film_radius:.1f} mm:  " if hovering else ""
     if seen.area <= 0.0:
         what = f"no light beyond {reach:.1f} mm" if hovering else f"No light beyond {reach:.1f} mm off the axis"
@@ -233,8 +232,8 @@ def _words(seen: Region, samples: BoxSamples, hovering: bool, traced: bool, reac
                            + ("; the region is that of the real lens" if not traced else ""))
 
 
-def _tell(plot: PlotMap, lens: lb.Lens, film_distance: float, seen: Region) -> None:
-    """Whether light passes at the point under the cursor."""
+def _tooltip(plot: PlotMap, lens: lb.Lens, film_distance: float, seen: Region) -> None:
+    """Tooltip: whether light passes at the point under the mouse."""
     if imgui.is_mouse_down(imgui.MouseButton_.left):
         return
     mouse = imgui.get_mouse_pos()

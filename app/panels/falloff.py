@@ -32,7 +32,7 @@ NATURAL, RIMS = (6.0, 3.0), (1.5, 3.0)          # dashes and gaps, pixels
 
 @dataclass
 class FalloffState:
-    """What the lower plot shows; no part of the settings."""
+    """Choice of the lower plot; not part of the settings."""
 
     shown: str = "curve"
 

@@ -29,7 +29,7 @@ FLOOR = 1e-5
 
 @dataclass
 class ModelsState:
-    """What the plot shows; no part of the settings."""
+    """Choice of the plotted error; not part of the settings."""
 
     shown: str = "rms"          # a key of ERRORS
 

@@ -22,7 +22,7 @@ FARTHEST = 1e6                  # mm: the plane in focus is not drawn beyond it
 
 @dataclass
 class PlanState:
-    """What the panel keeps between frames: the limits of its plot, and the line that is dragged."""
+    """State of the panel between frames: limits of its plot, and the dragged line."""
 
     fitted_to: tuple = ()
     fit: bool = False
@@ -67,7 +67,7 @@ def plan_panel(settings: Settings, state: PlanState) -> Settings:
         implot.pop_plot_clip_rect()
         if implot.is_plot_hovered():
             state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
-            _tell(plot, shown)
+            _tooltip(plot, shown)
         implot.end_plot()
     imgui.pop_font()
     if plot is not None and plot.bottom > plot.top:
@@ -187,7 +187,7 @@ def _dragged(settings: Settings, shown: Plan, plot: PlotMap, state: PlanState) -
     return replace(settings, focus_distance=max(along + state.grip, nearest))
 
 
-def _tell(plot: PlotMap, shown: Plan) -> None:
+def _tooltip(plot: PlotMap, shown: Plan) -> None:
     """A tooltip: the point under the cursor, and its distance from the camera."""
     if imgui.is_mouse_down(imgui.MouseButton_.left):
         return

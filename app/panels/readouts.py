@@ -26,7 +26,7 @@ class Status:
 
 @dataclass(frozen=True)
 class Row:
-    """One read-out. gap: space above it. amber: it concerns what is in focus."""
+    """One read-out. gap: space above it. amber: it concerns the depth of field."""
 
     name: str
     value: str
@@ -162,7 +162,7 @@ def _across(got: Readings) -> list[Row]:
             f"Across the picture, in the section x–z; the focal length above is that of y–z, up the picture{squeeze}"),
         Row("Foci across, up", " ".join(_signed(focus) for focus in got.foci), "mm",
             "How far behind the film the lens, by its first order, focuses the light of its sections x–z and y–z: what "
-            "lies between is its astigmatism on the axis. The film stands where the blur of the whole pupil is least"),
+            "lies between is its astigmatism on the axis. The film lies where the blur of the whole pupil is least"),
     ]
 
 

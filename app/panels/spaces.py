@@ -29,7 +29,7 @@ def spaces_panel(settings: Settings, at: tuple[float, float], depth: NDArray[np.
                  image: NDArray[np.float32] | None) -> bool:
     """Draw the table of the raster point `at`; whether the intrinsics are to be saved to a file.
 
-    depth: (h, w) mm from the film along the axis; image: (h, w, 3), what the core found there.
+    depth: (h, w) mm from the film along the axis; image: (h, w, 3), the result of the core.
     """
     try:
         of = _camera(settings.picture)
@@ -72,7 +72,7 @@ def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | No
         table.append((name, numbers, "m", meaning))
     table += _screen_z(of, float(points.camera[0, 2]) if deep is not None else math.nan)
     table.append(("Distance", (NONE if deep is None else number(deep / 1000.0, 3),), "m",
-                  "Along the ray, from the camera to what it meets"))
+                  "Along the ray, from the camera to the object it meets"))
     return table
 
 
@@ -123,7 +123,7 @@ def _screen_z(of: lb.Camera, z: float) -> list[Row]:
 
 
 def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> float | None:
-    """How far along its ray (mm) lies what the raster point shows; None for the sky, the dark, and an old depth map."""
+    """Distance (mm) along the ray of a raster point to the object there; None for sky, no light, or no valid depth."""
     if depth is None or depth.shape != (of.film.pixels_y, of.film.pixels_x):
         return None
     x, y = (min(max(int(place), 0), size - 1) for place, size in zip(at, depth.shape[::-1], strict=True))
@@ -132,8 +132,8 @@ def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | N
         return None
     ray = of.generate_rays([at], [of.pupil_centre])
     frame = np.linalg.inv(np.reshape(of.placement(0.0, np.array([at])), (4, 4)))
-    start, way = frame[2, :3] @ ray.origins[0] + frame[2, 3], frame[2, :3] @ ray.directions[0]
-    distance = (-deep - start) / way if way != 0.0 else math.nan
+    start, direction = frame[2, :3] @ ray.origins[0] + frame[2, 3], frame[2, :3] @ ray.directions[0]
+    distance = (-deep - start) / direction if direction != 0.0 else math.nan
     return distance if ray.weights[0] > 0.0 and math.isfinite(distance) and distance > 0.0 else None
 
 
@@ -143,7 +143,7 @@ def number(value: float, digits: int) -> str:
 
 
 def _values(settings: Settings, at: tuple[float, float], image: NDArray[np.float32] | None) -> list[Row]:
-    """What the picture holds there."""
+    """Row of the pixel's values."""
     if image is None or not (0 <= at[1] < image.shape[0] and 0 <= at[0] < image.shape[1]):
         return []
     name = "Light" if settings.view == "picture" else VIEWS[settings.view]

@@ -1,1 +1,1 @@
-"""Settings and what follows from them: cameras, figures, undo, plot geometry. No GUI."""
+"""Settings and their consequences: cameras, figures, undo, plot geometry. No GUI."""

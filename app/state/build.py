@@ -1,6 +1,6 @@
-"""The lens and the camera of the settings: the one place where a lens is zoomed, stopped down and focused.
+"""The lens and the camera of the settings; only this module zooms, stops down and focuses a lens.
 
-Lengths in mm. Every read-out is a function of what is built here. The makers of cameras without a lens are in
+Lengths in mm. Every read-out is a function of the lens or camera built here. Cameras without a lens are built in
 `ideal_cameras`; `camera_kinds` lists them all.
 """
 
@@ -21,10 +21,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Setup:
-    """The lens in its place before the film: stopped down, its focus groups moved, with its film distance (mm).
+    """The lens in front of its film: stopped down and focused, with its film distance (mm).
 
-    at_infinity: its first-order data when it is focused at infinity, where focal length and f-number count. reason:
-    why it differs from what the settings ask for, or "": the lens is then wide open, or at its nearest focus.
+    first_order: of this focused lens. at_infinity: of the same lens focused at infinity, for which focal length and
+    f-number are defined. reason: why f-number or focus differs from the settings, or ""; the lens is then wide open, or
+    at its nearest focus.
     """
 
     lens: lb.Lens
@@ -42,7 +43,10 @@ class Setup:
 
     @property
     def principal_offset(self) -> float:
-        """Film → front principal plane (mm): an engraved distance less the distance from the lens."""
+        """Distance (mm) from the film to the front principal plane.
+
+        An object at s from that plane is at s + principal_offset from the film, where engraved distances begin.
+        """
         return self.film_z - self.first_order.front_principal
 
 
@@ -52,9 +56,9 @@ def _load(lens: str, stamp: Stamp) -> lb.Lens:
 
 
 def design(settings: "Settings") -> lb.Lens:
-    """The lens wide open, scaled to the focal length that is set (of a zoom its shortest), then zoomed.
+    """The lens wide open, scaled to the chosen focal length (for a zoom, its shortest), then zoomed.
 
-    LensError where it is to zoom and cannot.
+    LensError if the settings zoom a lens that cannot zoom.
     """
     lens = _load(settings.lens, file_stamp(settings.lens))
     if settings.blades is not None:
@@ -68,7 +72,7 @@ def design(settings: "Settings") -> lb.Lens:
 
 
 def setup(settings: "Settings") -> Setup:
-    """The lens of the settings before its film; a ValueError or OSError where there is no lens to set up."""
+    """The lens of the settings in front of its film; ValueError or OSError if the lens cannot be loaded or built."""
     return _setup(design(settings), settings.optics)
 
 
@@ -104,7 +108,7 @@ def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:
 def camera(settings: "Settings") -> lb.Camera:
     """The camera of these settings.
 
-    SettingsError, LensError or CameraError where there is none, such as one focused nearer than it can.
+    SettingsError, LensError or CameraError for impossible settings, such as a focus nearer than the nearest.
     """
     return settings.kind.maker(settings)
 
@@ -118,7 +122,7 @@ def lens_camera(settings: "Settings") -> lb.LensCamera:
 
 
 def place_and_shutter(settings: "Settings") -> dict[str, Any]:
-    """The arguments that every camera takes: its place, its shutter, and the medium before it."""
+    """The arguments common to all cameras: pose, shutter, and the medium in front."""
     return {"world_from_camera": settings.placement, "shutter_open": settings.moment,
             "shutter_close": settings.moment + settings.shutter,
             "shutter_ramp": settings.shutter_ramp * settings.shutter, "readout": settings.readout,
@@ -126,7 +130,7 @@ def place_and_shutter(settings: "Settings") -> dict[str, Any]:
 
 
 def medium(settings: "Settings") -> lb.Medium | None:
-    """The medium before the camera; None for clear air."""
+    """The medium in front of the camera; None for clear air."""
     if settings.medium == "air":
         return None
     kind = lb.Medium.water if settings.medium == "water" else lb.Medium.fog

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CameraKind:
-    """One kind of camera: what it is called, what makes it, and what it has.
+    """One kind of camera: its names, its maker and its properties.
 
     readings: its read-outs; by default the angles that it sees. dials, lists: names of the dials and of the lists that
     the left column shows for it.
@@ -63,7 +63,7 @@ class LensModel:
     points. has_stop: it has an aperture, hence a plane in focus. rays_from: where its rays leave the lens in the view
     “origin”: "front" (the first surface), "pupil" (the entrance pupil), or "" where that view has no meaning.
     has_fates: rays end at surfaces of the lens, as the view “fate” shows. has_degree: it is a polynomial of the
-    setting `degree`. automatic: it stands for the simplest of the others that is good enough.
+    setting `degree`. automatic: it selects the simplest of the others that is accurate enough.
     """
 
     title: str
@@ -103,9 +103,9 @@ CAMERA_KINDS = {
         ideal.finite_pinhole, ideal.finite_pinhole_readings, dials=("film distance", "hole"),
         view=ideal.finite_pinhole_view, with_view=ideal.finite_pinhole_with_view, film_lengths=("hole_distance",)),
     "bare-sensor": CameraKind(
-        "Bare sensor, no lens", "No lens: each place of the sensor sees the whole scene, and no picture forms",
+        "Bare sensor, no lens", "No lens: each point of the sensor sees the whole scene, and no picture forms",
         lambda settings: lb.BareSensor(settings.film, **place_and_shutter(settings)), bounded=False,
-        reason="Without a lens each place of the film gets light from the whole scene: no picture forms"),
+        reason="Without a lens each point of the film gets light from the whole scene: no picture forms"),
 }
 
 LENS_MODELS = {

@@ -20,7 +20,7 @@ class Difference:
 
     @classmethod
     def of(cls, a: NDArray[np.float32], b: NDArray[np.float32]) -> "Difference":
-        """Of two linear pictures (h, w, 3) of one size; places where either is no number count as alike."""
+        """Difference of two linear pictures (h, w, 3) of equal size; it is 0 where either is not finite."""
         apart = np.abs(np.nan_to_num(b.astype(np.float32) - a, nan=0.0, posinf=0.0, neginf=0.0))
         stride = max(1, int(math.sqrt(apart.shape[0] * apart.shape[1] / SAMPLED)))
         most = float(np.quantile(apart[::stride, ::stride], SHARE))

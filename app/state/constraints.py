@@ -1,4 +1,4 @@
-"""Settings within the limits of lens, film and camera: what is kept and what changes with a lens, scale or film.
+"""Settings within the limits of lens, film and camera: the effects of another lens, scale or film.
 
 Lengths in mm, angles in radians.
 """

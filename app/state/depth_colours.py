@@ -1,6 +1,6 @@
 """Depth as colours: from far to near through a map of even steps of lightness, as the reciprocal of the distance.
 
-The steps between are those of parallax, which is what the depth was found from. What is not sure is dark.
+The steps are equal in parallax, from which the depth is estimated. Uncertain pixels are dark.
 """
 
 import math
@@ -16,13 +16,13 @@ from lensbench.app.state.settings import Settings
 # Viridis by S. van der Walt and N. Smith, in the public domain (CC0): ten of its colours, read straight between them
 MAP = np.array([[int(code[i:i + 2], 16) / 255.0 for i in (0, 2, 4)] for code in (
     "440154", "482878", "3e4989", "31688e", "26828e", "1f9e89", "35b779", "6ece58", "b5de2b", "fde725")])
-ENDS = (0.01, 0.99)             # of what is sure, between which the colours run
+ENDS = (0.01, 0.99)             # quantiles of the certain pixels, at the ends of the colour map
 SURE = 0.5                      # a confidence that needs no shade
-SHADE = 0.3                     # what is left of a colour of no confidence
+SHADE = 0.3                     # factor of a colour of confidence 0
 
 
 def colour(part: NDArray[np.floating]) -> NDArray[np.float32]:
-    """(…, 3) codes of the screen for places from 0 (far) to 1 (near)."""
+    """Screen colours (…, 3) for parts from 0 (far) to 1 (near)."""
     at = np.clip(part, 0.0, 1.0) * (len(MAP) - 1)
     return np.stack([np.interp(at, np.arange(len(MAP)), MAP[:, i]) for i in range(3)], -1).astype(np.float32)
 
@@ -61,7 +61,7 @@ def light_of(codes: NDArray[np.floating]) -> NDArray[np.float32]:
 
 
 def depth_picture(depth: lb.Depth, path: Path) -> NDArray[np.float32]:
-    """What a file of the depth holds: colours, or where it holds light (.exr, .pfm), the distance in m three times."""
+    """Picture of a depth for a file: colours, or, for .exr and .pfm, the distance in m in all three channels."""
     if path.suffix.lower() in (".exr", ".pfm"):
         return np.repeat(depth.distance[..., None] / np.float32(1000.0), 3, -1)
     return light_of(depth_codes(depth))

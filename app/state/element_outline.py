@@ -71,7 +71,7 @@ def _element(index: int, front: Surface, front_z: float, rear: Surface, rear_z: 
     def rear_at(y: float) -> float:
         return rear_z + sag(rear, y)
 
-    # The edge stands where both surfaces still leave glass between them
+    # The edge lies at the largest height with glass between both surfaces
     edge = max(front.semi_diameter, rear.semi_diameter)
     if rear_at(edge) < front_at(edge):
         low, high = 0.0, edge

@@ -67,6 +67,6 @@ def box_samples(lens: lb.Lens, film_distance: float, film_radius: float) -> BoxS
     x0, y0, x1, y1 = seen.box
     points = [x0, y0] + uv * [x1 - x0, y1 - y0]
     film = np.array([0.0, film_radius, lens.length + film_distance])
-    ways = np.column_stack([points, np.full(SAMPLES, lens.length)]) - film
-    passes = lb.trace(lens, film[None, :], ways).fate == lb.Fate.PASSED
+    directions = np.column_stack([points, np.full(SAMPLES, lens.length)]) - film
+    passes = lb.trace(lens, film[None, :], directions).fate == lb.Fate.PASSED
     return BoxSamples(points, passes)

@@ -1,4 +1,4 @@
-"""Read-outs: every figure that a panel shows of the settings.
+"""Read-outs: every figure of the settings that a panel shows.
 
 Pure functions of Settings, cached by value: asking again in every frame costs almost nothing. Lengths in mm, angles
 in radians. Object distances are measured from the film, as engraved on a lens; those of the perspective camera, which
@@ -21,7 +21,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Readings:
-    """The read-outs; None where a figure has no meaning for the camera. reason: why settings are not met, or ""."""
+    """The read-outs; None where a figure has no meaning for the camera.
+
+    f_number: focused at infinity. widest_f_number: the same with the stop fully open. working_f_number: of the cone of
+    light on the film, at the present focus. reason: why the lens cannot follow the settings, or "".
+    """
 
     efl: float | None = None
     bfl: float | None = None
@@ -57,7 +61,7 @@ def blur_limit(settings: "Settings") -> float:
 
 
 class Colours(NamedTuple):
-    """Whether dispersion is possible, whether pictures are traced with it, and the reason in a sentence."""
+    """Dispersion: whether it is possible, whether pictures are traced with it, and the reason in a sentence."""
 
     possible: bool
     used: bool
@@ -65,7 +69,7 @@ class Colours(NamedTuple):
 
 
 def colours(settings: "Settings") -> Colours:
-    """The dispersion of the lens under these settings; a ValueError or OSError where there is no lens."""
+    """The dispersion of the lens under these settings; ValueError or OSError if the lens cannot be loaded."""
     if not settings.follows_lens:
         return Colours(False, False, "Only the real lens disperses: this camera is an ideal one, at the d line")
     lens = design(settings)
@@ -136,10 +140,10 @@ def _across(lens: lb.Lens) -> float | None:
 
 
 def angles(film: lb.Film, efl: float, across_efl: float | None = None) -> Readings:
-    """Fields of view at infinity, 2 atan(h / 2f), and the focal length that sees the same diagonal on full frame.
+    """Fields of view at infinity, 2 atan(h / 2f), and the focal length with the same diagonal field on full frame.
 
     across_efl: focal length (mm) of the section x–z of a lens with cylinders, which squeezes the picture; the film
-    then counts as wide as what it sees.
+    then counts as wide as the unsqueezed picture.
     """
     if not (math.isfinite(efl) and efl > 0.0):
         return Readings()

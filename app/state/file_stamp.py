@@ -1,4 +1,4 @@
-"""The stamp of a file: what changes when a file is written anew, so that caches of its content are keyed by it."""
+"""The stamp of a file: it changes when the file is rewritten, and is the key of caches of its content."""
 
 from pathlib import Path
 

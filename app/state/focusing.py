@@ -17,7 +17,7 @@ ENOUGH = 0.5                    # of a pixel: a smaller gain does not move the f
 
 
 class FocusPosition(NamedTuple):
-    """How a lens is focused, as `lb.film_distance` names it: "paraxial" or "real" (least blur).
+    """Method by which a lens is focused, as in `lb.film_distance`: "paraxial" or "real" (least blur).
 
     paraxial_blur, least_blur: diameters (mm, 2√2 × rms) of an axis point in focus, by real rays, at either position;
     None where they are not known.
@@ -66,8 +66,8 @@ def words(found: FocusPosition) -> str:
     """The position and its reason in a sentence or two."""
     if found.paraxial_blur is None or found.least_blur is None:
         return "Paraxial focus: the limit of small stops, the only focus of an ideal model"
-    way, blur = "by the least blur" if found.method == "real" else "paraxially", found.blur or 0.0
-    other, else_blur = (("paraxially", found.paraxial_blur) if found.method == "real"
-                        else ("by the least blur", found.least_blur))
-    return (f"Focused {way}: a point in focus is {1000.0 * blur:.3g} µm wide on the axis, {1000.0 * else_blur:.3g} µm "
-            f"{other}. The difference is spherical aberration, which grows with the aperture")
+    method, blur = "by the least blur" if found.method == "real" else "paraxially", found.blur or 0.0
+    other_method, other_blur = (("paraxially", found.paraxial_blur) if found.method == "real"
+                                else ("by the least blur", found.least_blur))
+    return (f"Focused {method}: a point in focus is {1000.0 * blur:.3g} µm wide on the axis, {1000.0 * other_blur:.3g} "
+            f"µm {other_method}. The difference is spherical aberration, which grows with the aperture")

@@ -1,4 +1,4 @@
-"""How often each tone occurs in the developed picture."""
+"""Histogram of the tones of the developed picture."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -196,7 +196,7 @@ def picture_settings(recording: Recorded, look: Look) -> Settings:
 
 
 def format_place(view: tuple[float, float]) -> str:
-    """A place in the pupil, in its radii: +0.20, −0.50."""
+    """A point of the pupil in pupil radii, as text: +0.20, −0.50."""
     return f"{view[0]:+.2f}, {view[1]:+.2f}".replace("-", "−")
 
 

@@ -28,14 +28,14 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Plan:
-    """Points (…, 2) in metres; None for what the camera does not have."""
+    """Points (…, 2) in metres; None for parts that the camera does not have."""
 
     place: Points                               # (2,) of the camera
     ahead: Points                               # (2,) its direction; shorter than 1 where it is pitched
     view: Points | None                         # (2, 2, 2): its left and right ray: origins, and points far along
     focus: Points | None                        # (2, 2) where the plane in focus crosses them
     band: Points | None                         # (4, 2) corners of the depth of field
-    ends: tuple[Points, Points] | None          # the camera's place at its two keyframes
+    ends: tuple[Points, Points] | None          # the camera's position at its two keyframes
     distance: float                             # focus distance, mm
 
 
@@ -55,7 +55,7 @@ def plan(settings: Settings) -> Plan:
 
 @lru_cache(maxsize=4)
 def _plan(settings: Settings, lens: Stamp) -> Plan:
-    frame, got = settings.present_place, readings(settings)
+    frame, got = settings.present_pose, readings(settings)
     origin, forward = frame[:3, 3], -frame[:3, 2]
     rays = _outermost(camera(settings)) if settings.kind.bounded else None
     focus = band = None
@@ -86,12 +86,12 @@ def _outermost(of: lb.Camera) -> tuple[Points, Points] | None:
 
 
 def _cut(rays: tuple[Points, Points], origin: Points, forward: Points, distance: float) -> Points:
-    """Where two rays meet the plane at `distance` (mm) before the origin, from above (2, 2); far off for a miss."""
-    starts, ways = rays
+    """Points (2, 2), from above, at which two rays meet the plane `distance` (mm) ahead; far off for a miss."""
+    starts, directions = rays
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = (distance - (starts - origin) @ forward) / (ways @ forward)
+        t = (distance - (starts - origin) @ forward) / (directions @ forward)
     t = np.where((t > 0.0) & (t < AWAY), t, AWAY)
-    return _above(starts + t[:, None] * ways)
+    return _above(starts + t[:, None] * directions)
 
 
 def _above(points: Points) -> Points:

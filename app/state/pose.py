@@ -1,4 +1,4 @@
-"""Moving the camera by hand: orbit, pan and dolly about what is in focus. Lengths in mm, angles in radians."""
+"""Moving the camera by hand: orbit, pan and dolly about the point in focus. Lengths in mm, angles in radians."""
 
 import math
 from dataclasses import replace
@@ -44,7 +44,7 @@ def dollied(settings: Settings, forward: float) -> Settings:
 
 
 def at_home(settings: Settings) -> Settings:
-    """The camera at its first place and direction, without keyframes; lens, film and focus are kept."""
+    """The camera at its default position and direction, without keyframes; lens, film and focus are kept."""
     home = Settings()
     return replace(settings, position=home.position, yaw=home.yaw, pitch=home.pitch, end_position=home.end_position,
                    end_yaw=home.end_yaw, end_pitch=home.end_pitch, moment=home.moment)

@@ -1,4 +1,4 @@
-"""What panels, menus and keys ask of the window."""
+"""Requests of panels, menus and keys to the window."""
 
 from enum import Enum, auto
 

@@ -303,10 +303,10 @@ def figures_that_fit(scale: Scale, width: float, widths: tuple[float, ...], gap:
 
     The stride counts from the anchor, which is always kept.
     """
-    places = [scale.to_unit(value) * width for value, _ in scale.figures]
-    for stride in range(1, len(places) + 1):
-        chosen = range(scale.anchor % stride, len(places), stride) if places else range(0)
-        touching = any(places[b] - places[a] < 0.5 * (widths[a] + widths[b]) + gap
+    positions = [scale.to_unit(value) * width for value, _ in scale.figures]
+    for stride in range(1, len(positions) + 1):
+        chosen = range(scale.anchor % stride, len(positions), stride) if positions else range(0)
+        touching = any(positions[b] - positions[a] < 0.5 * (widths[a] + widths[b]) + gap
                        for a, b in zip(chosen, chosen[1:], strict=False))
         if not touching:
             return tuple(scale.figures[i] for i in chosen)

@@ -46,7 +46,7 @@ class SceneFileError(ValueError):
 
 
 class _ContentError(Exception):
-    """What is wrong, before it is known of which file."""
+    """Fault in the content of a scene file; the caller adds the path."""
 
 
 def find_scene(name_or_path: str) -> lb.Scene:
@@ -102,7 +102,7 @@ def _textures(path: str, stamp: Stamp) -> tuple[Path, ...]:
 
 
 def load_scene(path: str | Path) -> lb.Scene:
-    """Read a scene file (TOML, at most 1 MB); SceneFileError says in one line what is wrong with it."""
+    """Read a scene file (TOML, at most 1 MB); SceneFileError describes the fault in one line."""
     path = Path(path)
     if path.exists() and not path.is_file():
         raise SceneFileError(path, "is not a file")
@@ -218,7 +218,7 @@ _SHAPES: dict[str, Callable[..., Any]] = {"sphere": _sphere, "rectangle": _recta
 
 
 def _motion(t: Table) -> Table:
-    """What is given of velocity, spin and pivot."""
+    """The given ones of velocity, spin and pivot."""
     values: Table = {}
     if "velocity" in t:
         values["velocity"] = _numbers(t, "velocity", 3, _speed)
@@ -312,7 +312,7 @@ def _texture(name: str, folder: Path) -> lb.Image:
 # Values, each with an error that names it
 
 def _within(where: str, make: Callable, *values: Any) -> Any:
-    """make(*values), its error told with where it happened."""
+    """make(*values); `where` precedes the message of its errors."""
     try:
         return make(*values)
     except (_ContentError, lb.SceneError) as error:

@@ -63,7 +63,7 @@ def _of_lens(lens_setup: Setup, wide_open: lb.Lens, settings: Settings) -> Sketc
             focus = lb.focused_distance(lens, lens_setup.film_distance)
         except lb.LensError:
             focus = math.inf
-    places = (
+    points = (
         ("P", fo.front_principal, "Front principal plane"),
         ("P′", lens.length + fo.rear_principal, "Rear principal plane"),
         ("F", fo.ffl, "Front focus"), ("F′", lens.length + fo.bfl, "Rear focus"),
@@ -72,7 +72,7 @@ def _of_lens(lens_setup: Setup, wide_open: lb.Lens, settings: Settings) -> Sketc
     )
     return Sketch(
         lens=lens, fans=fans(lens_setup, focus, settings.follows_lens, settings.has_stop, wide_open.stop.semi_diameter),
-        marks=tuple(Mark(sign, z, meaning) for sign, z, meaning in places if math.isfinite(z)),
+        marks=tuple(Mark(sign, z, meaning) for sign, z, meaning in points if math.isfinite(z)),
         film_z=lens_setup.film_z, film_height=0.5 * lens_setup.film.diagonal, rear_z=lens.length,
         glass_radius=max(s.semi_diameter for s in lens.surfaces),
         near_stop=max(s.semi_diameter for s in lens.surfaces[max(lens.stop_index - 2, 0):lens.stop_index + 3]),

@@ -52,15 +52,15 @@ PART = Interval(0.0, 1.0)
 
 @dataclass(frozen=True)
 class Spec:
-    """What the program knows of one setting.
+    """Declaration of one setting.
 
     words: its name in messages. unit: "mm", "s", …; "°" for a value in radians that people read in degrees.
-    choices: the values that it may have, with their titles where people see them. rule: the range in words, where
-    `bounds` or `choices` alone say it badly. restarts: what a change restarts, PICTURE, MOTION (the picture, where
-    anything moves) or NOTHING. figures: whether lens, film and their figures depend on it, as they do on most that
-    restarts the picture. none: the word for None in
-    a settings file. read, metavar, help: of the command-line option, which is `option` or the field's own name; there
-    is none without `help`. former: an earlier name of the option, which still works.
+    choices: the values that it may have, with their titles where people see them. rule: the range in words, if
+    `bounds` or `choices` alone would be unclear. restarts: what a change restarts, PICTURE, MOTION (the picture, where
+    anything moves) or NOTHING. figures: whether the read-outs of lens and film depend on it, as on most settings
+    that restart the picture. none: the word for None in a settings file. read, metavar, help: of the command-line
+    option, which is `option` or the field's own name; a setting without `help` has no option. former: an earlier name
+    of the option, which still works.
     """
 
     words: str = ""

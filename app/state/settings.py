@@ -75,7 +75,7 @@ LIMITS = {"diagonal": "Diagonal / 1500", "pixel": "One pixel"}
 
 @dataclass(frozen=True)
 class Settings:
-    """What a person set."""
+    """All settings of a user, as one frozen value. Lengths in mm, angles in radians, times in seconds."""
 
     lens: str = setting("pbrt-dgauss-50mm")             # a library name, or a path
     focal_length: float | None = setting(
@@ -214,7 +214,7 @@ class Settings:
 
     @classmethod
     def from_dict(cls, plain: dict[str, Any], say: Callable[[str], object] = lambda text: None) -> "Settings":
-        """Read what to_dict wrote, or a part of it; `say` hears a sentence where names of an earlier version occur.
+        """Read the result of `to_dict`, or a part; `say` receives a sentence if names of an earlier version occur.
 
         SettingsError for a newer version, unknown names or values of a wrong kind, FilmError for an invalid film.
         """
@@ -305,12 +305,12 @@ class Settings:
 
     @property
     def world_from_camera(self) -> np.ndarray:
-        """(4, 4) of the first keyframe, or of the camera that stands still."""
+        """Transform (4, 4) of the first keyframe, or of a camera without keyframes."""
         return _placed(self.position, self.yaw, self.pitch)
 
     @property
     def placement(self) -> "np.ndarray | lb.AnimatedTransform":
-        """Where the camera stands: animated from 0 s to `duration` where it goes while the shutter is open."""
+        """Transform from the camera to the world; animated from 0 s to `duration` for a camera with two keyframes."""
         start = self.world_from_camera
         if self.end_position is None:
             return start
@@ -320,8 +320,8 @@ class Settings:
         return start if np.array_equal(start, end) else lb.AnimatedTransform(start, end, 0.0, self.duration)
 
     @property
-    def present_place(self) -> np.ndarray:
-        """(4, 4) when the shutter opens."""
+    def present_pose(self) -> np.ndarray:
+        """Transform (4, 4) when the shutter opens."""
         place = self.placement
         return place.at(self.moment) if isinstance(place, lb.AnimatedTransform) else place
 
@@ -331,7 +331,7 @@ class Settings:
 
     @property
     def picture(self) -> "Settings":
-        """What the rendered film depends on; everything else is at its default."""
+        """The settings on which the rendered film depends; all others at their defaults."""
         return self._moving_picture if self.view == "time" or self.moves else self._still_picture
 
     @cached_property
@@ -344,12 +344,12 @@ class Settings:
 
     @cached_property
     def optics(self) -> "Settings":
-        """What lens, film and their figures depend on; everything else is at its default."""
+        """The settings on which lens, film and their read-outs depend; all others at their defaults."""
         return self.plain(*NO_FIGURES)
 
     @property
     def aim(self) -> "Settings":
-        """What each place of the picture looks at: `picture` without focus and aperture, a little breathing aside."""
+        """The settings that aim the camera: `picture` without focus and aperture; focus breathing is neglected."""
         return self.picture._aim
 
     @cached_property
@@ -359,7 +359,7 @@ class Settings:
 
     @property
     def sample_view(self) -> str:
-        """What of the samples is shown in place of the light, as the core names it; "" for the picture itself."""
+        """The shown quantity of the samples, by its name in the core; "" for the picture itself."""
         return "" if self.view == "picture" else self.view
 
 

@@ -42,14 +42,15 @@ def read_close(text: str) -> float:
 
 
 def positioned(lens: lb.Lens, arguments: argparse.Namespace) -> lb.Lens:
-    """The lens where the options --zoom and --close put it."""
+    """The lens at the zoom and focus positions of the options --zoom and --close."""
     return lens.at(asked_zoom(lens, arguments.zoom), arguments.close)
 
 
 def stations(lens: lb.Lens) -> list[dict[str, Any]]:
-    """What the lens is at each of its stations; an empty list for a lens that has none.
+    """Figures of the lens at each of its stations; an empty list for a lens without stations.
 
-    in_focus: what its own back focus makes sharp, from the film; stated: what its file says.
+    in_focus: focus distance (mm from the film) at the back focus of the file. stated_efl, stated_distance: as the file
+    states them.
     """
     positions, found = lens.positions, []
     if positions is None:

@@ -1,4 +1,4 @@
-"""A small cache that belongs to one panel: what is drawn in every frame is computed once."""
+"""Cache of one panel, for geometry that is drawn in every frame and computed once."""
 
 from collections.abc import Callable, Hashable
 from typing import Any
@@ -12,7 +12,7 @@ class Memo:
         self._values: dict[Hashable, Any] = {}
 
     def of(self, key: Hashable, make: Callable[[], Any]) -> Any:
-        """The value of this key, made where it is new."""
+        """The value of this key, computed if the key is new."""
         if key in self._values:
             self._values[key] = self._values.pop(key)           # the newest is last
         else:

@@ -1,4 +1,4 @@
-"""The docked panels: their places, and how the settings pass through them."""
+"""The docked panels: their layout, and the passage of the settings through them."""
 
 import math
 import sys
@@ -213,7 +213,7 @@ class Panels:
         stability_panel(self._stability_worker, self._stability_state)
 
     def closed(self) -> None:
-        """The window is about to close: cancel what is measured."""
+        """Cancel the running measurement; the window is about to close."""
         if self._stability_worker is not None:
             self._stability_worker.stop()
 
@@ -232,7 +232,7 @@ def _in_the_dock(name: str) -> bool:
 
 
 def _recover(state: imgui.internal.ErrorRecoveryState) -> None:
-    """End what a panel had begun when its error occurred."""
+    """Close the imgui and implot scopes that a panel left open when its error occurred."""
     if implot.internal.get_current_plot() is not None:
         implot.end_plot()
     io = imgui.get_io()

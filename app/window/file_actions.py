@@ -44,7 +44,7 @@ KINDS = {Request.OPEN_LENS: "lens", Request.OPEN_SCENE: "scene", Request.OPEN_PI
 
 
 class Files:
-    """What the window does with files."""
+    """File actions of the window: open, save and export."""
 
     def __init__(self, state: WindowState, export: ExportDialog):
         self._state, self._export = state, export
@@ -55,7 +55,7 @@ class Files:
         self._prompt.ask(request, QUESTIONS[request])
 
     def answer(self) -> None:
-        """Do what was requested, once the file is known."""
+        """Carry out the request, once its file has been chosen."""
         answer = self._prompt.answer()
         if answer is None:
             return

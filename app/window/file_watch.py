@@ -51,7 +51,7 @@ def is_about(message: str, name: str) -> bool:
 
 
 def forget_derived() -> None:
-    """Clear the caches that are keyed by settings: they hold what was derived from the old content of a file."""
+    """Clear the caches that are keyed by settings: their values come from the old content of a file."""
     for name, module in list(sys.modules.items()):
         if name.startswith(("lensbench.app.state.", "lensbench.app.panels.")):
             for value in list(vars(module).values()):

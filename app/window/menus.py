@@ -15,7 +15,7 @@ from lensbench.lenses import WRITERS
 
 KEYS = (
     ("Click in the picture", "focus there"),
-    ("Drag · wheel", "orbit about what is in focus · dolly"),
+    ("Drag · wheel", "orbit about the point in focus · dolly"),
     ("Shift + drag, right drag", "pan"),
     ("Ctrl + wheel · Ctrl + drag", "zoom the picture · move it"),
     ("F · 1 · Home", "whole picture · 100 % · camera back to its start"),
@@ -167,11 +167,11 @@ def shortcuts(state: WindowState) -> None:
     for chord, overlay in ((KEY.p, "peaking"), (KEY.c, "coc"), (KEY.z, "clipping")):
         if pressed(chord):
             state.edited = replace(state.edited, overlay="none" if state.edited.overlay == overlay else overlay)
-    for chord, way in ((KEY.s, "side"), (KEY.w, "wipe"), (KEY.d, "difference")):
+    for chord, comparison in ((KEY.s, "side"), (KEY.w, "wipe"), (KEY.d, "difference")):
         if pressed(chord) and view.pinned is None:
             view.say(NOTHING_PINNED)
         elif pressed(chord):
-            state.edited = replace(state.edited, compare="off" if state.edited.compare == way else way)
+            state.edited = replace(state.edited, compare="off" if state.edited.compare == comparison else comparison)
     if pressed(KEY.v):
         views = list(VIEWS)
         state.edited = replace(state.edited, view=views[(views.index(state.edited.view) + 1) % len(views)])

@@ -84,7 +84,7 @@ class Session(WindowState):
         self.worker.stop()
 
     def _prepare(self, task: Task[None]) -> None:
-        """Compile what the panels need, after the picture, which comes first."""
+        """Compile the kernels of the panels, after those of the picture."""
         from lensbench.app.workers.warm_panels import prepare
 
         try:
@@ -99,7 +99,7 @@ class Session(WindowState):
         self.files.drop(paths)
 
     def _lay_out(self) -> None:
-        """Put the panels back to their places, for the present size of the window."""
+        """Restore the default layout of the panels, for the present size of the window."""
         size = imgui.get_main_viewport().size
         docking = hello_imgui.get_runner_params().docking_params
         docking.docking_splits = layout(max(size.x, 1.0), max(size.y, 1.0), imgui.get_font_size())
@@ -182,7 +182,7 @@ class Session(WindowState):
             self.files.open(path)
 
     def _reload(self) -> None:
-        """Render anew what has changed on disk; a file that cannot be read keeps its last good content."""
+        """Render again after a change on disk; a file that cannot be read keeps its last good content."""
         present = self.history.present
         changed, problems = self.watch.changed(present, monotonic())
         for problem in problems:

@@ -1,4 +1,4 @@
-"""What the panels, the menus and the file actions of one window share.
+"""State shared by the panels, the menus and the file actions of one window.
 
 Settings and their history, the picture and its view, the background workers, and the requests of panels. `Session`
 adds the life of the window and its frames.
@@ -77,7 +77,7 @@ class WindowState:
                 self.worker.await_set_up()
 
     def keep(self, held: bool) -> None:
-        """Note what the panels of this frame have changed; held: a mouse button or an item is."""
+        """Record the changes of this frame's panels in the history. held: a mouse button or an item is held."""
         if self.edited != self.history.present:
             try:
                 self.edited = self.edited.checked()
@@ -95,7 +95,7 @@ class WindowState:
         return shown
 
     def say_findings(self, settings: Settings) -> None:
-        """Show what the reader of the lens file had to assume."""
+        """Show the assumptions of the reader of the lens file."""
         for finding in design(settings).findings:
             self.view.say(f"{Path(settings.lens).name}: {finding}")
 

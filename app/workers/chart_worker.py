@@ -14,7 +14,7 @@ SECONDS = 0.04                  # for the timings of each model
 
 
 def charted(settings: Settings) -> Settings:
-    """What a chart depends on: everything else is set to its default."""
+    """The settings on which a chart depends; all others at their defaults."""
     return settings.optics.plain("lens_model", "degree", "medium", "limit")
 
 

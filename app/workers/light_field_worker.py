@@ -126,7 +126,7 @@ class LightFieldWorker:
             self._begin(f"Saving {path.name}", lambda task: _save(path, recording), self._take_saved)
 
     def compare(self, field_picture: FieldPicture) -> None:
-        """Render with the camera what a picture of the light field shows."""
+        """Render with the camera the same view as a picture of the light field."""
         self._begin("Rendering with the camera", lambda task: _compared(task, field_picture), self._take_compared)
 
     def find_depth(self) -> None:
@@ -177,7 +177,7 @@ class LightFieldWorker:
         return depth[1] if depth is not None and depth[0] is self.recording else None
 
     def psnr(self, look: Look) -> float | None:
-        """How well (dB) the camera's own picture agrees with this look's; None until it has been rendered."""
+        """PSNR (dB) of this look's picture against the camera's own; None until that has been rendered."""
         compared = self.compared
         if compared is None:
             return None

@@ -10,7 +10,7 @@ Result = TypeVar("Result")
 
 
 class Measurements(Generic[Key, Result]):
-    """What has been measured, and the task that measures. All methods belong to the window's thread.
+    """Results of measurements, and the task that measures. Call all methods from the window's thread.
 
     measure: receives the key and the task, and returns the result. keep_all: results of earlier keys stay.
     lowered: as of `Task`.
@@ -20,7 +20,7 @@ class Measurements(Generic[Key, Result]):
                  keep_all: bool = True, lowered: bool = True):
         self.found: dict[Key, Result] = {}
         self.problems: dict[Key, str] = {}
-        self.declined: Key | None = None        # cancelled by hand: not measured until `again`
+        self.declined: Key | None = None        # cancelled by the user: not measured until `again`
         self.key: Key | None = None             # being measured
         self.task: Task[Result] | None = None
         self._measure, self._wake, self._keep_all, self._lowered = measure, wake, keep_all, lowered
@@ -49,7 +49,7 @@ class Measurements(Generic[Key, Result]):
             self.task.cancel()
 
     def forget(self) -> None:
-        """Drop all results: what they were measured of has changed."""
+        """Drop all results, because their subject has changed."""
         self.give_way()
         self.found, self.problems, self.declined = {}, {}, None
 

@@ -22,7 +22,7 @@ from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import lower_priority, thread_count
 
 PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
-FIRST_SECONDS = 0.15        # for a first pass once begun, so that pictures appear even during a drag
+FIRST_SECONDS = 0.15        # for a first pass once started, so that pictures appear even during a drag
 HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its first picture
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
@@ -40,7 +40,7 @@ class RenderUpdate(NamedTuple):
     depth: NDArray[np.float32] | None = None    # (h, w) mm from the film along the axis, inf for the sky
     choice: Any = None                          # of the automatic model: the Choice
     speeds: tuple[float, float] | None = None   # ns a ray by that model, and by the full trace
-    is_provisional: bool = False                # the choice is of earlier settings: the picture may begin anew
+    is_provisional: bool = False                # the choice is of earlier settings: the picture may restart
     coded: bool = False                         # the image holds codes of the screen, neither exposed nor toned
     field_picture: int = 0                      # of a light field: its number
 
@@ -129,14 +129,14 @@ class RenderWorker:
             return self._generation
 
     def again(self) -> None:
-        """Begin the same picture anew."""
+        """Restart the same picture."""
         with self._change:
             self._generation += 1
             self._started = perf_counter()
             self._change.notify_all()
 
     def reload(self, settings: Settings) -> None:
-        """Render these settings anew, for a file that they name has changed."""
+        """Render these settings again, because a file that they name has changed."""
         with self._change:
             self._settings, self._target = settings, settings.samples
             self._reloaded = True
@@ -236,7 +236,7 @@ class RenderWorker:
         return self._task.cancelled
 
     def _note(self, **changed: Any) -> None:
-        """Change some of what the threads wait for, and wake them."""
+        """Change state that the threads wait for, and wake them."""
         with self._change:
             vars(self).update(changed)
             self._change.notify_all()
@@ -321,7 +321,7 @@ class RenderWorker:
                                      light_tracing=job.light_tracing and job.settings.light_tracing)
 
     def _choose(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
-        """Choose the automatic model; if it is another than that of the first pass, begin anew with it."""
+        """Choose the automatic model; restart with it if it differs from that of the first pass."""
         self._choosing = passes.submit(choose, job.settings, job.automatic, job.scene, self._chosen)
         if not self._finished(self._choosing, wanted):
             return
@@ -343,7 +343,7 @@ class RenderWorker:
                 "speeds": self._speeds.get(self._timed(job)), "is_provisional": job.automatic is not None}
 
     def _timed(self, job: _Job) -> tuple:
-        """What the speed of the job's camera depends on."""
+        """Key of the settings on which the speed of the job's camera depends."""
         return job.settings.lens, job.settings.zoom, job.camera.model, job.camera.degree
 
     def _timing_due(self, job: _Job) -> bool:
@@ -351,7 +351,7 @@ class RenderWorker:
                 and self._timed(job) not in self._speeds)
 
     def _time(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
-        """Measure what the chosen model saves."""
+        """Measure the time that the chosen model saves."""
         assert self._chosen is not None
         choice = self._chosen.choice
         timing = passes.submit(lambda: (choice.ns_per_ray, choice.trace_ns_per_ray))
@@ -363,8 +363,8 @@ class RenderWorker:
 
     def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
         """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""
-        begun = perf_counter()
-        patience = begun + FIRST_SECONDS if job.rendering.samples == 0 else begun
+        start = perf_counter()
+        patience = start + FIRST_SECONDS if job.rendering.samples == 0 else start
 
         def wanted() -> bool:
             return not self._stopped and (job.generation == self._generation or perf_counter() < patience)
@@ -391,11 +391,11 @@ class RenderWorker:
         added = passes.submit(job.rendering.add, count, pool, wanted)
         if not self._finished(added, wanted) or not added.result():
             return
-        seconds = perf_counter() - begun
+        seconds = perf_counter() - start
         image = job.rendering.image()
         pixels = image.shape[0] * image.shape[1]
         rate = pixels * count / max(seconds, 1e-9)
-        job.seconds += perf_counter() - begun
+        job.seconds += perf_counter() - start
         job.rate = rate if job.rate == 0.0 else 0.7 * job.rate + 0.3 * rate
         job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
         if wanted() or job.rendering.samples == count:

@@ -18,7 +18,7 @@ def prepare(settings: Settings) -> None:
         got = readings(settings)
         sketch(settings)
         curves(settings.optics, *plot_range(settings, got)[:2])
-        stand = setup(settings)
-        box_samples(stand.lens, stand.film_distance, 0.0)
+        built = setup(settings)
+        box_samples(built.lens, built.film_distance, 0.0)
     except (ValueError, OSError):
         return

@@ -1,6 +1,6 @@
 """The left column: lists of lens, scene, film and camera, the dials, and buttons with popups.
 
-Every control returns changed settings, limited to what the lens can do.
+Every control returns changed settings, within the range of the lens.
 """
 
 import math

@@ -57,15 +57,15 @@ def _focus(settings: Settings) -> Settings:
         zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)
     distance = dial("Focus distance", settings.focus_distance,
                     scales.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
-                    "Distance s from the film to what is in focus; the amber zone is the depth of field"
+                    "Distance s from the film to the plane in focus; the amber zone is the depth of field"
                     if settings.focuses else
-                    "Distance s from the film to what the lens would be focused on: it sets the film distance,\n"
+                    "Distance s from the film to the plane that the lens would focus on: it sets the film distance,\n"
                     "and everything is sharp", zone)
     return replace(settings, focus_distance=distance)
 
 
 def _aperture(settings: Settings) -> Settings:
-    """The f-number of a lens, wide open at the end of the dial, or of an ideal lens."""
+    """The f-number of a lens or of an ideal lens; at its widest, the setting of a lens becomes None, wide open."""
     widest = readings(settings).widest_f_number or 1.0
     shown = settings.f_number if settings.f_number is not None else widest
     f_number = dial("Aperture", shown, scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
@@ -83,17 +83,17 @@ def _lens_view(settings: Settings) -> Settings:
     tip = "Field of view along the shorter side: turns the zoom, and beyond its longest end uses less of the film" \
         if zooming else "Field of view along the shorter side: a smaller one uses less of the film"
     fov = field_of_view(settings)
-    turned = dial("Field of view", fov, scales.fov_scale(narrow, wide, wide), tip)
-    if turned == fov:
+    fov_set = dial("Field of view", fov, scales.fov_scale(narrow, wide, wide), tip)
+    if fov_set == fov:
         return settings
-    settings = with_field_of_view(settings, turned)
+    settings = with_field_of_view(settings, fov_set)
     return constrained(settings) if zooming else settings       # of another focal length
 
 
 def _perspective_view(settings: Settings) -> Settings:
-    turned = dial("Field of view", settings.fov, scales.fov_scale(*PERSPECTIVE_FOV, DEFAULT.fov),
+    fov_set = dial("Field of view", settings.fov, scales.fov_scale(*PERSPECTIVE_FOV, DEFAULT.fov),
                   "Field of view, along the side of the film that is chosen above")
-    return settings if turned == settings.fov else constrained(with_field_of_view(settings, turned))
+    return settings if fov_set == settings.fov else constrained(with_field_of_view(settings, fov_set))
 
 
 def _fisheye_view(settings: Settings) -> Settings:

@@ -64,12 +64,12 @@ def _keyframes(settings: Settings) -> Settings:
         if imgui.button("Move the camera", ImVec2(-1.0, 0.0)):
             settings = replace(settings, end_position=settings.position, end_yaw=settings.yaw,
                                end_pitch=settings.pitch, moment=settings.duration)
-        imgui.set_item_tooltip("Make the camera's place the first of two keyframes. The scrub bar then stands at the "
+        imgui.set_item_tooltip("Make the camera's pose the first of two keyframes. The scrub bar then moves to the "
                                "second:\nmove the camera in the picture to where it shall end")
         return settings
     if imgui.button("Stand still", ImVec2(-1.0, 0.0)):
         plain = Settings()
         settings = replace(settings, end_position=None, end_yaw=plain.end_yaw, end_pitch=plain.end_pitch,
                            moment=plain.moment)
-    imgui.set_item_tooltip("Forget the second keyframe: the camera stands at the first")
+    imgui.set_item_tooltip("Remove the second keyframe: the camera stays at the first")
     return settings

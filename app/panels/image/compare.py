@@ -1,6 +1,6 @@
 """The picture A beside the present one, B: plates that tell them apart, the wipe's line, the difference's scale.
 
-Their colours do not follow the theme, for the pictures below do not either.
+Their colours do not follow the theme, because the pictures below do not.
 """
 
 from dataclasses import fields, replace
@@ -74,7 +74,7 @@ def differences(a: Settings, b: Settings) -> tuple[str, str]:
               and getattr(a, f.name) != getattr(b, f.name)]
     first, second = (", ".join([tell(settings) for tell in chosen] + [_plainly(name, settings) for name in others])
                      for settings in (a, b))
-    if not chosen and not others and not np.array_equal(a.present_place, b.present_place):
+    if not chosen and not others and not np.array_equal(a.present_pose, b.present_pose):
         first, second = "another place", "here"
     return first or "the same settings", second or "the same settings"
 

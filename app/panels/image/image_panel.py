@@ -1,7 +1,7 @@
 """The picture with its tools: focus by a click, orbit, pan and dolly by the mouse, and the overlays.
 
-The panel gets the picture as a texture's name and returns the settings that a
-hand has made of it. A raster point (x, y) is in pixels of the picture, (0, 0)
+The panel gets the picture as the name of a texture and returns the settings
+after the user's changes. A raster point (x, y) is in pixels of the picture, (0, 0)
 its top left corner.
 """
 
@@ -32,7 +32,7 @@ from lensbench.app.widgets import theme
 fa = icons_fontawesome_6
 CLICK = 4.0                     # pixels at a scale of 1: a press that moves farther is a drag
 TURN = math.radians(0.25)       # of an orbit, per such pixel
-DOLLY = 0.06                    # of the way to the pivot, per click of the wheel
+DOLLY = 0.06                    # of the distance to the pivot, per click of the wheel
 ZOOMS = (0.1, 16.0)
 SLOW = 0.5                      # seconds without a picture, after which a note appears
 
@@ -52,7 +52,7 @@ def image_panel(settings: Settings, picture: Picture, view: View) -> Settings:
 
 
 def _ground(draw: imgui.ImDrawList, covered: tuple[float, float, float, float] | None) -> None:
-    """Fill the window around the picture alone: a processor that draws would fill the rest in vain."""
+    """Fill the window only around the picture: software rendering would waste time on the covered part."""
     corner, size = imgui.get_window_pos(), imgui.get_window_size()
     end = ImVec2(corner.x + size.x, corner.y + size.y)
     left, top, right, bottom = covered if covered is not None else (end.x, end.y, end.x, end.y)
@@ -96,7 +96,7 @@ def _frame(size: tuple[int, int], view: View, corner: ImVec2, room: ImVec2) -> t
 
 
 def _pinned_alone(picture: Picture, settings: Settings, view: View, corner: ImVec2, room: ImVec2) -> None:
-    """A, at the left of the present picture."""
+    """The pinned picture A, to the left of the present picture."""
     assert picture.pinned is not None
     pixel, draw = theme.scale(), imgui.get_window_draw_list()
     _, upper, lower = _frame(picture.pinned.size, view, corner, room)
@@ -119,7 +119,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
         _progress(picture, corner, room)
         return settings
 
-    # Its place
+    # Position of the picture
     width, height = picture.size
     view.scale, upper, lower = _frame(picture.size, view, corner, room)
     extent = ImVec2(max(lower.x - upper.x, 1.0), max(lower.y - upper.y, 1.0))
@@ -174,33 +174,33 @@ def _say_below(draw: imgui.ImDrawList, corner: ImVec2, text: str) -> None:
     """A note above the picture's lower left corner."""
     if text:
         theme.small()
-        place = ImVec2(corner.x + 14.0 * theme.scale(),
+        at = ImVec2(corner.x + 14.0 * theme.scale(),
                        corner.y - 12.0 * theme.scale() - imgui.get_text_line_height())
-        draw_note(draw, place, text)
+        draw_note(draw, at, text)
         imgui.pop_font()
 
 
 def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, lower: ImVec2,
               panel: tuple[ImVec2, ImVec2]) -> Settings:
-    """A over the left part of the present picture, for a wipe; and the plates of both."""
+    """Draw the comparison with the pinned picture A: the wiped part, or a note; and the plates of both."""
     pinned, (corner, room), pixel = picture.pinned, panel, theme.scale()
     own = picture.recorded or settings
     assert pinned is not None
-    draw, way = imgui.get_window_draw_list(), settings.compare
+    draw, comparison = imgui.get_window_draw_list(), settings.compare
     end = ImVec2(corner.x + room.x, corner.y + room.y)
-    if way == "wipe":
+    if comparison == "wipe":
         _, left, right = _frame(pinned.size, view, corner, room)
         line = upper.x + settings.wipe * (lower.x - upper.x)
         draw.add_rect_filled(corner, ImVec2(line, end.y), theme.packed(theme.colours().ground))
         draw_pinned(draw, pinned, left, right, (corner, ImVec2(line, end.y)))
         settings = wiped(settings, upper, lower, corner, room)
-    elif way == "difference" and picture.difference is None:
+    elif comparison == "difference" and picture.difference is None:
         _say_below(draw, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)),
                    f"A has {pinned.size[0]} × {pinned.size[1]} pixels: a difference needs the same number")
     top = max(upper.y, corner.y) + 10.0 * pixel
     a = ImVec2(max(upper.x, corner.x) + 14.0 * pixel, top)
     b = ImVec2(min(lower.x, end.x) - 14.0 * pixel, top)
-    if way == "side":
+    if comparison == "side":
         draw_plate(draw, "B", own, pinned.settings, picture.samples, a)
     else:
         draw_plate(draw, "A", pinned.settings, own, pinned.samples, a)
@@ -219,9 +219,9 @@ def _handled(settings: Settings, picture: Picture, view: View, at: tuple[float, 
     # Drags
     if imgui.is_item_active() and (io.mouse_delta.x or io.mouse_delta.y):
         held = next((b for b in (button.left, button.right, button.middle) if imgui.is_mouse_down(b)), button.left)
-        begun = view.dragged
-        view.dragged = begun or imgui.is_mouse_dragging(held, CLICK * pixel)
-        moved = imgui.get_mouse_drag_delta(held, 0.0) if view.dragged and not begun else io.mouse_delta
+        was_dragged = view.dragged
+        view.dragged = was_dragged or imgui.is_mouse_dragging(held, CLICK * pixel)
+        moved = imgui.get_mouse_drag_delta(held, 0.0) if view.dragged and not was_dragged else io.mouse_delta
         if view.dragged and io.key_ctrl:
             view.zoom = view.zoom or view.scale
             view.centre = (_unit(view.centre[0] - moved.x / extent.x), _unit(view.centre[1] - moved.y / extent.y))
@@ -259,7 +259,7 @@ def _zoom(view: View, at: tuple[float, float], factor: float) -> None:
 
 
 def _length_per_pixel(settings: Settings, extent: ImVec2) -> float:
-    """Mm in the plane of the pivot for a pixel of the screen."""
+    """Length (mm) in the plane of the pivot per pixel of the screen."""
     view = readings(settings).fov_horizontal or 0.7
     return 2.0 * pivot_distance(settings) * math.tan(0.5 * view) / max(extent.x, 1.0)
 
@@ -283,11 +283,11 @@ def _focused(settings: Settings, picture: Picture, view: View) -> Settings:
     return replace(settings, focus_distance=distance)
 
 
-# Messages over it
+# Messages over the picture
 
 
 def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
-    """A note that a picture is being prepared, if that takes longer than a moment."""
+    """A note that a picture is being prepared, after a short wait."""
     if picture.waiting < (0.15 if picture.first else SLOW):
         return
     pixel, colour, draw = theme.scale(), theme.colours(), imgui.get_window_draw_list()

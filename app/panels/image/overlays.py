@@ -1,6 +1,6 @@
-"""What is drawn over the picture: where it was focused, its histogram, and what false colours mean.
+"""Overlays of the picture: the focused point, the histogram, and legends of false colours.
 
-Their colours do not follow the theme, for the picture below does not either.
+Their colours do not follow the theme, because the picture below does not.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ from lensbench.app.widgets import theme
 
 
 def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
-    """Four corners around the focused place, and its distance."""
+    """Four corners around the focused point, and its distance."""
     pixel = theme.scale()
     half, leg = round(16.0 * pixel), round(7.0 * pixel)
     amber, shade = theme.DARK.amber, (0.0, 0.0, 0.0, 0.45)

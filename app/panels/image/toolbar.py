@@ -44,7 +44,7 @@ def _size_tools(view: View) -> None:
 def _looking_tools(settings: Settings, view: View) -> Settings:
     """Click to focus, overlays, histogram, views, comparison; returns the settings as chosen."""
     if _tool(fa.ICON_FA_CROSSHAIRS + "###Focus pick", "Click in the picture to focus there\n\n"
-             "Drag to orbit about what is in focus, Shift or right drag to pan, wheel to dolly", view.focus_pick):
+             "Drag to orbit about the point in focus, Shift or right drag to pan, wheel to dolly", view.focus_pick):
         view.focus_pick = not view.focus_pick
     for icon, key, name, tooltip in (
             (fa.ICON_FA_HIGHLIGHTER, "peaking", "Focus peaking", "Focus peaking: edges in focus are amber (P)"),
@@ -76,7 +76,7 @@ def _render_tools(picture: Picture, view: View) -> None:
     if _tool((fa.ICON_FA_PLAY if picture.paused else fa.ICON_FA_PAUSE) + "###Pause",
              "Go on rendering (Space)" if picture.paused else "Pause the render (Space)", picture.paused):
         view.requests.add(Request.PAUSE)
-    if _tool(fa.ICON_FA_ROTATE_LEFT + "###Restart", "Begin the render anew (R)", False):
+    if _tool(fa.ICON_FA_ROTATE_LEFT + "###Restart", "Restart the render (R)", False):
         view.requests.add(Request.RESTART)
     if _tool(fa.ICON_FA_CAMERA + "###Screenshot", "Save the picture as it is now, with its settings (Ctrl + S)", False):
         view.requests.add(Request.SAVE_RENDER)

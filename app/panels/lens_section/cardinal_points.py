@@ -14,17 +14,17 @@ from lensbench.app.widgets import theme
 def draw_marks(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
     """Strokes on the axis at the cardinal points; those under the glass are named in one row below it."""
     colour, pixel = theme.colours(), theme.scale()
-    axis = canvas.place(0.0, 0.0).y
+    axis = canvas.at(0.0, 0.0).y
     line = imgui.get_text_line_height()
-    row = canvas.place(0.0, -max(sketch.glass_radius, 1.12 * (sketch.open_radius or 0.0))).y + 9.0 * pixel
+    row = canvas.at(0.0, -max(sketch.glass_radius, 1.12 * (sketch.open_radius or 0.0))).y + 9.0 * pixel
     row = floor(min(row, canvas.y + canvas.height - line - pixel))
-    shown = [(mark, canvas.place(mark.z, 0.0).x) for mark in sorted(sketch.marks, key=lambda m: m.z)]
+    shown = [(mark, canvas.at(mark.z, 0.0).x) for mark in sorted(sketch.marks, key=lambda m: m.z)]
     shown = [(mark, x) for mark, x in shown if canvas.x + 6.0 * pixel < x < canvas.x + canvas.width - 6.0 * pixel]
-    first, last = canvas.place(0.0, 0.0).x, canvas.place(sketch.rear_z, 0.0).x
+    first, last = canvas.at(0.0, 0.0).x, canvas.at(sketch.rear_z, 0.0).x
     for _, x in shown:
         draw.add_rect_filled(ImVec2(floor(x) - pixel, axis - 5.0 * pixel), ImVec2(floor(x) + pixel, axis + 5.0 * pixel),
                              theme.packed(colour.strong, 0.9))
-    names, film = theme.packed(colour.text), canvas.place(sketch.film_z, 0.0).x
+    names, film = theme.packed(colour.text), canvas.at(sketch.film_z, 0.0).x
     under = []
     for mark, x in shown:
         if first - line < x < last + line:

@@ -25,7 +25,7 @@ OPEN = imgui.ImDrawFlags_.none
 
 @dataclass(frozen=True)
 class Canvas:
-    """Where a section is drawn: corner and size of its panel (pixels), and the view."""
+    """Drawing area of a section: corner and size of its panel (pixels), and the view."""
 
     x: float
     y: float
@@ -39,12 +39,12 @@ class Canvas:
         """Upper left."""
         return ImVec2(self.x, self.y)
 
-    def place(self, z: float, y: float) -> ImVec2:
-        """A point of the lens frame on the screen."""
+    def at(self, z: float, y: float) -> ImVec2:
+        """Screen position of a point (z, y) of the lens frame."""
         return self.view.to_screen(self.corner, z, y)
 
-    def places(self, points: np.ndarray) -> list[ImVec2]:
-        """Points (n, 2) of (z, y) on the screen, bounded so that a far zoom stays drawable."""
+    def points(self, points: np.ndarray) -> list[ImVec2]:
+        """Screen positions of points (n, 2), z and y, clipped so that a strong zoom remains drawable."""
         xy = self.pixels(points)
         return [ImVec2(x, y) for x, y in xy.tolist()]
 
@@ -57,7 +57,7 @@ class Canvas:
 def _glass(lens: lb.Lens, canvas: Canvas) -> list[tuple[lb.Glass, list[list[ImVec2]], list[ImVec2]]]:
     """Each element's glass, its strips and its outline, in pixels."""
     return canvas.memo.of((lens, canvas), lambda: [
-        (e.glass, [canvas.places(strip) for strip in e.strips], canvas.places(e.outline)) for e in elements(lens)])
+        (e.glass, [canvas.points(strip) for strip in e.strips], canvas.points(e.outline)) for e in elements(lens)])
 
 
 def _paths(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
@@ -72,7 +72,7 @@ def _paths_in_pixels(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
         if len(path) > 1 and path[0][0] < left < path[1][0]:
             t = (left - path[0][0]) / (path[1][0] - path[0][0])
             path = np.vstack([path[0] + t * (path[1] - path[0]), path[1:]])
-        found.append(canvas.places(path))
+        found.append(canvas.points(path))
     return found
 
 
@@ -85,7 +85,7 @@ def field_colours() -> tuple[tuple[theme.Colour, theme.Colour], ...]:
 def draw_axis(draw: imgui.ImDrawList, canvas: Canvas) -> None:
     """A chain line along the axis."""
     colour, pixel = theme.packed(theme.colours().faint, 0.8), theme.scale()
-    x, y = canvas.x, floor(canvas.place(0.0, 0.0).y)
+    x, y = canvas.x, floor(canvas.at(0.0, 0.0).y)
     while x < canvas.x + canvas.width:
         for length, gap in ((8.0, 3.0), (1.5, 3.0)):
             draw.add_line(ImVec2(x, y + 0.5), ImVec2(x + length * pixel, y + 0.5), colour, pixel)
@@ -114,11 +114,11 @@ def draw_outlines(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> Non
             draw.add_polyline(outline, line, 1.2 * pixel, imgui.ImDrawFlags_.closed)
         return
     line = theme.packed(colour.glass_outline)
-    tops = [canvas.place(0.0, sign * sketch.glass_radius) for sign in (1.0, -1.0)]
+    tops = [canvas.at(0.0, sign * sketch.glass_radius) for sign in (1.0, -1.0)]
     draw.add_line(*tops, line, 1.4 * pixel)
-    for top, way in zip(tops, (1.0, -1.0), strict=True):
+    for top, down in zip(tops, (1.0, -1.0), strict=True):
         for side in (-1.0, 1.0):
-            draw.add_line(top, ImVec2(top.x + 4.0 * side * pixel, top.y + 5.0 * way * pixel), line, 1.4 * pixel)
+            draw.add_line(top, ImVec2(top.x + 4.0 * side * pixel, top.y + 5.0 * down * pixel), line, 1.4 * pixel)
 
 
 def draw_rays(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, dead: bool) -> None:
@@ -156,14 +156,14 @@ def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> None:
         return
     colour, pixel = theme.packed(theme.colours().strong), theme.scale()
     outer = max(1.12 * (sketch.open_radius or sketch.stop_radius), 1.08 * sketch.near_stop)
-    x = floor(canvas.place(sketch.stop_z, 0.0).x)
+    x = floor(canvas.at(sketch.stop_z, 0.0).x)
     ring = 4.0 * pixel
     for sign in (1.0, -1.0):
-        edge, end = canvas.place(0.0, sign * sketch.stop_radius).y, canvas.place(0.0, sign * outer).y
+        edge, end = canvas.at(0.0, sign * sketch.stop_radius).y, canvas.at(0.0, sign * outer).y
         start = edge - sign * ring
         draw.add_rect_filled(ImVec2(x - pixel, min(start, end)), ImVec2(x + pixel, max(start, end)), colour)
     if sketch.lens is not None:
-        text, top = "Stop", canvas.place(0.0, outer).y
+        text, top = "Stop", canvas.at(0.0, outer).y
         size = imgui.calc_text_size(text)
         y = max(top - size.y - pixel, canvas.y)
         draw.add_text(ImVec2(floor(x - 0.5 * size.x), floor(y)), theme.packed(theme.colours().text), text)
@@ -175,7 +175,7 @@ def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, li
         return
     colour, pixel = theme.colours(), theme.scale()
     for sign in (1.0, -1.0):
-        at = canvas.place(sketch.stop_z, sign * sketch.stop_radius)
+        at = canvas.at(sketch.stop_z, sign * sketch.stop_radius)
         at = ImVec2(floor(at.x), at.y)
         draw.add_circle_filled(at, 3.5 * pixel, theme.packed(colour.amber if lit else colour.well))
         draw.add_circle(at, 3.5 * pixel, theme.packed(colour.amber), 0, 1.6 * pixel)
@@ -184,8 +184,8 @@ def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, li
 def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool, movable: bool) -> None:
     """The film with its handle below, and the names of the fields beside their images."""
     colour, pixel = theme.colours(), theme.scale()
-    x = floor(canvas.place(sketch.film_z, 0.0).x)
-    top, bottom = canvas.place(0.0, sketch.film_height).y, canvas.place(0.0, -sketch.film_height).y
+    x = floor(canvas.at(sketch.film_z, 0.0).x)
+    top, bottom = canvas.at(0.0, sketch.film_height).y, canvas.at(0.0, -sketch.film_height).y
     draw.add_rect_filled(ImVec2(x - pixel, top), ImVec2(x + 1.5 * pixel, bottom), theme.packed(colour.strong))
     line = imgui.get_text_line_height()
     if movable:
@@ -211,7 +211,7 @@ def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool,
         draw.add_text(ImVec2(floor(left), floor(y)), theme.packed(tint), name)
 
     for fan, (_, text) in sorted(zip(sketch.fans, field_colours(), strict=True), key=lambda pair: -pair[0].height):
-        y = canvas.place(0.0, fan.height).y - (0.5 * line if fan.height else 1.0 * line)
+        y = canvas.at(0.0, fan.height).y - (0.5 * line if fan.height else 1.0 * line)
         y = max(y, free)
         free = y + line
         name = f"{fan.name}, dark" if fan.dark else fan.name
@@ -224,16 +224,16 @@ def film_handle(sketch: Sketch, canvas: Canvas) -> tuple[ImVec2, ImVec2]:
     """Corner and size of the film's handle: at the film's lower end, or at the panel's edge if that lies outside."""
     pixel = theme.scale()
     size = ImVec2(9.0 * pixel, 12.0 * pixel)
-    x = floor(canvas.place(sketch.film_z, 0.0).x)
-    y = min(canvas.place(0.0, -sketch.film_height).y, canvas.y + canvas.height - size.y - pixel)
+    x = floor(canvas.at(sketch.film_z, 0.0).x)
+    y = min(canvas.at(0.0, -sketch.film_height).y, canvas.y + canvas.height - size.y - pixel)
     return ImVec2(x - floor(0.5 * size.x), floor(max(y - 2.0 * pixel, canvas.y))), size
 
 
 def draw_region(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, low: float, high: float, height: float) -> None:
     """The extent of the exit-pupil region of a film point on the rear plane, with its cone of light."""
     colour, pixel = theme.packed(theme.colours().strong), theme.scale()
-    film, faint = canvas.place(sketch.film_z, height), theme.packed(theme.colours().text, 0.5)
-    ends = [canvas.place(sketch.rear_z, y) for y in (high, low)]
+    film, faint = canvas.at(sketch.film_z, height), theme.packed(theme.colours().text, 0.5)
+    ends = [canvas.at(sketch.rear_z, y) for y in (high, low)]
     for end in ends:
         _dashed(draw, end, film, faint)
         draw.add_line(ImVec2(end.x - 4.0 * pixel, end.y), ImVec2(end.x + 4.0 * pixel, end.y), colour, 1.5 * pixel)
@@ -257,7 +257,7 @@ def draw_scale_bar(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> No
     width = length * canvas.view.scale
     text = f"{length:g} mm" if length < 1000.0 else f"{length / 1000.0:g} m"
     right, y = floor(canvas.x + canvas.width - 14.0 * pixel), floor(canvas.y + canvas.height - 9.0 * pixel)
-    film, lowest = canvas.place(sketch.film_z, -sketch.film_height)
+    film, lowest = canvas.at(sketch.film_z, -sketch.film_height)
     name = imgui.calc_text_size("Film").x + 16.0 * pixel
     if lowest > y - 3.0 * imgui.get_text_line_height() and film - name < right and film + name > right - width:
         right = floor(film - name - 6.0 * pixel)

@@ -32,20 +32,19 @@ ONE_OF_TWO = "Section y–z, up the picture"
 
 @dataclass
 class SectionState:
-    """What the panel keeps between frames: its view, and the handle that is dragged."""
+    """State of the panel between frames: its view, and the dragged handle."""
 
     view: View | None = None
     fitted_to: tuple = ()
-    film_z: float = 0.0             # of the frame before
+    film_z: float = 0.0             # of the previous frame
     dead_rays: bool = True
     held: float = 0.0               # stop radius or film z (mm) under the mouse while a handle is dragged
     mouse: float = 0.0
     memo: Memo = field(default_factory=lambda: Memo(16))   # glass and rays in pixels
 
 
-
 def lens_section_panel(settings: Settings, state: SectionState, film_radius: float | None = None) -> Settings:
-    """Draw the section in what is left of the window; settings, changed by a drag of the stop or the film.
+    """Draw the section in the rest of the window; returns the settings, changed by a drag of the stop or the film.
 
     film_radius: of the film point (mm) whose exit-pupil region is marked on the rear plane.
     """
@@ -70,11 +69,11 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
     canvas = _looked_around(canvas, state)
     hovered = imgui.is_item_hovered()
 
-    # The handles, over the canvas; then the drawing, that shows what they did in the next frame
+    # The handles, over the canvas; then the drawing, which shows their effect in the next frame
     changed, stop_lit, film_lit = settings, False, False
     if stop_handle is not None:
         for name, at in (("Stop edge", stop_handle), ("Stop edge, lower", ImVec2(
-                stop_handle.x, 2.0 * canvas.place(0.0, 0.0).y - stop_handle.y))):
+                stop_handle.x, 2.0 * canvas.at(0.0, 0.0).y - stop_handle.y))):
             half = 7.0 * theme.scale()
             imgui.set_cursor_screen_pos(ImVec2(at.x - half, at.y - half))
             imgui.invisible_button(name, ImVec2(2.0 * half, 2.0 * half))
@@ -132,7 +131,7 @@ def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> 
 
 
 def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2, state: SectionState) -> Canvas:
-    """The view kept, or fitted anew where lens, film or panel are others than before, or focusing took the film out."""
+    """The kept view; fitted again if lens, film or panel has changed, or if focusing has moved the film out of view."""
     line = imgui.get_text_line_height()
     key = (settings.lens, settings.focal_length, settings.camera, settings.film_width,
            settings.film_height, size.x, size.y)
@@ -149,7 +148,7 @@ def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2, sta
 
 
 def _looked_around(canvas: Canvas, state: SectionState) -> Canvas:
-    """Wheel, drag and double click on the canvas item."""
+    """The canvas after wheel, drag and double click on its item."""
     io, mouse = imgui.get_io(), imgui.get_mouse_pos()
     assert state.view is not None
     if imgui.is_item_hovered():
@@ -164,15 +163,15 @@ def _looked_around(canvas: Canvas, state: SectionState) -> Canvas:
 
 
 def _handles(shown: Sketch, canvas: Canvas) -> tuple[ImVec2 | None, tuple[ImVec2, ImVec2] | None]:
-    """Places of the handles of the stop's upper edge and of the film; None for what cannot be dragged."""
-    stop = canvas.place(shown.stop_z, shown.stop_radius) if shown.stop_radius else None
+    """Screen positions of the handles of the stop's upper edge and of the film; None if it cannot be dragged."""
+    stop = canvas.at(shown.stop_z, shown.stop_radius) if shown.stop_radius else None
     if shown.lens is None or not math.isfinite(lb.first_order(shown.lens).efl):
         return stop, None
     return stop, drawing.film_handle(shown, canvas)
 
 
 def _pull(value: float, along: float, scale: float, state: SectionState) -> float:
-    """The dragged value (mm) after this frame's way of the mouse along an axis (pixels)."""
+    """The dragged value (mm) after the mouse has moved to `along` on an axis (pixels); scale: pixels per mm."""
     if imgui.is_item_activated():
         state.held, state.mouse = value, along
     step = (along - state.mouse) / scale * (FINE if imgui.get_io().key_shift else 1.0)
@@ -182,18 +181,18 @@ def _pull(value: float, along: float, scale: float, state: SectionState) -> floa
 
 
 def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float, state: SectionState) -> Settings:
-    """The item just submitted is an edge of the stop: its height is the stop's radius."""
+    """Settings after a drag of the item just submitted, an edge of the stop. side: 1 upper edge, −1 lower edge."""
     assert shown.stop_radius is not None
     if imgui.is_item_hovered() or imgui.is_item_active():
         imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ns)
-        _tell("Aperture stop: drag to change the f-number", format_f_number(readings(settings).f_number or 0.0))
+        _tooltip("Aperture stop: drag to change the f-number", format_f_number(readings(settings).f_number or 0.0))
     if not imgui.is_item_active():
         return settings
     before = state.mouse
     radius = _pull(shown.stop_radius, -side * imgui.get_mouse_pos().y, canvas.view.scale, state)
     if imgui.is_item_activated() or state.mouse == before:
         return settings
-    if shown.lens is None or shown.open_radius is None:     # the perspective camera's, as wide as f/0.5
+    if shown.lens is None or shown.open_radius is None:     # perspective camera: opens to f/0.5
         open_radius, widest = shown.film_z, 0.5
     else:
         open_radius, widest = shown.open_radius, lb.first_order(design(settings)).f_number
@@ -202,16 +201,16 @@ def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float
 
 
 def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas, state: SectionState) -> Settings:
-    """The item just submitted is the film: its place decides what is in focus."""
+    """Settings after a drag of the item just submitted, the film: its position determines the focus distance."""
     assert shown.lens is not None
     if imgui.is_item_hovered() or imgui.is_item_active():
         imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
-        _tell("Film plane: drag to focus", f"{format_distance(settings.focus_distance)} in focus, "
+        _tooltip("Film plane: drag to focus", f"{format_distance(settings.focus_distance)} in focus, "
                                            f"film {shown.film_z - shown.rear_z:.2f} mm behind the lens")
     if not imgui.is_item_active():
         return settings
     before = state.mouse
-    # Focus groups move in place of the film: it is drawn to where it would focus the lens as a whole, paraxially
+    # The film of a lens with focus groups is fixed: convert the drag to a focus of the lens as a whole, paraxially
     whole = replace(shown.lens.at(close=0.0), positions=None)
     try:
         nearest = max(lb.nearest_focus(shown.lens), lb.nearest_focus(whole))
@@ -226,7 +225,7 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas, state: Sect
     return replace(settings, focus_distance=focus)
 
 
-def _tell(what: str, value: str) -> None:
+def _tooltip(what: str, value: str) -> None:
     if imgui.begin_tooltip():
         imgui.text_unformatted(what)
         imgui.text_disabled(value)
@@ -234,7 +233,7 @@ def _tell(what: str, value: str) -> None:
 
 
 def _dead_ray_toggle(corner: ImVec2, size: ImVec2, state: SectionState) -> bool:
-    """A small switch in the upper left corner, where the fewest rays run; whether the mouse is over it."""
+    """Draw a small switch in the upper left corner, where the fewest rays run; returns whether the mouse is over it."""
     colour = theme.colours()
     icon = icons_fontawesome_6.ICON_FA_EYE if state.dead_rays else icons_fontawesome_6.ICON_FA_EYE_SLASH
     text = f"{icon}  Dead rays"
@@ -257,9 +256,9 @@ def _explain(shown: Sketch, canvas: Canvas, state: SectionState) -> None:
     mouse, pixel = imgui.get_mouse_pos(), theme.scale()
     z, y = canvas.view.to_lens(canvas.corner, mouse)
     for mark in shown.marks:
-        at = canvas.place(mark.z, 0.0)
+        at = canvas.at(mark.z, 0.0)
         if abs(at.x - mouse.x) < 4.0 * pixel and abs(at.y - mouse.y) < 7.0 * pixel:
-            _tell(f"{mark.sign}  {mark.meaning}", f"z = {mark.z:.2f} mm from the first vertex")
+            _tooltip(f"{mark.sign}  {mark.meaning}", f"z = {mark.z:.2f} mm from the first vertex")
             return
     found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, state.dead_rays)
     if found is not None:
@@ -267,21 +266,20 @@ def _explain(shown: Sketch, canvas: Canvas, state: SectionState) -> None:
         ray = fan.rays[i]
         name = fan.name[0].upper() + fan.name[1:]
         if ray.kind == "dead":
-            _tell(f"{name}: this ray {ray.end}", "It never reaches the film")
+            _tooltip(f"{name}: this ray {ray.end}", "It never reaches the film")
         else:
-            _tell(f"{name}, {ray.end}", f"Lands {ray.path[-1][1]:.3f} mm off the axis")
+            _tooltip(f"{name}, {ray.end}", f"Lands {ray.path[-1][1]:.3f} mm off the axis")
         return
     for number, element in enumerate(elements(shown.lens) if shown.lens is not None else (), start=1):
         if element.holds(z, y):
             glass = element.glass
             abbe = f", V = {glass.v_d:.1f}" if glass.v_d is not None else ""
-            _tell(f"Element {number}  {glass.name}".rstrip(), f"n = {glass.n_d:.4f}{abbe} at the d line")
+            _tooltip(f"Element {number}  {glass.name}".rstrip(), f"n = {glass.n_d:.4f}{abbe} at the d line")
             return
 
 
-
 def _region_bounds(lens: lb.Lens, film_distance: float, film_radius: float) -> tuple[float, float] | None:
-    """From where to where (mm off the axis) the exit-pupil region of a film point reaches; None where it is dark."""
+    """Lowest and highest y (mm) of the exit-pupil region of a film point; None for a dark point."""
     try:
         seen = region(lens, film_distance, film_radius)
     except lb.LensError:

@@ -32,7 +32,7 @@ def words(text: str, strong: bool = False) -> None:
 
 
 def recording_form(settings: Settings, form: Form, task: Task | None, can_go_back: bool) -> None:
-    """What to record, the memory that it takes, and the buttons."""
+    """Form of a capture: its kind and sizes, the memory it takes, and the buttons."""
     if form.kind == "lens":
         words("Record the light through every part of the pupil; choose focus, aperture and viewpoint afterwards.")
     form.kind = toggles("By", KINDS, form.kind, KIND_TIPS, 4.4)
@@ -62,7 +62,7 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
     else:
         if imgui.button(fa.ICON_FA_CIRCLE_DOT + "  Record###Record"):
             form.requests.add(Request.RECORD)
-        imgui.set_item_tooltip("Record what the camera sees now")
+        imgui.set_item_tooltip("Record the present view of the camera")
         imgui.same_line()
         if imgui.button(fa.ICON_FA_FOLDER_OPEN + "  Open…###Open light field"):
             form.requests.add(Request.OPEN_LIGHT_FIELD)

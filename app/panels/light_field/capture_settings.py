@@ -1,4 +1,4 @@
-"""What a light field is captured with: the kind of capture, its views, samples and pixels."""
+"""Settings of a light-field capture: its kind, views, samples and pixels."""
 
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -16,7 +16,7 @@ KINDS = {"lens": "Lens", "microlenses": "Microlenses", "array": "Array"}
 
 @dataclass
 class Form:
-    """What is to be recorded; and what the panel asks of the window."""
+    """Entries of the capture form, and the panel's requests to the window."""
 
     kind: str = "lens"                                  # a key of KINDS
     views: int = 9                                      # across, and down; or the pixels behind a microlens
@@ -26,22 +26,22 @@ class Form:
     f_number: float | None = None                       # of the microlenses; None: that which matches the lens
     moments: int = 1                                    # parts of the exposure that are kept apart
     spacing: float = 5.0                                # mm from pinhole to pinhole
-    open: bool = False                                  # shown though there is a recording
-    requests: set[Request] = field(default_factory=set) # of the window
+    open: bool = False                                  # the form is shown although a recording exists
+    requests: set[Request] = field(default_factory=set) # to the window
 
     def settings(self, present: Settings) -> Settings:
-        """What the camera sees now, with the form's pixels and samples."""
+        """The present settings with the form's pixels and samples."""
         longer = self.microlenses if self.kind == "microlenses" else self.longer
         return replace(with_longer_side(present, longer), samples=self.samples, view="picture")
 
     def bytes(self, present: Settings) -> int:
-        """Of memory that the recording will take."""
+        """Memory (bytes) that the recording will take."""
         film, square = self.settings(present).film, (self.views, self.views)
         size = lb.light_field_bytes(film, square, moments=self.moments if self.kind == "lens" else 1)
         return size if self.kind != "microlenses" else size + lb.light_field_bytes(film, square, np.float32)
 
     def plenoptic(self, present: Settings) -> lb.PlenopticCamera:
-        """The plenoptic camera; what making one raises where there is none."""
+        """The plenoptic camera; raises as `lb.PlenopticCamera` for impossible entries."""
         return _plenoptic(self.settings(present).picture, self.views, self.f_number)
 
 

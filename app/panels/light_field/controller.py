@@ -1,4 +1,4 @@
-"""The light field of the window: passes what the panel asks for to the worker, and the worker's pictures to the view.
+"""The light field of the window: passes the panel's requests to the worker, and the worker's pictures to the view.
 
 What the panel chooses is no part of the settings: undo takes back settings, and loses nothing here.
 """
@@ -88,7 +88,7 @@ class LightFieldController:
             self._show()
 
     def answer(self, requests: set[Request], present: Settings) -> None:
-        """Do what the panel has asked for."""
+        """Carry out the panel's requests."""
         if Request.RECORD in requests:
             self._record(present)
         if Request.FIND_DEPTH in requests:

@@ -22,18 +22,18 @@ fa = icons_fontawesome_6
 DEEP_TIPS = {
     "sharp": "Each pixel in focus at its own depth: the views are added up along the slopes that were found",
     "depth": "The distance as a colour; uncertain pixels are dark",
-    "sure": "White where the views agree at one distance alone, black where they agree at any: where nothing changes "
+    "sure": "White: the views agree at a single distance. Black: they agree at any distance, because nothing changes "
             "from pixel to pixel",
 }
 STEPS = 64                      # of the colours of the scale
 
 
 def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form: Form) -> Look:
-    """Draw the button, or the depth; returns the look after the user's changes."""
+    """Draw the button that starts the search, or the depth found; returns the look after the user's changes."""
     found = worker.found
     if found is None:
         imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled("Between the views objects shift by their distance: from this parallax the depth follows.")
+        imgui.text_disabled("Nearer objects shift more between the views. From this parallax the depth follows.")
         imgui.pop_text_wrap_pos()
         imgui.begin_disabled(worker.task is not None)
         if imgui.button(fa.ICON_FA_MAGNIFYING_GLASS + "  Find the depth###Find the depth"):
@@ -46,8 +46,8 @@ def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form:
     distance, sure = float(found.distance[y, x]), float(found.confidence[y, x])
     figures((
         ("Pixel", f"{x}, {y}", "Click in the picture to choose another, across and down"),
-        ("Depth", format_distance(distance), "Distance of what is seen there, as the camera measures its focus"),
-        ("Sure", f"{100.0 * sure:.0f} %", "0 %: the views agree at any distance; 100 %: at this one alone")))
+        ("Depth", format_distance(distance), "Distance of the object in this pixel, measured as the focus distance is"),
+        ("Sure", f"{100.0 * sure:.0f} %", "0 %: the views agree at any distance; 100 %: only at this one")))
     if imgui.button("Focus there"):
         look = replace(look, show="focus", distance=max(distance, recording.field.nearest * MARGIN))
     imgui.set_item_tooltip("Focus the light field at this pixel's depth")
@@ -67,8 +67,8 @@ def _scale(found: lb.Depth) -> None:
     theme.small()
     line = imgui.get_text_line_height()
     for part in (0.0, 0.25, 0.5, 0.75, 1.0):
-        turned = (1.0 - part) / near + part / far
-        text = format_distance(1.0 / turned if turned > 0.0 else math.inf)
+        reciprocal = (1.0 - part) / near + part / far
+        text = format_distance(1.0 / reciprocal if reciprocal > 0.0 else math.inf)
         extent = imgui.calc_text_size(text).x
         x = min(max(corner.x + part * width - 0.5 * extent, corner.x), corner.x + width - extent)
         draw.add_text(ImVec2(round(x), corner.y + bar + 2.0 * pixel), theme.packed(theme.colours().dim), text)

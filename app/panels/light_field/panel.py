@@ -1,4 +1,4 @@
-"""The panel *Light field*: record what the camera sees through every part of its pupil, and choose afterwards."""
+"""The panel *Light field*: record the light through every part of the pupil; choose focus and aperture afterwards."""
 
 import math
 from dataclasses import replace
@@ -43,7 +43,7 @@ fa = icons_fontawesome_6
 SHOWN_TIPS = {
     "camera": "The picture is the camera's",
     "focus": "The picture is computed from the light field, with this focus and aperture",
-    "view": "The picture is one view: what a single cell of the pupil sees",
+    "view": "The picture is one view, as a single cell of the pupil sees the scene",
     "rays": "The light of the clicked pixel by direction, and of its line by view",
     "depth": "The distance of every pixel, by the parallax of the views; and a picture with everything in focus",
 }

@@ -1,4 +1,4 @@
-"""What was recorded of one pixel and of one line, in the panel *Light field*: the plenoptic function, slice by slice.
+"""Recorded light of one pixel and of one line, in the panel *Light field*: slices of the plenoptic function.
 
 A pixel sees a radiance through every cell of the pupil, in three bands of wavelength, and moment by moment where these
 were kept apart; a line of the picture, seen by a row of the pupil's cells, is an epipolar image: there what is in focus

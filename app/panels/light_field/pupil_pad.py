@@ -19,18 +19,18 @@ REST = 0.06                     # of the pupil's radius: this close to the middl
 
 
 class Pad(NamedTuple):
-    """The place of the pupil on the screen."""
+    """Screen position and scale of the pupil."""
 
     centre: ImVec2
     unit: float                 # pixels for a radius of the pupil
     reach: float
 
     def at(self, u: float, v: float) -> ImVec2:
-        """A place of the pupil on the screen."""
+        """Screen position of a point of the pupil."""
         return ImVec2(self.centre.x + u * self.unit, self.centre.y - v * self.unit)
 
     def under(self, mouse: ImVec2) -> tuple[float, float]:
-        """The place of the pupil under the mouse."""
+        """Point of the pupil under the mouse."""
         return (mouse.x - self.centre.x) / self.unit, (self.centre.y - mouse.y) / self.unit
 
 
@@ -101,7 +101,7 @@ def coverage_greys(recording: Recording, pixel: tuple[int, int]) -> NDArray[np.f
 
 
 def figures(rows: tuple[tuple[str, str, str], ...]) -> None:
-    """Names, values and what they mean, in small text at the right of a pad."""
+    """Names, values and meanings, in small text to the right of a pad."""
     theme.small()
     imgui.begin_group()
     for name, value, meaning in rows:
@@ -115,7 +115,7 @@ def figures(rows: tuple[tuple[str, str, str], ...]) -> None:
 
 
 def millimetres(place: tuple[float, float]) -> str:
-    """A place on a plane: +4.10, −0.52 mm."""
+    """A point of a plane as text: +4.10, −0.52 mm."""
     return f"{place[0]:+.2f}, {place[1]:+.2f} mm".replace("-", "−")
 
 

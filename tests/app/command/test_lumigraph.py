@@ -40,12 +40,12 @@ def test_a_novel_view_says_how_much_of_it_was_recorded(recorded, tmp_path, capsy
         assert read_settings(picture).pixels_x == int(re.search(r"(\d+) × ", text := capsys.readouterr().out)[1])
         return text
 
-    assert "18 × 12 pixels; all of it was recorded" in said()
-    assert "; 0 % of it was recorded" in said("--at", "4.1", "0", "0")
-    before = int(re.search(r"(\d+) % of it", said("--at", "0", "0", "-30", "--size", "36x24"))[1])
+    assert "18 × 12 pixels; the whole view was recorded" in said()
+    assert "; 0 % of the view was recorded" in said("--at", "4.1", "0", "0")
+    before = int(re.search(r"(\d+) % of the view", said("--at", "0", "0", "-30", "--size", "36x24"))[1])
     assert 0 < before < 100
-    assert "all of it" in said("--flat") and "all of it" in said("--surface", "1.5m")
-    assert "% of it" in said("--turn", "5", "0")
+    assert "the whole view" in said("--flat") and "the whole view" in said("--surface", "1.5m")
+    assert "% of the view" in said("--turn", "5", "0")
 
 
 def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):

@@ -133,7 +133,7 @@ def test_a_hand_moves_the_nearer_keyframe_and_goes_there():
     assert late.end_position == pytest.approx((0.0, 0.0, -150.0))
     early = orbited(replace(moving, moment=0.3), 0.1, 0.0)
     assert early.moment == 0.0 and early.end_position == moving.end_position and early.yaw == pytest.approx(-0.1)
-    np.testing.assert_allclose(replace(moving, moment=0.5).present_place[:3, 3], [0.0, 0.0, -50.0], atol=1e-9)
+    np.testing.assert_allclose(replace(moving, moment=0.5).present_pose[:3, 3], [0.0, 0.0, -50.0], atol=1e-9)
 
 
 def test_a_camera_between_two_equal_keyframes_or_past_the_second_stands_still():
