@@ -24,6 +24,7 @@ def recorded(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_a_light_field_comes_back_bit_for_bit(recorded, tmp_path):
     recording = load_light_field(recorded)
     field, settings = recording.field, recording.settings

@@ -27,6 +27,7 @@ def test_more_views_come_nearer_and_reach_farther(figures):
         assert distance == 1200.0 or fine > coarse + 1.0
 
 
+@pytest.mark.slow
 def test_the_bound_is_where_views_part_by_a_pixel(figures):
     """A thin lens of aperture A focused at s sees a point at z aside by A f (1 / z − 1 / s) from side to side.
 

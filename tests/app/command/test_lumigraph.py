@@ -33,6 +33,7 @@ def test_a_lumigraph_comes_back_bit_for_bit(recorded, tmp_path):
     assert np.array_equal(again.camera.placement(), made.camera.placement())
 
 
+@pytest.mark.slow
 def test_a_novel_view_says_how_much_of_it_was_recorded(recorded, tmp_path, capsys):
     def said(*arguments):
         picture = tmp_path / "novel.png"

@@ -76,6 +76,7 @@ def test_the_chart_of_the_present_lens_comes_by_itself_and_a_click_takes_a_model
     assert marks["trace, float32"].error < marks["degree 3"].error < marks["pinhole"].error
 
 
+@pytest.mark.slow
 def test_a_picture_is_taken_with_the_degree_that_is_set():
     assert camera(replace(START, lens_model="polynomial", degree=5)).degree == 5
     with pytest.raises(SettingsError, match="degree 4"):

@@ -124,6 +124,7 @@ def test_the_command_line_says_what_was_chosen(tmp_path, capsys):
     assert "Auto" not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_bar_says_what_was_chosen_what_it_saves_and_what_was_refused():
     thin = choice(PART)
     words = choice_summary(thin, (2.0, 50.0))

@@ -66,6 +66,7 @@ def test_a_slower_lens_opens_as_far_as_it_can_and_focuses_as_near_as_it_can(driv
     assert drive(use, replace(SMALL, focus_distance=700.0)).view.messages == []
 
 
+@pytest.mark.slow
 def test_every_model_and_film_can_be_chosen(drive):
     def use(hand):
         for name, model in LENS_MODELS.items():

@@ -50,6 +50,7 @@ def test_the_found_picture_is_in_focus_everywhere(field, found):
     assert psnr(found.picture, sharp) > psnr(field.refocus(1200.0), sharp) + 8.0
 
 
+@pytest.mark.slow
 def test_views_of_one_plane_tell_its_distance():
     for dtype in (np.float32, np.float16):
         found = lb.find_depth(waves(dtype=dtype), 700.0, 2000.0)

@@ -55,12 +55,14 @@ def test_a_real_lens_is_refocused_too(real_field, distance):
     assert psnr(real_field.refocus(distance), lb.render(real(distance), lb.builtin_scene(STILL), 1024)) > 40.0
 
 
+@pytest.mark.slow
 def test_a_smaller_aperture_is_part_of_the_one_that_was_recorded(real_field):
     stopped = lb.render(real(1200.0, 5.6), lb.builtin_scene(STILL), 1024)
     # The rim of a small round aperture runs through cells, of which shares are taken: 9 across are 4.5 here
     assert psnr(real_field.refocus(1200.0, 5.6), stopped) > 36.0
 
 
+@pytest.mark.slow
 def test_one_view_is_what_a_pinhole_at_its_place_sees():
     scene, across, down = lb.builtin_scene(STILL), 3, 0
     field = lb.capture_light_field(perspective(1200.0, radius=3.0), scene, (5, 5), 40)
@@ -99,6 +101,7 @@ def test_fog_water_and_motion_are_recorded_as_a_picture_shows_them(scene, others
     assert psnr(again, lb.render(without, things, 64)) < 25.0
 
 
+@pytest.mark.slow
 def test_the_blades_of_an_ideal_lens_are_in_its_light_field():
     camera, things = replace(small(), blades=5), lb.builtin_scene(STILL)
     field = lb.capture_light_field(camera, things, (9, 9), 12)
@@ -208,6 +211,7 @@ def test_waves_in_focus_keep_their_contrast():
         assert np.abs(got - wave[EDGE:-EDGE, EDGE:-EDGE]).max() < 2e-3
 
 
+@pytest.mark.slow
 def test_cells_that_pass_no_light_are_known(ideal_field, real_field):
     # On the axis the disk fills π/4 of the square, less what cos⁴ takes: ∫ cos⁴ dA = π sin² z² of a disk
     tangent = 8.9 / perspective(1200.0).film_distance

@@ -52,6 +52,7 @@ def test_between_the_pinholes_and_before_them_it_sees_what_a_camera_there_sees(s
     assert psnr(seen_double, direct) < psnr(corrected, direct) - 6.0
 
 
+@pytest.mark.slow
 def test_depths_of_the_middle_alone_correct_too(still):
     camera = pinhole((2.5, 2.5, 0.0))
     direct = lb.render(camera, STILL, 128)

@@ -45,6 +45,7 @@ def test_spots_agree_with_the_forty_digit_tracer(name):
 
 # --- Exit pupils
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TRACED)
 def test_exit_pupils_end_where_the_forty_digit_tracer_ends_them_and_by_the_same_rims(name):
     stack, distance = lens(name), REFERENCE[name]["film_z"] - lens(name).length

@@ -255,6 +255,7 @@ def test_a_small_picture_traces_lights_in_few_passes_after_the_first_ones(monkey
     assert sum(rays) < 128 * 120 * 68
 
 
+@pytest.mark.slow
 def test_a_cancelled_rendering_with_small_lights_stops():
     rendering = lb.Rendering(view("trace"), lb.builtin_scene("night-lights"))
     calls = []

@@ -161,6 +161,7 @@ def test_film_that_no_light_reaches_stays_black_and_costs_no_tracing():
     assert np.isfinite(out).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [name for name in lb.SCENES])
 @pytest.mark.parametrize("model", ["trace", "pinhole"])
 def test_every_scene_renders_to_numbers(scene, model):
@@ -193,6 +194,7 @@ def test_pixels_need_not_be_square():
     assert film.pitch == pytest.approx(math.sqrt(36.0 / 75 * 24.0 / 100))
 
 
+@pytest.mark.slow
 def test_a_picture_without_shadows_is_lit_from_the_middle_of_lamps_that_move_too():
     lamp = lb.Disk((0.0, 300.0, -600.0), (0.0, 1.0, 0.2), 150.0, lb.Material((9.0,) * 3, "lamp"))
     still, moving = (lb.Rendering(camera("pinhole"), lb.Scene("lamp", floor=lb.Floor(-100.0), plates=(disk,)),

@@ -123,6 +123,7 @@ def _onwards(origin, direction, centre, radius, kind):
     return point, refracted(inside, -normal, INDEX)
 
 
+@pytest.mark.slow
 def test_no_visible_light_is_taken_for_an_invisible_one():
     """Rays from all over the eye by each object: the lights that they meet are visible or undecided."""
     random = np.random.default_rng(7)

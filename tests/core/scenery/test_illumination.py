@@ -111,6 +111,7 @@ def test_the_suns_disk_carries_the_light_that_falls_from_it():
     assert np.all(seen[2] == 0.0)
 
 
+@pytest.mark.slow
 def test_a_penumbra_is_the_part_of_the_suns_disk_above_the_edge():
     radius, height = 0.05, 400.0
     edge = lb.Rectangle((-5000.0, -100.0 + height, 0.0), (5000.0, 0.0, 0.0), (0.0, 0.0, -8000.0), PAPER)
@@ -221,6 +222,7 @@ def test_light_is_counted_once():
     assert shoot(alone.steps(), np.zeros(3), [0.0, -1.0, 0.01])[0] == pytest.approx(0.0)         # only seen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lamp", [
     lb.Disk((30.0, 500.0, -40.0), (0.3, -0.8, 0.2), 80.0, lb.Material((3.0, 2.0, 1.0), "lamp")),
     lb.Rectangle((30.0, 500.0, -40.0), (70.0, 0.0, 0.0), (0.0, 20.0, 60.0), lb.Material((3.0, 2.0, 1.0), "lamp")),

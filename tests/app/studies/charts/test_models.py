@@ -148,6 +148,7 @@ def test_the_command_prints_figures_and_writes_the_chart(tmp_path, capsys):
     assert b"<svg" in path.read_bytes()[:1000]
 
 
+@pytest.mark.slow
 def test_what_cannot_stand_is_marked_with_the_reason(tmp_path, capsys):
     figures = tmp_path / "chart.json"
     assert main(["chart", "lentil-schneider-anamorphic-31-2001", "-o", str(figures)]) == 0

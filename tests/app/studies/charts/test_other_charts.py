@@ -26,6 +26,7 @@ def film(width=36.0, height=24.0):
     return lb.Film(width, height, 180, 120)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(samplers(NARROW, True)))
 def test_every_sampler_fills_its_pixel_and_all_squares(name):
     program, lanes = Program(samplers(NARROW, True)[name], np.float64), lane_buffer(np.float64)

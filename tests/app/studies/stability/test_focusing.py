@@ -62,6 +62,7 @@ def verdicts(sweep):
     return {curve.name: sweep.verdict(curve) for curve in sweep.curves}
 
 
+@pytest.mark.slow
 def test_the_closed_form_holds_at_every_distance_and_float32_loses_the_far_ones():
     far, near = verdicts(focusing.far_focus()), verdicts(focusing.near_focus())
     assert far["closed form"].fails_at is None and far["closed form"].worst < 1e-13
