@@ -1,5 +1,5 @@
 # make run        make the environment, install, open the bench
-# make test       install what the tests need and run the quick ones, in two processes (five minutes on two cores)
+# make test       install what the tests need and run the quick ones, in two processes (the first time 7 minutes on two cores)
 # make test-slow  run the rest, which are marked `slow`
 # make lint       style (ruff) and types (mypy)
 # make fuzz       damage every sample lens file 2,000 times by bytes and 2,000 times by lines (half an hour;
