@@ -84,7 +84,7 @@ def _repeated(lanes, given, code, gated, data, ends, key, times):
     for _ in range(times):
         for i in range(given.size):
             lanes[FIRST + i] = given[i]
-        run_steps(lanes, code, gated, data, ends, key)
+        run_steps(lanes, code, key)
 
 
 def streamed(steps: list[Step], given: dict[int, np.ndarray], real=np.float32) -> Callable[[], None]:
@@ -97,12 +97,11 @@ def streamed(steps: list[Step], given: dict[int, np.ndarray], real=np.float32) -
     for row, values in given.items():
         table[row, :B] = values
     kept = lanes[FIRST:max((row for row in given if row <= block.WEIGHT), default=0) * block.PITCH + B].copy()
-    return partial(_repeated, lanes, kept, program.code, program.gated, program.data, program.ends,
-                   np.zeros(block.KEYS, np.uint32), BLOCKS)
+    return partial(_repeated, lanes, kept, program.code, np.zeros(block.KEYS, np.uint32), BLOCKS)
 
 
 @block.stage
-def idle(lanes, p, key):
+def idle(lanes, p, ints, key):
     """A stage that changes nothing; its time is the cost of restoring the rays."""
 
 

@@ -71,7 +71,7 @@ class BareSensor(Camera):
 
 
 @stage
-def hemisphere(lanes, p, key):
+def hemisphere(lanes, p, ints, key):
     """Choose a direction about −z with U0, U1: a point of the unit disk, projected onto the hemisphere. p: WEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)

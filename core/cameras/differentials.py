@@ -211,7 +211,7 @@ def fill_gaps(table: np.ndarray) -> np.ndarray:
 
 
 @stage
-def pixel_spread(lanes, p, key):
+def pixel_spread(lanes, p, ints, key):
     """PIXEL_SIDE and PIXEL_SPREAD of the part of its pixel that a sample covers; p: see CELLS_ACROSS and following.
 
     The first sample covers its pixel alone; n samples that share a pixel cover the nth part each, with sides shorter by

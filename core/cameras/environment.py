@@ -96,7 +96,7 @@ class EnvironmentCamera(Camera):
 
 
 @stage
-def equirectangular(lanes, p, key):
+def equirectangular(lanes, p, ints, key):
     """Turn the film point X, Y into the direction at longitude φ and polar angle θ. p: ACROSS, DOWN."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -111,7 +111,7 @@ def equirectangular(lanes, p, key):
 
 
 @stage
-def equal_area(lanes, p, key):
+def equal_area(lanes, p, ints, key):
     """Turn the film point X, Y into the direction on Clarberg's equal-area octahedron. p: ACROSS, DOWN.
 
     r in [0, 1] is the distance from the nearer pole: 1 − |cos θ| = r².
@@ -139,7 +139,7 @@ def equal_area(lanes, p, key):
 
 
 @stage
-def cube_map(lanes, p, key):
+def cube_map(lanes, p, ints, key):
     """Turn the film point X, Y into the direction through a face of the cube, dark beside them. p: ACROSS, DOWN."""
     real = lanes.dtype.type
     row = rows(lanes)

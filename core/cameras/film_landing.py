@@ -32,7 +32,7 @@ class FilmLanding(NamedTuple):
 
 
 @stage
-def land(lanes, p, key):
+def land(lanes, p, ints, key):
     """Land a ray behind the last surface on the film: raster X, Y and WEIGHT. p: PIXEL_X … GAIN."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -47,7 +47,7 @@ def land(lanes, p, key):
 
 
 @stage
-def land_ideal(lanes, p, key):
+def land_ideal(lanes, p, ints, key):
     """Land a ray on the film through an ideal lens: raster X, Y, the pupil point in L, M, CLEARANCE and WEIGHT.
 
     p: PIXEL_X … APPROACH_PUPIL. Such a lens does not keep étendue; its pictures fall off as cos⁴ of the angle on the
@@ -114,7 +114,7 @@ def ideal_film_landing(lens: Gaussian, film: Step, gain: float) -> FilmLanding |
 
 
 @stage
-def swap_raster_and_pupil(lanes, p, key):
+def swap_raster_and_pupil(lanes, p, ints, key):
     """Swap X, Y with L, M: the raster point with the pupil point, after `land_ideal`."""
     row = rows(lanes)
     x, y, l, m = row[X], row[Y], row[L], row[M]

@@ -140,7 +140,7 @@ def image_height(projection: str, theta):
 
 
 @stage
-def equidistant(lanes, p, key):
+def equidistant(lanes, p, ints, key):
     """Turn the film point X, Y into the direction at θ = r / f. p: INVERSE_F, IMAGE_RADIUS."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -157,7 +157,7 @@ def equidistant(lanes, p, key):
 
 
 @stage
-def equisolid(lanes, p, key):
+def equisolid(lanes, p, ints, key):
     """Turn the film point X, Y into the direction at sin(θ/2) = r / 2f. p: INVERSE_F, IMAGE_RADIUS."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -174,7 +174,7 @@ def equisolid(lanes, p, key):
 
 
 @stage
-def stereographic(lanes, p, key):
+def stereographic(lanes, p, ints, key):
     """Turn the film point X, Y into the direction at tan(θ/2) = r / 2f. p: INVERSE_F, IMAGE_RADIUS."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -191,7 +191,7 @@ def stereographic(lanes, p, key):
 
 
 @stage
-def orthographic(lanes, p, key):
+def orthographic(lanes, p, ints, key):
     """Turn the film point X, Y into the direction at sin θ = r / f. p: INVERSE_F, IMAGE_RADIUS."""
     real = lanes.dtype.type
     row = rows(lanes)

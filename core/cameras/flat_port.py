@@ -11,7 +11,7 @@ WINDOW_Z, RATIO, GAIN = range(3)
 
 
 @stage
-def port(lanes, p, key):
+def port(lanes, p, ints, key):
     """Refract the ray at the window by Snell's law, camera frame. p: see WINDOW_Z and following.
 
     A ray that runs along the window or backwards gets WEIGHT 0.

@@ -142,7 +142,7 @@ def thick(lens: Lens, film_distance: float) -> Gaussian:
 
 
 @stage
-def gaussian(lanes, p, key):
+def gaussian(lanes, p, ints, key):
     """Turn the film point X, Y and pupil sample U0, U1 into a ray of an ideal lens. p: PLANE_Z … AXIAL_WEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -165,7 +165,7 @@ def gaussian(lanes, p, key):
 
 
 @stage
-def hole(lanes, p, key):
+def hole(lanes, p, ints, key):
     """Turn the film point X, Y into its only ray, through a pinhole or parallel. p: PLANE_Z … AXIAL_WEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -136,7 +136,7 @@ def _measured_pupil(camera: Camera, real) -> _Pupil | None:
 
 
 @stage
-def pupil_size(lanes, p, key):
+def pupil_size(lanes, p, ints, key):
     """PUPIL_RADIUS, and the pupil's centre OX, OY on its plane (mm), of the film's cell. p: CELLS_ACROSS and so on."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -152,7 +152,7 @@ def pupil_size(lanes, p, key):
 
 
 @stage
-def pupil_part(lanes, p, key):
+def pupil_part(lanes, p, ints, key):
     """PUPIL_RADIUS, PUPIL_SPREAD, OX, OY, OZ of the ray, from the rows that `pupil_size` wrote. p: RIGHT and following.
 
     The nth sample of a pixel covers a part of the radius (FULL_PUPIL_SAMPLES / n)^¾, less than the nth part of the

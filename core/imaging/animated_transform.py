@@ -224,7 +224,7 @@ class AnimatedTransform:
 
 
 @stage
-def transform_moving_rays(lanes, p, key):
+def transform_moving_rays(lanes, p, ints, key):
     """The ray transformed by the matrix at its TIME (s). p: ROTATION … BEGIN.
 
     The rotation R₀ exp(α [a]) is R₀ + sin α R₀ [a] + (1 − cos α) R₀ [a]² (Rodrigues), α linear in time.

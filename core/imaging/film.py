@@ -97,7 +97,7 @@ class Film:
 
 
 @stage
-def film_from_raster(lanes, p, key):
+def film_from_raster(lanes, p, ints, key):
     """Raster X, Y become the point of the film in the camera frame: X, Y in mm, Z = 0. p: PITCH_X … EDGE_Y."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -18,7 +18,7 @@ OPEN_TIME, RAMP, DELAY, DELAY_X, DELAY_Y = range(5)   # parameters of `shutter_t
 
 
 @stage
-def shutter_time(lanes, p, key):
+def shutter_time(lanes, p, ints, key):
     """TIME in [0, 1) becomes seconds since the shutter began to open; X, Y are raster pixels.
 
     p: OPEN_TIME, RAMP, DELAY at raster (0, 0), DELAY_X and DELAY_Y per pixel. The inverse of the trapezoid's

@@ -21,7 +21,7 @@ WAVELENGTHS = {
 
 
 @stage
-def select_channel(lanes, p, key):
+def select_channel(lanes, p, ints, key):
     """One of the three channels; the others become 0. p: 1 or 0 for RED, GREEN and BLUE."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -49,7 +49,7 @@ def matrix_at(p, first):
 
 
 @stage
-def transform_rays(lanes, p, key):
+def transform_rays(lanes, p, ints, key):
     """The ray transformed by a rigid matrix. p: ROTATION, 3 × 3 row by row, then TRANSLATION (mm)."""
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]

@@ -7,7 +7,7 @@ numbers; a row holds one quantity for every lane. A *stage* reads some rows and
 writes others, and a picture is a list of stages.
 
     @stage
-    def pinhole(lanes, p, key):
+    def pinhole(lanes, p, ints, key):
         row = rows(lanes)
         x, y = row[X], row[Y]
         for i in range(B):
@@ -16,6 +16,7 @@ writes others, and a picture is a list of stages.
 lanes  the lane buffer, float32 or float64
 p      the parameters of this stage, numbers of the same type; a module that packs
        parameters names their offsets, and its stage reads them by these names
+ints   the integers of this stage (int64): counts, indices and kinds, exact in every type of lanes
 key    which block this is (uint32): PIXEL, SAMPLE, SEED, and ALIVE. A stage sets ALIVE to 0
        to skip the gated steps after it, or to LOST, where every WEIGHT is 0, to skip all
 
@@ -69,10 +70,11 @@ LOST = 2                        # value of key[ALIVE] where no lane has a WEIGHT
 
 
 class Step(NamedTuple):
-    """A stage and its parameters; a gated step is skipped while key[ALIVE] is 0."""
+    """A stage with its parameters and integers; a gated step is skipped while key[ALIVE] is 0."""
 
     kernel: Any
     parameters: Any
+    integers: Any = ()
     gated: bool = False
 
 

@@ -6,7 +6,7 @@
         return pack(BALL, {CENTRE: ball.centre, RADIUS: ball.radius, COLOUR: ball.colour})
 
     @stage
-    def balls(lanes, p, key):
+    def balls(lanes, p, ints, key):
         cx, cy, cz = vector(p, CENTRE)
 
 The offsets are module-level integers, which the compiler knows: a name costs nothing at run time.

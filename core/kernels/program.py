@@ -6,9 +6,10 @@ once for all pictures, and contains no copy of a stage.
 
 from collections.abc import Sequence
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
-from numba import from_dtype, njit, types, uint32, void
+from numba import from_dtype, int64, njit, types, uint32, void
 from numba.core import cgutils
 from numba.extending import intrinsic
 
@@ -36,7 +37,7 @@ from lensbench.kernels.block import (
 
 def _signature(real):
     number = from_dtype(np.dtype(real))
-    return void(number[::1], number[::1], uint32[::1])
+    return void(number[::1], number[::1], int64[::1], uint32[::1])
 
 
 @cache
@@ -48,7 +49,7 @@ def stage_address(kernel, real) -> int:
 
 
 @intrinsic
-def call_stage(typing, address, lanes, p, key):
+def call_stage(typing, address, lanes, p, ints, key):
     """Call the stage at this address."""
     def build(context, builder, signature, arguments):
         kinds, convention = signature.args[1:], context.call_conv
@@ -59,24 +60,35 @@ def call_stage(typing, address, lanes, p, key):
             convention.return_status_propagate(builder, status)
         return context.get_dummy_value()
 
-    return types.none(address, lanes, p, key), build
+    return types.none(address, lanes, p, ints, key), build
+
+
+class Code(NamedTuple):
+    """The steps of a Program as the driver reads them."""
+
+    addresses: np.ndarray       # of the machine code of each stage
+    gated: np.ndarray
+    numbers: np.ndarray         # parameters of all steps, one after the other
+    integers: np.ndarray        # integers of all steps
+    ends: np.ndarray            # (2, steps + 1): where those of each step begin and end in both
 
 
 class Program:
-    """Steps with their parameters, packed for the driver: addresses, and numbers of the type `real`."""
+    """Steps packed for the driver, with parameters of the type `real`."""
 
     def __init__(self, steps: Sequence[Step], real=np.float32):
-        parts = [np.ravel(np.asarray(step.parameters, real)) for step in steps]
+        numbers = [np.ravel(np.asarray(step.parameters, real)) for step in steps]
+        integers = [np.ravel(np.asarray(step.integers, np.int64)) for step in steps]
         self.real = real
-        self.code = np.array([stage_address(step.kernel, real) for step in steps], np.int64)
-        self.gated = np.array([step.gated for step in steps], np.bool_)
-        self.data = np.concatenate([*parts, np.zeros(1, real)])
-        self.ends = np.cumsum([0] + [part.size for part in parts])
+        self.code = Code(np.array([stage_address(step.kernel, real) for step in steps], np.int64),
+                         np.array([step.gated for step in steps], np.bool_),
+                         np.concatenate([*numbers, np.zeros(1, real)]), np.concatenate([*integers, [0]]),
+                         np.array([np.cumsum([0] + [part.size for part in parts]) for parts in (numbers, integers)]))
 
     def expose(self, film: np.ndarray, lanes: np.ndarray, first: int, last: int,
                sample: int, samples: int, seed: np.uint32) -> None:
         """Add samples `sample` … `sample` + `samples` − 1 to the blocks first … last − 1 of the film, (blocks, 3 B)."""
-        _expose(film, lanes, self.code, self.gated, self.data, self.ends, first, last, sample, samples, seed)
+        _expose(film, lanes, self.code, first, last, sample, samples, seed)
 
     def run(self, given: dict[int, np.ndarray], wanted: Sequence[int], n: int) -> np.ndarray:
         """The wanted rows, (len(wanted), n), of n lanes after one run of the steps.
@@ -89,7 +101,7 @@ class Program:
             table[j] = values
         out = np.empty((len(wanted), n), self.real)
         _run(table, np.array(list(given), np.int64), out, np.array(list(wanted), np.int64), lane_buffer(self.real),
-             self.code, self.gated, self.data, self.ends)
+             self.code)
         return out
 
 
@@ -108,30 +120,32 @@ def accumulate(lanes, film):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def run_steps(lanes, code, gated, data, ends, key):
-    """Run the steps of a Program, given by its arrays, over one block."""
+def run_steps(lanes, code, key):
+    """Run the steps of a Program, given by its code, over one block."""
     key[ALIVE] = uint32(1)
-    for s in range(code.size):
+    numbers, integers = code.ends
+    for s in range(code.addresses.size):
         if key[ALIVE] == LOST:
             return
-        if key[ALIVE] != 0 or not gated[s]:
-            call_stage(code[s], lanes, data[ends[s]:ends[s + 1]], key)
+        if key[ALIVE] != 0 or not code.gated[s]:
+            call_stage(code.addresses[s], lanes, code.numbers[numbers[s]:numbers[s + 1]],
+                       code.integers[integers[s]:integers[s + 1]], key)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _expose(film, lanes, code, gated, data, ends, first, last, sample, samples, seed):
+def _expose(film, lanes, code, first, last, sample, samples, seed):
     key = np.empty(KEYS, np.uint32)
     key[SEED] = seed
     for block in range(first, last):
         key[PIXEL] = block * B
         for k in range(sample, sample + samples):
             key[SAMPLE] = k
-            run_steps(lanes, code, gated, data, ends, key)
+            run_steps(lanes, code, key)
             accumulate(lanes, film[block])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _run(table, given, out, wanted, lanes, code, gated, data, ends):
+def _run(table, given, out, wanted, lanes, code):
     key = np.zeros(KEYS, np.uint32)
     n = out.shape[1]
     for start in range(0, n, B):
@@ -141,7 +155,7 @@ def _run(table, given, out, wanted, lanes, code, gated, data, ends):
         for j in range(given.size):
             for i in range(B):
                 lanes[given[j] * PITCH + i] = table[j, min(start + i, n - 1)]
-        run_steps(lanes, code, gated, data, ends, key)
+        run_steps(lanes, code, key)
         for j in range(wanted.size):
             for i in range(min(B, n - start)):
                 out[j, start + i] = lanes[wanted[j] * PITCH + i]

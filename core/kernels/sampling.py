@@ -90,7 +90,7 @@ def sobol(k, d, seed):
 
 
 @stage
-def sample_pixels(lanes, p, key):
+def sample_pixels(lanes, p, ints, key):
     """One sample in each pixel of the block: raster X, Y and pupil sample U0, U1. p: WIDTH, HEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -122,7 +122,7 @@ def sample_pixels(lanes, p, key):
 
 
 @stage
-def sample_lights(lanes, p, key):
+def sample_lights(lanes, p, ints, key):
     """Light sample V0, V1, for pictures with soft shadows."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -137,7 +137,7 @@ def sample_lights(lanes, p, key):
 
 
 @stage
-def sample_times(lanes, p, key):
+def sample_times(lanes, p, ints, key):
     """TIME in [0, 1) of the shutter, for pictures with motion."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -162,7 +162,7 @@ _FIRST = _first_points()
 
 
 @stage
-def sobol_net(lanes, p, key):
+def sobol_net(lanes, p, ints, key):
     """U0, U1, V0, V1: points B · SAMPLE … of one net per PIXEL, Owen-scrambled in all four dimensions.
 
     For blocks whose lanes share one net and are no pixels of a film. B is a power of two, so the points of a block

@@ -41,7 +41,7 @@ def next_line(strip, left, end, line, w, h):
 
 
 @stage
-def add_corners(lanes, p, key):
+def add_corners(lanes, p, ints, key):
     """Raster X, Y: the corner of each lane's pixel added to X, Y within the pixel. p: WIDTH, HEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)

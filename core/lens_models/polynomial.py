@@ -300,7 +300,7 @@ def polynomial_stage(n: int):
     high_terms, low_terms = monomial_count(n), monomial_count(low)
 
     @stage
-    def polynomial(lanes, p, key):
+    def polynomial(lanes, p, ints, key):
         """Replace the ray at the film by the ray in front of the lens. p: DISTANCE_SHARE and so on."""
         real = lanes.dtype.type
         row = rows(lanes)

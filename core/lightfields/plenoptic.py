@@ -255,7 +255,7 @@ def _disk_in_square(radius: float) -> float:
 
 
 @stage
-def through_microlens(lanes, p, key):
+def through_microlens(lanes, p, ints, key):
     """From the point X, Y of the sensor (mm) through U0, U1 of a microlens to the film point and U0, U1 of the pupil.
 
     A microlens beyond the film passes nothing: U0 becomes BEYOND. p: PER_SPREAD … PER_SLOPE_PUPIL.

@@ -100,7 +100,7 @@ def cell_steps(camera: Camera, cell: Cell, wavelength: float) -> list[Step]:
 
 
 @stage
-def sample_disk(lanes, p, key):
+def sample_disk(lanes, p, ints, key):
     """U0, U1: from the unit square to its inscribed disk, uniformly."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -111,7 +111,7 @@ def sample_disk(lanes, p, key):
 
 
 @stage
-def aim_at_cell(lanes, p, key):
+def aim_at_cell(lanes, p, ints, key):
     """L, M, N: from the film point X, Y (Z = 0) towards a place of the cell, by U0, U1; WEIGHT: cos⁴θ."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -128,7 +128,7 @@ def aim_at_cell(lanes, p, key):
 
 
 @stage
-def gaussian_through_cell(lanes, p, key):
+def gaussian_through_cell(lanes, p, ints, key):
     """X … N: the ray of an ideal lens (`Gaussian`) by a place of the cell, by U0, U1; WEIGHT: cos⁴θ, 0 off the disk."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -99,7 +99,8 @@ class Recorder:
             to_lens = [*sampling_steps(self.width, camera.film.pixels_y, lit=self.shadows, timed=timed), *before,
                        *clock, *aim(wavelength), *camera.port]
             program = Program([*to_lens, Step(sum_weights, np.zeros(blocks * B)), *camera.carried, *after, *channel])
-            made.append(_Counted(program, program.data[program.ends[len(to_lens)]:program.ends[len(to_lens) + 1]]))
+            first, last = program.code.ends[0, len(to_lens):len(to_lens) + 2]
+            made.append(_Counted(program, program.code.numbers[first:last]))
         return made
 
 
@@ -124,7 +125,7 @@ def in_parallel(work: Callable[[Item, Callable[[], bool]], None], items: Sequenc
 
 
 @stage
-def place_samples(lanes, p, key):
+def place_samples(lanes, p, ints, key):
     """X, Y: samples drawn together about the middle of each pixel, then offset. p: FILL … OFFSET_Y."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -136,7 +137,7 @@ def place_samples(lanes, p, key):
 
 
 @stage
-def sample_moment(lanes, p, key):
+def sample_moment(lanes, p, ints, key):
     """TIME: within a part of the exposure. p: LENGTH, START."""
     row = rows(lanes)
     time = row[TIME]
@@ -146,7 +147,7 @@ def sample_moment(lanes, p, key):
 
 
 @stage
-def sum_weights(lanes, p, key):
+def sum_weights(lanes, p, ints, key):
     """Add the WEIGHT of each lane to the sum of its pixel. p: the sums of all blocks, which this stage writes."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -91,7 +91,7 @@ def pack_lens(lens: Lens, film_distance: float, wavelength: float = D_LINE, towa
 
 
 @stage
-def trace(lanes, p, key):
+def trace(lanes, p, ints, key):
     """Rays through every surface; each ends on the last one, its direction a unit vector in air.
 
     CLEARANCE becomes the greatest (r / semi-diameter)² on the way, inf for a ray that
@@ -122,7 +122,7 @@ def trace(lanes, p, key):
 
 
 @stage
-def trace_spheres(lanes, p, key):
+def trace_spheres(lanes, p, ints, key):
     """`trace` for lenses of spheres and planes alone; it compiles sooner, and the first start waits for it."""
     _enter(lanes, p)
     for s in range(KINDS + np.int64(p[COUNT]), p.size, RECORD):
@@ -423,7 +423,7 @@ def trace_step(lens: Lens, film_distance: float, wavelength: float = D_LINE, tow
 
 
 @stage
-def scale_directions(lanes, p, key):
+def scale_directions(lanes, p, ints, key):
     """The direction multiplied by p[0]: between unit vectors and vectors of the length of the index."""
     row = rows(lanes)
     l, m, n = row[L], row[M], row[N]

@@ -35,12 +35,13 @@ def clearance_tracer(lens: Lens, film_distance: float, wavelength: float = D_LIN
     """A tracer for one thread, since it owns its lane buffers. film_distance: mm; wavelength: µm."""
     step = trace_step(lens, film_distance, wavelength)
     double, single = ((lane_buffer(real), stage_address(step.kernel, real), np.asarray(step.parameters, real),
-                       np.zeros(KEYS, np.uint32)) for real in (np.float64, np.float32))
+                       np.asarray(step.integers, np.int64), np.zeros(KEYS, np.uint32))
+                      for real in (np.float64, np.float32))
     return ClearanceTracer(double, single, SINGLE * max(1.0, lens.surfaces[-1].semi_diameter / lens.stop.semi_diameter))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _trace(film_x, film_y, px, py, distance, out, lanes, code, p, key):
+def _trace(film_x, film_y, px, py, distance, out, lanes, code, p, ints, key):
     """The clearances of the rays from (film_x, film_y) to (px, py), block by block, into out (n,)."""
     n, real = out.size, lanes.dtype.type
     row = rows(lanes)
@@ -54,7 +55,7 @@ def _trace(film_x, film_y, px, py, distance, out, lanes, code, p, key):
             l[i], m[i], o[i] = real(dx * size), real(dy * size), real(-distance * size)
         for i in range(count, B):           # fill the block with copies of the last ray
             x[i], y[i], z[i], l[i], m[i], o[i] = x[i - 1], y[i - 1], z[i - 1], l[i - 1], m[i - 1], o[i - 1]
-        call_stage(code, lanes, p, key)
+        call_stage(code, lanes, p, ints, key)
         for i in range(count):
             out[start + i] = math.sqrt(clearance[i]) if clearance[i] < math.inf else math.inf
 
@@ -66,8 +67,6 @@ def clearances(film_x, film_y, px, py, distance, out, tracer, accuracy):
     distance: last vertex → film (mm). accuracy: acceptable error; 0 for float64.
     """
     if tracer.error <= accuracy:
-        lanes, code, p, key = tracer.single
-        _trace(film_x, film_y, px, py, distance, out, lanes, code, p, key)
+        _trace(film_x, film_y, px, py, distance, out, *tracer.single)
     else:
-        lanes64, code64, p64, key64 = tracer.double
-        _trace(film_x, film_y, px, py, distance, out, lanes64, code64, p64, key64)
+        _trace(film_x, film_y, px, py, distance, out, *tracer.double)

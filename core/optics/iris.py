@@ -169,7 +169,7 @@ def _chords(iris: Iris) -> np.ndarray:
 
 
 @stage
-def map_to_iris(lanes, p, key):
+def map_to_iris(lanes, p, ints, key):
     """Pupil samples U0, U1 of the whole disk become samples of the opening of an iris, by equal areas.
 
     The concentric map of the result fills the opening evenly.  p: as `_chords` gives them.
@@ -219,7 +219,7 @@ def map_to_iris(lanes, p, key):
 
 
 @stage
-def block_by_blades(lanes, p, key):
+def block_by_blades(lanes, p, ints, key):
     """Rays at the stop that meet the blades: WEIGHT becomes 0, and CLEARANCE greater than 1.
 
     p: BULGE, then the coefficients of x and y for each blade; a ray meets a blade where BULGE r² + a x + b y > 1.

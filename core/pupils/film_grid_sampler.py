@@ -149,7 +149,7 @@ class PupilGrid:
 
 
 @stage
-def aim_in_quadrant(lanes, p, key):
+def aim_in_quadrant(lanes, p, ints, key):
     """Aim from a film point X, Y (mm, Z = 0) into its exit-pupil region: L, M, N and WEIGHT. p: see FILM_DISTANCE.
 
     The film point is mirrored into the first quadrant, its region interpolated between four nodes, and the ray mirrored

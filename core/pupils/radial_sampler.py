@@ -311,7 +311,7 @@ def _equal_areas(rims):
 
 
 @stage
-def aim_radial(lanes, p, key):
+def aim_radial(lanes, p, ints, key):
     """Aim from a film point X, Y (mm, Z = 0) into its exit-pupil region: L, M, N and WEIGHT. p: see FILM_DISTANCE.
 
     WEIGHT holds the exact area of the sampled triangle, so that neither the interpolation between rings nor the grid of

@@ -114,7 +114,7 @@ def fate_colours(lens: Lens) -> np.ndarray:
 
 
 @stage
-def show_rows(lanes, p, key):
+def show_rows(lanes, p, ints, key):
     """RED, GREEN, BLUE: three rows × GAIN + SHIFT; WEIGHT: 1 for each sample that arrives. p: FIRST_ROW … SHIFT."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -129,7 +129,7 @@ def show_rows(lanes, p, key):
 
 
 @stage
-def keep_depth(lanes, p, key):
+def keep_depth(lanes, p, ints, key):
     """START_DEPTH, DEPTH_PER_MM: of the ray in the camera frame. p[0]: size of a camera unit in the world."""
     row = rows(lanes)
     z, n, start, slope = row[Z], row[N], row[START_DEPTH], row[DEPTH_PER_MM]
@@ -138,7 +138,7 @@ def keep_depth(lanes, p, key):
 
 
 @stage
-def show_depth(lanes, p, key):
+def show_depth(lanes, p, ints, key):
     """RED, GREEN, BLUE: 1 / distance of the hit along the camera's −z, 1/m; 0 for the sky. After `keep_depth`."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -153,7 +153,7 @@ def show_depth(lanes, p, key):
 
 
 @stage
-def show_weight(lanes, p, key):
+def show_weight(lanes, p, ints, key):
     """RED, GREEN, BLUE: 1, so that the picture is the mean WEIGHT."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -163,7 +163,7 @@ def show_weight(lanes, p, key):
 
 
 @stage
-def show_white(lanes, p, key):
+def show_white(lanes, p, ints, key):
     """RED, GREEN, BLUE: 1; WEIGHT: 1 for each sample that arrives."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -187,7 +187,7 @@ def _fate_steps(lens: Lens, film_distance: float) -> list[Step]:
 
 
 @stage
-def aim_at_rear_opening(lanes, p, key):
+def aim_at_rear_opening(lanes, p, ints, key):
     """L, M, N: from the film point X, Y to a uniform point (by U0, U1) of the disk in the plane Z = OPENING_Z."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -203,7 +203,7 @@ def aim_at_rear_opening(lanes, p, key):
 
 
 @stage
-def show_fate(lanes, p, key):
+def show_fate(lanes, p, ints, key):
     """RED, GREEN, BLUE: the colour p where this surface is the first to end the ray; HAS_ENDED: 1 there."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -216,7 +216,7 @@ def show_fate(lanes, p, key):
 
 
 @stage
-def show_passed(lanes, p, key):
+def show_passed(lanes, p, ints, key):
     """RED, GREEN, BLUE: 1 where no surface has ended the ray; WEIGHT: 1 for every sample."""
     real = lanes.dtype.type
     row = rows(lanes)

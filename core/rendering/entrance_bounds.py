@@ -58,7 +58,7 @@ def _cell(i, middle, half, cells):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _find_bounds(points, radii, front, frames, boxes, passing, best, lanes, code, gated, data, ends):
+def _find_bounds(points, radii, front, frames, boxes, passing, best, lanes, code):
     """Narrow the boxes (n, 4: middles, then halves of both axes) to the rays from points (n, 3) that pass.
 
     Then widen them for spheres about the points.
@@ -72,16 +72,16 @@ def _find_bounds(points, radii, front, frames, boxes, passing, best, lanes, code
             rim_a[n], rim_b[n] = a, b
             n += 1
     for j in range(len(points)):
-        passing[j] = _narrow(points[j], front, frames[j], boxes[j], best[j], lanes, code, gated, data, ends, key)
+        passing[j] = _narrow(points[j], front, frames[j], boxes[j], best[j], lanes, code, key)
         if passing[j] == 0.0:
             continue
         size = boxes[j, 2] * boxes[j, 3]
-        _widen(points[j], radii[j], front, frames[j], boxes[j], rim_a, rim_b, lanes, code, gated, data, ends, key)
+        _widen(points[j], radii[j], front, frames[j], boxes[j], rim_a, rim_b, lanes, code, key)
         passing[j] *= size / (boxes[j, 2] * boxes[j, 3])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _narrow(point, front, frame, box, best, lanes, code, gated, data, ends, key):
+def _narrow(point, front, frame, box, best, lanes, code, key):
     """Narrow a box to the rays from a point that pass; returns the share of the rays through the box that pass."""
     u0, v0, hu, hv = box[0], box[1], box[2], box[3]
     passing = 0.0
@@ -90,7 +90,7 @@ def _narrow(point, front, frame, box, best, lanes, code, gated, data, ends, key)
         for i in range(B):
             _set_ray(lanes, i, _cell(i % COLUMNS, u0, hu, COLUMNS), _cell(i // COLUMNS, v0, hv, ROWS), frame, front,
                      point[0], point[1], point[2])
-        run_steps(lanes, code, gated, data, ends, key)
+        run_steps(lanes, code, key)
 
         # Find the cells that pass, and the one that comes nearest to passing
         count, a0, a1, b0, b1 = 0, COLUMNS, -1, ROWS, -1
@@ -126,7 +126,7 @@ def _narrow(point, front, frame, box, best, lanes, code, gated, data, ends, key)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _widen(point, radius, front, frame, box, rim_a, rim_b, lanes, code, gated, data, ends, key):
+def _widen(point, radius, front, frame, box, rim_a, rim_b, lanes, code, key):
     """Widen a box until no ray from the SAMPLES of a sphere about the point passes through the cells of its rim."""
     u0, v0, hu, hv = box[0], box[1], box[2], box[3]
     for _ in range(MOST_WIDENINGS):
@@ -137,7 +137,7 @@ def _widen(point, radius, front, frame, box, rim_a, rim_b, lanes, code, gated, d
             _set_ray(lanes, i, u, v, frame, front,
                      point[0] + a * frame[0, 0] + b * frame[1, 0], point[1] + a * frame[0, 1] + b * frame[1, 1],
                      point[2] + a * frame[0, 2] + b * frame[1, 2])
-        run_steps(lanes, code, gated, data, ends, key)
+        run_steps(lanes, code, key)
         left, right, low, high = 0.0, 0.0, 0.0, 0.0
         for i in range(B):
             if lanes[WEIGHT * PITCH + i] > 0.0:
@@ -164,8 +164,7 @@ def entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.ndarray,
     boxes[:, 2:] = landing.radius
     if landing.radius > 0.0:
         program = Program(landing.bounding, real)
-        _find_bounds(points, radii, landing.front, frames, boxes, passing, best, lane_buffer(real), program.code,
-                     program.gated, program.data, program.ends)
+        _find_bounds(points, radii, landing.front, frames, boxes, passing, best, lane_buffer(real), program.code)
     else:
         passing[:] = 1.0
         towards, frames = np.tile([0.0, 0.0, -1.0], (n, 1)), np.tile([[1.0, 0, 0], [0, 1.0, 0]], (n, 1, 1))

@@ -171,9 +171,8 @@ class LightImage:
     def _list_rays(self, found: np.ndarray, lanes: np.ndarray, task: _Task) -> int:
         """Trace a task and list the rays that reach the film; returns their number."""
         light, program = self._selected[task.light], task.program
-        return _list_rays(found, lanes, program.code, program.gated, program.data, program.ends, task.light,
-                          task.first, task.blocks, self._seed, light.image if light.shared > 0 else NO_IMAGE,
-                          light.is_round)
+        return _list_rays(found, lanes, program.code, task.light, task.first, task.blocks, self._seed,
+                          light.image if light.shared > 0 else NO_IMAGE, light.is_round)
 
     def _own_number(self, number: int) -> int:
         """The number of passes with lights before this one."""
@@ -256,8 +255,8 @@ class LightImage:
             def check(_: int, program=program, which=which, turns=turns) -> None:
                 lanes = lane_buffer(self._real)
                 while (first := next(turns)) < len(which):
-                    _count_hidden(hidden, which[first:first + CHECKED], lanes, program.code, program.gated,
-                                  program.data, program.ends, parameters[:, LIGHT_MARK], spheres)
+                    _count_hidden(hidden, which[first:first + CHECKED], lanes, program.code,
+                                  parameters[:, LIGHT_MARK], spheres)
 
             list(pool.map(check, range(threads)))
         return hidden
@@ -273,14 +272,14 @@ def _adapted(light: SelectedLight, hidden: int) -> SelectedLight:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _count_hidden(hidden, which, lanes, code, gated, data, ends, marks, spheres):
+def _count_hidden(hidden, which, lanes, code, marks, spheres):
     """How many of B rays to each of these lights are hidden; spheres: centre (world), radius of a sphere or 0."""
     key = np.zeros(KEYS, np.uint32)
     row = rows(lanes)
     x, y, z, met, weight, depth = row[X], row[Y], row[Z], row[EMITS], row[WEIGHT], row[DEPTH]
     for j in which:
         key[PIXEL] = j
-        run_steps(lanes, code, gated, data, ends, key)
+        run_steps(lanes, code, key)
         cx, cy, cz, radius = spheres[j]
         for i in range(B):
             a, b, c = x[i] - cx, y[i] - cy, z[i] - cz
@@ -291,7 +290,7 @@ def _count_hidden(hidden, which, lanes, code, gated, data, ends, marks, spheres)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _list_rays(found, lanes, code, gated, data, ends, light, first, blocks, seed, image, is_round):
+def _list_rays(found, lanes, code, light, first, blocks, seed, image, is_round):
     """List the rays of some blocks of a light that reach the film; returns their number.
 
     The raster point is that of the light's centre, by the image of the half-axes, where that image is not 0.
@@ -305,7 +304,7 @@ def _list_rays(found, lanes, code, gated, data, ends, light, first, blocks, seed
     n = 0
     for block in range(first, first + blocks):
         key[SAMPLE] = block
-        run_steps(lanes, code, gated, data, ends, key)
+        run_steps(lanes, code, key)
         for i in range(B):
             w = weight[i]
             if w > 0.0:

@@ -121,7 +121,7 @@ def light_parameters(marks, middles, half_axes, towards, centres, rights, ups, d
 
 
 @stage
-def trace_to_light(lanes, p, key):
+def trace_to_light(lanes, p, ints, key):
     """The ray from an entrance point (by U0, U1) to a point of the light (by V0, V1); WEIGHT: its étendue, mm²·sr."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -197,7 +197,7 @@ def _deflected(real, b, distance, per, metal):
 
 
 @stage
-def trace_by_ball(lanes, p, key):
+def trace_by_ball(lanes, p, ints, key):
     """The ray from an entrance point to a point of the light by way of a ball; WEIGHT: its étendue, mm²·sr.
 
     The path lies in the plane of its ends and the ball's centre. It passes the centre at the same distance b
@@ -287,7 +287,7 @@ def _aim_at_ball(lanes, p, s):
 
 
 @stage
-def require_mirror(lanes, p, key):
+def require_mirror(lanes, p, ints, key):
     """WEIGHT: 0 for rays that have not met the specular object of their path; EMITS as marking_steps leaves it."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -302,7 +302,7 @@ def require_mirror(lanes, p, key):
 
 
 @stage
-def apply_throughput(lanes, p, key):
+def apply_throughput(lanes, p, ints, key):
     """RED, GREEN, BLUE: times the throughput TR, TG, TB of the path."""
     row = rows(lanes)
     red, green, blue, tr, tg, tb = row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB]
@@ -311,7 +311,7 @@ def apply_throughput(lanes, p, key):
 
 
 @stage
-def reverse_ray(lanes, p, key):
+def reverse_ray(lanes, p, ints, key):
     """The kept ray, reversed to run towards the lens; WEIGHT: 0 where something else than the light was met."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -116,7 +116,7 @@ def is_rough(scene: Scene) -> bool:
 
 
 @stage
-def depth_picture(lanes, p, key):
+def depth_picture(lanes, p, ints, key):
     """RED: DEPTH in mm; GREEN: 1 where something was hit; BLUE: 0."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -104,7 +104,7 @@ def _fill(entries):
 
 
 @stage
-def interpolate(lanes, p, key):
+def interpolate(lanes, p, ints, key):
     """Replace the ray at the film by the ray in front of the lens.
 
     p: −film distance, radii of the table per mm, movement of the middle, places along and across per mm, z of the

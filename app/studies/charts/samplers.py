@@ -40,14 +40,14 @@ def _shift(lanes, key, d, step):
 
 
 @stage
-def recurrence(lanes, p, key):
+def recurrence(lanes, p, ints, key):
     """Sample k lies k golden steps from a random start of the pixel."""
     for d in range(USED):
         _shift(lanes, key, d, uint32(key[SAMPLE] * _STEPS[d]))
 
 
 @stage
-def lattice(lanes, p, key):
+def lattice(lanes, p, ints, key):
     """Sample k is a point of a rank-1 lattice in van der Corput's order, shifted for each pixel."""
     turned = uint32(0)
     for b in range(32):                 # van der Corput's order
@@ -57,7 +57,7 @@ def lattice(lanes, p, key):
 
 
 @stage
-def scrambled(lanes, p, key):
+def scrambled(lanes, p, ints, key):
     """Points of Sobol's sequence, Owen-scrambled for each pixel."""
     real = lanes.dtype.type
     unit = real(1 / 16777216)
@@ -69,7 +69,7 @@ def scrambled(lanes, p, key):
 
 
 @stage
-def white_noise(lanes, p, key):
+def white_noise(lanes, p, ints, key):
     """White noise: independent random numbers for all rows of the default samplers. p: width, height (pixels)."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -92,7 +92,7 @@ def white_noise(lanes, p, key):
         v0[i] = real(np.int32(e >> _u(8))) * unit
         v1[i] = real(np.int32(f >> _u(8))) * unit
         time[i] = real(np.int32(mix(uint32(f + step)) >> _u(8))) * unit
-    add_corners(lanes, p, key)
+    add_corners(lanes, p, ints, key)
 
 
 def samplers(film: Film, timed: bool = False) -> dict[str, list[Step]]:

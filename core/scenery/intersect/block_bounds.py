@@ -45,7 +45,7 @@ LEAST, GREATEST, LEAST_SLOPE, GREATEST_SLOPE = range(4)
 
 
 @stage
-def beam(lanes, p, key):
+def beam(lanes, p, ints, key):
     """Bound the rays of the block by two pairs of planes: the row BEAM, read by `beam_misses`."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -74,7 +74,7 @@ def tile_side(real, hx, hy, hz, dx, dy, dz, steep, wide, a_axis, b_axis, a0, b0,
 
 
 @stage
-def floor(lanes, p, key):
+def floor(lanes, p, ints, key):
     """Intersect rays with the floor, visible from above only; the nearest surface stays.  p: floor_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -173,7 +173,7 @@ def time_bounds(lanes):
 
 
 @stage
-def moving(lanes, p, key):
+def moving(lanes, p, ints, key):
     """Intersect rays with moving shapes, after `beam`; the nearest surface stays.  p: moving_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -209,14 +209,14 @@ def moving(lanes, p, key):
                 x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                                       ex[i], ey[i], ez[i])
                 near[i] = depth[i]
-            beam(lanes, p, key)
+            beam(lanes, p, ints, key)
             last, current = here, which
 
         # Intersect them there
         if first > 0:
-            spheres(lanes, p[begin:begin + first], key)
+            spheres(lanes, p[begin:begin + first], ints, key)
         if begin + first < end:
-            planar(lanes, p[begin + first:end], key)
+            planar(lanes, p[begin + first:end], ints, key)
     if current >= real(0):
         _normals_to_world(lanes, p, last)
     for i in range(B):

@@ -92,7 +92,7 @@ def planar_parameters(shapes, emission=None, specular=None) -> np.ndarray:
 
 
 @stage
-def planar(lanes, p, key):
+def planar(lanes, p, ints, key):
     """Intersect rays with planar shapes, after `beam`; the nearest surface stays.  p: planar_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)

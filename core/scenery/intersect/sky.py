@@ -38,7 +38,7 @@ def gradient(p, k):
 
 
 @stage
-def sky(lanes, p, key):
+def sky(lanes, p, ints, key):
     """Begin the intersection of rays: each sees the sky.  p: sky_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -58,7 +58,7 @@ def sky(lanes, p, key):
 
 
 @stage
-def sun_disk(lanes, p, key):
+def sun_disk(lanes, p, ints, key):
     """Draw the sun on the sky, directly after `sky`.  p: sun_disk_parameters.
 
     The squared chord |d − s|² = (2 sin α/2)² is exact in float32 where the cosine of so small an angle α is not.

@@ -79,7 +79,7 @@ def sphere_parameters(spheres, emission=None) -> np.ndarray:
 
 
 @stage
-def spheres(lanes, p, key):
+def spheres(lanes, p, ints, key):
     """Intersect rays with spheres, after `beam`; the nearest surface stays.  p: sphere_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)

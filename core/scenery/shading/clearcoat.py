@@ -95,7 +95,7 @@ def sphere_reflection(sphere) -> np.ndarray:
 
 
 @stage
-def clearcoat(lanes, p, key):
+def clearcoat(lanes, p, ints, key):
     """Add what sharp coats and glass reflect; an albedo under a coat gets what the coat transmits.
 
     p: clearcoat_parameters.

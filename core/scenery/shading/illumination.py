@@ -89,7 +89,7 @@ def irradiance(real, p):
 
 
 @stage
-def daylight(lanes, p, key):
+def daylight(lanes, p, ints, key):
     """Turn albedo into radiance under sky, ambient light and sun without shadows.  p: DAYLIGHT numbers."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -109,7 +109,7 @@ def daylight(lanes, p, key):
 
 
 @stage
-def begin_path(lanes, p, key):
+def begin_path(lanes, p, ints, key):
     """Begin a path: full throughput (T = 1), no radiance gathered (S = 0)."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -121,7 +121,7 @@ def begin_path(lanes, p, key):
 
 
 @stage
-def gather_emission(lanes, p, key):
+def gather_emission(lanes, p, ints, key):
     """Add emission to S, weight albedo by the throughput T, and tint T at metal and glass.
 
     The emission of a SMALL light is left out where the path is SPECULAR. Albedo becomes T · albedo, what a unit of
@@ -164,7 +164,7 @@ def gather_emission(lanes, p, key):
 
 
 @stage
-def finish_path(lanes, p, key):
+def finish_path(lanes, p, ints, key):
     """RED, GREEN, BLUE: the radiance that the path has gathered."""
     row = rows(lanes)
     red, green, blue, sr, sg, sb = row[RED], row[GREEN], row[BLUE], row[SR], row[SG], row[SB]
@@ -185,7 +185,7 @@ def count_lit(lanes):
 
 
 @stage
-def ambient(lanes, p, key):
+def ambient(lanes, p, ints, key):
     """Add the light of the sky and the ambient light, less what spheres occlude, in closed form.
 
     A sphere of radius r at distance d, its centre at the angle θ from the normal, covers cos θ r²/d² of the
@@ -200,7 +200,7 @@ def ambient(lanes, p, key):
 
 
 @stage
-def open_light(lanes, p, key):
+def open_light(lanes, p, ints, key):
     """Add the light of the sky, the ambient light and that of lamps, each as a point at its middle, without shadows.
 
     A planar lamp gives L cos θ cos θ′ A / (π d²), a sphere by its solid angle L cos θ · 2 (1 − cos θm).

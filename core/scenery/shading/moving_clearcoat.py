@@ -68,7 +68,7 @@ def moving_highlights(lights: Sequence[Shape], opening: float) -> np.ndarray:
 
 
 @stage
-def moving_clearcoat(lanes, p, key):
+def moving_clearcoat(lanes, p, ints, key):
     """`clearcoat` with moving lights.  p: length of clearcoat_parameters, these, then moving_reflected."""
     still = 1 + int(p[0])
     if sharp_open(lanes, p[1:still]) == 0:
@@ -92,7 +92,7 @@ def moving_clearcoat(lanes, p, key):
 
 
 @stage
-def moving_rough_clearcoat(lanes, p, key):
+def moving_rough_clearcoat(lanes, p, ints, key):
     """`rough_clearcoat` with moving lights.  p: length of rough_clearcoat_parameters, these, then moving_highlights."""
     still = 1 + int(p[0])
     if rough_open(lanes, p[1:still]) == 0:

@@ -102,7 +102,7 @@ def after(still: np.ndarray, *more: np.ndarray) -> np.ndarray:
 
 
 @stage
-def moving_ambient(lanes, p, key):
+def moving_ambient(lanes, p, ints, key):
     """`ambient` with moving spheres.  p: length of the parameters of `ambient`, these, then moving_sky_occluders."""
     if count_lit(lanes) == 0:
         return
@@ -165,7 +165,7 @@ def shadow_moving(lanes, p):
 
 
 @stage
-def moving_sun(lanes, p, key):
+def moving_sun(lanes, p, ints, key):
     """`sun` with moving occluders.  p: length of the parameters of `sun`, these, then moving_occluders."""
     if count_lit(lanes) == 0:
         return
@@ -177,7 +177,7 @@ def moving_sun(lanes, p, key):
 
 
 @stage
-def moving_lamp(lanes, p, key):
+def moving_lamp(lanes, p, ints, key):
     """`lamp` where it moves or occluders do.
 
     p: the MOTION of the lamp, length of the parameters of `lamp`, these, then moving_occluders.

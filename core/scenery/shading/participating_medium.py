@@ -165,7 +165,7 @@ def _transmitted(lanes, out, depth, sigma):
 
 
 @stage
-def fog(lanes, p, key):
+def fog(lanes, p, ints, key):
     """Attenuate the throughput T over DEPTH, and add what is scattered into the path to S.  p: FOG numbers."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -186,7 +186,7 @@ def fog(lanes, p, key):
 
 
 @stage
-def dim(lanes, p, key):
+def dim(lanes, p, ints, key):
     """Attenuate RED, GREEN, BLUE over DEPTH.  p: extinction (3, 1/mm)."""
     row = rows(lanes)
     e, red, green, blue = row[A0], row[RED], row[GREEN], row[BLUE]

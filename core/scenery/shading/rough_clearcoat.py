@@ -72,7 +72,7 @@ def highlight_parameters(lights) -> np.ndarray:
 
 
 @stage
-def rough_clearcoat(lanes, p, key):
+def rough_clearcoat(lanes, p, ints, key):
     """Add what coats of a gloss below 1 reflect of the lights, and of the sky as if they were smooth.
 
     The slopes of the facets are distributed as 1 / (π α² (1 + tan² / α²)²) (Trowbridge and Reitz), α = 1 − gloss. A

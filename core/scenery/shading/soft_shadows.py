@@ -163,7 +163,7 @@ def disk_points(lanes):
 
 
 @stage
-def sun(lanes, p, key):
+def sun(lanes, p, ints, key):
     """Add the light of the sun.  p: sun_parameters, occluder_parameters."""
     if count_lit(lanes) == 0:
         return
@@ -173,7 +173,7 @@ def sun(lanes, p, key):
 
 
 @stage
-def lamp(lanes, p, key):
+def lamp(lanes, p, ints, key):
     """Add the light of one lamp.  p: sphere_lamp or planar_lamp, then occluder_parameters."""
     if count_lit(lanes) == 0:
         return

@@ -41,7 +41,7 @@ LIFT = 4e-6             # offset of a new ray from the surface, as a fraction of
 
 
 @stage
-def specular_bounce(lanes, p, key):
+def specular_bounce(lanes, p, ints, key):
     """Continue the paths that met metal or glass, end the others; key[ALIVE] = 0 where none continues.
 
     Metal reflects. A glass ball is crossed in one step, in closed form: refraction in, the chord 2 R cos θ′,
@@ -106,7 +106,7 @@ def specular_bounce(lanes, p, key):
 
 
 @stage
-def bounce_pupil_part(lanes, p, key):
+def bounce_pupil_part(lanes, p, ints, key):
     """PUPIL_RADIUS, PUPIL_SPREAD, OX, OY, OZ after metal and glass; runs before `specular_bounce`."""
     real = lanes.dtype.type
     row = rows(lanes)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from lensbench.kernels.block import A0, A1, A2, ALIVE, LOST, RED, B, Step, X, gather, lane_buffer, rows, stage
+from lensbench.kernels.block import A0, A1, A2, ALIVE, GREEN, LOST, RED, B, Step, X, gather, lane_buffer, rows, stage
 from lensbench.kernels.program import Program
 
 
 @stage
-def add(lanes, p, key):
+def add(lanes, p, ints, key):
     """RED grows by p[0]."""
     row = rows(lanes)
     for i in range(B):
@@ -16,14 +16,23 @@ def add(lanes, p, key):
 
 
 @stage
-def fetch(lanes, p, key):
+def fetch(lanes, p, ints, key):
     """RED = p[X]."""
     row = rows(lanes)
     gather(row[RED], p, row[X])
 
 
 @stage
-def halt(lanes, p, key):
+def show_parity(lanes, p, ints, key):
+    """RED: parity of the first integer; GREEN: of the second."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    for i in range(B):
+        row[RED][i], row[GREEN][i] = real(ints[0] & 1), real(ints[1] & 1)
+
+
+@stage
+def halt(lanes, p, ints, key):
     """Nothing goes on."""
     key[ALIVE] = np.uint32(p[0])
 
@@ -52,6 +61,14 @@ def test_gated_steps_wait_while_no_lane_goes_on_and_lost_ends_the_block():
     lost = Program([Step(halt, [LOST]), Step(add, [1.0], gated=True), Step(add, [10.0])])
     going = Program([Step(add, [1.0], gated=True), Step(add, [10.0])])
     assert [program.run({}, [RED], 1)[0, 0] for program in (stopped, lost, going)] == [10.0, 0.0, 11.0]
+
+
+@REALS
+def test_integers_keep_all_digits_in_either_precision(real):
+    between = Step(add, [1.0], [0, 0])
+    for a, b in ((2**53 + 1, 2**24 + 2), (2**24, 2**62 - 1)):
+        found = Program([between, Step(show_parity, [], [a, b])], real).run({}, [RED, GREEN], 1)[:, 0]
+        assert found.tolist() == [a % 2, b % 2]
 
 
 @REALS

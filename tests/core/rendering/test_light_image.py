@@ -240,9 +240,9 @@ def test_a_small_picture_traces_lights_in_few_passes_after_the_first_ones(monkey
     camera, rays = view("trace", focus=1200.0, f_number=2.8, film=lb.Film(32.0, 18.0, 120, 68)), []
     list_rays = light_image._list_rays
 
-    def counted(found, lanes, code, gated, data, ends, light, first, blocks, *rest):
+    def counted(found, lanes, code, light, first, blocks, *rest):
         rays.append(blocks * B)
-        return list_rays(found, lanes, code, gated, data, ends, light, first, blocks, *rest)
+        return list_rays(found, lanes, code, light, first, blocks, *rest)
 
     monkeypatch.setattr(light_image, "_list_rays", counted)
     rendering = lb.Rendering(camera, lb.builtin_scene("still-life"), seed=1)

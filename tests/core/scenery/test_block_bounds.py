@@ -15,7 +15,7 @@ BLOCKS = 120
 
 
 @stage
-def everywhere(lanes, p, key):
+def everywhere(lanes, p, ints, key):
     """In place of `beam`: the rays of the block can meet anything."""
     rows(lanes)[BEAM][0] = lanes.dtype.type(0)
 
@@ -79,7 +79,7 @@ def test_what_a_block_passes_by_is_met_by_none_of_its_rays(seed, real):
     scene = scattered(random) if seed else crowd(3)
     rays = np.concatenate([bundle(random, real) for _ in range(BLOCKS)], 1)
     given = dict(zip([X, Y, Z, L, M, N, V0, V1, TIME], [*rays, *random.random((3, rays.shape[1]))], strict=True))
-    steps = [Step(step.kernel, step.parameters, step.gated) for step in scene.steps(shadows=False)]
+    steps = scene.steps(shadows=False)
     assert any(step.kernel is beam for step in steps)
     culled, plain = (Program(which, real).run(given, [RED, GREEN, BLUE], rays.shape[1])
                      for which in (steps, unculled(steps)))
@@ -87,11 +87,11 @@ def test_what_a_block_passes_by_is_met_by_none_of_its_rays(seed, real):
 
 
 @stage
-def passed_by(lanes, p, key):
+def passed_by(lanes, p, ints, key):
     """RED of lane j: 1 where ball j, three numbers in p and 10 mm wide, is outside the block's beam."""
     real = lanes.dtype.type
     red, seen = rows(lanes)[RED], rows(lanes)[BEAM]
-    beam(lanes, p, key)
+    beam(lanes, p, ints, key)
     for j in range(p.size // 3):
         half = real(5)
         red[j] = real(beam_misses(seen, p[3 * j], p[3 * j + 1], p[3 * j + 2], half, half, half))

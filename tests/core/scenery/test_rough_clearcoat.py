@@ -42,6 +42,7 @@ from lensbench.scenery.objects import Floor, Material, Rectangle, Sky, Sphere
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.shading.rough_clearcoat import lobe_mean
 
+NO_INTEGERS = np.zeros(0, np.int64)
 FILM = lb.Film(36.0, 24.0, 90, 60)
 BLACK = (0.0, 0.0, 0.0)
 DARK = Sky(BLACK, BLACK, BLACK)
@@ -118,8 +119,8 @@ def test_the_disks_that_samples_stand_for_are_together_as_large_as_the_pupil_and
     for number, part in ((0, 1.0), (FULL_PUPIL_SAMPLES - 1, 1.0), (15, 0.25**0.75), (255, (4 / 256) ** 0.75)):
         key[SAMPLE] = number
         table[X], table[Y], table[U0], table[U1] = 20.0, 41.0, (k + 0.5) / B, k * 0.6180339887 % 1.0
-        for address, step in zip(program.ends, [*before, *view.steps(), *after], strict=False):
-            step.kernel(lanes, program.data[address:address + np.size(step.parameters)], key)
+        for address, step in zip(program.code.ends[0], [*before, *view.steps(), *after], strict=False):
+            step.kernel(lanes, program.code.numbers[address:address + np.size(step.parameters)], NO_INTEGERS, key)
         origins, ways = table[X:X + 3].copy(), table[L:L + 3]
         radius, fan, off = table[PUPIL_RADIUS], table[PUPIL_SPREAD], table[OX:OX + 3]
         assert radius == pytest.approx(np.full(B, 12.0 * part), rel=0.02)
@@ -188,5 +189,5 @@ def test_a_gleam_is_finite_and_never_negative_however_grazing_the_ray_and_wide_t
         table[OX:OX + 3] = random.uniform(-1.0, 1.0, (3, B))
         table[PIXEL_SIDE], table[PIXEL_SPREAD] = random.uniform(-5.0, 5.0, B), random.uniform(-0.1, 0.1, B)
         table[GLOSS], table[TR:TB + 1], table[SR:SB + 1] = random.choice([0.5, 0.955, 0.9985]), 1.0, 0.0
-        step.kernel(lanes, parameters, key)
+        step.kernel(lanes, parameters, NO_INTEGERS, key)
         assert np.isfinite(table[SR:SB + 1]).all() and table[SR:SB + 1].min() >= 0.0

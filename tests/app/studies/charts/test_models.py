@@ -23,7 +23,7 @@ FILM = lb.Film(36.0, 24.0, 600, 400)
 
 
 @stage
-def shifted(lanes, p, key):
+def shifted(lanes, p, ints, key):
     """Film point moved by p mm to the right."""
     x = rows(lanes)[X]
     for i in range(B):
@@ -31,7 +31,7 @@ def shifted(lanes, p, key):
 
 
 @stage
-def shaded(lanes, p, key):
+def shaded(lanes, p, ints, key):
     """Less light off the axis: divided by 1 + p r²."""
     real = lanes.dtype.type
     row = rows(lanes)

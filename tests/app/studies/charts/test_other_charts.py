@@ -33,7 +33,7 @@ def test_every_sampler_fills_its_pixel_and_all_squares(name):
     key = np.zeros(KEYS, np.uint32)
     found = np.empty((64, 7, B))
     for key[SAMPLE] in range(64):
-        run_steps(lanes, program.code, program.gated, program.data, program.ends, key)
+        run_steps(lanes, program.code, key)
         found[key[SAMPLE]] = lanes.reshape(-1, PITCH)[[X, Y, U0, U1, V0, V1, TIME], :B]
     size, zero = [NARROW.pixels_x, NARROW.pixels_y], np.zeros(B)
     found[:, :2] -= Program([Step(add_corners, size)]).run({X: zero, Y: zero}, [X, Y], B)
