@@ -3,13 +3,13 @@
 The lines that matter: NM name formula code n_d V_d …; CD coefficients; LD shortest and longest wavelength (µm).
 """
 
-import codecs
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite
 from os import PathLike
 from pathlib import Path
 
+from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
 from lensbench.optics.glass import Glass, GlassError, from_formula
 
@@ -43,12 +43,14 @@ def read(path: str | PathLike[str]) -> Catalogue:
     try:
         if path.stat().st_size > LARGEST:
             raise LensFileError(path, None, f"larger than {LARGEST // 10**6} MB: this is no glass catalogue")
-        data = path.read_bytes()
+        text = decoded(path.read_bytes())
     except OSError as error:
         raise LensFileError(path, None, f"cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise LensFileError(path, None, "this is a binary file: a glass catalogue is text") from None
     glasses: dict[str, Glass] = {}
     findings = []
-    for record in _records(_text(data)):
+    for record in _records(text):
         try:
             glass = _glass(record)
         except (ValueError, IndexError) as error:
@@ -61,15 +63,6 @@ def read(path: str | PathLike[str]) -> Catalogue:
     if not glasses:
         raise LensFileError(path, None, f"holds no glass{': ' + findings[0] if findings else ' (no NM line)'}")
     return Catalogue(path.stem.upper(), tuple(glasses.values()), tuple(findings))
-
-
-def _text(data: bytes) -> str:
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return data.decode("utf-16", "replace")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
 
 
 def _records(text: str) -> Iterator[_Record]:

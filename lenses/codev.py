@@ -23,7 +23,15 @@ from decimal import Decimal
 
 from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import check_lines, file_curvature, file_number, is_number, plain_number
+from lensbench.lenses.encoding import (
+    check_lines,
+    file_curvature,
+    file_number,
+    first_number,
+    first_word,
+    is_number,
+    plain_number,
+)
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError
 from lensbench.lenses.stations import Solve
@@ -168,7 +176,7 @@ class _Sequence:
         elif key in ("TIT", "TITLE"):
             self.design.name = " ".join(values).strip("'\" ")
         elif key in ("EPD", "FNO", "NAO"):
-            self.design.aperture = ({"NAO": "NA"}.get(key, key), self.value(values))
+            self.design.aperture = ({"NAO": "NA"}.get(key, key), first_number(values))
         elif key in ("YAN", "YOB", "YIM", "YRI"):
             sizes = [abs(file_number(word, key)) for word in values]
             if any(sizes):
@@ -185,7 +193,7 @@ class _Sequence:
     def zoomed(self, line: int, values: list[str]) -> None:
         """Process ZOO: the number of positions, or the values of a quantity at each position."""
         if values and is_number(values[0]):
-            self.zoom.count = int(self.value(values))
+            self.zoom.count = int(first_number(values))
             return
         if not values or values[0].upper() in ("TIT", *HARMLESS):
             return
@@ -201,9 +209,9 @@ class _Sequence:
         index = self.qualified(where[0]) if where else len(self.design.rows) - 1
         kept = index is not None and 0 <= index < len(self.design.rows) and values and is_number(values[0])
         if key == "THI" and kept:
-            self.zoom.put("gap", index or 0, k, self.value(values, infinite=True))
+            self.zoom.put("gap", index or 0, k, first_number(values, infinite=True))
         elif key == "CIR" and kept and self.design.rows[index or 0].is_stop:
-            self.zoom.put("stop", index or 0, k, self.value(values))
+            self.zoom.put("stop", index or 0, k, first_number(values))
         elif key not in HARMLESS:
             self.zoom.differs(" ".join([key, *where]), " ".join(values))
         if k == 1:
@@ -245,12 +253,12 @@ class _Sequence:
             return
         row = rows[index]
         if key == "RDY":
-            row.curvature = file_curvature(self.word(values))
+            row.curvature = file_curvature(first_word(values))
         elif key == "CUY":
-            row.curvature = self.value(values)
+            row.curvature = first_number(values)
         elif key == "THI":
             if values and values[0].upper() not in ("HMY", "PUY", "UMY"):       # solves: the S line has the value
-                row.thickness = self.value(values, infinite=True)
+                row.thickness = first_number(values, infinite=True)
         elif key == "GLA":
             self.set_glass(row, values)
         elif key in ("STO", "STOP"):
@@ -258,9 +266,9 @@ class _Sequence:
                 other.is_stop = False
             row.is_stop = True
         elif key == "K":
-            row.conic = self.value(values)
+            row.conic = first_number(values)
         elif key in TERMS:
-            row.aspheric[TERMS[key]] = self.value(values)
+            row.aspheric[TERMS[key]] = first_number(values)
             if row.aspheric[TERMS[key]] == 0.0:
                 del row.aspheric[TERMS[key]]
         elif key in ("CYL", "YTO", "XTO", "AAS"):
@@ -268,7 +276,7 @@ class _Sequence:
             row.curvature_x = row.curvature_x or 0.0 if key != "AAS" else row.curvature
             row.toroid = {"YTO": "torus", "XTO": "torus about x"}.get(key, "biconic")
         elif key in ("CUX", "RDX"):
-            word = self.word(values)
+            word = first_word(values)
             row.curvature_x = file_number(word, key) if key == "CUX" else file_curvature(word)
             self.biconic.add(index)
         elif key == "CIR":
@@ -279,7 +287,7 @@ class _Sequence:
             self.refuse_unless_zero(index, key, values)
         elif key in SIDED:
             self.design.found(Kind.LEFT_OUT, f"S{index}: {SIDED[key]} ({key}) is left out", index - 1)
-        elif key in ("KX", "KY", "AR", "BR", "AP", "BP") and any(map(is_number, values)) and self.value(values):
+        elif key in ("KX", "KY", "AR", "BR", "AP", "BP") and any(map(is_number, values)) and first_number(values):
             raise RowError(f"S{index} has a biconic asphere, which is not traced")
         elif key not in HARMLESS and key not in ("KX", "KY", "AR", "BR", "AP", "BP"):
             self.design.not_read(key, line)
@@ -347,16 +355,6 @@ class _Sequence:
     def bend(self, word: str) -> float:
         """Curvature of the first value of an S line."""
         return file_curvature(word) if self.radii else file_number(word, "curvature")
-
-    def word(self, values: list[str]) -> str:
-        """The first value of a command."""
-        if not values:
-            raise RowError("a value is missing")
-        return values[0]
-
-    def value(self, values: list[str], infinite: bool = False) -> float:
-        """The first value as a number."""
-        return file_number(self.word(values), "the value", infinite=infinite)
 
 
 def _micrometres(word: str) -> float:

@@ -1,12 +1,12 @@
 """Writer of CODE V sequence files (.seq); `codev` describes the format."""
 
 from decimal import Decimal
-from math import inf, isfinite
+from math import isfinite
 
 from lensbench.lenses import configurations, glass_catalogue, media
 from lensbench.lenses.codev import TERMS
 from lensbench.lenses.encoding import LONGEST_NAME, is_number
-from lensbench.lenses.paraxial import axial_heights
+from lensbench.lenses.paraxial import entrance_pupil_diameter
 from lensbench.lenses.stations import Station, stations_of
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
@@ -18,9 +18,9 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
     title = _short(lens.name)
-    private = _private_glasses(lens)
+    private, pupil = _private_glasses(lens), entrance_pupil_diameter(lens.surfaces, lens.stop_index)
     lines = ["RDM N; LEN", f"TITLE '{title}'", "DIM M", "WL 656.2725 587.5618 486.1327", "REF 2",
-             *_entrance_pupil(lens), "YAN 0.0", *_private_lines(private), "SO 0.0 0.1e14"]
+             *([f"EPD {pupil!r}"] if isfinite(pupil) else []), "YAN 0.0", *_private_lines(private), "SO 0.0 0.1e14"]
     for i, s in enumerate(lens.surfaces):
         glass = s.glass
         words = [f"S {s.curvature!r} {s.thickness!r}"]
@@ -62,23 +62,14 @@ def _zoom_lines(lens: Lens, stations: list[Station]) -> list[str]:
     lines = [f"ZOO {len(stations)}"]
     if any(station.name for station in stations):
         lines += ["ZOO TIT", *(f"TIT Z{k} '{_short(s.name)}'" for k, s in enumerate(stations, start=1))]
-    rows = [(f"ZOO THI S{i + 1}", [station.gaps[i] for station in stations]) for i in stations[0].gaps]
-    if any(not station.is_far for station in stations):
-        rows.insert(0, ("ZOO THI SO", [1e13 if station.is_far else station.distance for station in stations]))
-    if stations[0].stop is not None:
-        rows.append((f"ZOO CIR S{lens.stop_index + 1}", [station.stop or 0.0 for station in stations]))
-    return lines + [_cut(name, [repr(value) for value in values]) for name, values in rows]
+    for quantity, surface, values in configurations.rows(lens, stations, 1e13):
+        name = f"ZOO {'CIR' if quantity == 'stop' else 'THI'} S{surface or 'O'}"
+        lines.append(_cut(name, [repr(value) for value in values]))
+    return lines
 
 
 def _short(text: str) -> str:
     return " ".join(text.replace("'", " ").split())[:LONGEST_NAME].strip()
-
-
-def _entrance_pupil(lens: Lens) -> list[str]:
-    """Line of the paraxial entrance-pupil diameter (mm), if the pupil exists."""
-    height = axial_heights(lens.surfaces)[lens.stop_index]
-    diameter = 2.0 * lens.stop.semi_diameter / abs(height) if height else inf
-    return [f"EPD {diameter!r}"] if isfinite(diameter) else []
 
 
 def _private_glasses(lens: Lens) -> dict[Glass, str]:

@@ -11,6 +11,7 @@ from math import inf
 
 from lensbench.lenses.stations import FAR, MOST_STATIONS, Station
 from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.prescription import Lens
 
 
 @dataclass
@@ -66,6 +67,20 @@ class Configurations:
             found.append(note(Kind.POSITION, f"the first {MOST_STATIONS} of {self.count} configurations were read",
                               configurations=self.count))
         return found
+
+
+def rows(lens: Lens, stations: list[Station], far: float) -> list[tuple[str, int, list[float]]]:
+    """Each varying quantity, "gap" or "stop", with its surface and its values; surfaces count from the object, 0.
+
+    far: object distance that a format writes for infinity.
+    """
+    if not stations:
+        return []
+    found = [("gap", i + 1, [station.gaps[i] for station in stations]) for i in stations[0].gaps]
+    if any(not station.is_far for station in stations):
+        found.insert(0, ("gap", 0, [far if station.is_far else station.distance for station in stations]))
+    stops = [station.stop for station in stations if station.stop is not None]
+    return found + ([("stop", lens.stop_index + 1, stops)] if stops else [])
 
 
 def lost_positions(stations: list[Station], plain: Callable[[str], str]) -> list[Finding]:

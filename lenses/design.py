@@ -13,6 +13,7 @@ from math import asin, inf, isfinite, isinf, radians, tan
 
 from lensbench.lenses import toroids
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.paraxial import focal_length, ray
 from lensbench.lenses.rows import RowError, check_sizes, stop_of
 from lensbench.lenses.stations import Solve, Station, solved, with_stations
 from lensbench.optics.finding import Finding, Kind, Severity
@@ -166,11 +167,11 @@ class Design:
     def misfit(self) -> float:
         """Distance between the paraxial and the stored image, in focal lengths; larger for impossible surfaces."""
         surfaces, distance = self.rows[1:-1], self.rows[0].thickness
-        ray = (1.0, 0.0) if abs(distance) >= FAR or distance == 0.0 else (1.0, 1.0 / distance)
+        start_slope = 0.0 if abs(distance) >= FAR or distance == 0.0 else 1.0 / distance
         try:
-            heights, before = _paraxial(surfaces, *ray)
-            efl = _paraxial(surfaces, 1.0, 0.0)[1]
-            image = (heights[-1] * before - surfaces[-1].thickness) / efl
+            heights, slope = ray(surfaces, 1.0, start_slope)
+            before = -1.0 / slope if slope else inf
+            image = (heights[-1] * before - surfaces[-1].thickness) / focal_length(surfaces)
         except ArithmeticError:
             image = inf
         crossed = sum(abs(row.curvature) * (row.semi_diameter or 0.0) > 1.0 for row in surfaces)
@@ -260,8 +261,8 @@ class Design:
         """Heights of the marginal and the chief ray at the surfaces; empty lists if the aperture is unknown."""
         distance = self.rows[0].thickness
         at_infinity = abs(distance) >= FAR
-        first, efl = _paraxial(surfaces, 1.0, 0.0)
-        tilted, _ = _paraxial(surfaces, 0.0, 1.0)
+        first, efl = ray(surfaces)[0], focal_length(surfaces)
+        tilted, _ = ray(surfaces, 0.0, 1.0)
         share = -tilted[stop] / first[stop] if first[stop] else 0.0
         through_stop = [b + share * a for a, b in zip(first, tilted, strict=True)]      # slope 1 in front of the lens
 
@@ -298,18 +299,6 @@ class Design:
         elif kind == "image" and at_infinity and isfinite(efl) and efl:
             slope = abs(value / efl)
         return marginal, [slope * y for y in through_stop]
-
-
-def _paraxial(rows: list[Row], height: float, slope: float) -> tuple[list[float], float]:
-    """Heights of a paraxial d-line ray at the surfaces, and −1 over its slope behind the last one."""
-    heights, n = [], 1.0
-    for row in rows:
-        heights.append(height)
-        after = row.glass.n_d
-        slope = (n * slope - height * row.vertex_curvature * (after - n)) / after
-        height += slope * row.thickness
-        n = after
-    return heights, -1.0 / slope if slope else inf
 
 
 def _listed(numbers: list[int]) -> str:

@@ -59,6 +59,18 @@ def file_number(text: str, name: str, infinite: bool = False) -> float:
     return number(plain, name, infinite=infinite)
 
 
+def first_word(values: list[str]) -> str:
+    """The first value of a command. RowError: there is none."""
+    if not values:
+        raise RowError("a value is missing")
+    return values[0]
+
+
+def first_number(values: list[str], infinite: bool = False) -> float:
+    """The first value of a command as a number. RowError: missing or invalid."""
+    return file_number(first_word(values), "the value", infinite=infinite)
+
+
 def file_curvature(text: str) -> float:
     """Curvature of a radius in a file, correctly rounded from its digits; 0 and infinity are a plane."""
     file_number(text, "radius", infinite=True)

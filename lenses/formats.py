@@ -70,21 +70,12 @@ FORMATS = (
 )
 
 
-def _readers() -> dict[str, Reader]:
-    """The reader of each suffix."""
-    rows: dict[str, list[Format]] = {}
-    for row in FORMATS:
-        rows.setdefault(row.suffix, []).append(row)
-    return {suffix: _reader(same) for suffix, same in rows.items()}
+def _reader(suffix: str) -> Reader:
+    rows = [row for row in FORMATS if row.suffix == suffix]
+    return lambda text, path: next(row for row in rows if row.recognises(text)).read(text, path)
 
 
-def _reader(rows: list[Format]) -> Reader:
-    def read(text: str, path: str) -> Lens:
-        return next(row for row in rows if row.recognises(text)).read(text, path)
-    return read
-
-
-READERS: dict[str, Reader] = _readers()
+READERS: dict[str, Reader] = {row.suffix: _reader(row.suffix) for row in FORMATS}
 WRITERS: dict[str, Callable[[Lens], tuple[str, tuple[Finding, ...]]]] = {
     row.suffix: row.text_of for row in FORMATS if row.write is not None}
 UTF8_SUFFIXES = frozenset(row.suffix for row in FORMATS if row.is_utf8)

@@ -80,6 +80,12 @@ def value(data: dict[str, Any], key: str, default: float | None = None, infinite
     return number(found, key, infinite)
 
 
+def text_value(data: dict[str, Any], key: str) -> str:
+    """A text of an object; "" if it is missing or no text."""
+    found = data.get(key)
+    return found if isinstance(found, str) else ""
+
+
 def exact(number: float | Decimal) -> Decimal:
     """The number with the digits of the file."""
     return number if isinstance(number, Decimal) else Decimal(repr(number))

@@ -18,7 +18,7 @@ from typing import Any
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.json_text import item_lines, items, parse, table, value
+from lensbench.lenses.json_text import item_lines, items, parse, table, text_value, value
 from lensbench.lenses.rows import RowError, curvature, number
 from lensbench.lenses.stations import Station
 from lensbench.optics.finding import Kind
@@ -36,9 +36,7 @@ def is_one(text: str) -> bool:
 def read(text: str, path: str) -> Lens:
     """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     data, lines = parse(text, path), item_lines(text, "surfaces")
-    name, kind, patent = (words if isinstance(words, str) else "" for words in (
-        data.get("name"), data.get("type"), data.get("patent")))
-    design = Design(path, [Row(None, thickness=inf)], name=name)
+    design = Design(path, [Row(None, thickness=inf)], name=text_value(data, "name"))
     for i, surface in enumerate(items(data.get("surfaces"))):
         row = Row(lines[i] if i < len(lines) else None)
         try:
@@ -63,7 +61,7 @@ def read(text: str, path: str) -> Lens:
         design.stations = _stations(design.rows, table(data, "variable"))
     except (RowError, ArithmeticError) as error:
         raise LensFileError(path, None, str(error)) from None
-    return replace(design.lens(), kind=kind.replace("?", ""), source=patent)
+    return replace(design.lens(), kind=text_value(data, "type").replace("?", ""), source=text_value(data, "patent"))
 
 
 def _fill(row: Row, data: dict[str, Any]) -> None:
@@ -75,8 +73,7 @@ def _fill(row: Row, data: dict[str, Any]) -> None:
     row.curvature, row.curvature_x = {"cyl_x": (0.0, c), "cyl_y": (c, 0.0)}.get(kind, (c, None))
     row.thickness, row.conic = value(data, "t"), value(data, "k", 0.0)
     row.semi_diameter = value(data, "semi_ap", 0.0) or None
-    name = data["glass"] if isinstance(data.get("glass"), str) else ""
-    row.glass = media.model(value(data, "nd"), value(data, "vd", 0.0), name)
+    row.glass = media.model(value(data, "nd"), value(data, "vd", 0.0), text_value(data, "glass"))
     row.aspheric = {int(number(power, "a power in A")): number(a, f"A {power}")
                     for power, a in table(data, "A").items()}
 

@@ -124,15 +124,6 @@ def is_known(glass: Glass) -> bool:
     return bool(glass.name) and glass.formula != "model" and glass_catalogue.lookup(glass.name) == glass
 
 
-def loss(glass: Glass, with_maker: bool = False) -> str:
-    """What is lost if only name, n_d and V_d of a glass are written (with_maker: and its maker); "" if nothing."""
-    if glass.n_d == 1.0:
-        return f"the name of {glass.name}, of index 1, is left out" if glass.name else ""
-    if glass.formula == "model" or is_known(glass) or (with_maker and maker_of(glass)):
-        return ""
-    return f"of the dispersion of {glass.name or 'a glass'} only n_d and V_d are written"
-
-
 def maker_of(glass: Glass) -> str:
     """Maker whose catalogue has this exact glass under its name; "" if none has."""
     if not glass.name or glass.formula == "model":
@@ -142,8 +133,16 @@ def maker_of(glass: Glass) -> str:
 
 
 def glass_loss(glass: Glass, i: int, with_maker: bool = False) -> list[Finding]:
-    """The finding about the loss of the glass of surface i; empty if nothing is lost."""
-    lost = loss(glass, with_maker)
+    """Finding about what is lost if only name, n_d and V_d of the glass of surface i are written; empty if nothing.
+
+    with_maker: its maker is written as well.
+    """
+    if glass.n_d == 1.0:
+        lost = f"the name of {glass.name}, of index 1, is left out" if glass.name else ""
+    elif glass.formula == "model" or is_known(glass) or (with_maker and maker_of(glass)):
+        lost = ""
+    else:
+        lost = f"of the dispersion of {glass.name or 'a glass'} only n_d and V_d are written"
     return [note(Kind.GLASS, f"surface {i}: {lost}", i)] if lost else []
 
 

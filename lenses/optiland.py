@@ -25,6 +25,7 @@ from lensbench.lenses.json_text import (
     parse,
     table,
     text_of,
+    text_value,
     value,
 )
 from lensbench.lenses.rows import RowError, curvature, number, radius_text
@@ -46,7 +47,7 @@ def read(text: str, path: str) -> Lens:
     if not surfaces:
         raise LensFileError(path, None, "there is no surface_group with surfaces: this is no Optiland lens")
     lines = item_lines(text, "surfaces")
-    design = Design(path, name=data["name"] if isinstance(data.get("name"), str) else "")
+    design = Design(path, name=text_value(data, "name"))
     places: list[Decimal] = []
     for i, surface in enumerate(surfaces):
         row = Row(lines[i] if i < len(lines) else None)
@@ -139,15 +140,12 @@ def _shape(row: Row, geometry: dict[str, Any]) -> None:
 def _glass(design: Design, material: dict[str, Any]) -> Glass:
     """The medium of a material."""
     kind = material.get("type")
-    if kind == "IdealMaterial":
-        name = material.get("name")
-        return media.stated(name if isinstance(name, str) else "", value(material, "index"), 0.0)
-    if kind == "AbbeMaterial":
-        name = material.get("name")
-        return media.stated(name if isinstance(name, str) else "", value(material, "index"), value(material, "abbe"))
+    if kind in ("IdealMaterial", "AbbeMaterial"):
+        v_d = value(material, "abbe") if kind == "AbbeMaterial" else 0.0
+        return media.stated(text_value(material, "name"), value(material, "index"), v_d)
     if kind == "Material" and isinstance(material.get("name"), str):
-        maker = material.get("catalog") or material.get("reference")
-        glass, assumed = media.named(material["name"], maker if isinstance(maker, str) else None)
+        maker = text_value(material, "catalog") or text_value(material, "reference")
+        glass, assumed = media.named(material["name"], maker or None)
         design.assume_glass(assumed)
         return glass
     raise RowError("a mirror is not traced" if kind == "Mirror" else f"the material {kind} is not read")

@@ -26,7 +26,15 @@ import re
 
 from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
-from lensbench.lenses.encoding import LONGEST_NAME, check_lines, file_curvature, file_number, is_number
+from lensbench.lenses.encoding import (
+    LONGEST_NAME,
+    check_lines,
+    file_curvature,
+    file_number,
+    first_number,
+    first_word,
+    is_number,
+)
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
 from lensbench.lenses.stations import Station, stations_of
@@ -111,7 +119,7 @@ class _File:
             self.begun = True
             design.name = next((word for word in values[1:] if not is_number(word)), "")
         elif key == "CFG":
-            self.configuration = int(self.number(values))
+            self.configuration = int(first_number(values))
             self.zoom.count = max(self.zoom.count, self.configuration)
         elif self.configuration and key != "END":
             self.configured(key, line, values)
@@ -120,15 +128,15 @@ class _File:
         elif key == "END":
             self.ended = True
         elif key == "UNI":
-            design.unit = self.number(values)
+            design.unit = first_number(values)
             if not 0.0 < design.unit <= 1e6:
                 raise RowError(f"a unit of {design.unit:g} mm cannot be")
         elif key == "EBR":
-            design.aperture = ("EPD", 2.0 * self.number(values))
+            design.aperture = ("EPD", 2.0 * first_number(values))
         elif key in ("NAO", "FNO"):
-            design.aperture = ({"NAO": "NA"}.get(key, key), self.number(values))
+            design.aperture = ({"NAO": "NA"}.get(key, key), first_number(values))
         elif key in ("ANG", "OBH", "GIH"):
-            design.field_of_view = ({"ANG": "angle", "OBH": "object", "GIH": "image"}[key], abs(self.number(values)))
+            design.field_of_view = ({"ANG": "angle", "OBH": "object", "GIH": "image"}[key], abs(first_number(values)))
         elif key == "WV":
             self.wavelengths = [file_number(word, "WV") for word in values]
         elif key in ("SNO1", "NOTE") and values:
@@ -141,11 +149,11 @@ class _File:
     def configured(self, key: str, line: int, values: list[str]) -> None:
         """Store a quantity of a surface in the current configuration."""
         rows = self.design.rows
-        index = int(self.number(values[:1])) if key in ("TH", "AP") else -1
+        index = int(first_number(values[:1])) if key in ("TH", "AP") else -1
         if key == "TH" and len(values) > 1 and 0 <= index < len(rows):
-            self.zoom.put("gap", index, self.configuration, self.number(values[1:], infinite=True))
+            self.zoom.put("gap", index, self.configuration, first_number(values[1:], infinite=True))
         elif key == "AP" and len(values) > 1 and 0 <= index < len(rows) and rows[index].is_stop:
-            self.zoom.put("stop", index, self.configuration, self.number(values[1:]))
+            self.zoom.put("stop", index, self.configuration, first_number(values[1:]))
         elif key not in HARMLESS:
             self.design.not_read(f"CFG {self.configuration} {key}", line)
 
@@ -153,51 +161,51 @@ class _File:
         """Process a command for the current surface."""
         index = len(self.design.rows) - 1
         if key == "RD":
-            row.curvature = file_curvature(self.word(values))
+            row.curvature = file_curvature(first_word(values))
         elif key == "CV":
-            row.curvature = self.number(values)
+            row.curvature = first_number(values)
         elif key == "TH":
-            row.thickness = self.number(values, infinite=True)
+            row.thickness = first_number(values, infinite=True)
         elif key == "AP":
-            size = self.number([word for word in values if word.upper() != "CHK"])
+            size = first_number([word for word in values if word.upper() != "CHK"])
             if size < 0.0:
                 raise RowError(f"semi-diameter is {size:g}: it must be positive")
             row.semi_diameter = size or None
         elif key == "AST":
             row.is_stop = True
         elif key == "CC":
-            row.conic = self.number(values)
+            row.conic = first_number(values)
         elif key in ("CVX", "RDX"):
-            row.curvature_x = self.number(values) if key == "CVX" else file_curvature(self.word(values))
+            row.curvature_x = first_number(values) if key == "CVX" else file_curvature(first_word(values))
             row.toroid = "torus"
         elif key in TERMS:
-            self.term(row, TERMS[key], self.number(values))
+            self.term(row, TERMS[key], first_number(values))
         elif key == "ASP":
-            kind = self.word(values).upper()
+            kind = first_word(values).upper()
             if kind not in POWERS:
                 raise RowError(f"an asphere of the kind {kind} is not traced, only {' and '.join(POWERS)}")
             self.general[index] = kind
         elif re.fullmatch(r"AS\d+", key):
             if index not in self.general:
                 raise RowError("the kind of asphere (ASP) is missing before it")
-            self.term(row, POWERS[self.general[index]] * int(key[2:6]), self.number(values))
+            self.term(row, POWERS[self.general[index]] * int(key[2:6]), first_number(values))
         elif key == "AIR":
             row.glass = AIR
         elif key in ("GLA", "GL"):
             row.glass = self.glass(values)
         elif key in ("PK", "GTO") and values:
             if values[0].upper() in ("GLA", "GL"):
-                source = int(self.number(values[1:]))
+                source = int(first_number(values[1:]))
                 if not 0 <= source < index:
                     raise RowError(f"a pick-up from surface {source}, which does not come before")
                 row.glass = self.design.rows[source].glass
             else:
                 raise RowError(f"a pick-up (PK {values[0]}) is not read")
-        elif key == "AY1" or (key == "APN" and self.number(values) > 0):
+        elif key == "AY1" or (key == "APN" and first_number(values) > 0):
             self.design.found(Kind.LEFT_OUT, f"SRF {index}: special apertures are left out, the round rim taken",
                               index - 1)
         elif key in REFUSED:
-            if key in HARMLESS_AT_ZERO and values and self.number(values) == 0.0:
+            if key in HARMLESS_AT_ZERO and values and first_number(values) == 0.0:
                 return
             raise RowError(f"{REFUSED[key]} is not traced")
         elif key not in HARMLESS:
@@ -213,7 +221,7 @@ class _File:
 
     def glass(self, values: list[str]) -> Glass:
         """Medium of GLA: a catalogue glass, an index, or MOD with a name and indices."""
-        name = self.word(values)
+        name = first_word(values)
         if name.upper() == "MOD":
             words = values[1:]
             label = words.pop(0) if words and not is_number(words[0]) else ""
@@ -233,16 +241,6 @@ class _File:
         glass, assumed = media.named(name)
         self.design.assume_glass(assumed)
         return glass
-
-    def word(self, values: list[str]) -> str:
-        """The first value."""
-        if not values:
-            raise RowError("a value is missing")
-        return values[0]
-
-    def number(self, values: list[str], infinite: bool = False) -> float:
-        """The first value as a number."""
-        return file_number(self.word(values), "the value", infinite)
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
@@ -271,13 +269,11 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 
 def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
     """Lines of the differences in the configurations from the second on."""
+    rows = configurations.rows(lens, stations, 1e20)
     lines = []
-    finite = any(not station.is_far for station in stations)
-    for k, station in enumerate(stations[1:], start=2):
-        lines.append(f"CFG {k}")
-        lines += [f"TH 0 {1e20 if station.is_far else station.distance!r}"] if finite else []
-        lines += [f"TH {i + 1} {gap!r}" for i, gap in station.gaps.items()]
-        lines += [] if station.stop is None else [f"AP {lens.stop_index + 1} {station.stop!r}"]
+    for k in range(1, len(stations)):
+        lines.append(f"CFG {k + 1}")
+        lines += [f"{'AP' if quantity == 'stop' else 'TH'} {i} {values[k]!r}" for quantity, i, values in rows]
     return lines
 
 

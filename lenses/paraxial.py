@@ -7,33 +7,34 @@ figures for a lens.
 
 from collections.abc import Sequence
 from math import inf, sqrt
+from typing import Any
 
 from lensbench.optics.prescription import Surface
 
 
 def axial_heights(surfaces: Sequence[Surface]) -> list[float]:
     """Heights (mm) at each surface of the paraxial d-line ray that enters parallel to the axis at height 1."""
-    return _axial_ray(surfaces)[0]
+    return ray(surfaces)[0]
 
 
-def focal_length(surfaces: Sequence[Surface]) -> float:
-    """Paraxial focal length (mm) at the d line; inf for an afocal system."""
-    slope = _axial_ray(surfaces)[1]
+def focal_length(surfaces: Sequence[Any]) -> float:
+    """Paraxial focal length at the d line, in the unit of the surfaces or rows; inf for an afocal system."""
+    slope = ray(surfaces)[1]
     return -1.0 / slope if slope else inf
 
 
 def image_distance(surfaces: Sequence[Surface], distance: float) -> float:
     """Last vertex → paraxial d-line image (mm) of the axis point `distance` mm before the first vertex (or inf)."""
-    ray = (distance, 1.0) if abs(distance) < 1.0 else (1.0, 1.0 / distance)
-    heights, slope = _axial_ray(surfaces, *ray)
+    start = (distance, 1.0) if abs(distance) < 1.0 else (1.0, 1.0 / distance)
+    heights, slope = ray(surfaces, *start)
     return -heights[-1] / slope if slope else inf
 
 
 def object_distance(surfaces: Sequence[Surface]) -> float:
     """First vertex → object (mm, positive before it) whose paraxial d-line image lies at the end of the last gap."""
     on_film = []                        # of height 1 in front of the lens, and of slope 1
-    for ray in ((1.0, 0.0), (0.0, 1.0)):
-        heights, slope = _axial_ray(surfaces, *ray)
+    for start in ((1.0, 0.0), (0.0, 1.0)):
+        heights, slope = ray(surfaces, *start)
         on_film.append(heights[-1] + surfaces[-1].thickness * slope)
     return -on_film[1] / on_film[0] if on_film[0] else inf
 
@@ -44,8 +45,14 @@ def f_number(surfaces: Sequence[Surface], stop_index: int) -> float:
     return abs(focal_length(surfaces) * height) / (2.0 * surfaces[stop_index].semi_diameter)
 
 
-def _axial_ray(surfaces: Sequence[Surface], height: float = 1.0, slope: float = 0.0) -> tuple[list[float], float]:
-    """Heights at the surfaces, and the slope behind the last one."""
+def entrance_pupil_diameter(surfaces: Sequence[Surface], stop_index: int) -> float:
+    """Paraxial diameter (mm) of the entrance pupil; inf if the stop lies in the front focus of what is before it."""
+    height = axial_heights(surfaces)[stop_index]
+    return 2.0 * surfaces[stop_index].semi_diameter / abs(height) if height else inf
+
+
+def ray(surfaces: Sequence[Any], height: float = 1.0, slope: float = 0.0) -> tuple[list[float], float]:
+    """Heights of a paraxial d-line ray at the surfaces of a lens or the rows of a file, and the slope behind them."""
     n, heights = 1.0, []
     for surface in surfaces:
         heights.append(height)

@@ -8,7 +8,7 @@ Mirrors, tilts, decentres, gratings and ideal lenses are refused.
 """
 
 from decimal import Decimal
-from math import inf, isfinite
+from math import isfinite
 from typing import Any
 
 from lensbench.lenses import media
@@ -24,9 +24,10 @@ from lensbench.lenses.json_text import (
     parse,
     table,
     text_of,
+    text_value,
     value,
 )
-from lensbench.lenses.paraxial import axial_heights
+from lensbench.lenses.paraxial import entrance_pupil_diameter
 from lensbench.lenses.rows import RowError, number
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
@@ -168,8 +169,7 @@ def _glass(design: Design, wrapped: Any) -> Glass:
         glass, assumed = media.named(medium["gname"], maker)
         design.assume_glass(assumed)
         return glass
-    label = medium.get("label") or medium.get("name") or ""
-    label = label if isinstance(label, str) else ""
+    label = text_value(medium, "label") or text_value(medium, "name")
     if "n" in medium:
         return media.stated(label, value(medium, "n"), value(medium, "v", 0.0))
     if items(medium.get("wvls")):
@@ -177,8 +177,7 @@ def _glass(design: Design, wrapped: Any) -> Glass:
         lines = [float(EXACT.divide(exact(w), Decimal(1000))) for w in items(medium.get("wvls"))
                  if number(w, "wvls") > 0.0]
         points = list(zip(lines, indices, strict=False))
-        maker = medium.get("_catalog")
-        return media.listed(label, maker if isinstance(maker, str) else None, points) or media.tabulated(label, points)
+        return media.listed(label, text_value(medium, "_catalog") or None, points) or media.tabulated(label, points)
     raise RowError(f"the medium {kind} is not read")
 
 
@@ -277,8 +276,7 @@ def _medium(glass: Glass) -> dict[str, Any]:
 
 def _specification(lens: Lens) -> dict[str, Any]:
     """Wavelengths, entrance pupil and a field on the axis."""
-    height = axial_heights(lens.surfaces)[lens.stop_index]
-    diameter = 2.0 * lens.stop.semi_diameter / abs(height) if height else inf
+    diameter = entrance_pupil_diameter(lens.surfaces, lens.stop_index)
     module = "rayoptics.raytr.opticalspec"
     axis = _wrapped(module, "Field", {"x": 0.0, "y": 0.0, "vux": 0.0, "vuy": 0.0, "vlx": 0.0, "vly": 0.0, "wt": 1.0,
                                       "aim_pt": [0.0, 0.0]})

@@ -10,6 +10,7 @@ They agree in both sections, and everywhere where one of them is straight: a cyl
 
 from math import cos, pi, sin, sqrt
 
+from lensbench.lenses.paraxial import sag
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Surface
 
@@ -41,13 +42,9 @@ def _sag(kind: str, surface: Surface, x: float, y: float) -> float:
     if kind == "biconic":
         return (across * x * x + c * y * y) / (1.0 + sqrt(max(0.0, 1.0 - (across * x) ** 2 - (c * y) ** 2)))
     if kind == "arcs":
-        return _arc(across, x) + _arc(c, y)
+        return sag(across, x) + sag(c, y)
     if kind == "torus about x":
         x, y, across, c = y, x, c, across
-    profile = _arc(c, y)
+    profile = sag(c, y)
     reach = 1.0 - across * profile                      # of the axis, in its radius: 0 where the surface meets it
-    return profile + (_arc(across / reach, x) if reach else 0.0)
-
-
-def _arc(c: float, r: float) -> float:
-    return c * r * r / (1.0 + sqrt(max(0.0, 1.0 - (c * r) ** 2)))
+    return profile + (sag(across / reach, x) if reach else 0.0)

@@ -24,7 +24,7 @@ surface that is neither a body of revolution nor a toroid are refused.
 """
 
 import re
-from math import inf
+from math import inf, isinf
 
 from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
@@ -93,7 +93,7 @@ def read(text: str, path: str) -> Lens:
         if kind == "COORDBRK" and 0 < i < len(surfaces) - 1 and not any(
                 _number(path, line, "PARM", [word], 0) for (key, n), (line, word) in values.items()
                 if key == "PARM" and n <= 5):
-            design.rows[-1].thickness += _number(path, *_place(keys, "DISZ"), 0) if "DISZ" in keys else 0.0
+            design.rows[-1].thickness += _value(path, keys, "DISZ") if "DISZ" in keys else 0.0
             del row_of[i]
             design.found(Kind.LEFT_OUT, f"SURF {i}: a coordinate break that neither tilts nor moves anything is left "
                                         "out")
@@ -122,20 +122,15 @@ def _solves(design: Design, index: int, keys: dict, row_of: dict[int, int], is_l
     row = row_of.get(index)
     if row is None:
         return []
-    if is_last and "MAZH" in keys and _number(design.path, *_place(keys, "MAZH"), 0) == 0.0:
+    if is_last and "MAZH" in keys and _value(design.path, keys, "MAZH") == 0.0:
         design.found(Kind.POSITION, "MAZH: the back focus of each position is that of its paraxial image")
         return [Solve(row, "image")]
     for key, kind in (("TCOM", "pair"), ("TOLE", "sum")):
         if key in keys:
-            start = row_of.get(int(_number(design.path, *_place(keys, key), 0)))
+            start = row_of.get(int(_value(design.path, keys, key)))
             if start is not None:
-                return [Solve(row, kind, start, _number(design.path, *_place(keys, key), 1))]
+                return [Solve(row, kind, start, _value(design.path, keys, key, 1))]
     return []
-
-
-def _place(keys: dict[str, tuple[int, list[str]]], key: str) -> tuple[int, str, list[str]]:
-    """Line, name and words of a keyword in the block."""
-    return keys[key][0], key, keys[key][1]
 
 
 def _read_header(design: Design, header: dict, first: dict) -> None:
@@ -150,7 +145,7 @@ def _read_header(design: Design, header: dict, first: dict) -> None:
     design.unit = UNITS[unit]
     for key, kind in (("ENPD", "EPD"), ("FNUM", "FNO"), ("OBNA", "NA")):
         if key in header and header[key][1]:
-            design.aperture = (kind, _number(path, header[key][0], key, header[key][1], 0))
+            design.aperture = (kind, _value(path, header, key))
     if "FLOA" in header:
         design.aperture = ("stop", 0.0)
     if "YFLN" in header:
@@ -199,15 +194,15 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool)
         raise LensFileError(path, kind_line, f"SURF {index} is TYPE {kind}: "
                                              f"{REFUSED.get(kind, 'a kind of surface that')} is not traced")
     if "CURV" in keys and keys["CURV"][1]:
-        row.curvature = _number(path, keys["CURV"][0], "CURV", keys["CURV"][1], 0)
+        row.curvature = _value(path, keys, "CURV")
     if "DISZ" in keys and keys["DISZ"][1]:
-        row.thickness = _number(path, keys["DISZ"][0], "DISZ", keys["DISZ"][1], 0, infinite=True)
+        row.thickness = _value(path, keys, "DISZ", infinite=True)
     if "CONI" in keys and keys["CONI"][1]:
-        row.conic = _number(path, keys["CONI"][0], "CONI", keys["CONI"][1], 0)
+        row.conic = _value(path, keys, "CONI")
     row.is_stop = "STOP" in keys
     for key, place in (("DIAM", 0), ("CLAP", 1)):
         if key in keys and len(keys[key][1]) > place:
-            size = _number(path, keys[key][0], key, keys[key][1], place)
+            size = _value(path, keys, key, place)
             if size > 0.0:
                 row.semi_diameter = size
     for key, what in (("SQAP", "a rectangular aperture"), ("ELAP", "an elliptical aperture"),
@@ -285,6 +280,11 @@ def _glass(design: Design, index: int, line: int, words: list[str]) -> Glass:
     return glass
 
 
+def _value(path: str, keys: dict, key: str, place: int = 0, infinite: bool = False) -> float:
+    """A number of a keyword in the block."""
+    return _number(path, keys[key][0], key, keys[key][1], place, infinite)
+
+
 def _number(path: str, line: int | None, key: str, words: list[str], place: int, infinite: bool = False) -> float:
     try:
         if place >= len(words):
@@ -331,16 +331,14 @@ def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
     """Lines of the configurations, one quantity after the other, as Zemax requires."""
     if not stations:
         return []
-    rows = [(f"THIC {i + 1}", [repr(station.gaps[i]) for station in stations]) for i in stations[0].gaps]
-    if any(not station.is_far for station in stations):
-        rows.insert(0, ("THIC 0", [FAR_OBJECT if s.is_far else repr(s.distance) for s in stations]))
-    if stations[0].stop is not None:
-        rows.append((f"SDIA {lens.stop_index + 1}", [repr(station.stop) for station in stations]))
     lines = [f"MNUM {len(stations)} 1"]
     if any(station.name for station in stations):
         lines += [f'LTTL 0 {k} "{_plain(s.name)}" 0 0 0 1 1 0 0.0 "" 0' for k, s in enumerate(stations, start=1)]
-    return lines + [f'{name} {k} {value} 0 0 0 1 1 1 0 0 "" 0' for name, values in rows
-                    for k, value in enumerate(values, start=1)]
+    for quantity, i, values in configurations.rows(lens, stations, inf):
+        name = "SDIA" if quantity == "stop" else "THIC"
+        lines += [f'{name} {i} {k} {FAR_OBJECT if isinf(value) else repr(value)} 0 0 0 1 1 1 0 0 "" 0'
+                  for k, value in enumerate(values, start=1)]
+    return lines
 
 
 def _plain(text: str) -> str:

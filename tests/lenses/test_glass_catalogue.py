@@ -172,7 +172,7 @@ def test_what_an_agf_file_holds_wrongly_is_left_out_and_said(tmp_path):
     assert lines == [f"odd.agf:{n}" for n in (10, 11, 13, 14, 16, 19)]
 
 
-@pytest.mark.parametrize("content, reason", [(b"", "no NM line"), (b"\x00\xff\xfe" * 99, "no NM line"),
+@pytest.mark.parametrize("content, reason", [(b"", "no NM line"), (b"\x00\xff\xfe" * 99, "a binary file"),
                                              (b"NM A 2 0 1.5 60\n", "no coefficients")])
 def test_a_file_that_holds_no_glass_is_an_error_of_one_line(tmp_path, folder, content, reason):
     (folder / "bad.agf").write_bytes(content)
