@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 def add_chart_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench chart`."""
     from lensbench.app.command.options import add_lens_options, option, read_film, read_size
-    from lensbench.app.state.scales import read_distance
+    from lensbench.app.state.text_values import read_distance
 
     add = parser.add_argument
     add("lens", nargs="*", metavar="LENS", help="lenses of the library, or lens files (default: the whole library)")

@@ -18,8 +18,7 @@ def add_light_field_options(parser: argparse.ArgumentParser) -> None:
     from lensbench.app.command.light_field_slices import add_view_options
     from lensbench.app.command.lumigraph import add_lumigraph_options
     from lensbench.app.command.options import add_picture_options, option
-    from lensbench.app.state.scales import read_distance
-    from lensbench.app.state.text_values import read_aperture, read_count
+    from lensbench.app.state.text_values import read_aperture, read_count, read_distance
 
     kinds = parser.add_subparsers(metavar="capture | refocus | view | array | novel | chart", required=True)
     capture = kinds.add_parser("capture", help="Record a light field through a lens.")

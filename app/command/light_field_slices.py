@@ -19,7 +19,7 @@ ENLARGED = (".png", ".ppm")     # formats to look at; the others hold the record
 def add_view_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield view`."""
     from lensbench.app.command.options import option
-    from lensbench.app.state.scales import read_distance
+    from lensbench.app.state.text_values import read_distance
 
     parser.set_defaults(command=_view)
     parser.add_argument("field", metavar="FILE.npz", help="file written by `capture`")
@@ -84,7 +84,7 @@ def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path 
     """Picture, figures and settings of the depth, or of the all-in-focus picture."""
     import lensbench as lb
     from lensbench.app.command.capture_options import progress
-    from lensbench.app.state.depth_colours import depth_picture, ends, with_codes
+    from lensbench.app.state.false_colours import depth_picture, ends, with_codes
 
     found = lb.find_depth(recording.field, arguments.nearest, arguments.farthest, progress=progress)
     sure = found.confidence > 0.5

@@ -12,7 +12,7 @@ def add_lumigraph_options(kinds) -> None:
     """Add the commands `array` and `novel` to `lensbench lightfield`."""
     from lensbench.app.command.capture_options import read_views
     from lensbench.app.command.options import add_picture_options, option, read_size
-    from lensbench.app.state.scales import read_distance
+    from lensbench.app.state.text_values import read_distance
 
     array = kinds.add_parser("array", help="Record a lumigraph: pictures and depths from an array of pinholes.")
     array.set_defaults(command=_array)

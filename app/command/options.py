@@ -26,10 +26,9 @@ from lensbench.app.state.constraints import (
     with_layout,
 )
 from lensbench.app.state.figures import colours
-from lensbench.app.state.scales import read_angle
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import Settings, SettingsError
-from lensbench.app.state.text_values import read_aperture
+from lensbench.app.state.text_values import read_angle, read_aperture
 from lensbench.app.state.zoom import asked_zoom, read_close, read_zoom
 
 PICTURES = (".png", ".exr", ".ppm")      # formats that carry their settings

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.state.comparison import Difference
+from lensbench.app.state.picture_statistics import Difference
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 

@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from lensbench.app.display.frame import Mark, Picture, Pinned, View
 from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
-from lensbench.app.state.aov_colours import codes
-from lensbench.app.state.comparison import Difference
+from lensbench.app.state.circle_of_confusion import Blur
 from lensbench.app.state.exposure import AppliedExposure, applied_exposure, exposed, look
-from lensbench.app.state.histogram import histogram
+from lensbench.app.state.false_colours import aov_codes
 from lensbench.app.state.light_field_query import note, picture_settings
-from lensbench.app.state.pixel_coc import Blur
+from lensbench.app.state.picture_statistics import Difference, histogram
 from lensbench.app.state.settings import RESTARTS_NOTHING, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
@@ -192,7 +191,7 @@ def _light(update: RenderUpdate, settings: Settings) -> NDArray[np.float32]:
     """The image for the screen: linear light, exposed by these settings, or codes of other quantities."""
     if update.coded:
         return update.image
-    return codes(update.image, update.settings) if update.settings.sample_view else exposed(settings, update.image)
+    return aov_codes(update.image, update.settings) if update.settings.sample_view else exposed(settings, update.image)
 
 
 def _first_mark(update: RenderUpdate) -> Mark | None:

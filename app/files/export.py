@@ -28,10 +28,10 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.files import netpbm
 from lensbench.app.state import tone
-from lensbench.app.state.aov_colours import codes
 from lensbench.app.state.auto_model import is_automatic, record
 from lensbench.app.state.build import camera
 from lensbench.app.state.exposure import exposed
+from lensbench.app.state.false_colours import aov_codes
 from lensbench.app.state.scene_file import find_scene
 from lensbench.app.state.settings import CHOSEN, Settings
 
@@ -56,7 +56,7 @@ def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
     settings: for exposure and tone curve, and for views of other quantities than light. NaN becomes black.
     """
     if settings.sample_view:
-        return codes(image, settings)
+        return aov_codes(image, settings)
     return tone.develop(np.nan_to_num(image, nan=0.0, posinf=1e9, neginf=0.0), settings.exposure, settings.tone,
                         settings.noise)
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from lensbench.app.state.coc_curves import Curves, curves, main, plot_range
+from lensbench.app.state.circle_of_confusion import Curves, curves, main_curve, plot_range
 from lensbench.app.state.figures import Readings, readings
-from lensbench.app.state.scales import format_distance, format_f_number
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, pieces, text
@@ -157,7 +157,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
         taken = [(top, bottom, plot.right) for top, bottom, _ in taken]
     labels = [(y, name, colour.dim, name == "pixel" and pitch > limit)
               for y, (_, name, *_) in zip(rows, across, strict=True)]
-    curves_ = [(main(shown), got.f_number, colour.strong)]
+    curves_ = [(main_curve(shown), got.f_number, colour.strong)]
     curves_ += [(diameters, f_number, colour.dim) for f_number, diameters in shown.neighbours]
     if far:
         _name_ends(draw, plot, plot.left + 3.0 * pixel, labels, taken, right=False)
@@ -182,7 +182,7 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
 def _clear_row(plot: PlotMap, shown: Curves, left: float, right: float) -> float:
     """The upper edge of the first row of text, from the second on, that the main curve does not cross."""
     line, pixel = imgui.get_text_line_height(), theme.scale()
-    x, y = plot.pixels(shown.distances, main(shown)).T
+    x, y = plot.pixels(shown.distances, main_curve(shown)).T
     heights = np.interp(np.linspace(left, right, 9), x, y)
     rows = [plot.top + k * line + 3.0 * pixel for k in (1, 2, 3, 4)]
     return next((top for top in rows if (heights < top).all() or (heights > top + line).all()), rows[0])
@@ -191,7 +191,7 @@ def _clear_row(plot: PlotMap, shown: Curves, left: float, right: float) -> float
 def _strokes(shown: Curves, plot: PlotMap, pixel: float) -> list[tuple[str, float, list[list[ImVec2]]]]:
     """Colour, weight and pieces of every curve: other stops faint, thin in dots, thick in dashes, the main one full."""
     found = [("faint", 1.0, pieces(plot.pixels(shown.distances, diameters))) for _, diameters in shown.neighbours]
-    chief = main(shown)
+    chief = main_curve(shown)
     for curve, (on, off) in ((shown.thin, THIN), (shown.thick, THICK)):
         if curve is not None and curve is not chief:
             found.append(("text", 1.0, pieces(plot.pixels(shown.distances, curve), on * pixel, off * pixel)))

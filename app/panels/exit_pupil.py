@@ -14,10 +14,11 @@ from imgui_bundle import ImVec2, imgui, implot
 import lensbench as lb
 from lensbench.app.panels.lens_section.viewport import round_length
 from lensbench.app.state.build import Setup, setup
+from lensbench.app.state.dial_scales import radius_scale
 from lensbench.app.state.exit_pupil_geometry import BoxSamples, Region, box_samples, region
 from lensbench.app.state.ray_fans import lit_radius
-from lensbench.app.state.scales import format_area, radius_scale
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_area
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.memo import Memo

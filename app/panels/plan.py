@@ -11,9 +11,9 @@ from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.state.figures import readings
 from lensbench.app.state.plan_view import Plan, Thing, extent, plan, things
-from lensbench.app.state.scales import format_distance
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
+from lensbench.app.state.build import focus_text
 from lensbench.app.state.figures import Readings, colours, readings
-from lensbench.app.state.focusing import words
-from lensbench.app.state.scales import format_angle, format_distance, format_length
 from lensbench.app.state.settings import LIMITS, Settings
+from lensbench.app.state.text_values import format_angle, format_distance, format_length
 from lensbench.app.widgets import theme
 
 NONE = "–"
@@ -132,7 +132,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
             f"From the near to the far limit, measured from the film: the circle of confusion (CoC) stays below "
             f"{limit}, {LIMITS.get(settings.limit, settings.limit).lower()}", gap=True, amber=True),
         Row("Blur in focus", NONE if got.focusing.blur is None else f"{1000.0 * got.focusing.blur:.3g}", "µm",
-            f"Of a point in focus on the axis: 2√2 × the rms radius of its real rays. {words(got.focusing)}",
+            f"Of a point in focus on the axis: 2√2 × the rms radius of its real rays. {focus_text(got.focusing)}",
             amber=True),
         Row("Hyperfocal", *_distance(got.hyperfocal), "Focused here, all is sharp from half this distance to infinity"),
         Row("Nearest focus", *_distance(got.nearest_focus), "Nearest distance from the film that the lens can focus"),

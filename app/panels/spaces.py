@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import lensbench as lb
 from lensbench.app.state.build import camera
-from lensbench.app.state.intrinsics import intrinsics
+from lensbench.app.state.figures import intrinsics
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import VIEWS, Settings
 from lensbench.app.widgets import theme

@@ -5,14 +5,16 @@ in radians. Object distances are measured from the film, as engraved on a lens; 
 has no lens of its own, from its centre of projection.
 """
 
+import json
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 import lensbench as lb
-from lensbench.app.state.build import design, setup
-from lensbench.app.state.focusing import FocusPosition
+from lensbench.app.state.build import FocusPosition, design, setup
 from lensbench.cameras.real_lens import missing_dispersion
 
 if TYPE_CHECKING:
@@ -161,3 +163,19 @@ def airy_diameter(working_f_number: float) -> float | None:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
+
+
+def intrinsics(of: lb.Camera) -> str | None:
+    """Focal length and principal point in pixels, and the pose, as JSON; None for a camera that is not projective."""
+    try:
+        found = of.intrinsics
+    except lb.CameraError:
+        return None
+    film = of.film
+    pose = np.reshape(of.placement(0.0, np.array([[film.pixels_x / 2.0, film.pixels_y / 2.0]])), (4, 4))
+    return json.dumps({
+        "width": film.pixels_x, "height": film.pixels_y, "fx": found.fx, "fy": found.fy, "cx": found.cx,
+        "cy": found.cy, "K": found.matrix.tolist(), "world_from_camera": pose.tolist(),
+        "units": "pixels, mm",
+        "convention": "K: x right, y down, z forward; world_from_camera: x right, y up, looks along -z",
+    }, indent=2)

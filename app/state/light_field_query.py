@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.state.depth_colours import confidence_codes, depth_codes
-from lensbench.app.state.scales import format_distance, format_f_number
+from lensbench.app.state.false_colours import confidence_codes, depth_codes
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_distance, format_f_number
 
 SHOWN = {"camera": "Camera", "focus": "Focus", "view": "View", "rays": "Rays", "depth": "Depth"}
 ELSEWHERE = {"camera": "Camera", "novel": "Another place"}      # for an array of pinholes

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.file_stamp import Stamp, file_stamp
-from lensbench.app.state.last_good import keeps_last_good
+from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.tone import linear
 from lensbench.scenery.objects import by_family
 

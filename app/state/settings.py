@@ -16,9 +16,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state import former_settings
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, CAMERAS, LENS_MODELS, MODEL_TITLES, CameraKind
-from lensbench.app.state.scales import read_angle, read_distance, read_exposure, read_length
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
-from lensbench.app.state.sensor_scales import read_electrons, read_iso
 from lensbench.app.state.setting import (
     FINITE,
     MOTION,
@@ -33,8 +31,21 @@ from lensbench.app.state.setting import (
     setting,
     spec,
 )
-from lensbench.app.state.text_values import read_count, read_part, read_position, read_seed, read_whole
-from lensbench.app.state.time_scales import read_light, read_time
+from lensbench.app.state.text_values import (
+    read_angle,
+    read_count,
+    read_distance,
+    read_electrons,
+    read_exposure,
+    read_iso,
+    read_length,
+    read_light,
+    read_part,
+    read_position,
+    read_seed,
+    read_time,
+    read_whole,
+)
 from lensbench.lens_models.polynomial import DEGREES
 from lensbench.optics.iris import MOST_BLADES
 

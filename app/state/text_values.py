@@ -1,12 +1,134 @@
-"""Values as people write them on the command line, in the units of the core.
+"""Values as people read and type them: numbers with units on dials, in panels and on the command line.
 
-Each `read_…` takes a text and returns a value in mm, radians or stops, or raises a ValueError that says what to
-type. Numbers with a unit are read in `scales`, `time_scales` and `sensor_scales`.
+Each `format_…` returns the text of a value in mm, radians, seconds or stops. Each `read_…` takes a text and returns
+such a value, or raises a ValueError that says what to type.
 """
 
+import math
 import re
 
-from lensbench.app.state.scales import read_distance, read_f_number
+NUMBER = r"([-+−]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?)"
+
+
+def format_distance(distance: float) -> str:
+    """A distance in mm, written as on a focus scale: 0.205 m, 1.20 m, 12.5 m, 250 m, ∞."""
+    if math.isinf(distance):
+        return "∞"
+    metres = distance / 1000.0
+    for limit, digits in ((0.0995, 4), (0.5, 3), (9.995, 2), (99.95, 1)):
+        if abs(metres) < limit:
+            return f"{metres:.{digits}f} m"
+    return f"{metres:.0f} m"
+
+
+def format_f_number(f_number: float) -> str:
+    """f/0.95, f/2, f/2.8, f/11."""
+    if f_number < 0.995:
+        return f"f/{f_number:.2f}"
+    return f"f/{f_number:.1f}".removesuffix(".0") if f_number < 9.95 else f"f/{f_number:.0f}"
+
+
+def format_exposure(stops: float) -> str:
+    """+0.3 EV, 0 EV, −1 EV."""
+    tenths = round(stops * 10)
+    sign = "+" if tenths > 0 else "−" if tenths < 0 else ""
+    return f"{sign}{abs(tenths) / 10:g} EV"
+
+
+def format_angle(angle: float) -> str:
+    """Radians as degrees: 47.2°, 4.72°."""
+    degrees = math.degrees(angle)
+    return f"{degrees:.2f}°" if degrees < 9.995 else f"{degrees:.1f}°"
+
+
+def format_length(length: float) -> str:
+    """A length in mm: 4.25 mm, 50.4 mm, 250 mm."""
+    digits = 2 if length < 9.995 else 1 if length < 99.95 else 0
+    return f"{length:.{digits}f} mm"
+
+
+def format_area(area: float) -> str:
+    """An area in mm² with three digits, without a power of ten: 2.23 mm², 123 mm², 1670 mm²."""
+    digits = max(0, 2 - math.floor(math.log10(area))) if area > 0.0 else 0
+    return f"{float(f'{area:.3g}'):.{min(digits, 6)}f} mm²"
+
+
+def format_iso(iso: float) -> str:
+    """ISO 100."""
+    return f"ISO {iso:.0f}"
+
+
+def format_electrons(count: float) -> str:
+    """3.0 e, 50000 e."""
+    return f"{count:.1f} e" if count < 99.95 else f"{float(f'{count:.3g}'):.0f} e"
+
+
+def format_hole(diameter: float) -> str:
+    """ø 0.32 mm."""
+    return f"{diameter:.3g} mm" if diameter < 1.0 else format_length(diameter)
+
+
+def format_time(seconds: float) -> str:
+    """A shutter time: 30 s, 1.3 s, 1/125 s."""
+    if seconds >= 0.295:
+        return f"{seconds:.1f}".removesuffix(".0") + " s"
+    return f"1/{1.0 / seconds:.0f} s" if seconds > 0.0 else "0 s"
+
+
+def format_duration(seconds: float) -> str:
+    """A span of time: 0 s, 350 µs, 2.5 ms, 20 ms, 1.25 s."""
+    for least, gain, unit in ((0.9995, 1.0, "s"), (0.9995e-3, 1e3, "ms"), (0.0, 1e6, "µs")):
+        if seconds >= least:
+            return f"{float(f'{seconds * gain:.3g}'):g} {unit}" if seconds > 0.0 else "0 s"
+    return f"−{format_duration(-seconds)}"
+
+
+def format_part(part: float) -> str:
+    """25 %."""
+    return f"{100.0 * part:.0f} %"
+
+
+def format_light(radiance: float) -> str:
+    """A radiance beside that of a white wall under an even sky: 0.50."""
+    return f"{radiance:.2f}"
+
+
+def read_number(pattern: str, text: str, example: str) -> tuple[float, str]:
+    """Number and unit of a text, by a pattern in which # is the number; ValueError names the example."""
+    match = re.fullmatch(pattern.replace("#", NUMBER), text.strip().lower())
+    if match is None:
+        raise ValueError(f"“{text.strip()}”: type {example}")
+    return float(match[1].replace(",", ".").replace("−", "-")), match[2] if match.re.groups > 1 and match[2] else ""
+
+
+def read_distance(text: str) -> float:
+    """“1.2”, “1.2 m”, “120cm”, “1200 mm”, “inf”, “∞” in mm; a bare number is in metres."""
+    if text.strip().lower() in ("inf", "infinity", "∞"):
+        return math.inf
+    number, unit = read_number(r"#\s*(m|cm|mm|km)?", text, "a distance such as 1.2 m, 120 cm or inf")
+    return number * {"": 1000.0, "m": 1000.0, "cm": 10.0, "mm": 1.0, "km": 1e6}[unit]
+
+
+def read_f_number(text: str) -> float:
+    """“f/2.8”, “2.8”, “f 2.8”."""
+    return read_number(r"(?:f\s*[/:]?\s*)?#", text, "an f-number such as f/2.8")[0]
+
+
+def read_exposure(text: str) -> float:
+    """“+0.3 EV”, “-1”."""
+    return read_number(r"#\s*(ev|stops?)?", text, "an exposure such as +0.3 EV")[0]
+
+
+def read_angle(text: str) -> float:
+    """“47.2°”, “47.2”, “47 deg”, “0.8 rad” in radians; a bare number is in degrees."""
+    number, unit = read_number(r"#\s*(°|deg|degrees|rad)?", text, "an angle such as 47.2°")
+    return number if unit == "rad" else math.radians(number)
+
+
+def read_length(text: str) -> float:
+    """“50 mm”, “50”, “5 cm” in mm."""
+    number, unit = read_number(r"#\s*(mm|cm)?", text, "a focal length such as 50 mm")
+    return number * (10.0 if unit == "cm" else 1.0)
 
 
 def read_aperture(text: str) -> float | None:
@@ -46,6 +168,37 @@ def read_seed(text: str) -> int:
     if not re.fullmatch(r"\s*\d{1,10}\s*", text) or int(text) >= 1 << 32:
         raise ValueError(f"“{text}”: type a whole number from 0 to {(1 << 32) - 1}")
     return int(text)
+
+
+def read_iso(text: str) -> float:
+    """“400”, “ISO 400”."""
+    return read_number(r"(?:iso\s*)?#", text, "a speed such as ISO 400")[0]
+
+
+def read_electrons(text: str) -> float:
+    """“50000”, “50000 e”, “50k”."""
+    number, unit = read_number(r"#\s*(k\s*e?|e)?", text, "electrons such as 50000")
+    return number * (1000.0 if unit.startswith("k") else 1.0)
+
+
+def read_time(text: str) -> float:
+    """“1/125”, “0.5 s”, “20 ms”, “350 µs” in seconds; a bare number is in seconds."""
+    example = "a time such as 1/125 s, 20 ms or 2 s"
+    part = re.fullmatch(r"\s*1\s*/\s*(\d+\.?\d*)\s*s?\s*", text)
+    if part is not None and float(part[1]) > 0.0:
+        return 1.0 / float(part[1])
+    number, unit = read_number(r"#\s*(s|ms|µs|us|″|\")?", text, example)
+    return number * {"ms": 1e-3, "µs": 1e-6, "us": 1e-6}.get(unit, 1.0)
+
+
+def read_percent(text: str) -> float:
+    """“25 %”, “25” as a part of 1."""
+    return read_number(r"#\s*%?", text, "a part such as 25 %")[0] / 100.0
+
+
+def read_light(text: str) -> float:
+    """“0.5”."""
+    return read_number("#", text, "a radiance such as 0.5")[0]
 
 
 def _whole(text: str, least: int) -> int:

@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Any
 
 import lensbench as lb
-from lensbench.app.state.scales import format_distance, read_length
+from lensbench.app.state.text_values import format_distance, read_length
 from lensbench.kernels.root_finding import find_root
 
 SAMPLES = 33            # of the focal length along the dial, to find it again

@@ -162,7 +162,7 @@ class Files:
         """Save the camera's intrinsics and pose as JSON."""
         from lensbench.app.files.export import ExportError, replacing
         from lensbench.app.state.build import camera
-        from lensbench.app.state.intrinsics import intrinsics
+        from lensbench.app.state.figures import intrinsics
 
         try:
             text = intrinsics(camera(self._state.history.present))

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from lensbench import lenses
-from lensbench.app.state.file_stamp import file_stamp
+from lensbench.app.state.file_cache import file_stamp
 from lensbench.app.state.scene_file import find_scene, scene_stamp
 from lensbench.app.state.settings import Settings
 

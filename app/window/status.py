@@ -8,8 +8,8 @@ from lensbench.app.display.frame import View
 from lensbench.app.panels.controls.controls import lens_title
 from lensbench.app.state.auto_model import choice_details, choice_summary
 from lensbench.app.state.build import design
-from lensbench.app.state.scales import format_distance
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
 from lensbench.app.workers.render_worker import RenderUpdate
 

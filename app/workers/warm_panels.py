@@ -5,7 +5,7 @@ is done.
 """
 
 from lensbench.app.state.build import setup
-from lensbench.app.state.coc_curves import curves, plot_range
+from lensbench.app.state.circle_of_confusion import curves, plot_range
 from lensbench.app.state.exit_pupil_geometry import box_samples
 from lensbench.app.state.figures import readings
 from lensbench.app.state.section_geometry import sketch

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from lensbench.app.state import scales, sensor_scales, time_scales
+from lensbench.app.state import dial_scales
 from lensbench.app.state.build import design
 from lensbench.app.state.constraints import (
     WIDEST_FISHEYE,
@@ -40,7 +40,7 @@ def dials(settings: Settings) -> Settings:
     """Draw the dials of this camera; return the changed settings."""
     for name in dial_names(settings):
         settings = DIALS[name](settings)
-    exposure = dial("Exposure", settings.exposure, scales.exposure_scale(),
+    exposure = dial("Exposure", settings.exposure, dial_scales.exposure_scale(),
                     "Stops by which the picture is brightened; the aperture itself does not change its brightness"
                     if settings.exposing == "plain" else
                     "Stops by which the picture is brightened over the exposure by f-number, time and ISO")
@@ -56,7 +56,7 @@ def _focus(settings: Settings) -> Settings:
     if figures.near_limit is not None and figures.far_limit is not None:
         zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)
     distance = dial("Focus distance", settings.focus_distance,
-                    scales.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
+                    dial_scales.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
                     "Distance s from the film to the plane in focus; the amber zone is the depth of field"
                     if settings.focuses else
                     "Distance s from the film to the plane that the lens would focus on: it sets the film distance,\n"
@@ -68,7 +68,7 @@ def _aperture(settings: Settings) -> Settings:
     """The f-number of a lens or of an ideal lens; at its widest, the setting of a lens becomes None, wide open."""
     widest = readings(settings).widest_f_number or 1.0
     shown = settings.f_number if settings.f_number is not None else widest
-    f_number = dial("Aperture", shown, scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
+    f_number = dial("Aperture", shown, dial_scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
                     "f-number N: focal length over the diameter of the entrance pupil")
     if f_number == shown:
         return settings
@@ -83,7 +83,7 @@ def _lens_view(settings: Settings) -> Settings:
     tip = "Field of view along the shorter side: turns the zoom, and beyond its longest end uses less of the film" \
         if zooming else "Field of view along the shorter side: a smaller one uses less of the film"
     fov = field_of_view(settings)
-    fov_set = dial("Field of view", fov, scales.fov_scale(narrow, wide, wide), tip)
+    fov_set = dial("Field of view", fov, dial_scales.fov_scale(narrow, wide, wide), tip)
     if fov_set == fov:
         return settings
     settings = with_field_of_view(settings, fov_set)
@@ -91,14 +91,14 @@ def _lens_view(settings: Settings) -> Settings:
 
 
 def _perspective_view(settings: Settings) -> Settings:
-    fov_set = dial("Field of view", settings.fov, scales.fov_scale(*PERSPECTIVE_FOV, DEFAULT.fov),
+    fov_set = dial("Field of view", settings.fov, dial_scales.fov_scale(*PERSPECTIVE_FOV, DEFAULT.fov),
                   "Field of view, along the side of the film that is chosen above")
     return settings if fov_set == settings.fov else constrained(with_field_of_view(settings, fov_set))
 
 
 def _fisheye_view(settings: Settings) -> Settings:
     widest = math.pi if settings.projection == "orthographic" else WIDEST_FISHEYE
-    fov = dial("Field of view", settings.fisheye_fov, time_scales.fisheye_scale(widest),
+    fov = dial("Field of view", settings.fisheye_fov, dial_scales.fisheye_scale(widest),
                "Field of view of the image circle, which spans the side of the film that is chosen above")
     return replace(settings, fisheye_fov=fov)
 
@@ -109,7 +109,7 @@ def _focal_length(settings: Settings) -> Settings:
         return _zoom(settings)
     efl = full_view(settings)[1]
     designed = readings(replace(settings, focal_length=None)).efl or efl
-    length = dial("Focal length", efl, scales.focal_length_scale(designed / OCTAVES, designed * OCTAVES, designed),
+    length = dial("Focal length", efl, dial_scales.focal_length_scale(designed / OCTAVES, designed * OCTAVES, designed),
                   "Focal length f: scales the whole prescription, stop and rims included")
     if length == efl:
         return settings
@@ -118,19 +118,19 @@ def _focal_length(settings: Settings) -> Settings:
 
 
 def _scene_width(settings: Settings) -> Settings:
-    width = dial("Width of the scene", settings.scene_width, time_scales.width_scale(reset=DEFAULT.scene_width),
+    width = dial("Width of the scene", settings.scene_width, dial_scales.width_scale(reset=DEFAULT.scene_width),
                  "Width of the scene that falls on the film's width, at any distance, in metres")
     return replace(settings, scene_width=width)
 
 
 def _lens_radius(settings: Settings) -> Settings:
-    radius = dial("Lens radius", settings.lens_radius, time_scales.lens_radius_scale(reset=DEFAULT.lens_radius),
+    radius = dial("Lens radius", settings.lens_radius, dial_scales.lens_radius_scale(reset=DEFAULT.lens_radius),
                   "Radius of the opening that the rays of a point in focus pass, in mm. 0: parallel, nothing blurs")
     return replace(settings, lens_radius=radius)
 
 
 def _film_distance(settings: Settings) -> Settings:
-    distances = scales.focal_length_scale(5.0, 800.0, DEFAULT.hole_distance)
+    distances = dial_scales.focal_length_scale(5.0, 800.0, DEFAULT.hole_distance)
     distance = dial("Film distance", settings.hole_distance, distances,
                     "Distance from the hole to the film: the focal length of a pinhole")
     return replace(settings, hole_distance=distance)
@@ -139,7 +139,7 @@ def _film_distance(settings: Settings) -> Settings:
 def _hole(settings: Settings) -> Settings:
     best = readings(settings.plain("hole_diameter")).entrance_pupil or 0.3
     shown = settings.hole_diameter or best
-    hole = dial("Hole", shown, sensor_scales.hole_scale(best),
+    hole = dial("Hole", shown, dial_scales.hole_scale(best),
                 "Diameter of the hole. The sharpest is 1.9 times the root of wavelength times film distance")
     return settings if hole == shown else replace(settings, hole_diameter=None if hole == best else hole)
 
@@ -150,7 +150,7 @@ def _zoom(settings: Settings) -> Settings:
     assert lens.positions is not None
     engraved = tuple(sorted(focal_length(lens, place) for place in lens.positions.zoom_stations))
     length = focal_length(lens, settings.zoom)
-    turned = dial("Zoom", length, scales.zoom_scale(engraved),
+    turned = dial("Zoom", length, dial_scales.zoom_scale(engraved),
                   "Focal length f at infinity: the groups move along the zoom positions of the lens")
     if turned == length:
         return settings

@@ -2,8 +2,7 @@
 
 from dataclasses import replace
 
-from lensbench.app.state.build import setup
-from lensbench.app.state.focusing import words
+from lensbench.app.state.build import focus_text, setup
 from lensbench.app.state.settings import FOCUS_POSITIONS, Settings
 from lensbench.app.widgets.radio import one_of, small_note
 
@@ -19,7 +18,7 @@ def focus_popup(settings: Settings) -> Settings:
     settings = replace(settings, focus_position=one_of("Focus", FOCUS_POSITIONS, TIPS,
                                                             settings.focus_position))
     try:
-        small_note(words(setup(settings).focusing))
+        small_note(focus_text(setup(settings).focusing))
     except (ValueError, OSError) as error:
         small_note(str(error))
     return settings

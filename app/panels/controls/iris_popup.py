@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.state import sensor_scales, time_scales
+from lensbench.app.state import dial_scales
 from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
@@ -31,9 +31,9 @@ def stop_popup(settings: Settings) -> Settings:
         settings = replace(settings, blades=None if blades == own.blades else blades)
     if settings.blades is not None and here.blades:
         rotation = settings.blade_rotation % (2.0 * math.pi / here.blades)
-        turn = dial("Turn", rotation, sensor_scales.turn_scale(here.blades),
+        turn = dial("Turn", rotation, dial_scales.turn_scale(here.blades),
                     "Rotation of the iris, counter-clockwise seen from the scene")
-        round_ = dial("Roundness", settings.roundness, time_scales.part_scale(1.0),
+        round_ = dial("Roundness", settings.roundness, dial_scales.part_scale(1.0),
                       "0 %: straight blades; 100 %: a circle")
         settings = replace(settings, blade_rotation=turn, roundness=round_)
     _sketch(here)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from lensbench.app.state import time_scales
+from lensbench.app.state import dial_scales
 from lensbench.app.state.settings import MEDIUMS, Settings
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles
@@ -31,10 +31,10 @@ def air_popup(settings: Settings) -> Settings:
             settings = replace(settings, visibility=min(settings.visibility, CLEAREST_WATER))
     if settings.medium == "air":
         return settings
-    scale = time_scales.visibility_scale(CLEAREST_WATER if settings.medium == "water" else 1e6)
+    scale = dial_scales.visibility_scale(CLEAREST_WATER if settings.medium == "water" else 1e6)
     visibility = dial("Visibility", settings.visibility, scale,
                       "Distance at which a black object has a fiftieth of its contrast, in metres")
-    light = dial("Its light", settings.fog_light, time_scales.light_scale(),
+    light = dial("Its light", settings.fog_light, dial_scales.light_scale(),
                  "Radiance that the medium scatters into the view; 1 is that of a white wall under an even sky")
     settings = replace(settings, visibility=visibility, fog_light=light)
     if settings.medium == "water" and settings.has_lens:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.state import sensor_scales, time_scales
+from lensbench.app.state import dial_scales
 from lensbench.app.state.exposure import AppliedExposure, exposure_text
 from lensbench.app.state.settings import BITS, EXPOSURES, METERINGS, Settings
 from lensbench.app.widgets import theme
@@ -40,12 +40,12 @@ def sensor_popup(settings: Settings, found: AppliedExposure | None) -> Settings:
         imgui.set_item_tooltip("Exposure value, log2 N²/t with the working f-number; the equivalent at ISO 100;\n"
                                "and the exposure H of a white wall under an even sky of 1000 cd/m²")
     imgui.dummy(ImVec2(0.0, theme.em(0.2)))
-    shutter = dial("Shutter", settings.shutter, time_scales.shutter_scale(DEFAULT.shutter),
+    shutter = dial("Shutter", settings.shutter, dial_scales.shutter_scale(DEFAULT.shutter),
                    "How long the film is exposed, t; the same as under Motion")
     settings = replace(settings, shutter=shutter)
     automatic = settings.exposing == "automatic" and found is not None
     iso = found.iso if automatic and found is not None else settings.iso
-    turned = dial("ISO", iso, sensor_scales.iso_scale(), "Speed: the gain behind the sensor, of signal and noise alike")
+    turned = dial("ISO", iso, dial_scales.iso_scale(), "Speed: the gain behind the sensor, of signal and noise alike")
     if turned != iso:
         settings = replace(settings, iso=turned, exposing="triangle" if automatic else settings.exposing)
 
@@ -59,12 +59,12 @@ def sensor_popup(settings: Settings, found: AppliedExposure | None) -> Settings:
 
 
 def _sensor(settings: Settings) -> Settings:
-    well = dial("Full well", settings.full_well, sensor_scales.full_well_scale(),
+    well = dial("Full well", settings.full_well, dial_scales.full_well_scale(),
                 "Electrons that a pixel holds, filled at ISO 100 by what is white")
-    efficiency = dial("Quantum efficiency", settings.quantum_efficiency, time_scales.part_scale(1.0, 0.5),
+    efficiency = dial("Quantum efficiency", settings.quantum_efficiency, dial_scales.part_scale(1.0, 0.5),
                       "Part of the photons that become electrons. For the same full well, fewer of them\n"
                       "mean a larger pixel, and not more noise")
-    noise = dial("Read noise", settings.read_noise, sensor_scales.read_noise_scale(),
+    noise = dial("Read noise", settings.read_noise, dial_scales.read_noise_scale(),
                  "Noise of reading a pixel, electrons rms")
     settings = replace(settings, full_well=well, quantum_efficiency=max(efficiency, 0.01), read_noise=noise)
     tip = "Bits of the analogue-to-digital converter"

@@ -5,7 +5,7 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 from imgui_bundle import icons_fontawesome_6 as fa
 
-from lensbench.app.state import time_scales
+from lensbench.app.state import dial_scales
 from lensbench.app.state.settings import READOUT_DIRECTIONS, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
@@ -23,32 +23,32 @@ def in_use(settings: Settings) -> bool:
 
 def motion_popup(settings: Settings) -> Settings:
     """Draw the popup's content; the changed settings."""
-    shutter = dial("Shutter", settings.shutter, time_scales.shutter_scale(DEFAULT.shutter),
+    shutter = dial("Shutter", settings.shutter, dial_scales.shutter_scale(DEFAULT.shutter),
                    "Exposure time t of each row of the film: moving objects blur")
     settings = replace(settings, shutter=shutter)
     settings = _keyframes(settings)
     imgui.dummy(ImVec2(0.0, theme.em(0.2)))
 
     # Rolling shutter
-    readout = dial("Read-out", settings.readout, time_scales.readout_scale(),
+    readout = dial("Read-out", settings.readout, dial_scales.readout_scale(),
                    "Rolling shutter: time from the first row of the picture to the last, in ms. 0: all at once")
     settings = replace(settings, readout=readout)
     direction = toggles("Lines", ARROWS, settings.readout_direction, {
         key: f"{name}: the order in which the rows of the upright picture are exposed"
         for key, name in READOUT_DIRECTIONS.items()})
     settings = replace(settings, readout_direction=direction)
-    ramp = dial("Opening and closing", settings.shutter_ramp, time_scales.part_scale(),
+    ramp = dial("Opening and closing", settings.shutter_ramp, dial_scales.part_scale(),
                 "Part of the shutter time that it takes to open, and again to close. 0 %: at once")
     return replace(settings, shutter_ramp=ramp)
 
 
 def _scrubbed(settings: Settings) -> Settings:
     """The scrub bar, and its duration."""
-    moment = dial("Time", settings.moment, time_scales.moment_scale(settings.duration),
+    moment = dial("Time", settings.moment, dial_scales.moment_scale(settings.duration),
                   "When the shutter opens, in s. The ends of the bar are the two keyframes of the camera:\n"
                   "moving the camera in the picture changes the nearer one")
     settings = replace(settings, moment=moment)
-    duration = dial("Duration", settings.duration, time_scales.duration_scale(),
+    duration = dial("Duration", settings.duration, dial_scales.duration_scale(),
                     "Time from the first keyframe to the second, in s")
     if duration != settings.duration:
         settings = replace(settings, duration=duration, moment=settings.moment * duration / settings.duration)

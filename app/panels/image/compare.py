@@ -11,16 +11,17 @@ from imgui_bundle import ImVec2, imgui
 from lensbench.app.display.frame import Pinned
 from lensbench.app.panels.controls.controls import film_title, lens_title, scene_title
 from lensbench.app.panels.image.overlays import draw_note
-from lensbench.app.state.comparison import Difference
-from lensbench.app.state.scales import (
+from lensbench.app.state.picture_statistics import Difference
+from lensbench.app.state.settings import LAYOUTS, TONES, VIEWS, Settings
+from lensbench.app.state.text_values import (
     format_angle,
     format_distance,
+    format_duration,
     format_exposure,
     format_f_number,
     format_length,
+    format_time,
 )
-from lensbench.app.state.settings import LAYOUTS, TONES, VIEWS, Settings
-from lensbench.app.state.time_scales import format_duration, format_time
 from lensbench.app.widgets import theme
 
 PLATE = (0.07, 0.07, 0.07, 0.78)

@@ -22,7 +22,7 @@ from lensbench.app.panels.image.overlays import (
     draw_note,
 )
 from lensbench.app.panels.image.toolbar import picture_tools
-from lensbench.app.state.aov_colours import note
+from lensbench.app.state.false_colours import aov_note
 from lensbench.app.state.figures import readings
 from lensbench.app.state.image_circle import dark_corners
 from lensbench.app.state.pose import dollied, orbited, panned, pivot_distance
@@ -155,7 +155,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     elif settings.sample_view:
         if settings.view == "fate":
             draw_fates(draw, settings, ImVec2(below.x, below.y - theme.em(1.3)))
-        _say_below(draw, below, note(settings))
+        _say_below(draw, below, aov_note(settings))
     elif settings.overlay == "coc":
         draw_legend(draw, below)
     else:

@@ -13,8 +13,8 @@ import lensbench as lb
 from lensbench.app.display.frame import Mark
 from lensbench.app.state.build import design
 from lensbench.app.state.camera_kinds import LENS_MODELS
-from lensbench.app.state.scales import format_distance
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
 
 

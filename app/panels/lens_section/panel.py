@@ -16,12 +16,11 @@ from lensbench.app.panels.lens_section import draw as drawing
 from lensbench.app.panels.lens_section.draw import Canvas
 from lensbench.app.panels.lens_section.viewport import View, fitted
 from lensbench.app.state.build import design
-from lensbench.app.state.element_outline import elements
 from lensbench.app.state.exit_pupil_geometry import region
 from lensbench.app.state.figures import readings
-from lensbench.app.state.scales import format_distance, format_f_number
-from lensbench.app.state.section_geometry import Sketch, sketch
+from lensbench.app.state.section_geometry import Sketch, elements, sketch
 from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 

@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.panels.light_field.capture_form import words
 from lensbench.app.panels.light_field.pupil_pad import SIDE, figures
-from lensbench.app.state import scales
+from lensbench.app.state import dial_scales, scales, text_values
 from lensbench.app.state.light_field_query import ELSEWHERE, SURFACES, ArrayRecording, Look
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
@@ -41,7 +41,8 @@ def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPictur
     look = replace(look, place=(x, y, forwards),
                    surface=toggles("Things", SURFACES, look.surface, SURFACE_TIPS, 4.4))
     if look.surface == "plane":
-        look = replace(look, distance=dial("Plane", look.distance, scales.focus_scale(100.0, recording.array.distance),
+        look = replace(look, distance=dial("Plane", look.distance,
+                                           dial_scales.focus_scale(100.0, recording.array.distance),
                                            "Distance of the plane that things are taken to be on, from the pinholes"))
     if covered is not None and covered < 0.9995:
         half = recording.half
@@ -61,7 +62,7 @@ def _forwards() -> scales.Scale:
     def format_offset(mm: float) -> str:
         return f"{mm:+.0f} mm".replace("-", "−")
 
-    return scales.Scale(-AHEAD, AHEAD, _root, _cube, format_offset, scales.read_length, figures_, minor,
+    return scales.Scale(-AHEAD, AHEAD, _root, _cube, format_offset, text_values.read_length, figures_, minor,
                        reset=0.0, anchor=3)
 
 

@@ -4,7 +4,7 @@ from imgui_bundle import icons_fontawesome_6, imgui
 
 from lensbench.app.panels.light_field.capture_settings import KINDS, Form
 from lensbench.app.panels.task_progress import task_progress
-from lensbench.app.state import scales, time_scales
+from lensbench.app.state import dial_scales
 from lensbench.app.state.light_field_query import f_number_match
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
@@ -51,7 +51,7 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
                 MOMENTS, "Equal parts of the exposure that are kept apart, where something moves; each has its part\n"
                          "of the samples. 1: the exposure as a whole"), 4.4)
         if form.kind == "array":
-            form.spacing = dial("Spacing", form.spacing, time_scales.lens_radius_scale(100.0, 5.0),
+            form.spacing = dial("Spacing", form.spacing, dial_scales.lens_radius_scale(100.0, 5.0),
                                 "From pinhole to pinhole, in mm. They stand in a plane about the middle of the "
                                 "camera's pupil") or 0.1
     else:
@@ -82,7 +82,7 @@ def _microlenses(settings: Settings, form: Form) -> None:
     try:
         of = form.plenoptic(settings)
         matched = of.matched_f_number
-        turned = dial("Microlenses", of.microlens_f_number, scales.aperture_scale(1.0, round(matched, 3)),
+        turned = dial("Microlenses", of.microlens_f_number, dial_scales.aperture_scale(1.0, round(matched, 3)),
                       "f-number of the microlenses: their focal length over their side. Double click: that which "
                       "matches the lens")
         if turned != of.microlens_f_number:

@@ -20,7 +20,7 @@ from lensbench.app.panels.light_field.pupil_pad import (
     pupil_picture,
 )
 from lensbench.app.panels.task_progress import task_progress
-from lensbench.app.state import scales
+from lensbench.app.state import dial_scales, text_values
 from lensbench.app.state.light_field_query import (
     SHOWN,
     ArrayRecording,
@@ -112,12 +112,13 @@ def _focus(look: Look, recording: Recording, worker: LightFieldWorker, form: For
     field = recording.field
     nearest = max(field.nearest, 10.0)
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
-    distance = dial("Refocus", look.distance, scales.focus_scale(nearest * 1.0001, recording.settings.focus_distance),
+    distance = dial("Refocus", look.distance,
+                    dial_scales.focus_scale(nearest * 1.0001, recording.settings.focus_distance),
                     "Focus distance, measured as the camera measures it; in the amber zone "
                     "neighbouring views\nlie at most a pixel apart: beyond it blur falls into dots", field.clear_range)
     look = replace(look, distance=distance)
     shown = look.f_number or field.f_number
-    f_number = dial("Synthetic aperture", shown, scales.aperture_scale(field.f_number, field.f_number),
+    f_number = dial("Synthetic aperture", shown, dial_scales.aperture_scale(field.f_number, field.f_number),
                     "A part of the recorded aperture, summed from its views; it cannot be wider")
     if f_number != shown:
         look = with_aperture(look, f_number, field)
@@ -143,7 +144,7 @@ def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None
          "To compute the picture")))
     if not near <= look.distance <= far:
         theme.small()
-        words(f"Beyond {scales.format_distance(near)} to {scales.format_distance(far)} the views part: "
+        words(f"Beyond {text_values.format_distance(near)} to {text_values.format_distance(far)} the views part: "
                "blur falls into dots. Record more of them", True)
         imgui.pop_font()
 

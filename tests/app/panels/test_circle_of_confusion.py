@@ -9,7 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench.app.panels import circle_of_confusion
 from lensbench.app.state.build import setup
-from lensbench.app.state.coc_curves import SMALLEST, curves, main, plot_range
+from lensbench.app.state.circle_of_confusion import SMALLEST, curves, main_curve, plot_range
 from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets.plot_axes import PlotMap, log_ticks, pieces
@@ -69,11 +69,11 @@ def test_the_limits_lie_where_the_thin_curve_crosses_the_limit():
 
 
 def test_the_picture_follows_the_real_lens_only_when_it_is_traced():
-    assert main(shown(START)) is shown(START).real
+    assert main_curve(shown(START)) is shown(START).real
     thin = shown(replace(START, lens_model="thin"))
-    assert thin.real is None and main(thin) is thin.thick
+    assert thin.real is None and main_curve(thin) is thin.thick
     ideal = shown(replace(START, camera="perspective"))
-    assert ideal.thick is None and main(ideal) is ideal.thin
+    assert ideal.thick is None and main_curve(ideal) is ideal.thin
     with pytest.raises(ValueError, match="pinhole"):
         shown(replace(START, lens_model="pinhole"))
 
@@ -90,7 +90,7 @@ def test_what_the_plot_shows_does_not_jump_with_focus_and_aperture():
 def test_the_plot_has_room_for_the_blur_of_what_is_far_behind_a_near_focus():
     nearest = replace(START, focus_distance=readings(START).nearest_focus * 1.001)
     low, high, _, top = plot_range(nearest, readings(nearest))
-    far = main(curves(nearest, low, high))[-1]
+    far = main_curve(curves(nearest, low, high))[-1]
     assert plot_range(START, readings(START))[3] < far < top
 
 

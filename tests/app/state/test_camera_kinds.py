@@ -12,11 +12,12 @@ import lensbench as lb
 from lensbench.app.state.build import camera, place_and_shutter
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, CAMERAS, CameraKind
 from lensbench.app.state.constraints import with_camera, with_equivalent_film, with_layout, with_projection
+from lensbench.app.state.dial_scales import SHUTTERS, shutter_scale
 from lensbench.app.state.figures import readings
 from lensbench.app.state.pose import dollied, orbited
 from lensbench.app.state.scales import Scale
 from lensbench.app.state.settings import Settings, SettingsError
-from lensbench.app.state.time_scales import SHUTTERS, format_duration, format_time, read_time, shutter_scale
+from lensbench.app.state.text_values import format_duration, format_time, read_time
 from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
 from tests.app.conftest import SMALL
 from tests.app.kinds import KINDS, of_kind

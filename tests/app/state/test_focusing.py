@@ -8,9 +8,8 @@ from imgui_bundle import imgui
 
 import lensbench as lb
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
-from lensbench.app.state.build import camera, design, setup
+from lensbench.app.state.build import camera, design, focus_text, focusing, setup
 from lensbench.app.state.figures import readings
-from lensbench.app.state.focusing import focusing, words
 from lensbench.app.state.settings import Settings
 from tests.app.stand import drive
 from tests.core.oracles import rms_on_film
@@ -50,15 +49,15 @@ def test_ideal_models_and_what_is_too_near_for_the_whole_bundle_are_focused_para
         assert focusing(lens, replace(WIDE, lens_model=model, focus_position="real")).method == "paraxial"
     near = replace(WIDE, focus_position="real", focus_distance=50.0)
     assert focusing(lens, near).method == "paraxial" and "nearest" in setup(near).reason
-    assert "ideal" in words(focusing(lens, replace(WIDE, lens_model="thin")))
+    assert "ideal" in focus_text(focusing(lens, replace(WIDE, lens_model="thin")))
 
 
 def test_the_read_out_says_what_is_done_and_what_the_other_way_would_give():
     got = readings(WIDE)
     assert got.focusing.method == "real" and got.focusing.blur == got.focusing.least_blur
-    said = words(got.focusing)
+    said = focus_text(got.focusing)
     assert said.startswith("Focused by the least blur") and "µm paraxially" in said
-    assert words(readings(replace(WIDE, focus_position="paraxial")).focusing).startswith("Focused paraxially")
+    assert focus_text(readings(replace(WIDE, focus_position="paraxial")).focusing).startswith("Focused paraxially")
 
 
 def test_settings_from_before_there_was_a_choice_keep_their_paraxial_focus():

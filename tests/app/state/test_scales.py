@@ -6,18 +6,16 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from lensbench.app.state.scales import (
+from lensbench.app.state.dial_scales import (
     F_NUMBERS,
     aperture_scale,
     exposure_scale,
-    figures_that_fit,
     focal_length_scale,
     focus_scale,
-    format_area,
     fov_scale,
-    read_distance,
-    read_f_number,
 )
+from lensbench.app.state.scales import figures_that_fit
+from lensbench.app.state.text_values import format_area, read_distance, read_f_number
 
 SCALES = [focus_scale(300.0), focus_scale(42.0), focus_scale(1800.0), aperture_scale(1.98), aperture_scale(0.95),
           aperture_scale(11.3), exposure_scale(), fov_scale(0.05, 0.9), focal_length_scale()]

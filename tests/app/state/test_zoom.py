@@ -13,7 +13,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
 from lensbench.app.panels.controls.controls import Chooser, _plain_title, controls_panel
-from lensbench.app.state import constraints, scales
+from lensbench.app.state import constraints, dial_scales
 from lensbench.app.state.build import camera, design, setup
 from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings, SettingsError
@@ -104,13 +104,13 @@ def test_settings_hold_a_zoom_and_old_ones_have_none():
 
 
 def test_the_ring_is_engraved_with_the_stations_and_turns_geometrically():
-    dial = scales.zoom_scale((71.4, 105.0, 196.0))
+    dial = dial_scales.zoom_scale((71.4, 105.0, 196.0))
     assert [text for _, text in dial.figures][0] == "71" and {"105", "196"} <= {text for _, text in dial.figures}
     assert (dial.low, dial.high, dial.reset) == (71.4, 196.0, 71.4)
     assert dial.to_unit(math.sqrt(71.4 * 196.0)) == pytest.approx(0.5)
     units = sorted(dial.to_unit(value) for value, _ in dial.figures)
     assert units == [dial.to_unit(value) for value, _ in dial.figures]
-    assert [text for _, text in scales.zoom_scale((5.1, 14.8)).figures][0] == "5.1"
+    assert [text for _, text in dial_scales.zoom_scale((5.1, 14.8)).figures][0] == "5.1"
 
 
 def test_the_list_of_lenses_tells_both_ends_of_a_zoom_and_leaves_them_out_of_the_title():

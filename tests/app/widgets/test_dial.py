@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.state.scales import aperture_scale, exposure_scale, focus_scale
+from lensbench.app.state.dial_scales import aperture_scale, exposure_scale, focus_scale
 from lensbench.app.widgets.dial import dial
 from tests.app.stand import centre, drive
 

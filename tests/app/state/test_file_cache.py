@@ -2,7 +2,7 @@
 
 import pytest
 
-from lensbench.app.state.last_good import keeps_last_good
+from lensbench.app.state.file_cache import keeps_last_good
 
 
 def test_the_last_good_content_stays_until_the_file_can_be_read_again():

@@ -1,10 +1,21 @@
-"""A cache of files that outlives a bad moment: while a file cannot be read, its last good content stays in use."""
+"""Caches of files: the stamp of a file as their key, and the last good content while a file cannot be read."""
 
 from collections.abc import Callable
 from functools import lru_cache, wraps
+from pathlib import Path
 from typing import Any, TypeVar
 
+Stamp = tuple[int, int]
 Content = TypeVar("Content")
+
+
+def file_stamp(path: str | Path) -> Stamp:
+    """Time of the last change (ns) and size (bytes); (0, 0) where there is no such file."""
+    try:
+        found = Path(path).stat()
+    except (OSError, ValueError):               # no name that a file may have
+        return 0, 0
+    return found.st_mtime_ns, found.st_size
 
 
 def keeps_last_good(size: int) -> Callable[[Callable[[str, Any], Content]], Callable[[str, Any], Content]]:

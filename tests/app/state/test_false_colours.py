@@ -10,8 +10,8 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench.app.command.main import main
-from lensbench.app.state.aov_colours import NOTES, codes, note
 from lensbench.app.state.build import camera
+from lensbench.app.state.false_colours import NOTES, aov_codes, aov_note
 from lensbench.app.state.settings import VIEWS, Settings
 from tests.app.conftest import SMALL
 
@@ -19,7 +19,7 @@ from tests.app.conftest import SMALL
 def test_every_view_of_the_core_can_be_chosen_and_says_what_it_shows():
     assert set(VIEWS) == {"picture", *lb.VIEWS} and set(NOTES) == set(lb.VIEWS)
     for view in lb.VIEWS:
-        assert note(replace(Settings(), view=view))
+        assert aov_note(replace(Settings(), view=view))
 
 
 def test_a_direction_is_written_as_its_colour_code_by_code(tmp_path):
@@ -52,7 +52,8 @@ def test_codes_lie_within_black_and_white_and_the_origin_spans_the_front_lens():
     z = -of.film_distance - of.lens.length
     radius = of.lens.surfaces[0].semi_diameter
     image = np.array([[[0.0, 0.0, z], [radius, -radius, z + radius], [9e9, np.nan, -9e9]]], np.float32)
-    np.testing.assert_allclose(codes(image, settings), [[[0.5, 0.5, 0.5], [1.0, 0.0, 1.0], [1.0, 0.5, 0.0]]], atol=1e-6)
+    wanted = [[[0.5, 0.5, 0.5], [1.0, 0.0, 1.0], [1.0, 0.5, 0.0]]]
+    np.testing.assert_allclose(aov_codes(image, settings), wanted, atol=1e-6)
 
 
 @pytest.mark.slow
