@@ -18,7 +18,7 @@ from lensbench.app.studies.charts.peers import BEFORE, PEERS, batoid_has
 from lensbench.app.studies.timing import least_times, machine
 from lensbench.kernels import block
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import round_stop_steps
+from lensbench.optics.block_trace import trace_steps
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")         # of the peers' own
@@ -52,7 +52,7 @@ def _round(rng, count):
 def in_blocks(lens, origins, directions, real):
     """The tracer of the pictures, from arrays to arrays: a call that gives l, m, n behind the lens, and the weight."""
     distance, count = lb.film_distance(lens, np.inf), len(origins)
-    program = Program(round_stop_steps(lens, distance, towards="film"), real)
+    program = Program(trace_steps(lens, distance, towards="film", blades=False), real)
     given = dict(zip((block.X, block.Y, block.Z), (origins - [0.0, 0.0, lens.length + distance]).T, strict=True))
     given |= dict(zip((block.L, block.M, block.N), directions.T, strict=True)) | {block.WEIGHT: np.ones(count)}
     return lambda: program.run(given, [block.L, block.M, block.N, block.WEIGHT], count)

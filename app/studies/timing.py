@@ -79,7 +79,7 @@ def least_times(works: dict[str, Callable[[], object]], seconds: float = 0.6) ->
 
 
 @njit(nogil=True, cache=True)
-def _repeated(lanes, given, code, gated, data, ends, key, times):
+def _repeated(lanes, given, code, key, times):
     """Run the steps of a Program over one block `times` times; restore the rays before each run."""
     for _ in range(times):
         for i in range(given.size):

@@ -21,7 +21,7 @@ from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import BLUE, CLEARANCE, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import Polynomial
-from lensbench.optics.block_trace import round_stop_steps
+from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import scene_side_origin
 from lensbench.optics.prescription import LensError
@@ -156,7 +156,7 @@ class ModelErrors:
 
     def _lines(self, wavelength: float) -> np.ndarray:
         """(7, rays) the rays of the lens before the lens, camera frame, and their CLEARANCE."""
-        steps = round_stop_steps(self.camera.lens, self.camera.film_distance, wavelength)
+        steps = trace_steps(self.camera.lens, self.camera.film_distance, wavelength, blades=False)
         return Program(steps, np.float64).run(self._given, [X, Y, Z, L, M, N, CLEARANCE], self._aims.shape[1])
 
     @cached_property

@@ -16,7 +16,7 @@ from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
-from lensbench.optics.block_trace import round_stop_steps, trace_steps
+from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.focus import METHODS, FocusError, film_distance, focused, nearest_focus
 from lensbench.optics.glass import D_LINE, GlassError
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix, stopped_down
@@ -284,7 +284,7 @@ class LensCamera(Camera):
         lens = self.lens
         gain = lens.front_index**2 * self.film_distance**2 / self._ray_normaliser(wavelength)
         arriving = landing_step(self.film, gain)
-        whole = round_stop_steps(lens, self.film_distance, wavelength, "film")
+        whole = trace_steps(lens, self.film_distance, wavelength, "film", blades=False)
         first = lens.surfaces[0]
         reach = first.semi_diameter + min(abs(float(first.sag(first.semi_diameter))), first.semi_diameter)
         return FilmLanding([*trace_steps(lens, self.film_distance, wavelength, "film"), arriving], [*whole, arriving],

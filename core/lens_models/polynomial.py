@@ -42,7 +42,7 @@ from lensbench.kernels.block import (
 )
 from lensbench.kernels.program import Program
 from lensbench.lens_models.invariant_least_squares import evaluate_polynomials, fit_vector_fields
-from lensbench.optics.block_trace import round_stop_steps
+from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import FirstOrder, first_order, scene_side_origin
 from lensbench.optics.prescription import Lens, LensError
@@ -208,7 +208,7 @@ def _trace_rays(lens: Lens, film_distance: float, film: np.ndarray, aim: np.ndar
     x, y = aim[0] - film, aim[1]
     size = 1.0 / np.sqrt(x * x + y * y + film_distance**2)
     given = {X: film, L: x * size, M: y * size, N: -film_distance * size}
-    return Program(round_stop_steps(lens, film_distance, wavelength), np.float64).run(
+    return Program(trace_steps(lens, film_distance, wavelength, blades=False), np.float64).run(
         given, [X, Y, Z, L, M, N, CLEARANCE], len(film))
 
 

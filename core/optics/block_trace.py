@@ -1,9 +1,10 @@
 """The block tracer: rays through every surface of a lens, in either direction.
 
-Camera frame in and out: mm, the film's centre at the origin, the scene at −z. Inside, z runs with the light.
-For each surface the stage runs the loops over the lanes that its kind needs: one for spheres and
-planes, one for conics, and Newton's method without a branch for the others. Directions are optical: (L, M, N)
-has the length n, the index of the medium. A ray that misses or is totally reflected becomes NaN.
+Camera frame in and out: mm, the film's centre at the origin, the scene at −z. The steps between `enter_lens` and
+`leave_lens` work in the frame of the last vertex met, where z runs with the light. Each takes a run of consecutive
+surfaces of one kind: spheres and planes, conics, or a kind that Newton's method intersects, without a branch.
+Directions are optical: (L, M, N) has the length n, the index of the medium. A ray that misses or is totally reflected
+becomes NaN.
 
 The intersection is Welford's quotient (Aberrations of Optical Systems, ch. 4), with his F, and with K = c (n′ cos I′ −
 n cos I) of the refraction. The ray is first moved to the foot of the perpendicular from the vertex. Only small
@@ -11,10 +12,13 @@ numbers are squared then, and his G is N.
 """
 
 import math
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 
 from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, CLEARANCE, WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.kernels.layout import pack
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.optics.surfaces import (
@@ -31,23 +35,22 @@ from lensbench.optics.surfaces import (
     UNIT,
 )
 
-# The parameters of the stages: a head, the kind of each surface, then a record of each surface, in the order met
-SIGN, END, COUNT, KINDS = range(4)      # 1 towards the film, −1 towards the scene; z of the last vertex; surfaces
+# The record of a surface; those of a run, in the order met, are the parameters of its step
 (GAP,                                   # from the vertex before to this one, along the light (mm)
  CURVATURE,                             # c of the section y–z, positive towards the light's end (1/mm)
  RIM,                                   # 1 / h², h the semi-diameter
  SLOWNESS,                              # 1 / n², n the index before the surface
  STEP,                                  # n′² − n², n′ the index behind it
  BEND,                                  # n² c
- ) = range(6)
-RECORD = 6                              # numbers of a sphere or plane; the other kinds have more
-K = RECORD                              # conic constant of a conic or asphere
-CURVATURE_X = RECORD                    # c of the section x–z of a toroid
-COEFFICIENTS = RECORD + 1               # of an asphere: those of its kind, for r in units of h
-LENGTHS = {SPHERE: RECORD, CONIC: RECORD + 1, TOROID: RECORD + 1, EVEN: COEFFICIENTS + HIGHEST_POWER // 2,
-           ASPHERE: COEFFICIENTS + TERMS}
-CONIC_LENGTH, TOROID_LENGTH, EVEN_LENGTH, ASPHERE_LENGTH = (
-    LENGTHS[kind] for kind in (CONIC, TOROID, EVEN, ASPHERE))       # kernels read no dictionaries
+ SPHERE_RECORD,                         # length of the record of a sphere or plane; the other kinds have more
+ ) = range(7)
+K, COEFFICIENTS = SPHERE_RECORD, SPHERE_RECORD + 1  # conic constant; coefficients of its kind, for r in units of h
+CURVATURE_X = SPHERE_RECORD                         # c of the section x–z of a toroid
+CONIC_RECORD = TOROID_RECORD = COEFFICIENTS
+EVEN_RECORD, ASPHERE_RECORD = COEFFICIENTS + HIGHEST_POWER // 2, COEFFICIENTS + TERMS
+
+# Parameters of `enter_lens` and `leave_lens`
+SIGN, END = range(2)                    # 1 towards the film, −1 towards the scene; z of the last vertex along the light
 
 # Scratch rows of Newton's method
 DISTANCE, LAST_STEP, SLOPE_X, SLOPE_Y, SUM, SUM_SLOPE = A0, A1, A2, A3, A4, A5
@@ -58,81 +61,9 @@ CONVERGED = 1e-8        # greatest (last step / h)²; the step after it would be
 NEAR_EQUATOR = 1e-4     # least 1 − (1 + k) c² r² that Newton's method evaluates
 
 
-def pack_lens(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
-              part: slice = slice(None)) -> np.ndarray:
-    """The parameters of `trace` and `trace_spheres`: head, kinds and records of the surfaces in the order met.
-
-    film_distance: last vertex → film (mm). wavelength: µm. towards: "scene" (from the film), or "film" (from the
-    scene). part: of the surfaces in that order; between two parts a direction has the length of the index.
-    """
-    indices, vertices = lens.indices(wavelength), lens.vertices
-    sceneward = towards == "scene"
-    order = (range(len(vertices) - 1, -1, -1) if sceneward else range(len(vertices)))[part]
-    sign = -1.0 if sceneward else 1.0
-    end = 0.0
-    kinds, records = [], []
-    for i in order:
-        surface, shape = lens.surfaces[i], lens.surfaces[i].shape
-        before, after = (indices[i + 1], indices[i]) if sceneward else (indices[i], indices[i + 1])
-        z = sign * (vertices[i] - lens.length - film_distance)
-        c, kind = sign * surface.curvature, int(shape[KIND])
-        record = np.empty(LENGTHS[kind])
-        record[[GAP, CURVATURE, RIM]] = z - end, c, shape[UNIT]
-        record[[SLOWNESS, STEP, BEND]] = before**-2, after**2 - before**2, before**2 * c
-        if kind == TOROID:
-            record[CURVATURE_X] = sign * shape[ACROSS]
-        elif kind != SPHERE:
-            record[K] = surface.conic
-            record[COEFFICIENTS:] = sign * shape[FIRST_TERM:FIRST_TERM + LENGTHS[kind] - COEFFICIENTS]
-        kinds.append(kind)
-        records.append(record)
-        end = z
-    return np.concatenate([[sign, end, len(kinds)], kinds, *records])
-
-
 @stage
-def trace(lanes, p, ints, key):
-    """Rays through every surface; each ends on the last one, its direction a unit vector in air.
-
-    CLEARANCE becomes the greatest (r / semi-diameter)² on the way, inf for a ray that
-    turns back, or that meets a surface beyond its equator or not at all. Where it is not ≤ 1, WEIGHT becomes 0.
-    p: as `pack_lens` gives them.
-    """
-    _enter(lanes, p)
-    count = np.int64(p[COUNT])
-    s = KINDS + count
-    for i in range(count):
-        kind = np.int64(p[KINDS + i])
-        if kind == SPHERE:
-            _sphere(lanes, p, s)
-            s += RECORD
-        elif kind == CONIC:
-            _conic(lanes, p, s)
-            s += CONIC_LENGTH
-        elif kind == TOROID:
-            _toroid(lanes, p, s)
-            s += TOROID_LENGTH
-        elif kind == EVEN:
-            _even(lanes, p, s)
-            s += EVEN_LENGTH
-        else:
-            _asphere(lanes, p, s)
-            s += ASPHERE_LENGTH
-    _leave(lanes, p)
-
-
-@stage
-def trace_spheres(lanes, p, ints, key):
-    """`trace` for lenses of spheres and planes alone; it compiles sooner, and the first start waits for it."""
-    _enter(lanes, p)
-    for s in range(KINDS + np.int64(p[COUNT]), p.size, RECORD):
-        _sphere(lanes, p, s)
-    _leave(lanes, p)
-
-
-@stage
-def _enter(lanes, p):
-    """From the camera frame to z along the light, with no rim met."""
+def enter_lens(lanes, p, ints, key):
+    """From the camera frame to z along the light, with no rim met. p: SIGN."""
     real = lanes.dtype.type
     row = rows(lanes)
     z, n, clearance = row[Z], row[N], row[CLEARANCE]
@@ -144,8 +75,12 @@ def _enter(lanes, p):
 
 
 @stage
-def _leave(lanes, p):
-    """Back to the camera frame from the last vertex; blocked rays lose their weight."""
+def leave_lens(lanes, p, ints, key):
+    """Back to the camera frame from the last vertex. p: SIGN, END.
+
+    CLEARANCE is then the greatest (r / semi-diameter)² on the way, inf for a ray that
+    turns back, or that meets a surface beyond its equator or not at all. Where it is not ≤ 1, WEIGHT becomes 0.
+    """
     real = lanes.dtype.type
     row = rows(lanes)
     z, n, weight, clearance = row[Z], row[N], row[WEIGHT], row[CLEARANCE]
@@ -157,79 +92,81 @@ def _leave(lanes, p):
 
 
 @stage
-def _sphere(lanes, p, s):
-    """Rays through the sphere or plane of the record at s."""
+def refract_at_spheres(lanes, p, ints, key):
+    """Rays through a run of spheres and planes."""
     real = lanes.dtype.type
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
-    gap, c, rim = p[s + GAP], p[s + CURVATURE], p[s + RIM]
-    slowness, step, bend = p[s + SLOWNESS], p[s + STEP], p[s + BEND]
-    for i in range(B):
-        # Move to the foot of the perpendicular from the vertex
-        l, m, n = L_[i], M_[i], N_[i]
-        x, y, z = X_[i], Y_[i], Z_[i] - gap
-        e = -(l * x + m * y + n * z) * slowness
-        x, y, z = x + e * l, y + e * m, z + e * n
+    for s in range(0, p.size, SPHERE_RECORD):
+        gap, c, rim = p[s + GAP], p[s + CURVATURE], p[s + RIM]
+        slowness, step, bend = p[s + SLOWNESS], p[s + STEP], p[s + BEND]
+        for i in range(B):
+            # Move to the foot of the perpendicular from the vertex
+            l, m, n = L_[i], M_[i], N_[i]
+            x, y, z = X_[i], Y_[i], Z_[i] - gap
+            e = -(l * x + m * y + n * z) * slowness
+            x, y, z = x + e * l, y + e * m, z + e * n
 
-        # Intersect: t = F / (G + n cos I), (n cos I)² = G² − n² c F
-        F = c * (x * x + y * y + z * z) - (z + z)
-        cos2_in = n * n - bend * F
-        cos_in, cos_out = math.sqrt(cos2_in), math.sqrt(cos2_in + step)
-        t = F / (n + cos_in)
-        x, y, z = x + t * l, y + t * m, z + t * n
+            # Intersect: t = F / (G + n cos I), (n cos I)² = G² − n² c F
+            F = c * (x * x + y * y + z * z) - (z + z)
+            cos2_in = n * n - bend * F
+            cos_in, cos_out = math.sqrt(cos2_in), math.sqrt(cos2_in + step)
+            t = F / (n + cos_in)
+            x, y, z = x + t * l, y + t * m, z + t * n
 
-        # Refract
-        g = cos_out - cos_in
-        K_ = g * c
-        side = real(1) - c * z
-        n = n + g * side
-        X_[i], Y_[i], Z_[i] = x, y, z
-        L_[i], M_[i], N_[i] = l - K_ * x, m - K_ * y, n
+            # Refract
+            g = cos_out - cos_in
+            K_ = g * c
+            side = real(1) - c * z
+            n = n + g * side
+            X_[i], Y_[i], Z_[i] = x, y, z
+            L_[i], M_[i], N_[i] = l - K_ * x, m - K_ * y, n
 
-        # Keep the greatest clearance; a NaN stays, for all that follows is NaN
-        v = (x * x + y * y) * rim
-        v = v if (side > real(0)) & (n > real(0)) else real(np.inf)
-        clearance[i] = clearance[i] if clearance[i] >= v else v
+            # Keep the greatest clearance; a NaN stays, for all that follows is NaN
+            v = (x * x + y * y) * rim
+            v = v if (side > real(0)) & (n > real(0)) else real(np.inf)
+            clearance[i] = clearance[i] if clearance[i] >= v else v
 
 
 @stage
-def _conic(lanes, p, s):
-    """Rays through the conic of the record at s."""
+def refract_at_conics(lanes, p, ints, key):
+    """Rays through a run of conics."""
     real = lanes.dtype.type
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_, clearance = row[X], row[Y], row[Z], row[L], row[M], row[N], row[CLEARANCE]
-    gap, c, rim, k = p[s + GAP], p[s + CURVATURE], p[s + RIM], p[s + K]
-    slowness, step, bend = p[s + SLOWNESS], p[s + STEP], p[s + BEND]
-    kc, kc2 = k * c, k * c * c
-    for i in range(B):
-        # Move to the foot of the perpendicular from the vertex
-        l, m, n = L_[i], M_[i], N_[i]
-        x, y, z = X_[i], Y_[i], Z_[i] - gap
-        e = -(l * x + m * y + n * z) * slowness
-        x, y, z = x + e * l, y + e * m, z + e * n
+    for s in range(0, p.size, CONIC_RECORD):
+        gap, c, rim, k = p[s + GAP], p[s + CURVATURE], p[s + RIM], p[s + K]
+        slowness, step, bend = p[s + SLOWNESS], p[s + STEP], p[s + BEND]
+        kc, kc2 = k * c, k * c * c
+        for i in range(B):
+            # Move to the foot of the perpendicular from the vertex
+            l, m, n = L_[i], M_[i], N_[i]
+            x, y, z = X_[i], Y_[i], Z_[i] - gap
+            e = -(l * x + m * y + n * z) * slowness
+            x, y, z = x + e * l, y + e * m, z + e * n
 
-        # Intersect: F − 2 b t + a t² = 0, the root where the ray crosses the surface along its travel
-        F = c * (x * x + y * y + z * z) + kc * z * z - (z + z)
-        a, b = bend + kc * n * n, n * (real(1) - kc * z)
-        root = math.sqrt(b * b - a * F)
-        above, below = (F, b + root) if b > real(0) else (b - root, a)
-        t = above / below
-        x, y, z = x + t * l, y + t * m, z + t * n
+            # Intersect: F − 2 b t + a t² = 0, the root where the ray crosses the surface along its travel
+            F = c * (x * x + y * y + z * z) + kc * z * z - (z + z)
+            a, b = bend + kc * n * n, n * (real(1) - kc * z)
+            root = math.sqrt(b * b - a * F)
+            above, below = (F, b + root) if b > real(0) else (b - root, a)
+            t = above / below
+            x, y, z = x + t * l, y + t * m, z + t * n
 
-        # Refract at the gradient (−c x, −c y, side)
-        side = real(1) - (c + kc) * z
-        r2 = x * x + y * y
-        steep = real(1) - kc2 * r2                      # its squared length
-        cos2_in = root * root / steep
-        g = (math.sqrt(cos2_in + step) - math.sqrt(cos2_in)) / math.sqrt(steep)
-        n = n + g * side
-        X_[i], Y_[i], Z_[i] = x, y, z
-        L_[i], M_[i], N_[i] = l - g * c * x, m - g * c * y, n
+            # Refract at the gradient (−c x, −c y, side)
+            side = real(1) - (c + kc) * z
+            r2 = x * x + y * y
+            steep = real(1) - kc2 * r2                      # its squared length
+            cos2_in = root * root / steep
+            g = (math.sqrt(cos2_in + step) - math.sqrt(cos2_in)) / math.sqrt(steep)
+            n = n + g * side
+            X_[i], Y_[i], Z_[i] = x, y, z
+            L_[i], M_[i], N_[i] = l - g * c * x, m - g * c * y, n
 
-        # Keep the greatest clearance
-        v = r2 * rim
-        v = v if (side > real(0)) & (n > real(0)) else real(np.inf)
-        clearance[i] = clearance[i] if clearance[i] >= v else v
+            # Keep the greatest clearance
+            v = r2 * rim
+            v = v if (side > real(0)) & (n > real(0)) else real(np.inf)
+            clearance[i] = clearance[i] if clearance[i] >= v else v
 
 
 @stage
@@ -266,8 +203,8 @@ def _converged(lanes, p, s):
 
 
 @stage
-def _even(lanes, p, s):
-    """Rays through the asphere of even powers of the record at s: Newton's method on z = sag(r²), then refraction.
+def refract_at_even_aspheres(lanes, p, ints, key):
+    """Rays through a run of aspheres of even powers: Newton's method on z = sag(r²), then refraction.
 
     The height above the surface and its derivative along the ray are both multiplied
     by √ (1 + √), √ = √(1 − (1 + k) c² r²), so that a step has one root and one division.
@@ -276,82 +213,84 @@ def _even(lanes, p, s):
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
     distance, last, SX, SY = row[DISTANCE], row[LAST_STEP], row[SLOPE_X], row[SLOPE_Y]
-    c, unit, k, f = p[s + CURVATURE], p[s + RIM], p[s + K], s + COEFFICIENTS
-    a2, a4, a6, a8, a10 = p[f], p[f + 1], p[f + 2], p[f + 3], p[f + 4]
-    a12, a14, a16, a18, a20 = p[f + 5], p[f + 6], p[f + 7], p[f + 8], p[f + 9]
-    equator = (real(1) + k) * c * c
-    _start_newton(lanes, p, s, c, k)
-    for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
-        if step > STEPS[lanes.itemsize // 8] and _converged(lanes, p, s):
-            break
-        for i in range(B):
-            x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
-            r2 = x * x + y * y
-            root = math.sqrt(max(real(1) - equator * r2, real(NEAR_EQUATOR)))
-            whole = root * (real(1) + root)
+    for s in range(0, p.size, EVEN_RECORD):
+        c, unit, k, f = p[s + CURVATURE], p[s + RIM], p[s + K], s + COEFFICIENTS
+        a2, a4, a6, a8, a10 = p[f], p[f + 1], p[f + 2], p[f + 3], p[f + 4]
+        a12, a14, a16, a18, a20 = p[f + 5], p[f + 6], p[f + 7], p[f + 8], p[f + 9]
+        equator = (real(1) + k) * c * c
+        _start_newton(lanes, p, s, c, k)
+        for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
+            if step > STEPS[lanes.itemsize // 8] and _converged(lanes, p, s):
+                break
+            for i in range(B):
+                x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
+                r2 = x * x + y * y
+                root = math.sqrt(max(real(1) - equator * r2, real(NEAR_EQUATOR)))
+                whole = root * (real(1) + root)
 
-            # Σ a u^j, u = (r / h)², and its derivative, both over u
-            u = r2 * unit
-            sum_ = ((((((((a20 * u + a18) * u + a16) * u + a14) * u + a12) * u + a10) * u + a8) * u + a6) * u + a4
-                    ) * u + a2
-            sum_slope = ((((real(20) * a20 * u + real(18) * a18) * u + real(16) * a16) * u + real(14) * a14) * u
-                         + real(12) * a12) * u + real(10) * a10
-            sum_slope = (((sum_slope * u + real(8) * a8) * u + real(6) * a6) * u + real(4) * a4) * u + real(2) * a2
+                # Σ a u^j, u = (r / h)², and its derivative, both over u
+                u = r2 * unit
+                sum_ = ((((((((a20 * u + a18) * u + a16) * u + a14) * u + a12) * u + a10) * u + a8) * u + a6) * u + a4
+                        ) * u + a2
+                sum_slope = ((((real(20) * a20 * u + real(18) * a18) * u + real(16) * a16) * u + real(14) * a14) * u
+                             + real(12) * a12) * u + real(10) * a10
+                sum_slope = (((sum_slope * u + real(8) * a8) * u + real(6) * a6) * u + real(4) * a4) * u + real(2) * a2
 
-            # One step of Newton's method
-            height = (z - sum_ * u) * whole - c * r2 * root
-            slope = c * (real(1) + root) + sum_slope * unit * whole
-            advance = height / (N_[i] * whole - slope * (x * L_[i] + y * M_[i]))
-            slope = slope / whole
-            last[i], SX[i], SY[i] = advance, slope * x, slope * y
-            distance[i] = distance[i] - advance
-    _refract(lanes, p, s, equator, equator)
+                # One step of Newton's method
+                height = (z - sum_ * u) * whole - c * r2 * root
+                slope = c * (real(1) + root) + sum_slope * unit * whole
+                advance = height / (N_[i] * whole - slope * (x * L_[i] + y * M_[i]))
+                slope = slope / whole
+                last[i], SX[i], SY[i] = advance, slope * x, slope * y
+                distance[i] = distance[i] - advance
+        _refract(lanes, p, s, equator, equator)
 
 
 @stage
-def _asphere(lanes, p, s):
-    """Rays through the asphere of any powers of the record at s, as `_even`; loops of their own sum the terms."""
+def refract_at_aspheres(lanes, p, ints, key):
+    """Rays through a run of aspheres of any powers, as `refract_at_even_aspheres`; loops of their own sum the terms."""
     real = lanes.dtype.type
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
     distance, last, SX, SY = row[DISTANCE], row[LAST_STEP], row[SLOPE_X], row[SLOPE_Y]
     sums, sum_slopes = row[SUM], row[SUM_SLOPE]
-    c, unit, k = p[s + CURVATURE], p[s + RIM], p[s + K]
-    equator = (real(1) + k) * c * c
-    _start_newton(lanes, p, s, c, k)
-    for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
-        if step > STEPS[lanes.itemsize // 8] and _converged(lanes, p, s):
-            break
+    for s in range(0, p.size, ASPHERE_RECORD):
+        c, unit, k = p[s + CURVATURE], p[s + RIM], p[s + K]
+        equator = (real(1) + k) * c * c
+        _start_newton(lanes, p, s, c, k)
+        for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
+            if step > STEPS[lanes.itemsize // 8] and _converged(lanes, p, s):
+                break
 
-        # Σ a u^j, u = r / h (held in SLOPE_X), and its derivative
-        for i in range(B):
-            x, y = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i]
-            SX[i] = math.sqrt((x * x + y * y) * unit)
-            sums[i], sum_slopes[i] = real(0), real(0)
-        for j in range(TERMS - 1, -1, -1):
-            term = p[s + COEFFICIENTS + j]
-            more = real(j + 2) * term
+            # Σ a u^j, u = r / h (held in SLOPE_X), and its derivative
             for i in range(B):
-                sums[i], sum_slopes[i] = sums[i] * SX[i] + term, sum_slopes[i] * SX[i] + more
+                x, y = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i]
+                SX[i] = math.sqrt((x * x + y * y) * unit)
+                sums[i], sum_slopes[i] = real(0), real(0)
+            for j in range(TERMS - 1, -1, -1):
+                term = p[s + COEFFICIENTS + j]
+                more = real(j + 2) * term
+                for i in range(B):
+                    sums[i], sum_slopes[i] = sums[i] * SX[i] + term, sum_slopes[i] * SX[i] + more
 
-        # One step of Newton's method
-        for i in range(B):
-            x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
-            r2 = x * x + y * y
-            root = math.sqrt(max(real(1) - equator * r2, real(NEAR_EQUATOR)))
-            whole = root * (real(1) + root)
-            height = (z - sums[i] * r2 * unit) * whole - c * r2 * root
-            slope = c * (real(1) + root) + sum_slopes[i] * unit * whole
-            advance = height / (N_[i] * whole - slope * (x * L_[i] + y * M_[i]))
-            slope = slope / whole
-            last[i], SX[i], SY[i] = advance, slope * x, slope * y
-            distance[i] = distance[i] - advance
-    _refract(lanes, p, s, equator, equator)
+            # One step of Newton's method
+            for i in range(B):
+                x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
+                r2 = x * x + y * y
+                root = math.sqrt(max(real(1) - equator * r2, real(NEAR_EQUATOR)))
+                whole = root * (real(1) + root)
+                height = (z - sums[i] * r2 * unit) * whole - c * r2 * root
+                slope = c * (real(1) + root) + sum_slopes[i] * unit * whole
+                advance = height / (N_[i] * whole - slope * (x * L_[i] + y * M_[i]))
+                slope = slope / whole
+                last[i], SX[i], SY[i] = advance, slope * x, slope * y
+                distance[i] = distance[i] - advance
+        _refract(lanes, p, s, equator, equator)
 
 
 @stage
-def _toroid(lanes, p, s):
-    """Rays through the cylinder or toroid of the record at s: Newton's method from the sphere of mean curvature.
+def refract_at_toroids(lanes, p, ints, key):
+    """Rays through a run of cylinders and toroids: Newton's method from the sphere of mean curvature.
 
     The sag is A / (1 + √), A = c_x x² + c_y y²; height and derivative are multiplied by √ (1 + √)².
     """
@@ -359,25 +298,26 @@ def _toroid(lanes, p, s):
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
     distance, last, SX, SY = row[DISTANCE], row[LAST_STEP], row[SLOPE_X], row[SLOPE_Y]
-    c_y, c_x = p[s + CURVATURE], p[s + CURVATURE_X]
-    _start_newton(lanes, p, s, real(0.5) * (c_y + c_x), real(0))
-    for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
-        if step > STEPS[lanes.itemsize // 8] and _converged(lanes, p, s):
-            break
-        for i in range(B):
-            x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
-            bend_x, bend_y = c_x * x, c_y * y
-            root = math.sqrt(max(real(1) - bend_x * bend_x - bend_y * bend_y, real(NEAR_EQUATOR)))
-            outer = real(1) + root
-            whole = root * outer * outer
-            A = bend_x * x + bend_y * y
-            both = real(2) * root * outer
-            slope_x, slope_y = bend_x * (both + A * c_x), bend_y * (both + A * c_y)
-            advance = (z * whole - A * root * outer) / (N_[i] * whole - slope_x * L_[i] - slope_y * M_[i])
-            share = real(1) / whole
-            last[i], SX[i], SY[i] = advance, slope_x * share, slope_y * share
-            distance[i] = distance[i] - advance
-    _refract(lanes, p, s, c_x * c_x, c_y * c_y)
+    for s in range(0, p.size, TOROID_RECORD):
+        c_y, c_x = p[s + CURVATURE], p[s + CURVATURE_X]
+        _start_newton(lanes, p, s, real(0.5) * (c_y + c_x), real(0))
+        for step in range(STEPS[lanes.itemsize // 8] + 1 + MORE_STEPS):
+            if step > STEPS[lanes.itemsize // 8] and _converged(lanes, p, s):
+                break
+            for i in range(B):
+                x, y, z = X_[i] + distance[i] * L_[i], Y_[i] + distance[i] * M_[i], Z_[i] + distance[i] * N_[i]
+                bend_x, bend_y = c_x * x, c_y * y
+                root = math.sqrt(max(real(1) - bend_x * bend_x - bend_y * bend_y, real(NEAR_EQUATOR)))
+                outer = real(1) + root
+                whole = root * outer * outer
+                A = bend_x * x + bend_y * y
+                both = real(2) * root * outer
+                slope_x, slope_y = bend_x * (both + A * c_x), bend_y * (both + A * c_y)
+                advance = (z * whole - A * root * outer) / (N_[i] * whole - slope_x * L_[i] - slope_y * M_[i])
+                share = real(1) / whole
+                last[i], SX[i], SY[i] = advance, slope_x * share, slope_y * share
+                distance[i] = distance[i] - advance
+        _refract(lanes, p, s, c_x * c_x, c_y * c_y)
 
 
 @stage
@@ -412,14 +352,43 @@ def _refract(lanes, p, s, equator_x, equator_y):
         clearance[i] = clearance[i] if clearance[i] >= v else v
 
 
-def trace_step(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
-               part: slice = slice(None)) -> Step:
-    """The step that traces a lens with a circular stop; arguments as those of `pack_lens`.
+RUNS = {SPHERE: (refract_at_spheres, SPHERE_RECORD), CONIC: (refract_at_conics, CONIC_RECORD),
+        EVEN: (refract_at_even_aspheres, EVEN_RECORD), ASPHERE: (refract_at_aspheres, ASPHERE_RECORD),
+        TOROID: (refract_at_toroids, TOROID_RECORD)}         # stage of each kind, and length of its records
 
-    In front of the lens a direction has the length of the index there.
+
+def surface_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
+                  part: slice = slice(None)) -> list[Step]:
+    """Steps that trace the surfaces of a lens, with a circular stop.
+
+    film_distance: last vertex → film (mm). wavelength: µm. towards: "scene" (from the film), or "film" (from the
+    scene). part: of the surfaces in that order. A ray ends on the last surface. Between two parts, and in front of the
+    lens, a direction has the length of the index there.
     """
-    spherical = all(surface.is_spherical for surface in lens.surfaces)
-    return Step(trace_spheres if spherical else trace, pack_lens(lens, film_distance, wavelength, towards, part))
+    indices, vertices = lens.indices(wavelength), lens.vertices
+    sceneward = towards == "scene"
+    order = (range(len(vertices) - 1, -1, -1) if sceneward else range(len(vertices)))[part]
+    sign = -1.0 if sceneward else 1.0
+    end = 0.0
+    records = []
+    for i in order:
+        surface, shape = lens.surfaces[i], lens.surfaces[i].shape
+        before, after = (indices[i + 1], indices[i]) if sceneward else (indices[i], indices[i + 1])
+        z = sign * (vertices[i] - lens.length - film_distance)
+        c, kind = sign * surface.curvature, int(shape[KIND])
+        _, length = RUNS[kind]
+        fields = {GAP: z - end, CURVATURE: c, RIM: shape[UNIT],
+                  SLOWNESS: before**-2, STEP: after**2 - before**2, BEND: before**2 * c}
+        if kind == TOROID:
+            fields[CURVATURE_X] = sign * shape[ACROSS]
+        elif kind != SPHERE:
+            fields[K] = surface.conic
+            fields[COEFFICIENTS] = sign * shape[FIRST_TERM:FIRST_TERM + length - COEFFICIENTS]
+        records.append((kind, pack(length, fields)))
+        end = z
+    runs = [Step(RUNS[kind][0], np.concatenate([record for _, record in run]))
+            for kind, run in groupby(records, itemgetter(0))]
+    return [Step(enter_lens, [sign]), *runs, Step(leave_lens, [sign, end])]
 
 
 @stage
@@ -432,27 +401,22 @@ def scale_directions(lanes, p, ints, key):
         l[i], m[i], n[i] = l[i] * factor, m[i] * factor, n[i] * factor
 
 
-def round_stop_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE,
-                     towards: str = "scene") -> list[Step]:
-    """Steps that trace a lens with a circular stop, between unit vectors; arguments as those of `pack_lens`."""
-    return _between_units(lens, [trace_step(lens, film_distance, wavelength, towards)], towards)
+def trace_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
+                blades: bool = True) -> list[Step]:
+    """Steps that trace a lens between unit vectors; the first four arguments are those of `surface_steps`.
 
-
-def _between_units(lens: Lens, steps: list[Step], towards: str) -> list[Step]:
-    """The steps of a lens for unit vectors in the medium in front of it."""
+    blades: whether the blades of the stop block rays, or its circle alone.
+    """
+    blocking = lens.iris.blocking(lens.stop.semi_diameter) if blades else []
+    if not blocking:
+        steps = surface_steps(lens, film_distance, wavelength, towards)
+    else:
+        count = len(lens.surfaces)
+        behind = lens.stop_index + 1 if towards == "film" else count - lens.stop_index
+        steps = [*surface_steps(lens, film_distance, wavelength, towards, slice(behind)), *blocking]
+        if behind < count:
+            steps += surface_steps(lens, film_distance, wavelength, towards, slice(behind, count))
     n = lens.front_index
     if n == 1.0:
         return steps
     return [*steps, Step(scale_directions, [1.0 / n])] if towards == "scene" else [Step(scale_directions, [n]), *steps]
-
-
-def trace_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene") -> list[Step]:
-    """Steps that trace a lens, its iris blades included, between unit vectors; arguments as those of `pack_lens`."""
-    blocking = lens.iris.blocking(lens.stop.semi_diameter)
-    if not blocking:
-        return round_stop_steps(lens, film_distance, wavelength, towards)
-    stop = lens.stop_index if towards == "film" else len(lens.surfaces) - 1 - lens.stop_index
-    first, second = (trace_step(lens, film_distance, wavelength, towards, part)
-                     for part in (slice(0, stop + 1), slice(stop + 1, len(lens.surfaces))))
-    parts = [first, *blocking, second] if stop + 1 < len(lens.surfaces) else [first, *blocking]
-    return _between_units(lens, parts, towards)

@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 
 from lensbench.kernels.block import CLEARANCE, KEYS, B, L, M, N, X, Y, Z, lane_buffer, rows
-from lensbench.kernels.program import call_stage, stage_address
-from lensbench.optics.block_trace import trace_step
+from lensbench.kernels.program import Program, run_steps
+from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 
@@ -21,7 +21,7 @@ SINGLE = 1.2e-5             # greatest error of a clearance in float32, for a st
 
 
 class ClearanceTracer(NamedTuple):
-    """Lane buffer, stage, parameters and key that trace rays of one lens and film, in float64 and in float32.
+    """Lane buffer, code of a `Program` and key that trace rays of one lens and film, in float64 and in float32.
 
     error: of a clearance in float32.
     """
@@ -33,15 +33,14 @@ class ClearanceTracer(NamedTuple):
 
 def clearance_tracer(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> ClearanceTracer:
     """A tracer for one thread, since it owns its lane buffers. film_distance: mm; wavelength: µm."""
-    step = trace_step(lens, film_distance, wavelength)
-    double, single = ((lane_buffer(real), stage_address(step.kernel, real), np.asarray(step.parameters, real),
-                       np.asarray(step.integers, np.int64), np.zeros(KEYS, np.uint32))
+    steps = surface_steps(lens, film_distance, wavelength)
+    double, single = ((lane_buffer(real), Program(steps, real).code, np.zeros(KEYS, np.uint32))
                       for real in (np.float64, np.float32))
     return ClearanceTracer(double, single, SINGLE * max(1.0, lens.surfaces[-1].semi_diameter / lens.stop.semi_diameter))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _trace(film_x, film_y, px, py, distance, out, lanes, code, p, ints, key):
+def _trace(film_x, film_y, px, py, distance, out, lanes, code, key):
     """The clearances of the rays from (film_x, film_y) to (px, py), block by block, into out (n,)."""
     n, real = out.size, lanes.dtype.type
     row = rows(lanes)
@@ -55,7 +54,7 @@ def _trace(film_x, film_y, px, py, distance, out, lanes, code, p, ints, key):
             l[i], m[i], o[i] = real(dx * size), real(dy * size), real(-distance * size)
         for i in range(count, B):           # fill the block with copies of the last ray
             x[i], y[i], z[i], l[i], m[i], o[i] = x[i - 1], y[i - 1], z[i - 1], l[i - 1], m[i - 1], o[i - 1]
-        call_stage(code, lanes, p, ints, key)
+        run_steps(lanes, code, key)
         for i in range(count):
             out[start + i] = math.sqrt(clearance[i]) if clearance[i] < math.inf else math.inf
 

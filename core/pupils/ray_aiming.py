@@ -12,7 +12,7 @@ import numpy as np
 
 from lensbench.kernels.block import L, M, N, X, Y
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import trace_step
+from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
@@ -41,7 +41,7 @@ class Aim:
 
     def __post_init__(self):
         behind = slice(0, len(self.lens.surfaces) - self.lens.stop_index)
-        to_stop = Program([trace_step(self.lens, self.film_distance, self.wavelength, part=behind)], np.float64)
+        to_stop = Program(surface_steps(self.lens, self.film_distance, self.wavelength, part=behind), np.float64)
         object.__setattr__(self, "tracer", clearance_tracer(self.lens, self.film_distance, self.wavelength))
         object.__setattr__(self, "_to_stop", to_stop)
 

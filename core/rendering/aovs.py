@@ -46,7 +46,7 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.concentric_map import concentric_disk
-from lensbench.optics.block_trace import trace_step
+from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.prescription import Lens
 from lensbench.scenery.intersect.sky import SKY_DISTANCE
 from lensbench.scenery.scene import Scene
@@ -180,9 +180,9 @@ def _fate_steps(lens: Lens, film_distance: float) -> list[Step]:
     plane = float(rear.sag(rear.semi_diameter)) - film_distance
     steps = [Step(aim_at_rear_opening, [plane, rear.semi_diameter])]
     for back, colour in enumerate(fate_colours(lens)[::-1]):
-        surface = trace_step(lens, film_distance, part=slice(back, back + 1))
+        surface = surface_steps(lens, film_distance, part=slice(back, back + 1))
         blades = lens.iris.blocking(lens.stop.semi_diameter) if back + lens.stop_index == len(lens.surfaces) - 1 else []
-        steps += [surface, *blades, Step(show_fate, colour)]
+        steps += [*surface, *blades, Step(show_fate, colour)]
     return [*steps, Step(show_passed, [])]
 
 

@@ -11,7 +11,7 @@ from lensbench.app.studies.timing import LENS, idle, least_times, streamed
 from lensbench.kernels import block
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
-from lensbench.optics.block_trace import trace_step
+from lensbench.optics.block_trace import surface_steps
 from lensbench.pupils.radial_sampler import PupilTable
 
 NAMES = (LENS, "pbrt-fisheye-10mm")
@@ -29,9 +29,9 @@ def polynomials() -> Iterator[tuple[str, float, str]]:
         table = PupilTable.of(lens, film_distance, 21.6, widened=False)
         given = _aimed(table)
         fits = {degree: Polynomial.fit(lens, film_distance, table, degree, distance=distance) for degree in DEGREES}
-        steps = {"idle": block.Step(idle, [0.0]), "trace": trace_step(lens, film_distance),
-                 **{str(degree): fit.step for degree, fit in fits.items()}}
-        best = least_times({label: streamed([step], given) for label, step in steps.items()})
+        steps = {"idle": [block.Step(idle, [0.0])], "trace": surface_steps(lens, film_distance),
+                 **{str(degree): [fit.step] for degree, fit in fits.items()}}
+        best = least_times({label: streamed(each, given) for label, each in steps.items()})
         trace = best["trace"] - best["idle"]
         for degree, fit in fits.items():
             ratio = trace / (best[str(degree)] - best["idle"])

@@ -29,7 +29,7 @@ from lensbench.cameras.real_lens import MODELS
 from lensbench.kernels import block
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
-from lensbench.optics.block_trace import pack_lens, trace, trace_step
+from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.pupils.radial_sampler import POINTS, PupilTable
 from lensbench.pupils.rim_solver import solve_rims
@@ -59,7 +59,7 @@ def block_against_scalar() -> Iterator[tuple[str, float, str]]:
         out = (np.empty((block.B, 3), real), np.empty((block.B, 3), real),
                np.empty(block.B, np.int32), np.empty(block.B, np.int32))
         best = least_times({
-            "block": streamed([block.Step(trace, pack_lens(lens, distance))], given, real),
+            "block": streamed(surface_steps(lens, distance), given, real),
             "scalar": partial(_traced, surface_table(lens, dtype=real), origins, directions.astype(real), *out, 2)})
         name = np.dtype(real).name
         fast, scalar = BLOCKS * block.B / best["block"] / 1e6, 2 * block.B / best["scalar"] / 1e6
@@ -201,10 +201,10 @@ def precision() -> Iterator[tuple[str, float, str]]:
         aimed = [block.X, block.Y, block.Z, block.L, block.M, block.N]
         rays = Program(camera.steps()[:2]).run({block.X: raster[:, 0], block.Y: raster[:, 1], block.U0: uv[:, 0],
                                                 block.U1: uv[:, 1]}, aimed, n)
-        step = trace_step(lens, camera.film_distance)
+        steps = surface_steps(lens, camera.film_distance)
         given = dict(zip([*aimed, block.WEIGHT], [*rays, np.ones(n)], strict=True))
         wanted = [block.L, block.M, block.N, block.WEIGHT]
-        single, double = (Program([step], real).run(given, wanted, n).astype(float)
+        single, double = (Program(steps, real).run(given, wanted, n).astype(float)
                           for real in (np.float32, np.float64))
         both = (single[3] > 0.0) & (double[3] > 0.0)
         off = np.linalg.norm(np.cross(single[:3].T[both], double[:3].T[both]), axis=1)

@@ -12,7 +12,7 @@ from numba import njit
 
 from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, A6, A7, A8, B, L, M, N, Step, X, Y, Z, gather, rows, stage
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import round_stop_steps
+from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import scene_side_origin
 from lensbench.optics.prescription import Lens, LensError
@@ -42,7 +42,7 @@ def ray_table_step(lens: Lens, film_distance: float, table: PupilTable, waveleng
     x, y = u + drift * r - r, v
     size = 1.0 / np.sqrt(x * x + y * y + away * away)
     given = {X: r, L: x * size, M: y * size, N: -away * size}
-    ray = Program(round_stop_steps(lens, away, wavelength), np.float64).run(given, [X, Y, Z, L, M, N], NODES)
+    ray = Program(trace_steps(lens, away, wavelength, blades=False), np.float64).run(given, [X, Y, Z, L, M, N], NODES)
 
     # Point nearest to the pupil, and direction from there to objects in focus
     centre = scene_side_origin(lens, wavelength) - lens.length - away

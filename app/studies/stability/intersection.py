@@ -15,7 +15,7 @@ from lensbench.app.studies.stability.high_precision import distance, exact, exac
 from lensbench.app.studies.stability.sweep import LOST, PRECISIONS, Curve, Sweep, curves_of, with_progress
 from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import trace_step
+from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 
 Rays = tuple[np.ndarray, np.ndarray]            # origins, unit directions (n, 3), mm
@@ -68,7 +68,7 @@ def reference(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) 
 def block(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> Found:
     """Hits by the block tracer, with the surface in place of the film."""
     rows = [X, Y, Z, L, M, N, WEIGHT]
-    out = Program([trace_step(lb.Lens((surface,), stop_index=0), 0.0, towards="film")], origins.dtype.type).run(
+    out = Program(surface_steps(lb.Lens((surface,), stop_index=0), 0.0, towards="film"), origins.dtype.type).run(
         dict(zip(rows, [*origins.T, *directions.T, np.ones(len(origins))], strict=True)), [X, Y, Z, WEIGHT],
         len(origins))
     return out[:3].T, ["" if weight > 0.0 else LOST for weight in out[3]]

@@ -17,7 +17,7 @@ from lensbench.app.studies.even_points import even_points
 from lensbench.app.studies.stability.sweep import Curve, Sweep, curve
 from lensbench.kernels.block import CLEARANCE, U0, U1, WEIGHT, L, M, N, X, Y
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import trace_step
+from lensbench.optics.block_trace import surface_steps
 from lensbench.pupils.film_grid_sampler import PupilGrid
 from lensbench.pupils.radial_sampler import PupilTable
 from lensbench.pupils.rim_solver import solve_rims
@@ -59,7 +59,7 @@ def passing(place: Place, points: np.ndarray) -> np.ndarray:
     way /= np.linalg.norm(way, axis=1)[:, None]
     n = len(points)
     given = {X: np.full(n, place.film[0]), Y: np.full(n, place.film[1]), L: way[:, 0], M: way[:, 1], N: way[:, 2]}
-    return Program([trace_step(place.lens, place.film_distance)], np.float64).run(given, [CLEARANCE], n)[0] <= 1.0
+    return Program(surface_steps(place.lens, place.film_distance), np.float64).run(given, [CLEARANCE], n)[0] <= 1.0
 
 
 @lru_cache(maxsize=256)
@@ -150,7 +150,7 @@ def box(place: Place, samples: int) -> Aim:
     way = np.column_stack([points[:, 0] - film, points[:, 1], np.full(samples, -place.film_distance)])
     way /= np.linalg.norm(way, axis=1)[:, None]
     given = {X: film, L: way[:, 0], M: way[:, 1], N: way[:, 2]}
-    program = Program([trace_step(place.lens, place.film_distance)], np.float64)
+    program = Program(surface_steps(place.lens, place.film_distance), np.float64)
     through = program.run(given, [CLEARANCE], samples)[0] <= 1.0
     margin = 2.0 * math.sqrt(2.0) * 2.0 * square / math.sqrt(samples)
     low, high = ((points[through].min(0) - margin, points[through].max(0) + margin) if through.any()

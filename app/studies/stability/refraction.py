@@ -10,7 +10,7 @@ from lensbench.app.studies.stability.high_precision import exact, exactly, float
 from lensbench.app.studies.stability.sweep import LOST, PRECISIONS, Curve, Sweep, curves_of, with_progress
 from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import trace_step
+from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 
 Found = tuple[np.ndarray, list[str]]            # unit directions (n, 3), and for each its fate, "" if it exists
@@ -47,7 +47,7 @@ def block(directions: np.ndarray) -> Found:
     """Directions by the block tracer, which takes directions of length n."""
     rows = [X, Y, Z, L, M, N, WEIGHT]
     given = [*-directions.T, *(INDEX * directions).T, np.ones(len(directions))]
-    out = Program([trace_step(WINDOW, 0.0, towards="film")], directions.dtype.type).run(
+    out = Program(surface_steps(WINDOW, 0.0, towards="film"), directions.dtype.type).run(
         dict(zip(rows, given, strict=True)), [L, M, N, WEIGHT], len(directions))
     return out[:3].T, ["" if weight > 0.0 else LOST for weight in out[3]]
 

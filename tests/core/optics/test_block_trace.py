@@ -9,7 +9,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
-from lensbench.optics.block_trace import trace_step
+from lensbench.optics.block_trace import surface_steps
 from tests.core.oracles import lens as reference_lens
 
 
@@ -34,7 +34,7 @@ def block(lens, film_distance, origins, directions, towards="scene", real=np.flo
     """Rows X … N, WEIGHT, CLEARANCE of rays given in the lens frame, and answered in it."""
     shift = lens.length + film_distance
     o = np.array(origins) - [0.0, 0.0, shift]
-    out = Program([trace_step(lens, film_distance, towards=towards)], real).run(
+    out = Program(surface_steps(lens, film_distance, towards=towards), real).run(
         dict(zip([X, Y, Z, L, M, N, WEIGHT], [*o.T, *np.array(directions).T, np.ones(len(o))], strict=True)),
         [X, Y, Z, L, M, N, WEIGHT, CLEARANCE], len(o))
     out[2] += shift
@@ -91,9 +91,9 @@ def test_float32_keeps_every_fate_and_a_hundredth_of_a_pixel_at_24_megapixels(na
     rows = Program(program, np.float32).run(
         {X: raster[:, 0], Y: raster[:, 1], 0: uv[:, 0], 1: uv[:, 1]}, [X, Y, Z, L, M, N], count)
     given = dict(zip([X, Y, Z, L, M, N, WEIGHT], [*rows, np.ones(count, np.float32)], strict=True))
-    step = camera.camera_steps()[1]
-    single = Program([step], np.float32).run(given, [L, M, N, WEIGHT, CLEARANCE], count).astype(float)
-    double = Program([step], np.float64).run(given, [L, M, N, WEIGHT, CLEARANCE], count)
+    steps = camera.camera_steps()[1:]
+    single = Program(steps, np.float32).run(given, [L, M, N, WEIGHT, CLEARANCE], count).astype(float)
+    double = Program(steps, np.float64).run(given, [L, M, N, WEIGHT, CLEARANCE], count)
     sure = ~(np.abs(double[4] - 1.0) < 1e-5)
     assert np.array_equal((single[3] > 0.0)[sure], (double[3] > 0.0)[sure])
     both = (single[3] > 0.0) & (double[3] > 0.0)
