@@ -20,7 +20,8 @@ from lensbench.app.state.settings import RESTARTS_NOTHING, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.workers.light_field_worker import FieldPicture
-from lensbench.app.workers.render_worker import RenderUpdate, RenderWorker
+from lensbench.app.workers.render_update import RenderUpdate
+from lensbench.app.workers.render_worker import RenderWorker
 
 OFF_CENTRE = 0.35               # of the picture: farther from its middle nothing is marked as in focus
 

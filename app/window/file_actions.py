@@ -185,6 +185,6 @@ class Files:
         later = {name: getattr(present, name) for name in (*RESTARTS_NOTHING, *RESTARTS_MOTION)}
         settings = replace(update.settings, **{**later, "samples": update.samples})
         try:
-            save_picture(path, update.image, settings, choice=update.choice)
+            save_picture(path, update.image, settings, choice=None if update.is_provisional else update.choice)
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))

@@ -144,7 +144,7 @@ class Session(WindowState):
         """After the panels: the changes go to the history and to the worker."""
         held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
         self.keep(held)
-        self.worker.hold(self.light_field.occupies_processor)
+        self.worker.hold(self.light_field.occupies_processor or self.export.busy)
         self.apply()
 
     def _leave_room_to_compile(self) -> None:

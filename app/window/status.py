@@ -11,7 +11,7 @@ from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
-from lensbench.app.workers.render_worker import RenderUpdate
+from lensbench.app.workers.render_update import RenderUpdate
 
 
 def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> None:

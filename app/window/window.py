@@ -84,7 +84,7 @@ def run(settings: Settings, screenshot: Path | str | None = None) -> int:
         immapp.run(runner, immapp.AddOnsParams(with_implot=True))
     finally:
         session.worker.stop()
-    if session.shot_problem:
+    if screenshot is not None and session.shot_problem:
         raise OSError(session.shot_problem)
     return int(session.shot_is_early)
 

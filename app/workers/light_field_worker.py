@@ -30,7 +30,7 @@ from lensbench.app.state.light_field_query import (
 )
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.render_worker import prepare
-from lensbench.app.workers.task import Task
+from lensbench.app.workers.task import Task, error_text, report_unforeseen
 
 COMPARED = 256                  # samples a pixel of the camera's own picture
 HOLD_SECONDS = 0.1              # that a frame is held at most for the picture of its look
@@ -245,8 +245,9 @@ class LightFieldWorker:
                     covered = float(pixels.mean())
                 else:
                     image = light_field_picture(recording, look, depth)
-            except (ValueError, MemoryError) as error:
-                self.messages.append((str(error), False))
+            except Exception as error:                  # any error: the window shows it, and the next look may do
+                self.messages.append((error_text(error, viewer.description), False))
+                report_unforeseen(error)
             else:
                 self._numbered += 1
                 self.field_picture = FieldPicture(recording, look, image, perf_counter() - begin, covered,

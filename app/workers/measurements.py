@@ -69,6 +69,8 @@ class Measurements(Generic[Key, Result]):
             return
         if not self._keep_all:
             self.found, self.problems = {}, {}
+        self.found.pop(key, None)
+        self.problems.pop(key, None)
         if task.error is None and task.result is not None:
             self.found[key] = task.result
         else:

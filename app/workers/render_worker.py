@@ -10,14 +10,16 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.state.auto_model import Chosen, choice_key, choose, is_automatic, provisional
 from lensbench.app.state.settings import Settings
+from lensbench.app.workers.automatic_model import AutomaticModel, Finished
+from lensbench.app.workers.render_update import Failure, RenderUpdate
 from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import lower_priority, thread_count
 
@@ -26,41 +28,7 @@ FIRST_SECONDS = 0.15        # for a first pass once started, so that pictures ap
 HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its first picture
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
-
-
-class RenderUpdate(NamedTuple):
-    """A picture with its samples so far."""
-
-    generation: int                             # counts the restarts
-    image: NDArray[np.float32]                  # (h, w, 3) linear
-    samples: int                                # a pixel
-    seconds: float                              # since the restart, without pauses
-    settings: Settings
-    rate: float                                 # samples a second, over the whole picture
-    depth: NDArray[np.float32] | None = None    # (h, w) mm from the film along the axis, inf for the sky
-    choice: Any = None                          # of the automatic model: the Choice
-    speeds: tuple[float, float] | None = None   # ns a ray by that model, and by the full trace
-    is_provisional: bool = False                # the choice is of earlier settings: the picture may restart
-    coded: bool = False                         # the image holds codes of the screen, neither exposed nor toned
-    field_picture: int = 0                      # of a light field: its number
-
-    @property
-    def key(self) -> tuple[int, int, bool, int]:
-        """Distinguishes the image from all other images of the window."""
-        return self.generation, self.samples, self.is_provisional, self.field_picture
-
-    @property
-    def raw(self) -> bool:
-        """Whether it shows something else than light."""
-        return self.coded or bool(self.settings.sample_view)
-
-
-class Failure(NamedTuple):
-    """Settings that cannot be rendered, and why."""
-
-    generation: int
-    settings: Settings
-    error: Exception
+WARM_UP_SECONDS = 0.2       # between two looks at the process that warms the cache
 
 
 @dataclass
@@ -106,10 +74,7 @@ class RenderWorker:
         self._set_up_for = 0                    # the generation whose picture is set up
         self._started = perf_counter()
         self._first_seconds = math.inf          # from the restart to the first picture, the last time
-        self._chosen: Chosen | None = None      # the automatic model, as it was chosen last
         self._reloaded = False                  # the automatic model was chosen for an older file
-        self._choosing: Future | None = None    # that is being chosen, perhaps for settings that have gone by
-        self._speeds: dict[tuple, tuple[float, float]] = {}     # by lens and choice
         with self._change:      # runs until it is cancelled; at full priority, for the user waits for the first pass
             self._task: Task[None] = Task("Rendering", self._work, wake, lowered=False)
 
@@ -121,10 +86,10 @@ class RenderWorker:
         Where only the number of samples differs, the picture goes on. Returns the generation.
         """
         with self._change:
-            if settings.picture != self._settings.picture:
-                self._generation += 1
-                self._started = perf_counter()
+            is_new = settings.picture != self._settings.picture
             self._settings, self._target = settings, settings.samples
+            if is_new:
+                self.again()
             self._change.notify_all()
             return self._generation
 
@@ -138,11 +103,8 @@ class RenderWorker:
     def reload(self, settings: Settings) -> None:
         """Render these settings again, because a file that they name has changed."""
         with self._change:
-            self._settings, self._target = settings, settings.samples
-            self._reloaded = True
-            self._generation += 1
-            self._started = perf_counter()
-            self._change.notify_all()
+            self._settings, self._target, self._reloaded = settings, settings.samples, True
+            self.again()
 
     def newest(self) -> RenderUpdate | None:
         """The newest picture, perhaps of an older generation; None before the first."""
@@ -174,7 +136,7 @@ class RenderWorker:
         """
         with self._change:
             if self._first_seconds < 2.0 * HOLD_SECONDS:       # frames drawn beside a picture make it so slow
-                self._change.wait_for(lambda: enough() or self.waiting == 0.0 or self._stopped,
+                self._change.wait_for(lambda: enough() or self.waiting == 0.0 or not self.alive,
                                       max(0.0, self._started + HOLD_SECONDS - perf_counter()))
 
     def shown(self, update: RenderUpdate | None) -> None:
@@ -189,23 +151,13 @@ class RenderWorker:
         return 0.0 if current or self.error is not None else perf_counter() - self._started
 
     @property
-    def busy(self) -> bool:
-        """Whether more samples are to come."""
-        update = self._update
-        if self._paused or self._held or self.error is not None:
-            return False
-        return (update is None or update.generation != self._generation or update.samples < self._target
-                or update.is_provisional)
-
-    @property
     def paused(self) -> bool:
         """Whether the render is held."""
         return self._paused
 
     def pause(self) -> None:
         """Hold the render; new settings still get their first samples."""
-        with self._change:
-            self._paused = True
+        self._note(_paused=True)
 
     def resume(self) -> None:
         """Go on after a pause."""
@@ -226,14 +178,9 @@ class RenderWorker:
 
     def stop(self) -> None:
         """End; returns when the threads have ended."""
-        with self._change:
-            self._task.cancel()
-            self._change.notify_all()
+        self._task.cancel()
+        self._note()
         self._task.join()
-
-    @property
-    def _stopped(self) -> bool:
-        return self._task.cancelled
 
     def _note(self, **changed: Any) -> None:
         """Change state that the threads wait for, and wake them."""
@@ -249,41 +196,43 @@ class RenderWorker:
 
         helper = compile_ahead(self._settings.scene)
         # The user waits for the first pass; the others run behind the window
-        with ThreadPoolExecutor(4, "lensbench pass") as passes, \
+        with ThreadPoolExecutor(1, "lensbench choice") as choices, \
+                ThreadPoolExecutor(4, "lensbench pass") as passes, \
                 ThreadPoolExecutor(self._threads, "lensbench first") as first, \
                 ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:
+            self._model = AutomaticModel(choices)
             job: _Job | None = None
             while True:
+                if helper is not None and helper.poll() is not None:
+                    helper = None                               # now the kernels of light tracing are there
+                    if job is not None and small_lights(job.scene.objects):
+                        self.again()
                 with self._change:
-                    while not task.cancelled and not self._due(job):
-                        self._change.wait()
+                    if not self._change.wait_for(partial(self._due, job), None if helper is None else WARM_UP_SECONDS):
+                        continue
                     if task.cancelled:
                         return
                     generation, settings = self._generation, self._settings
+                    reloaded, self._reloaded = self._reloaded, False
                 try:
+                    if reloaded:
+                        self._model.forget()
                     if job is None or job.generation != generation:
                         job = self._begun(generation, settings, helper is None)
                         self._note(_set_up_for=generation)
-                    elif helper is not None and helper.poll() is not None:
-                        helper = None                           # now the kernels of light tracing are there
-                        if small_lights(job.scene.objects):
-                            self.again()
-                            continue
                     self._advance(job, passes, pool if job.rendering.samples else first)
                 except Exception as error:              # any error: the window shows it and goes on
-                    self._failure = Failure(generation, settings, error)
+                    self._note(_failure=Failure(generation, settings, error))
                     job = None
                     self._wake()
 
     def _due(self, job: _Job | None) -> bool:
         """Whether there is anything to do."""
-        if self.error is not None:
-            return False
-        if job is None or job.generation != self._generation:
-            return True
-        if self._depth_due(job) or job.automatic is not None or self._timing_due(job):
-            return True
-        return job.rendering.samples < self._present_target
+        if not self.alive or self.error is not None:
+            return not self.alive
+        return (job is None or job.generation != self._generation or self._depth_due(job)
+                or job.automatic is not None or self._timing_due(job)
+                or job.rendering.samples < self._present_target)
 
     @property
     def _present_target(self) -> int:
@@ -296,18 +245,8 @@ class RenderWorker:
     def _begun(self, generation: int, settings: Settings, light_tracing: bool) -> _Job:
         camera, scene = prepare(settings.checked())
         job = _Job(generation, settings, camera, scene, None, light_tracing=light_tracing)
-        with self._change:
-            reloaded, self._reloaded = self._reloaded, False
-        if reloaded:
-            self._chosen = self._choosing = None
-            self._speeds.clear()
-        if self._choosing is not None and self._choosing.done() and self._choosing.exception() is None:
-            self._chosen, self._choosing = self._choosing.result(), None
-        if is_automatic(settings):
-            if self._chosen is not None and self._chosen.of == choice_key(settings):
-                job.camera = self._chosen.choice.applied(camera)
-            else:
-                job.automatic, job.camera = camera, provisional(settings, camera, self._chosen)
+        job.camera, is_provisional = self._model.first_camera(settings, camera)
+        job.automatic = camera if is_provisional else None
         self._set_up(job)
         return job
 
@@ -320,46 +259,30 @@ class RenderWorker:
         job.rendering = lb.Rendering(job.camera, job.scene, seed=job.settings.seed, view=job.settings.sample_view,
                                      light_tracing=job.light_tracing and job.settings.light_tracing)
 
-    def _choose(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
+    def _choose(self, job: _Job, finished: Finished) -> None:
         """Choose the automatic model; restart with it if it differs from that of the first pass."""
-        self._choosing = passes.submit(choose, job.settings, job.automatic, job.scene, self._chosen)
-        if not self._finished(self._choosing, wanted):
+        camera = self._model.chosen_camera(job.settings, job.automatic, job.scene, finished)
+        if camera is None:
             return
-        self._chosen, self._choosing = self._choosing.result(), None
-        camera, job.automatic = self._chosen.choice.applied(job.automatic), None
+        job.automatic = None
         if (camera.model, camera.degree) != (job.camera.model, job.camera.degree):
             job.camera = camera
             self._set_up(job)
-        elif self._update is not None and self._update.generation == job.generation:
-            self._update = self._update._replace(**self._choice_fields(job))
-            self._wake()
+        else:
+            self._amend(job, **self._choice_fields(job))
 
     def _choice_fields(self, job: _Job) -> dict[str, Any]:
-        """The fields of an update that describe the automatic model."""
-        if not is_automatic(job.settings):
-            return {}
-        known = self._chosen is not None and self._chosen.of.lens == job.settings.lens
-        return {"choice": self._chosen.choice if known and self._chosen is not None else None,
-                "speeds": self._speeds.get(self._timed(job)), "is_provisional": job.automatic is not None}
-
-    def _timed(self, job: _Job) -> tuple:
-        """Key of the settings on which the speed of the job's camera depends."""
-        return job.settings.lens, job.settings.zoom, job.camera.model, job.camera.degree
+        return self._model.fields(job.settings, job.camera, job.automatic is not None)
 
     def _timing_due(self, job: _Job) -> bool:
-        return (is_automatic(job.settings) and job.automatic is None and job.depth is not None
-                and self._timed(job) not in self._speeds)
+        return (job.automatic is None and job.depth is not None
+                and not self._model.is_timed(job.settings, job.camera))
 
-    def _time(self, job: _Job, passes: ThreadPoolExecutor, wanted: Callable[[], bool]) -> None:
-        """Measure the time that the chosen model saves."""
-        assert self._chosen is not None
-        choice = self._chosen.choice
-        timing = passes.submit(lambda: (choice.ns_per_ray, choice.trace_ns_per_ray))
-        if self._finished(timing, wanted):
-            self._speeds[self._timed(job)] = timing.result()
-            if self._update is not None and self._update.generation == job.generation:
-                self._update = self._update._replace(**self._choice_fields(job))
-                self._wake()
+    def _amend(self, job: _Job, **changed: Any) -> None:
+        """Add to the present update, if it is of this job."""
+        if self._update is not None and self._update.generation == job.generation:
+            self._update = self._update._replace(**changed)
+            self._wake()
 
     def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
         """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""
@@ -367,34 +290,33 @@ class RenderWorker:
         patience = start + FIRST_SECONDS if job.rendering.samples == 0 else start
 
         def wanted() -> bool:
-            return not self._stopped and (job.generation == self._generation or perf_counter() < patience)
+            return self.alive and (job.generation == self._generation or perf_counter() < patience)
 
+        finished = partial(self._finished, wanted=wanted)
         if job.automatic is not None and job.rendering.samples:
-            self._choose(job, passes, wanted)
+            self._choose(job, finished)
             return
         if self._timing_due(job):
-            self._time(job, passes, wanted)
+            if self._model.time(job.settings, job.camera, finished):
+                self._amend(job, **self._choice_fields(job))
             return
         if self._depth_due(job):
             import lensbench as lb
 
             depth = pool.submit(lb.depth_map, job.camera, job.scene)
-            if not self._finished(depth, wanted):
+            if not finished(depth):
                 return
             job.depth = depth.result()
-            if self._update is not None and self._update.generation == job.generation:
-                self._update = self._update._replace(depth=job.depth)
-                self._wake()
+            self._amend(job, depth=job.depth)
             return
 
         count = max(1, min(job.pass_samples, self._present_target - job.rendering.samples))
         added = passes.submit(job.rendering.add, count, pool, wanted)
-        if not self._finished(added, wanted) or not added.result():
+        if not finished(added) or not added.result():
             return
         seconds = perf_counter() - start
         image = job.rendering.image()
-        pixels = image.shape[0] * image.shape[1]
-        rate = pixels * count / max(seconds, 1e-9)
+        rate = image.shape[0] * image.shape[1] * count / max(seconds, 1e-9)
         job.seconds += perf_counter() - start
         job.rate = rate if job.rate == 0.0 else 0.7 * job.rate + 0.3 * rate
         job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
@@ -412,7 +334,10 @@ class RenderWorker:
                     self._change.wait_for(lambda: self._shown is update or not wanted(), HOLD_SECONDS)
 
     def _finished(self, work: Future, wanted: Callable[[], bool]) -> bool:
-        """Wait for work while it is wanted: its threads, of low priority, may be slow to stop."""
+        """Wait for work while it is wanted: its threads, of low priority, may be slow to stop.
+
+        Work that is no longer wanted and has not begun is cancelled.
+        """
         def tell(_: Future) -> None:
             with self._change:
                 self._change.notify_all()
@@ -421,4 +346,5 @@ class RenderWorker:
         with self._change:
             while not work.done() and wanted():
                 self._change.wait(FIRST_SECONDS)
-        return work.done() and not self._stopped
+        work.cancel()                                   # has no effect on work that has begun
+        return work.done() and not work.cancelled() and self.alive

@@ -19,6 +19,19 @@ class TaskCancelledError(Exception):
     """Ends work that reports its progress by `Task.check`."""
 
 
+def error_text(error: Exception, description: str) -> str:
+    """The error of a piece of work in words for the user."""
+    if isinstance(error, MemoryError):
+        return str(error) or f"{description}: there is not enough memory"
+    return str(error) if isinstance(error, ValueError | OSError) else f"{type(error).__name__}: {error}"
+
+
+def report_unforeseen(error: Exception) -> None:
+    """Print the traceback of an error that neither the user nor the system has caused."""
+    if not isinstance(error, ValueError | OSError | MemoryError):
+        traceback.print_exception(error)
+
+
 class Task(Generic[Result]):
     """Work that begins at once on a background thread.
 
@@ -47,13 +60,7 @@ class Task(Generic[Result]):
     @property
     def message(self) -> str:
         """The error in words for the user; "" without an error."""
-        if self.error is None:
-            return ""
-        if isinstance(self.error, MemoryError):
-            return str(self.error) or f"{self.description}: there is not enough memory"
-        if isinstance(self.error, ValueError | OSError):
-            return str(self.error)
-        return f"{type(self.error).__name__}: {self.error}"
+        return "" if self.error is None else error_text(self.error, self.description)
 
     def report(self, progress: float) -> bool:
         """Note the part that is done; False: the task is cancelled, and the work must end."""
@@ -86,8 +93,7 @@ class Task(Generic[Result]):
         except Exception as error:              # the thread has no caller: whoever polls the task shows the message
             if not self.cancelled:
                 self.error = error
-                if not isinstance(error, ValueError | OSError | MemoryError):
-                    traceback.print_exception(error)
+                report_unforeseen(error)
         finally:
             self._done.set()
             self._wake()

@@ -44,9 +44,8 @@ class LightFieldController:
         """At the beginning of a frame: take the worker's results. True: the difference from A is to be shown."""
         view, worker = self._view, self.worker
         worker.collect()
-        messages, worker.messages = worker.messages, []
-        for message, done in messages:
-            view.say(message, done)
+        while worker.messages:                  # other threads add to the same list
+            view.say(*worker.messages.pop(0))
 
         # A changed camera is shown, a new recording too
         if present.picture != self._settings:

@@ -11,7 +11,7 @@ from lensbench.app.display.presenter import Presenter
 from lensbench.app.state.picture_statistics import Difference, histogram
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.light_field_worker import FieldPicture
-from lensbench.app.workers.render_worker import RenderUpdate
+from lensbench.app.workers.render_update import RenderUpdate
 
 SETTINGS = replace(Settings(), pixels_x=6, pixels_y=4, compare="difference")
 

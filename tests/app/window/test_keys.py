@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 
 from lensbench.app.display.presenter import _first_mark
 from lensbench.app.panels.image.overlays import Mark
-from lensbench.app.workers.render_worker import RenderUpdate
+from lensbench.app.workers.render_update import RenderUpdate
 from tests.app.conftest import SMALL
 
 

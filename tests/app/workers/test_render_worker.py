@@ -10,7 +10,9 @@ import pytest
 import lensbench as lb
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import Settings
+from lensbench.app.workers import automatic_model, warm_cache
 from lensbench.app.workers import render_worker as module
+from lensbench.app.workers.automatic_model import choose
 from lensbench.app.workers.render_worker import PAUSED_SAMPLES, RenderWorker
 
 SMALL = replace(Settings(), pixels_x=96, pixels_y=64, samples=8)
@@ -67,7 +69,7 @@ def test_the_picture_is_that_of_the_same_passes_bit_for_bit(start, monkeypatch):
     np.testing.assert_array_equal(update.depth, lb.depth_map(view, scene))
     # One call adds its samples in another order: eight float32 roundings, with a margin for dark pixels
     np.testing.assert_allclose(again.image(), picture, rtol=8 * np.finfo(np.float32).eps, atol=1e-6)
-    assert update.settings == SMALL and not worker.busy and worker.error is None
+    assert update.settings == SMALL and worker.error is None
 
 
 def test_what_changes_only_the_development_does_not_begin_anew(start):
@@ -152,6 +154,62 @@ def test_an_unforeseen_error_is_news_too(start, monkeypatch):
     monkeypatch.undo()
     worker.again()
     wait(lambda: done(worker))
+
+
+def test_a_drag_does_not_wait_for_the_choices_of_settings_that_have_gone_by(start, monkeypatch):
+    worker = start()
+    wait(lambda: done(worker) and not worker.newest().is_provisional)
+    go, begun = threading.Event(), []
+
+    def slow(settings, *rest):
+        begun.append(settings.focus_distance)
+        assert go.wait(PATIENCE)
+        return choose(settings, *rest)
+
+    monkeypatch.setattr(automatic_model, "choose", slow)
+    try:
+        for i in range(1, 9):
+            worker.restart(replace(SMALL, focus_distance=1200.0 + 50.0 * i))
+            end = monotonic() + 20.0
+            while worker.newest().generation != worker.generation:
+                assert monotonic() < end
+                sleep(0.002)
+            worker.shown(worker.newest())
+            sleep(0.05)                         # the choice is asked for
+        assert len(begun) == 1
+    finally:
+        go.set()
+    wait(lambda: done(worker) and not worker.newest().is_provisional)
+    assert len(begun) <= 3                      # the choices of the settings between are never begun
+
+
+def test_a_frame_is_not_held_for_settings_that_fail(start, monkeypatch):
+    worker = start()
+    wait(lambda: done(worker))
+    monkeypatch.setattr(module, "HOLD_SECONDS", 60.0)
+    begin = monotonic()
+    worker.restart(replace(SMALL, scene="no-such-scene"))
+    worker.await_set_up()
+    assert monotonic() - begin < 30.0 and worker.error is not None
+
+
+def test_a_complete_picture_is_rendered_again_when_its_light_tracing_is_compiled(start, monkeypatch):
+    ended = []
+
+    class Helper:
+        def poll(self):
+            return 0 if ended else None
+
+    monkeypatch.setattr(warm_cache, "compile_ahead", lambda scene: Helper())
+    settings = replace(SMALL, scene="night-lights")
+    worker = start(settings)
+    wait(lambda: done(worker))
+    first = worker.newest()
+    sleep(0.1)
+    assert worker.generation == first.generation
+    ended.append(True)
+    wait(lambda: worker.generation > first.generation and done(worker))
+    assert not np.array_equal(worker.newest().image, first.image)
 
 
 def test_it_ends_in_the_middle_of_its_work():

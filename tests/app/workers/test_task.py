@@ -8,6 +8,7 @@ import pytest
 
 from lensbench.app.workers.measurements import Measurements
 from lensbench.app.workers.task import Task, TaskCancelledError
+from lensbench.app.workers.threads import NICE
 
 
 def ended(task: Task) -> Task:
@@ -70,13 +71,17 @@ def test_a_cancelled_task_ends_at_its_next_report_without_result_or_error(by):
             task.check(1.0)
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="priorities of threads are Linux's")
+def priority() -> int:
+    """The nice value of the calling thread; only Linux has one for each thread."""
+    return os.getpriority(os.PRIO_PROCESS, threading.get_native_id()) if sys.platform == "linux" else 0
+
+
 @pytest.mark.parametrize("lowered", [True, False])
 def test_the_work_runs_behind_the_window_unless_somebody_waits_for_it(lowered):
-    here = os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
-    task = ended(Task("Idling", lambda task: os.getpriority(os.PRIO_PROCESS, threading.get_native_id()),
-                      lowered=lowered))
-    assert task.result == (max(here, 10) if lowered else here)
+    here = priority()
+    task = ended(Task("Idling", lambda task: priority(), lowered=lowered))
+    assert task.error is None
+    assert task.result == (max(here, NICE) if lowered and sys.platform == "linux" else here)
 
 
 def waiting(go):
@@ -116,3 +121,22 @@ def test_what_is_cancelled_by_hand_is_left_until_it_is_asked_for():
     ended(found.task)
     found.collect()
     assert found.found == {"a": "A"} and found.declined is None
+
+
+def test_a_measurement_repeated_after_an_error_leaves_only_its_result():
+    errors = [ValueError("too steep")]
+
+    def measure(key, task):
+        if errors:
+            raise errors.pop()
+        return key.upper()
+
+    found = Measurements(measure)
+    found.want("a")
+    ended(found.task)
+    found.want("a")
+    assert found.problems == {"a": "too steep"} and not found.found
+    found.again("a")
+    ended(found.task)
+    found.collect()
+    assert found.found == {"a": "A"} and not found.problems

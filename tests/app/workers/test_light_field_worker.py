@@ -1,0 +1,31 @@
+"""The pictures of a light field in the background: an error in one does not end the others."""
+
+from time import monotonic, sleep
+
+import numpy as np
+
+from lensbench.app.state.light_field_query import Look
+from lensbench.app.workers import light_field_worker as module
+from lensbench.app.workers.light_field_worker import LightFieldWorker
+
+
+def test_an_unforeseen_error_becomes_a_message_and_the_next_look_is_rendered(monkeypatch, capsys):
+    image = np.zeros((2, 3, 3), np.float32)
+    monkeypatch.setattr(module, "light_field_picture",
+                        lambda recording, look, depth: 1 // 0 if look.distance < 1000.0 else image)
+    worker = LightFieldWorker()
+    worker.recording = object()
+    end = monotonic() + 10.0
+    try:
+        worker.want(Look(show="focus", distance=500.0))
+        while not worker.messages:
+            assert monotonic() < end
+            sleep(0.002)
+        worker.want(Look(show="focus", distance=2000.0))
+        while worker.field_picture is None:
+            assert monotonic() < end
+            sleep(0.002)
+        assert worker.messages[0][0].startswith("ZeroDivisionError") and worker.field_picture.image is image
+        assert "Traceback" in capsys.readouterr().err
+    finally:
+        worker.stop()
