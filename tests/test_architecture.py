@@ -178,6 +178,14 @@ def test_no_room_is_named_that_does_not_exist(layers):
         assert place.is_dir() or place.with_suffix(".py").is_file(), f"{name} is no room of {top.name}"
 
 
+@pytest.mark.parametrize("layers", [CORE, APP], ids=["core", "app"])
+def test_the_page_of_the_architecture_draws_the_layers(layers):
+    page = re.sub(r'\w+\["(studies\.\w+)"\]', r"\1", (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8"))
+    drawn = next(line for line in page.split("\n") if "-->" in line and set(line.split()) & layers[0])
+    rows = [set(row.split()) - {"&"} for row in reversed(drawn.split("-->"))]
+    assert rows == [layer for layer in layers if layer != {"__main__"}]
+
+
 def test_no_files_import_each_other_in_a_circle():
     graph = {module(path): imports(path) & modules() - ({SETTINGS} if typed_settings(path) else set())
              for name in ROOMS for path in files(name) if path != ROOT / "core" / "__init__.py"}
