@@ -1,18 +1,17 @@
-"""Scenes of one's own, from a TOML file: docs/scenes.md shows one.
+"""Scenes of users, from a TOML file: docs/scenes.md shows one.
 
-Lengths are mm, or text with a unit ("1.2 m"); angles are degrees; colours are
-linear numbers, or "#rrggbb" as in sRGB; speeds mm/s, or text ("50 km/h"), and turning degrees a
-second. A texture is a file beside or below the
-scene file, never elsewhere.
+Lengths are mm, or text with a unit ("1.2 m"); angles are degrees; colours are linear numbers, or "#rrggbb" as in sRGB;
+speeds are mm/s, or text ("50 km/h"); rotations are degrees a second. A texture is a file beside or below the scene
+file, never elsewhere.
 """
 
 import difflib
 import math
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -20,20 +19,17 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.app.state.scene_texture import read_texture
 from lensbench.app.state.tone import linear
 from lensbench.scenery.objects import by_family
 
 MOST_BYTES = 1 << 20                    # of a scene file
-MOST_TEXTURE_BYTES = 64 << 20
-MOST_TEXELS = 40_000_000                # of a texture as it is read
-TEXTURE_SIDE = 1024                     # larger ones are averaged down to this
 MOST_OBJECTS = 2000
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "km": 1e6, "": 1.0}
 SPEEDS = {"mm/s": 1.0, "cm/s": 10.0, "m/s": 1000.0, "km/h": 1e6 / 3600.0, "": 1.0}
-MOTION = ("velocity", "spin", "pivot")
-FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP")
 
 Table = dict[str, Any]
+Reader = Callable[[Any, str], Any]      # of a value and its name in messages
 
 
 class SceneFileError(ValueError):
@@ -42,10 +38,6 @@ class SceneFileError(ValueError):
     def __init__(self, path: str | Path, reason: str):
         super().__init__(f"{path}: {reason}")
         self.path, self.reason = Path(path), reason
-
-
-class _ContentError(Exception):
-    """Fault in the content of a scene file; the caller adds the path."""
 
 
 def find_scene(name_or_path: str) -> lb.Scene:
@@ -84,20 +76,14 @@ def _textures(path: str, stamp: Stamp) -> tuple[Path, ...]:
         table = tomllib.loads(Path(path).read_bytes()[:MOST_BYTES].decode("utf-8"))
     except (OSError, ValueError, RecursionError):
         return ()
-    found: list[Path] = []
+    return tuple(dict.fromkeys(Path(path).parent / name for name in _texture_names(table)))
 
-    def collect(value: Any) -> None:
-        if isinstance(value, dict):
-            if isinstance(name := value.get("texture"), str):
-                found.append(Path(path).parent / name)
-            for part in value.values():
-                collect(part)
-        elif isinstance(value, list):
-            for part in value:
-                collect(part)
 
-    collect(table)
-    return tuple(dict.fromkeys(found))
+def _texture_names(value: Any) -> Iterator[str]:
+    if isinstance(value, dict) and isinstance(value.get("texture"), str):
+        yield value["texture"]
+    for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        yield from _texture_names(part)
 
 
 def load_scene(path: str | Path) -> lb.Scene:
@@ -120,192 +106,116 @@ def load_scene(path: str | Path) -> lb.Scene:
         raise SceneFileError(path, f"is not TOML: {error}") from error
     try:
         return _scene(table, path)
-    except (_ContentError, lb.SceneError) as error:
+    except lb.SceneError as error:
         raise SceneFileError(path, str(error)) from error
 
 
 # The whole
 
 def _scene(table: Table, path: Path) -> lb.Scene:
-    _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "material", *_SURROUNDINGS, *_SHAPES))
     folder = path.resolve().parent
+    _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "material", *_SURROUNDINGS, *_SHAPES))
     materials = {name: _within(f"material {name}", _material, _table(value, f"material {name}"), folder)
                  for name, value in _table(table.get("material", {}), "material").items()}
     lists = {kind: _tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) > MOST_OBJECTS:
-        raise _ContentError(f"has more than {MOST_OBJECTS} objects")
+        raise lb.SceneError(f"has more than {MOST_OBJECTS} objects")
     if not any(lists.values()) and "floor" not in table:
         known = ", ".join(f"[[{kind}]]" for kind in _SHAPES)
-        raise _ContentError(f"shows nothing: give it a [floor] or one of {known}")
+        raise lb.SceneError(f"shows nothing: give it a [floor] or one of {known}")
 
-    shapes = [_within(f"{kind} {k + 1}", _SHAPES[kind], value, folder, materials)
+    def material(value: Any, name: str) -> lb.Material:
+        """The material of an object: the name of one, or a table."""
+        if not isinstance(value, str):
+            return _material(value, folder)
+        if value not in materials:
+            raise lb.SceneError(f"material {value!r} is not in the file: write a table [material.{value}]")
+        return materials[value]
+
+    shapes = [_within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
               for kind, entries in lists.items() for k, value in enumerate(entries)]
     spheres, planar = by_family(shapes)
-    values: Table = {"spheres": tuple(spheres), "plates": tuple(planar)}
-    for kind, read in _SURROUNDINGS.items():
-        if kind in table:
-            values[kind] = _within(kind, read, _table(table[kind], kind))
-    if "ambient" in table:
-        values["ambient"] = _colour(table, "ambient", most=math.inf)
-    if "depth_range" in table:
-        near, far = _numbers(table, "depth_range", 2, _length)
-        if not 0.0 < near < far:
-            raise _ContentError("depth_range: the first distance must be positive and less than the second")
-        values["depth_range"] = (near, far)
-    return lb.Scene(_text(table, "name", path.stem), enclosed=_truth(table, "enclosed"), **values)
+    values = {kind: _within(kind, read, _table(table[kind], kind))
+              for kind, read in _SURROUNDINGS.items() if kind in table}
+    values |= _given(table, {"name": _text, "ambient": _light, "enclosed": _truth, "depth_range": _depth_range})
+    return lb.Scene(**{"name": path.stem, "spheres": tuple(spheres), "plates": tuple(planar), **values})
+
+
+def _depth_range(value: Any, name: str) -> tuple[float, ...]:
+    near, far = _numbers(value, name, 2, _length)
+    if not 0.0 < near < far:
+        raise lb.SceneError("depth_range: the first distance must be positive and less than the second")
+    return near, far
 
 
 def _sky(t: Table) -> lb.Sky:
-    _only(t, "sky", ("zenith", "horizon", "ground", "up"))
-    values: Table = {name: _colour(t, name, most=math.inf) for name in ("zenith", "horizon", "ground") if name in t}
-    return lb.Sky(**values, **_vector(t, "up"))
+    return lb.Sky(**_read(t, "sky", {"zenith": _light, "horizon": _light, "ground": _light, "up": _vector}))
 
 
 def _sun(t: Table) -> lb.Sun:
-    _only(t, "sun", ("direction", "colour", "angular_radius"))
-    values: Table = {"colour": _colour(t, "colour", most=math.inf)} if "colour" in t else {}
-    if "angular_radius" in t:
-        values["angular_radius"] = math.radians(_number(t["angular_radius"], "angular_radius"))
-    return lb.Sun(**_vector(t, "direction", needed=True), **values)
+    return lb.Sun(**_read(t, "sun", {"direction": _vector, "colour": _light, "angular_radius": _angle}, ("direction",)))
 
 
 def _floor(t: Table) -> lb.Floor:
-    _only(t, "floor", ("height", "tile", "light", "dark", "gloss", "normal", "turn", "offset"))
-    values: Table = {name: _length(t[name], name) for name in ("height", "tile") if name in t}
-    values |= {name: _colour(t, name) for name in ("light", "dark") if name in t}
-    if "gloss" in t:
-        values["gloss"] = _number(t["gloss"], "gloss")
-    if "turn" in t:
-        values["turn"] = math.radians(_number(t["turn"], "turn"))
-    if "offset" in t:
-        values["offset"] = _numbers(t, "offset", 2, _number)
-    return lb.Floor(**values, **_vector(t, "normal"))
+    return lb.Floor(**_read(t, "floor", {
+        "height": _length, "tile": _length, "light": _colour, "dark": _colour, "gloss": _number, "normal": _vector,
+        "turn": _angle, "offset": partial(_numbers, count=2)}))
 
 
-# Objects
+# Objects. `common` has the readers of material and motion
 
-def _sphere(t: Table, folder: Path, materials: dict[str, lb.Material]) -> lb.Sphere:
-    _only(t, "a sphere", ("centre", "radius", "material", *MOTION))
-    return lb.Sphere(_point(t, "centre"), _length(_needed(t, "radius"), "radius"), _of(t, folder, materials),
-                     **_motion(t))
+def _sphere(t: Table, common: dict[str, Reader]) -> lb.Sphere:
+    return lb.Sphere(**_read(t, "a sphere", {"centre": _point, "radius": _length, **common}, ("centre", "radius")))
 
 
-def _rectangle(t: Table, folder: Path, materials: dict[str, lb.Material]) -> lb.Rectangle:
-    material = _of(t, folder, materials)
-    if "target" in t:
-        _only(t, "a rectangle with a target", ("centre", "target", "width", "height", "material", *MOTION))
-        width, height = (_length(_needed(t, name), name) for name in ("width", "height"))
-        if not (width > 0.0 and height > 0.0):
-            raise _ContentError("width and height must be positive")
-        if _point(t, "centre") == _point(t, "target"):
-            raise _ContentError("the target lies in the centre of the rectangle")
-        return replace(lb.Rectangle.facing(_point(t, "centre"), _point(t, "target"), width, height, material),
-                       **_motion(t))
-    _only(t, "a rectangle", ("centre", "right", "up", "material", *MOTION))
-    return lb.Rectangle(_point(t, "centre"), _point(t, "right"), _point(t, "up"), material, **_motion(t))
+def _rectangle(t: Table, common: dict[str, Reader]) -> lb.Rectangle:
+    if "target" not in t:
+        return lb.Rectangle(**_read(t, "a rectangle", {"centre": _point, "right": _point, "up": _point, **common},
+                                    ("centre", "right", "up")))
+    sides = ("centre", "target", "width", "height")
+    found = _read(t, "a rectangle with a target", {
+        "centre": _point, "target": _point, "width": _length, "height": _length, **common}, sides)
+    centre, target, width, height = (found.pop(name) for name in sides)
+    if not (width > 0.0 and height > 0.0):
+        raise lb.SceneError("width and height must be positive")
+    if centre == target:
+        raise lb.SceneError("the target lies in the centre of the rectangle")
+    facing = lb.Rectangle.facing(centre, target, width, height, found.pop("material", lb.Material()))
+    return replace(facing, **found)
 
 
-def _disk(t: Table, folder: Path, materials: dict[str, lb.Material]) -> lb.Disk:
-    _only(t, "a disk", ("centre", "normal", "radius", "material", *MOTION))
-    return lb.Disk(_point(t, "centre"), _vector(t, "normal", needed=True)["normal"],
-                   _length(_needed(t, "radius"), "radius"), _of(t, folder, materials), **_motion(t))
+def _disk(t: Table, common: dict[str, Reader]) -> lb.Disk:
+    return lb.Disk(**_read(t, "a disk", {"centre": _point, "normal": _vector, "radius": _length, **common},
+                           ("centre", "normal", "radius")))
 
 
-# What a scene file may hold: the reader of each table. A new shape is one row
+# The reader of each table that a scene file may hold. A new shape is one row
 _SURROUNDINGS: dict[str, Callable[[Table], Any]] = {"sky": _sky, "sun": _sun, "floor": _floor}
 _SHAPES: dict[str, Callable[..., Any]] = {"sphere": _sphere, "rectangle": _rectangle, "disk": _disk}
 
 
-def _motion(t: Table) -> Table:
-    """The given ones of velocity, spin and pivot."""
-    values: Table = {}
-    if "velocity" in t:
-        values["velocity"] = _numbers(t, "velocity", 3, _speed)
-    if "spin" in t:
-        values["spin"] = tuple(math.radians(rate) for rate in _numbers(t, "spin", 3, _number))
-    if "pivot" in t:
-        values["pivot"] = _point(t, "pivot")
-    return values
+def _material(value: Any, folder: Path) -> lb.Material:
+    t = _table(value, "material")
+    colour = _light if t.get("kind") in ("light", "lamp") else _colour
+
+    def texture(value: Any, name: str) -> lb.Pattern:
+        return lb.Pattern("image", image=read_texture(_text(value, name), folder))
+
+    found = _read(t, "a material", {"kind": _text, "texture": texture, "colour": colour, "gloss": _number,
+                                    "pattern": partial(_pattern, colour=colour)})
+    if "texture" not in found:
+        return lb.Material(**found)
+    if "pattern" in found:
+        raise lb.SceneError("a material has a pattern or a texture, not both")
+    return lb.Material(**{"pattern": found.pop("texture"), "colour": (1.0, 1.0, 1.0), **found})
 
 
-def _of(t: Table, folder: Path, materials: dict[str, lb.Material]) -> lb.Material:
-    """The material of an object: the name of one, or a table; matte grey where none is given."""
-    value = t.get("material", {})
-    if not isinstance(value, str):
-        return _material(_table(value, "material"), folder)
-    if value not in materials:
-        raise _ContentError(f"material {value!r} is not in the file: write a table [material.{value}]")
-    return materials[value]
-
-
-def _material(t: Table, folder: Path) -> lb.Material:
-    _only(t, "a material", ("kind", "colour", "gloss", "pattern", "texture"))
-    kind = _text(t, "kind", "matte")
-    shines = kind in ("light", "lamp")
-    values: Table = {"kind": kind}
-    if "texture" in t:
-        if "pattern" in t:
-            raise _ContentError("a material has a pattern or a texture, not both")
-        values["pattern"] = lb.Pattern("image", image=_texture(_text(t, "texture"), folder))
-        values["colour"] = (1.0, 1.0, 1.0)
-    if "colour" in t:
-        values["colour"] = _colour(t, "colour", most=math.inf if shines else 1.0)
-    if "gloss" in t:
-        values["gloss"] = _number(t["gloss"], "gloss")
-    if "pattern" in t:
-        values["pattern"] = _pattern(_table(t["pattern"], "pattern"), math.inf if shines else 1.0)
-    return lb.Material(**values)
-
-
-def _pattern(t: Table, most: float) -> lb.Pattern:
-    _only(t, "a pattern", ("kind", "colour", "columns", "rows", "line"))
-    kind = _text(t, "kind")
-    if kind == "image":
-        raise _ContentError('an image is given as texture = "file.png"')
-    values: Table = {name: _number(t[name], name) for name in ("columns", "rows") if name in t}
-    if "line" in t:
-        values["line"] = _length(t["line"], "line")
-    if "colour" in t:
-        values["colour"] = _colour(t, "colour", most=most)
-    return lb.Pattern(kind, **values)
-
-
-def _texture(name: str, folder: Path) -> lb.Image:
-    """An image file in the folder of the scene or below it, linear, at most TEXTURE_SIDE texels long."""
-    from PIL import Image as Picture
-
-    if Path(name).is_absolute() or "\0" in name:
-        raise _ContentError(f"texture {name!r}: name it relative to the scene file")
-    try:
-        path = (folder / name).resolve(strict=True)
-    except (OSError, RuntimeError) as error:
-        raise _ContentError(f"texture {name!r}: there is no such file") from error
-    if not path.is_relative_to(folder):
-        raise _ContentError(f"texture {name!r} lies outside the folder of the scene: put it beside the file or below")
-    if not path.is_file():
-        raise _ContentError(f"texture {name!r} is not a file")
-    if path.stat().st_size > MOST_TEXTURE_BYTES:
-        raise _ContentError(f"texture {name!r} is larger than {MOST_TEXTURE_BYTES >> 20} MB")
-    try:
-        with Picture.open(path, formats=FORMATS) as picture:
-            if picture.width * picture.height > MOST_TEXELS:
-                raise _ContentError(f"texture {name!r} has more than {MOST_TEXELS // 1_000_000} million pixels")
-            if picture.width < 2 or picture.height < 2:
-                raise _ContentError(f"texture {name!r} is smaller than 2 × 2 pixels")
-            if picture.mode.startswith("I"):
-                values = np.asarray(picture, np.float32)[..., None].repeat(3, 2) / 65535.0
-            else:
-                values = np.asarray(picture.convert("RGB"), np.float32) / 255.0
-    except (OSError, SyntaxError, ValueError, Picture.DecompressionBombError) as error:
-        raise _ContentError(f"texture {name!r} is not a picture that can be read ({', '.join(FORMATS)})") from error
-    light = linear(values)
-    shrink = TEXTURE_SIDE / max(light.shape[:2])
-    if shrink < 1.0:
-        size = tuple(max(2, round(side * shrink)) for side in (light.shape[1], light.shape[0]))
-        bands = [Picture.fromarray(np.ascontiguousarray(light[..., c])).resize(size, Picture.Resampling.BOX)
-                 for c in range(3)]
-        light = np.stack([np.asarray(band) for band in bands], -1)
-    return lb.Image.of(light)
+def _pattern(value: Any, name: str, colour: Reader) -> lb.Pattern:
+    found = _read(_table(value, name), "a pattern", {
+        "kind": _text, "colour": colour, "columns": _number, "rows": _number, "line": _length}, ("kind",))
+    if found["kind"] == "image":
+        raise lb.SceneError('an image is given as texture = "file.png"')
+    return lb.Pattern(**found)
 
 
 # Values, each with an error that names it
@@ -314,108 +224,107 @@ def _within(where: str, make: Callable, *values: Any) -> Any:
     """make(*values); `where` precedes the message of its errors."""
     try:
         return make(*values)
-    except (_ContentError, lb.SceneError) as error:
-        raise _ContentError(f"{where}: {error}") from error
+    except lb.SceneError as error:
+        raise lb.SceneError(f"{where}: {error}") from error
 
 
-def _only(t: Table, what: str, known: tuple[str, ...]) -> None:
+def _only(t: Table, what: str, known: Collection[str]) -> None:
     for name in t:
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
-            raise _ContentError(f"{what} has no {name!r}"
-                         + (f": did you mean {near[0]}?" if near else f" (known: {', '.join(known)})"))
+            raise lb.SceneError(f"{what} has no {name!r}"
+                                + (f": did you mean {near[0]}?" if near else f" (known: {', '.join(known)})"))
 
 
-def _needed(t: Table, name: str) -> Any:
-    if name not in t:
-        raise _ContentError(f"{name} is missing")
-    return t[name]
+def _read(t: Table, what: str, readers: dict[str, Reader], needed: tuple[str, ...] = ()) -> Table:
+    """The values of a table, which may hold no other names than those of the readers."""
+    _only(t, what, readers)
+    for name in needed:
+        if name not in t:
+            raise lb.SceneError(f"{name} is missing")
+    return _given(t, readers)
+
+
+def _given(t: Table, readers: dict[str, Reader]) -> Table:
+    return {name: read(t[name], name) for name, read in readers.items() if name in t}
 
 
 def _table(value: Any, name: str) -> Table:
     if not isinstance(value, dict):
-        raise _ContentError(f"{name} must be a table")
+        raise lb.SceneError(f"{name} must be a table")
     return value
 
 
 def _tables(t: Table, name: str) -> list[Table]:
     value = t.get(name, [])
     if not isinstance(value, list):
-        raise _ContentError(f"{name}: write [[{name}]], with two brackets, for every {name}")
+        raise lb.SceneError(f"{name}: write [[{name}]], with two brackets, for every {name}")
     return [_table(entry, name) for entry in value]
 
 
-def _text(t: Table, name: str, default: str | None = None) -> str:
-    value = t.get(name, default) if default is not None else _needed(t, name)
+def _text(value: Any, name: str) -> str:
     if not isinstance(value, str):
-        raise _ContentError(f"{name} must be text in quotation marks")
+        raise lb.SceneError(f"{name} must be text in quotation marks")
     return value
 
 
-def _truth(t: Table, name: str) -> bool:
-    value = t.get(name, False)
+def _truth(value: Any, name: str) -> bool:
     if not isinstance(value, bool):
-        raise _ContentError(f"{name} must be true or false")
+        raise lb.SceneError(f"{name} must be true or false")
     return value
 
 
 def _number(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise _ContentError(f"{name} must be a number, not {value!r}")
+        raise lb.SceneError(f"{name} must be a number, not {value!r}")
     if not abs(value) <= 1e9:
-        raise _ContentError(f"{name} is {value}: it must be a finite number, at most 1e9")
+        raise lb.SceneError(f"{name} is {value}: it must be a finite number, at most 1e9")
     return float(value)
 
 
+def _angle(value: Any, name: str) -> float:
+    return math.radians(_number(value, name))
+
+
 def _length(value: Any, name: str) -> float:
-    """In mm: a number, or text with a unit."""
     return _quantity(value, name, UNITS, "a length as a number of mm, or as \"1.2 m\" (mm, cm, m, km)")
 
 
 def _speed(value: Any, name: str) -> float:
-    """In mm/s: a number, or text with a unit."""
     return _quantity(value, name, SPEEDS, "a speed as a number of mm/s, or as \"50 km/h\" (mm/s, cm/s, m/s, km/h)")
 
 
 def _quantity(value: Any, name: str, units: dict[str, float], form: str) -> float:
+    """In mm or mm/s: a number, or text with a unit."""
     if not isinstance(value, str):
         return _number(value, name)
     match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([a-z/]*)\s*", value)
     if match is None or match[2] not in units:
-        raise _ContentError(f"{name} {value!r}: write {form}")
+        raise lb.SceneError(f"{name} {value!r}: write {form}")
     return _number(float(match[1]) * units[match[2]], name)
 
 
-def _numbers(t: Table, name: str, count: int, read: Callable[[Any, str], float]) -> tuple[float, ...]:
-    value = _needed(t, name)
+def _numbers(value: Any, name: str, count: int = 3, read: Callable[[Any, str], float] = _number) -> tuple[float, ...]:
     if not (isinstance(value, list) and len(value) == count):
-        raise _ContentError(f"{name} must be a list of {count} numbers")
+        raise lb.SceneError(f"{name} must be a list of {count} numbers")
     return tuple(read(entry, name) for entry in value)
 
 
-def _point(t: Table, name: str) -> tuple[float, float, float]:
-    x, y, z = _numbers(t, name, 3, _length)
-    return x, y, z
-
-
-def _vector(t: Table, name: str, needed: bool = False) -> Table:
-    """{name: direction}, or nothing where it is not given."""
-    if name not in t and not needed:
-        return {}
-    x, y, z = _numbers(t, name, 3, _number)
-    return {name: (x, y, z)}
-
-
-def _colour(t: Table, name: str, most: float = 1.0) -> tuple[float, float, float]:
+def _colour(value: Any, name: str, most: float = 1.0) -> tuple[float, ...]:
     """Linear: three numbers, or "#rrggbb" as in sRGB."""
-    value = t[name]
     if isinstance(value, str):
         if not re.fullmatch(r"#[0-9a-fA-F]{6}", value):
-            raise _ContentError(f"{name} {value!r}: write a colour as \"#rrggbb\" or as three linear numbers")
-        r, g, b = (float(x) for x in linear(np.array([int(value[k:k + 2], 16) / 255.0 for k in (1, 3, 5)])))
+            raise lb.SceneError(f"{name} {value!r}: write a colour as \"#rrggbb\" or as three linear numbers")
+        rgb = tuple(float(x) for x in linear(np.array([int(value[k:k + 2], 16) / 255.0 for k in (1, 3, 5)])))
     else:
-        r, g, b = _numbers(t, name, 3, _number)
-    if min(r, g, b) < 0.0 or max(r, g, b) > most:
-        raise _ContentError(f"{name}: its numbers must lie between 0 and 1" if most == 1.0 else
-                     f"{name}: its numbers cannot be negative")
-    return r, g, b
+        rgb = _numbers(value, name)
+    if min(rgb) < 0.0 or max(rgb) > most:
+        raise lb.SceneError(f"{name}: its numbers must lie between 0 and 1" if most == 1.0 else
+                            f"{name}: its numbers cannot be negative")
+    return rgb
+
+
+_light: Reader = partial(_colour, most=math.inf)
+_vector: Reader = _numbers
+_point: Reader = partial(_numbers, read=_length)
+MOTION = {"velocity": partial(_numbers, read=_speed), "spin": partial(_numbers, read=_angle), "pivot": _point}

@@ -19,7 +19,7 @@ from lensbench.app.panels.models import ModelsState, models_panel
 from lensbench.app.panels.plan import PlanState, plan_panel
 from lensbench.app.panels.readouts import Status, readouts_panel
 from lensbench.app.panels.spaces import spaces_panel
-from lensbench.app.state.image_circle import lit
+from lensbench.app.state.figures import lit
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme

@@ -23,8 +23,7 @@ from lensbench.app.panels.image.overlays import (
 )
 from lensbench.app.panels.image.toolbar import picture_tools
 from lensbench.app.state.false_colours import aov_note
-from lensbench.app.state.figures import readings
-from lensbench.app.state.image_circle import dark_corners
+from lensbench.app.state.figures import dark_corners, readings
 from lensbench.app.state.pose import dollied, orbited, panned, pivot_distance
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme

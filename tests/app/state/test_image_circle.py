@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 
 from lensbench.app.state.build import setup
 from lensbench.app.state.exit_pupil_geometry import region
-from lensbench.app.state.image_circle import dark_corners, lit
+from lensbench.app.state.figures import dark_corners, lit
 from lensbench.app.state.settings import Settings
 from tests.app.kinds import of_kind
 

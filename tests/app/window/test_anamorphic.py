@@ -15,8 +15,7 @@ from lensbench.app.panels.falloff import EVERY_WAY
 from lensbench.app.panels.lens_section import panel
 from lensbench.app.panels.readouts import Status, rows
 from lensbench.app.state.build import setup
-from lensbench.app.state.figures import readings
-from lensbench.app.state.image_circle import dark_corners
+from lensbench.app.state.figures import dark_corners, readings
 from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
 
