@@ -65,6 +65,15 @@ from lensbench.optics.iris import Iris, IrisError
 from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
 from lensbench.optics.prescription import Lens, LensError, Surface
 from lensbench.optics.scalar_trace import Fate, Trace, trace
+from lensbench.optics.system import (
+    Aperture,
+    ApertureKind,
+    FieldKind,
+    FieldPoint,
+    SystemData,
+    SystemDataError,
+    Wavelength,
+)
 from lensbench.optics.transmission import t_number, transmission, working_f_number
 from lensbench.optics.zoom_positions import Positions, PositionsError
 from lensbench.pupils.region import ExitPupil, exit_pupil, open_region
@@ -88,24 +97,21 @@ from lensbench.scenery.scene import Scene
 from lensbench.scenery.shading.participating_medium import Medium, MediumError
 
 __all__ = [
-    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "BareSensor", "Camera",
-    "CameraError", "ChiefRay", "Choice", "Depth", "Differentials", "Disk", "Distortion", "EnvironmentCamera",
-    "Equivalent", "ExitPupil",
-    "Exposure", "ExposureError", "Falloff", "Fate", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor",
-    "FocusError", "Glass", "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera",
-    "LensError", "LightField", "LightFieldError", "Lumigraph",
-    "Material", "Medium", "MediumError", "NovelView", "OrthographicCamera", "Pattern",
+    "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Aperture", "ApertureKind",
+    "BareSensor", "Camera", "CameraError", "ChiefRay", "Choice", "Depth", "Differentials", "Disk", "Distortion",
+    "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure", "ExposureError", "Falloff", "Fate", "FieldKind",
+    "FieldPoint", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError", "Glass", "GlassError",
+    "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera", "LensError", "LightField",
+    "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "NovelView", "OrthographicCamera", "Pattern",
     "PerspectiveCamera", "PinholeCamera", "Places", "PlenopticCamera", "Positions", "PositionsError", "RawPicture",
-    "Rays", "Rectangle", "Rendering",
-    "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun", "Surface", "Trace", "TransformError",
-    "Vignetting", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field",
-    "capture_lumigraph", "chief_ray",
+    "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun",
+    "Surface", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting", "Wavelength", "array_camera",
+    "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "capture_lumigraph", "chief_ray",
     "choose_model", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "distortion",
     "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance",
     "film_extent", "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal",
     "irradiance", "light_field_bytes", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus",
-    "open_region",
-    "picture_through",
-    "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render", "section_foci", "seidel", "stopped_down",
-    "t_number", "thick_circle_of_confusion", "trace", "transmission", "vignetting", "working_f_number",
+    "open_region", "picture_through", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render",
+    "section_foci", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission",
+    "vignetting", "working_f_number",
 ]

@@ -9,7 +9,7 @@ surface is z = c r² / (1 + √(1 − (1+k) c² r²)) + Σ a_p r^p.
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from lensbench.optics.finding import Finding
 from lensbench.optics.glass import AIR, D_LINE, Glass
 from lensbench.optics.iris import Iris, IrisError
 from lensbench.optics.surfaces import HIGHEST_POWER, sags, shape
+from lensbench.optics.system import SystemData
 from lensbench.optics.zoom_positions import Positions, PositionsError
 
 
@@ -150,6 +151,14 @@ class Lens:
         Of the blades: 0 for straight ones to 1 for a circle.
     front_index : float
         Index of the medium before the first surface: 1 for air, 1.33 for water.
+    system : SystemData
+        Aperture, fields, wavelengths and object distance that the lens was designed for.
+    maker, designer, patent : str
+        Who sold it (else whose patent it is), who designed it, the patent's number; "" where not known.
+    film_size : (2,) tuple of float or None
+        Width and height (mm) of the film or sensor that the lens was made for.
+    estimates : str
+        What of the prescription is not published but estimated, such as "all rims"; "" for nothing.
 
     Raises
     ------
@@ -172,6 +181,12 @@ class Lens:
     blade_rotation: float = 0.0
     roundness: float = 0.0
     front_index: float = 1.0
+    system: SystemData = SystemData()
+    maker: str = ""
+    designer: str = ""
+    patent: str = ""
+    film_size: tuple[float, float] | None = None
+    estimates: str = ""
 
     def __post_init__(self):
         if not self.surfaces:
@@ -183,6 +198,8 @@ class Lens:
                             f"{len(self.surfaces) - 1}")
         if not (isfinite(self.front_index) and 1.0 <= self.front_index <= 3.0):
             raise LensError(f"index {self.front_index:g} before the lens: it must lie between 1 (air) and 3")
+        if self.film_size is not None and not all(0.0 < side < inf for side in self.film_size):
+            raise LensError("film_size: width and height must be positive numbers")
         try:
             object.__setattr__(self, "blades", self.iris.blades)
         except IrisError as error:
@@ -252,7 +269,8 @@ class Lens:
             raise LensError(f"scale {factor:g}: it must be a positive number")
         return replace(self, surfaces=tuple(surface.scaled(factor) for surface in self.surfaces),
                        stated_efl=None if self.stated_efl is None else self.stated_efl * factor,
-                       positions=None if self.positions is None else self.positions.scaled(factor))
+                       positions=None if self.positions is None else self.positions.scaled(factor),
+                       system=self.system.scaled(factor))
 
     def with_stop_radius(self, radius: float) -> "Lens":
         """The lens with a stop of this radius (mm), at its other positions in proportion."""
