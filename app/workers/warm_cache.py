@@ -1,4 +1,4 @@
-"""Cache warm-up at the very first start: a second process compiles the scene's kernels beside this one.
+"""Cache warm-up at the first start: a second process compiles the scene's kernels beside this one.
 
 Numba compiles one function at a time in a process. This process reaches the scene's kernels last, so the helper
 begins with the last of them and leaves them in the common cache. Then it renders a picture with light tracing, which
@@ -13,17 +13,17 @@ from contextlib import suppress
 
 import numpy as np
 
-from lensbench.kernels import cache
-
-
-def cold() -> bool:
-    """Whether nothing has been compiled yet for this version of the core."""
-    return not any(cache.folder.rglob("*.nbi"))
+from lensbench.app.state.scene_file import cached_scene, find_scene
+from lensbench.kernels.program import is_stage_compiled, stage_address
 
 
 def compile_ahead(scene: str) -> subprocess.Popen | None:
-    """The helper, started if nothing is compiled yet. If it fails, this process compiles the kernels itself."""
-    if cold():
+    """The helper, started if a kernel of the scene is not compiled. If it fails, this process compiles them itself."""
+    try:
+        compiled = all(is_stage_compiled(step.kernel, np.float32) for step in cached_scene(scene).steps())
+    except (ValueError, OSError):               # the worker reports it
+        return None
+    if not compiled:
         with suppress(OSError):
             return subprocess.Popen([sys.executable, "-m", "lensbench.app.workers.warm_cache", scene],
                                     stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -32,9 +32,7 @@ def compile_ahead(scene: str) -> subprocess.Popen | None:
 
 if __name__ == "__main__":
     from lensbench.app.state.build import camera
-    from lensbench.app.state.scene_file import find_scene
     from lensbench.app.state.settings import Settings
-    from lensbench.kernels.program import stage_address
     from lensbench.rendering.progressive import Rendering
     from lensbench.scenery.small_lights import small_lights
 

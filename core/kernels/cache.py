@@ -2,124 +2,218 @@
 
 `lensbench/__init__.py` imports this module before any kernel is declared. It has two effects on numba:
 
-- Compiled functions of lensbench, and no others, go to a folder named by a hash of the core's sources. Numba notices
-  an edit to the file of a function, but neither to what that function calls nor to constants from other files. The
-  folder lies in $XDG_CACHE_HOME/lensbench, by default ~/.cache/lensbench, or in a temporary folder where that is not
-  writable. The user's variable NUMBA_CACHE_LOCATOR_CLASSES takes precedence.
+- Compiled functions of lensbench, and no others, are kept in $XDG_CACHE_HOME/lensbench/kernels, by default
+  ~/.cache/lensbench/kernels, or in a temporary folder where that is not writable. The name of a file has a hash of the
+  function, of all that it calls and of the constants that it reads. So an edit compiles anew what it changes and
+  nothing else, and several versions of lensbench share what they have in common.
 - On processors with AVX-512 all code that this process compiles, other libraries' too, uses 512-bit registers. LLVM
   prefers 256-bit ones on some processors; lensbench's kernels are a fifth faster with 512. Numba has one setting for
   the whole process. LENSBENCH_WIDE_REGISTERS=0 or any value of NUMBA_CPU_FEATURES leaves it as it is.
 
-Folders of other versions are removed when lensbench is imported, but for the one used last, those used within a day
-and those that a running process holds.
+Of each function the files used last are kept.
 """
 
 import atexit
 import hashlib
 import os
+import pickle
 import re
 import shutil
+import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from contextlib import suppress
+from functools import cache, cached_property
 from pathlib import Path
-from typing import IO
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
 
+import llvmlite
 import numba
+import numpy as np
 from llvmlite import binding
-from numba.core import caching
+from numba.core import caching, dispatcher, serialize
+from numba.extending import _Intrinsic
 
-try:
-    import fcntl
-except ImportError:                     # Windows: the age alone protects a folder
-    fcntl = None                        # type: ignore[assignment]
-
-KEPT = 2                                # folders, the current one included
-RECENT = 24 * 3600.0                    # s since the last use; a folder used more recently stays
-STAMP = "in-use"                        # file in a cache folder: locked by every process that uses it
+KEPT = 24                               # files of one function: signatures times versions
+DAY = 24 * 3600.0                       # s; a file's time of last use is exact to a day
 _PACKAGE = __name__.split(".")[0]
+_COMPILERS = f"{numba.__version__} {llvmlite.__version__} {sys.implementation.cache_tag}"
 
 
-def source_hash(package: Path) -> str:
-    """16 hex digits that change with any source or table of the package."""
-    sources = sorted(path for path in package.rglob("*") if path.suffix in (".py", ".npy"))
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
+def version(function: FunctionType) -> str:
+    """16 hex digits that change with the function, with what it calls and with the constants that it reads."""
+    found: dict[FunctionType, str] = {}
+    waiting = [function]
+    while waiting:
+        each = waiting.pop()
+        if each not in found:
+            found[each], called = _alone(each)
+            waiting += called
+    return _digest(_COMPILERS, *sorted(found.values()))
 
 
-def hold(folder: Path) -> IO[bytes]:
-    """A file that marks the folder as used now, and as in use until the file is closed."""
-    stamp = (folder / STAMP).open("ab")
-    os.utime(stamp.fileno() if os.utime in os.supports_fd else folder / STAMP)
-    if fcntl is not None:
-        with suppress(OSError):         # a file system without locks: the age alone protects the folder
-            fcntl.flock(stamp, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    return stamp
+@cache
+def _alone(function: FunctionType) -> tuple[str, list[FunctionType]]:
+    """Digest of a function without what it calls, and the functions of lensbench that it calls."""
+    parts, called = [f"{function.__module__}.{function.__qualname__}"], []
+    names: set[str] = set()
+
+    def describe(value: Any) -> None:
+        if isinstance(value, CodeType):
+            names.update(value.co_names)
+            parts.append(f"{value.co_code.hex()} {value.co_names} {value.co_varnames} {value.co_freevars}")
+            for constant in value.co_consts:
+                if constant != function.__doc__ or constant is None:
+                    describe(constant)
+        elif isinstance(value, dispatcher.Dispatcher):
+            parts.append(_options(value.targetoptions))
+            called.append(value.py_func)
+        elif isinstance(value, _Intrinsic):
+            called.append(value._defn)
+        elif isinstance(value, FunctionType | type) and value.__module__.split(".")[0] == _PACKAGE:
+            parts.append(_source(value.__module__))     # its overloads are anywhere in its module
+        elif isinstance(value, FunctionType | type | ModuleType):
+            parts.append(f"{getattr(value, '__module__', '')}.{value.__name__}")
+        elif isinstance(value, np.ndarray):
+            parts.append(f"{value.dtype} {value.shape} {hashlib.sha256(np.ascontiguousarray(value)).hexdigest()}")
+        elif isinstance(value, tuple | list):
+            parts.append(f"{type(value).__name__} {len(value)}")
+            for item in value:
+                describe(item)
+        elif isinstance(value, frozenset | set | dict):
+            parts.append(_options(value))
+        else:
+            parts.append(re.sub(r" at 0x[0-9a-f]+", "", f"{type(value).__name__} {value!r}"))
+
+    describe(function.__code__)
+    for cell in function.__closure__ or ():
+        describe(cell.cell_contents)
+    describe(function.__defaults__)
+    for name in sorted(names & function.__globals__.keys()):
+        parts.append(name)
+        describe(function.__globals__[name])
+    return _digest(*parts), called
 
 
-def remove_old_folders(home: Path, current: Path) -> None:
-    """Remove cache folders in `home`: all but the current one, the one used last, recent ones and those in use."""
-    others = [path for path in home.iterdir()
-              if path != current and path.is_dir() and re.fullmatch("[0-9a-f]{16}", path.name)]
-    others.sort(key=_last_use, reverse=True)
-    for folder in others[KEPT - 1:]:
-        if time.time() - _last_use(folder) > RECENT and not _in_use(folder):
-            shutil.rmtree(folder, ignore_errors=True)
+def _options(value: Any) -> str:
+    """Text of a set or dictionary, the same in every process."""
+    items = [f"{key}: {_options(item)}" for key, item in value.items()] if isinstance(value, dict) else \
+        [repr(item) for item in value] if isinstance(value, set | frozenset) else [repr(value)]
+    return ", ".join(sorted(items))
 
 
-def _last_use(folder: Path) -> float:
-    """Seconds since the epoch; folders of versions without a stamp count by their last change."""
-    with suppress(OSError):
-        return max(path.stat().st_mtime for path in (folder, *folder.iterdir()))
-    return 0.0
+@cache
+def _source(module: str) -> str:
+    return _digest(Path(str(sys.modules[module].__file__)).read_text(encoding="utf-8"))
 
 
-def _in_use(folder: Path) -> bool:
-    """Whether another process holds the folder."""
-    if fcntl is None:
-        return False
-    try:
-        with (folder / STAMP).open("rb") as stamp:
-            fcntl.flock(stamp, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except FileNotFoundError:
-        return False
-    except OSError:
+def _digest(*parts: str) -> str:
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
+
+
+class KernelCache(caching.FunctionCache):
+    """The files of one function: one for each signature, processor and version."""
+
+    def __init__(self, function: FunctionType):
+        self._name, self._py_func = repr(function), function
+        self._impl = _Reducer()
+        self._cache_path = str(folder)
+        self._stem = f"{function.__module__.partition('.')[2]}.{function.__qualname__}".replace("<locals>", "")
+        self.enable()
+
+    @cached_property
+    def _version(self) -> str:
+        return version(self._py_func)       # at the first use, when all that the function calls has been declared
+
+    def path(self, signature: Any, codegen: Any) -> Path:
+        """The file for a signature and a processor."""
+        return folder / f"{self._stem}-{_digest(str(signature), str(codegen.magic_tuple()), self._version)}.kernel"
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        path = self.path(sig, target_context.codegen())
+        try:
+            data = pickle.loads(path.read_bytes())
+            if time.time() - path.stat().st_mtime > DAY:
+                os.utime(path)
+        except FileNotFoundError:
+            return None
+        except Exception:                   # a damaged file, by whatever error pickle raises: compile again
+            with suppress(OSError):
+                path.unlink()
+            return None
+        return self._impl.rebuild(target_context, data)
+
+    def _save_overload(self, sig: Any, data: Any) -> None:
+        if not self._impl.check_cachable(data):
+            return
+        path = self.path(sig, data.codegen)
+        part = path.with_suffix(f".{os.getpid()}.part")
+        with suppress(OSError):             # a full disk, or one that is read only by now: this process has the code
+            part.write_bytes(serialize.dumps(self._impl.reduce(data)))
+            part.replace(path)
+            for old in sorted(self._files(), key=_last_use, reverse=True)[KEPT:]:
+                old.unlink(missing_ok=True)
+
+    def _files(self) -> Iterator[Path]:
+        return folder.glob(f"{self._stem}-*.kernel")
+
+    def flush(self) -> None:
+        """Remove the files of this function."""
+        for path in self._files():
+            path.unlink(missing_ok=True)
+
+
+class _Reducer(caching.CompileResultCacheImpl):
+    """Numba's conversion of compiled code to and from what can be pickled, without its search for a folder."""
+
+    def __init__(self) -> None:
+        """Numba's own needs the folder of the source."""
+
+    def check_cachable(self, cres: Any) -> bool:
+        """Whether the code refers to no address of this process."""
+        return not cres.library.has_dynamic_globals and all(lifted.can_cache for lifted in cres.lifted)
+
+
+def is_compiled(kernel: Any, signature: Any) -> bool:
+    """Whether a kernel need not be compiled for this signature: this process or the folder has it."""
+    if signature.args in kernel.overloads:
         return True
-    return False
+    kernel.targetctx.refresh()
+    return kernel._cache.path(signature, kernel.targetctx.codegen()).exists()
 
 
-def _open_folder() -> tuple[Path, IO[bytes] | None]:
-    """The folder of this version's kernels, and the stamp that holds it."""
+def _last_use(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:                         # another process has removed it
+        return 0.0
+
+
+def _open_folder() -> Path:
+    """The folder of kernels; those of versions before 2026-11 are removed unless used within a day."""
     try:
         home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "lensbench"
-        folder = home / source_hash(Path(__file__).parent.parent)
-        folder.mkdir(parents=True, exist_ok=True)
-        stamp = hold(folder)
+        kernels = home / "kernels"
+        kernels.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=kernels).close()
     except (OSError, RuntimeError):
-        temporary = tempfile.mkdtemp(prefix="lensbench-")
-        atexit.register(shutil.rmtree, temporary, ignore_errors=True)
-        return Path(temporary), None
+        kernels = Path(tempfile.mkdtemp(prefix="lensbench-"))
+        atexit.register(shutil.rmtree, kernels, ignore_errors=True)
+        return kernels
     with suppress(OSError):
-        remove_old_folders(home, folder)
-    return folder, stamp
+        for old in home.iterdir():
+            if re.fullmatch("[0-9a-f]{16}", old.name) and time.time() - _last_use(old) > DAY:
+                shutil.rmtree(old, ignore_errors=True)
+    return kernels
 
 
-class KernelLocator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):
-    """Directs numba to the cache folder for functions of lensbench, and for no others."""
-
-    def __init__(self, py_func, py_file):
-        self._py_file = py_file
-        self._lineno = py_func.__code__.co_firstlineno
-
-    def get_cache_path(self) -> str:
-        """The folder of all functions of one source folder."""
-        return str(folder / self.get_suitable_cache_subpath(self._py_file))
-
-    @classmethod
-    def from_function(cls, py_func, py_file):
-        """A locator for this function, or None where it is another library's."""
-        if py_func.__module__.split(".")[0] != _PACKAGE:
-            return None
-        return super().from_function(py_func, py_file)
+def _cache_of(function: FunctionType) -> caching.FunctionCache:
+    """The cache of a function that is declared with cache=True."""
+    if function.__module__.split(".")[0] == _PACKAGE:
+        return KernelCache(function)
+    return caching.FunctionCache(function)
 
 
 def _prefer_wide_registers() -> None:
@@ -130,6 +224,6 @@ def _prefer_wide_registers() -> None:
         numba.config.CPU_FEATURES = features.flatten() + ",-prefer-256-bit"
 
 
-folder, _stamp = _open_folder()         # the stamp stays open, and the folder in use, as long as the process runs
-caching.FunctionCache._impl_class._locator_classes.insert(0, KernelLocator)
+folder = _open_folder()
+dispatcher.FunctionCache = _cache_of
 _prefer_wide_registers()

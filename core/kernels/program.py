@@ -33,6 +33,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import is_compiled
 
 
 def _signature(real):
@@ -46,6 +47,11 @@ def stage_address(kernel, real) -> int:
     kernel.compile(_signature(real))
     made = kernel.get_compile_result(_signature(real))
     return made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
+
+
+def is_stage_compiled(kernel, real) -> bool:
+    """Whether `stage_address` finds the machine code of a stage and need not compile it."""
+    return is_compiled(kernel, _signature(real))
 
 
 @intrinsic

@@ -1,12 +1,14 @@
-"""The folder of compiled kernels: lensbench's alone, and never removed under a process that uses it."""
+"""The files of compiled kernels: found again where nothing that matters has changed, and lensbench's alone."""
 
 import json
 import os
 import subprocess
 import sys
 import time
+from types import FunctionType, SimpleNamespace
 
 import pytest
+from numba import njit
 
 from lensbench.kernels import cache
 
@@ -28,15 +30,136 @@ import others_kernel
 print(json.dumps({"before": before, "after": (numba.config.CACHE_DIR, numba.config.CPU_FEATURES),
                   "ours": sampling.sobol._cache.cache_path, "theirs": others_kernel.double._cache.cache_path}))
 """
+SOURCE = '''
+from numba import njit
+import numpy as np
+
+SCALE = 2.0
+TABLE = np.arange(3.0)
+
+@njit
+def inner(x):
+    """Inner."""
+    return x + SCALE
+
+@njit(fastmath={"contract", "nsz"})
+def middle(x):
+    return inner(x) * TABLE[1]
+
+def kernel(x):
+    """Kernel."""
+    return middle(x)
+
+def other(x):
+    return x
+'''
 
 
-def folder(home, letter, age):
-    """A cache folder that was last used `age` seconds ago."""
-    path = home / (16 * letter)
-    (path / "kernels").mkdir(parents=True)
-    for each in (path / "kernels", path):
-        os.utime(each, (time.time() - age,) * 2)
-    return path
+def version(source=SOURCE):
+    """Version of `kernel` in this source."""
+    names = {"__name__": "source"}
+    exec(source, names)
+    return cache.version(names["kernel"])
+
+
+@pytest.mark.parametrize("edit", [
+    ("x + SCALE", "x - SCALE"), ("SCALE = 2.0", "SCALE = 3.0"), ("arange(3.0)", "arange(4.0)"),
+    ("TABLE[1]", "TABLE[2]"), ('"nsz"', '"arcp"'), ("return middle(x)", "return inner(x)"),
+])
+def test_a_version_changes_with_what_the_function_calls_and_reads(edit):
+    assert version(SOURCE.replace(*edit)) != version()
+
+
+@pytest.mark.parametrize("edit", [
+    ("return x\n", "return 2 * x\n"), ('"""Inner."""', '"""Another text."""'), ('"""Kernel."""', '"""Text."""'),
+    ("SCALE = 2.0", "\n\n# A comment\nSCALE = 2.0"), ('{"contract", "nsz"}', '{"nsz", "contract"}'),
+])
+def test_a_version_stays_where_the_code_is_the_same(edit):
+    assert version(SOURCE.replace(*edit)) == version()
+
+
+def test_a_version_changes_with_the_compiler(monkeypatch):
+    before = version()
+    monkeypatch.setattr(cache, "_COMPILERS", "another numba")
+    assert version() != before
+
+
+def test_every_version_of_the_package_is_the_same_in_another_process():
+    """Sets, addresses and the order of imports differ from process to process."""
+    script = """
+import json, sys
+import lensbench
+from numba.core.dispatcher import Dispatcher
+from lensbench.kernels.cache import KernelCache, version
+found = {}
+for name, module in sorted(sys.modules.items()):
+    if name.startswith("lensbench"):
+        for value in vars(module).values():
+            if isinstance(value, Dispatcher) and isinstance(value._cache, KernelCache):
+                found[value._cache._stem] = version(value.py_func)
+print(json.dumps(found))
+"""
+    reports = [json.loads(subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True,
+                                         env={**os.environ, "PYTHONHASHSEED": seed}).stdout) for seed in ("1", "2")]
+    assert len(reports[0]) > 100 and reports[0] == reports[1]
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    """A folder of kernels, and a function that declares the same kernel anew."""
+    monkeypatch.setattr(cache, "folder", tmp_path)
+
+    def add(x):
+        return x + 1
+
+    def declared():
+        kernel = njit(FunctionType(add.__code__, {"__name__": __name__}, "add"))
+        kernel._cache = cache.KernelCache(kernel.py_func)
+        return kernel
+
+    return SimpleNamespace(folder=tmp_path, declared=declared)
+
+
+def counts(kernel):
+    """Files loaded from the cache, and signatures compiled."""
+    return sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values())
+
+
+def test_a_kernel_is_loaded_where_it_was_compiled_before(kept):
+    first = kept.declared()
+    assert first(1) == 2 and counts(first) == (0, 1)
+    second = kept.declared()
+    assert second(1) == 2 and counts(second) == (1, 0)
+
+
+@pytest.mark.parametrize("damage", [b"", b"no pickle", b"\x80\x05X\xff\xff\xff\xff"])
+def test_a_damaged_file_is_compiled_again(kept, damage):
+    kept.declared()(1)
+    file, = kept.folder.iterdir()
+    file.write_bytes(damage)
+    again = kept.declared()
+    assert again(1) == 2 and counts(again) == (0, 1)
+    third = kept.declared()
+    assert third(1) == 2 and counts(third) == (1, 0)
+
+
+def test_the_files_of_a_function_that_were_used_last_are_kept(kept):
+    first = kept.declared()
+    for i in range(cache.KEPT + 3):
+        path = kept.folder / f"{first._cache._stem}-{i:016x}.kernel"
+        path.touch()
+        os.utime(path, (time.time() - i * DAY - DAY,) * 2)
+    first(1)
+    left = {path.name[-23:-7] for path in kept.folder.iterdir()}
+    assert len(left) == cache.KEPT and {f"{i:016x}" for i in range(cache.KEPT - 1)} < left
+
+
+def test_loading_a_kernel_marks_its_file_as_used(kept):
+    kept.declared()(1)
+    file, = kept.folder.iterdir()
+    os.utime(file, (time.time() - 5 * DAY,) * 2)
+    kept.declared()(1)
+    assert time.time() - file.stat().st_mtime < DAY
 
 
 @pytest.fixture(scope="module")
@@ -44,44 +167,34 @@ def imported(tmp_path_factory):
     """What a process reports that imports lensbench beside another library, with cache folders of older versions."""
     home, elsewhere = (tmp_path_factory.mktemp(name) for name in ("cache", "elsewhere"))
     (elsewhere / "others_kernel.py").write_text(OTHERS_KERNEL)
-    old = {letter: folder(home / "lensbench", letter, age)
-           for letter, age in (("a", 2 * DAY), ("b", 3 * DAY), ("c", 4 * DAY), ("d", 5 * DAY), ("e", 0.5 * DAY))}
-    with cache.hold(old["d"]) as stamp:
-        os.utime(stamp.name, (time.time() - 5 * DAY,) * 2)       # a process that has run for five days
-        os.utime(old["d"], (time.time() - 5 * DAY,) * 2)
-        done = subprocess.run([sys.executable, "-c", IMPORT], capture_output=True, text=True, check=True,
-                              env={**os.environ, "XDG_CACHE_HOME": str(home), "PYTHONPATH": str(elsewhere),
-                                   "LENSBENCH_WIDE_REGISTERS": "0"})
-    return json.loads(done.stdout), home / "lensbench", old
+    for name, age in ((16 * "a", 2 * DAY), (16 * "b", 0.5 * DAY), ("notes", 2 * DAY)):
+        (home / "lensbench" / name).mkdir(parents=True)
+        os.utime(home / "lensbench" / name, (time.time() - age,) * 2)
+    done = subprocess.run([sys.executable, "-c", IMPORT], capture_output=True, text=True, check=True,
+                          env={**os.environ, "XDG_CACHE_HOME": str(home), "PYTHONPATH": str(elsewhere),
+                               "LENSBENCH_WIDE_REGISTERS": "0"})
+    return json.loads(done.stdout), home / "lensbench"
 
 
 def test_only_kernels_of_lensbench_are_cached_in_its_folder(imported):
-    report, home, _ = imported
-    assert report["ours"].startswith(str(home)) and not report["theirs"].startswith(str(home))
+    report, home = imported
+    assert report["ours"] == str(home / "kernels") and not report["theirs"].startswith(str(home))
 
 
 def test_numbas_configuration_stays_as_it_was_where_the_user_asks_for_it(imported):
-    report, _, _ = imported
+    report, _ = imported
     assert report["after"] == report["before"]
 
 
-def test_an_import_keeps_two_folders_and_those_recent_or_in_use(imported):
-    _, home, old = imported
-    left = {path.name[0] for path in home.iterdir() if path in old.values()}
-    assert left == {"e", "d"}           # the last one used, half a day ago; the one that a process holds
-    assert len(list(home.iterdir())) == 3
+def test_folders_of_older_versions_are_removed_a_day_after_their_last_use(imported):
+    _, home = imported
+    assert {path.name for path in home.iterdir()} == {16 * "b", "kernels", "notes"}
 
 
-def test_a_folder_is_removed_once_no_process_holds_it(tmp_path):
-    current = folder(tmp_path, "f", 0.0)
-    used_last, old = folder(tmp_path, "a", 2 * DAY), folder(tmp_path, "b", 3 * DAY)
-    stranger = tmp_path / "notes"
-    stranger.mkdir()
-    stamp = cache.hold(old)
-    for each in (stamp.name, old):
-        os.utime(each, (time.time() - 3 * DAY,) * 2)
-    cache.remove_old_folders(tmp_path, current)
-    assert old.exists()
-    stamp.close()
-    cache.remove_old_folders(tmp_path, current)
-    assert not old.exists() and used_last.exists() and current.exists() and stranger.exists()
+def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one(tmp_path):
+    (tmp_path / "file").touch()
+    done = subprocess.run([sys.executable, "-c", "from lensbench.kernels import cache; print(cache.folder.is_dir(), "
+                           "cache.folder)"], capture_output=True, text=True, check=True,
+                          env={**os.environ, "XDG_CACHE_HOME": str(tmp_path / "file")})
+    there, folder = done.stdout.split()
+    assert there == "True" and not folder.startswith(str(tmp_path)) and not os.path.exists(folder)
