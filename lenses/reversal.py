@@ -17,11 +17,7 @@ def reversed_lens(lens: Lens) -> Lens:
         raise LensError("a lens that ends in another medium than air cannot be turned round: nothing can stand in "
                         "front of the first surface but air")
     gaps = [(s.thickness, s.glass) for s in lens.surfaces[:-1]][::-1] + [(0.0, AIR)]
-    surfaces = tuple(
-        replace(s, curvature=-s.curvature or 0.0, thickness=gap, glass=glass,
-                aspheric=tuple((power, -a) for power, a in s.aspheric),
-                curvature_x=None if s.curvature_x is None else -s.curvature_x or 0.0)
-        for s, (gap, glass) in zip(reversed(lens.surfaces), gaps, strict=True))
+    surfaces = tuple(surface.reversed(*gap) for surface, gap in zip(reversed(lens.surfaces), gaps, strict=True))
     lost = () if lens.positions is None else (
         note(Kind.POSITION, "its zoom and focus positions are left out: it is turned round in the present one"),)
     return replace(lens, surfaces=surfaces, stop_index=len(surfaces) - 1 - lens.stop_index, positions=None,

@@ -44,14 +44,15 @@ class FocusPosition(NamedTuple):
 class Setup:
     """The lens in front of its film: stopped down and focused, with its film distance (mm).
 
-    first_order: of this focused lens. at_infinity: of the same lens focused at infinity, for which focal length and
-    f-number are defined. reason: why f-number or focus differs from the settings, or ""; the lens is then wide open, or
-    at its nearest focus.
+    first_order: of this focused lens. at_infinity: of the same lens focused at infinity, for which the focal length is
+    defined. f_number: that in air, focused at infinity. reason: why f-number or focus differs from the settings, or "";
+    the lens is then wide open, or at its nearest focus.
     """
 
     lens: lb.Lens
     first_order: lb.FirstOrder
     at_infinity: lb.FirstOrder
+    f_number: float
     film: lb.Film
     film_distance: float
     focusing: FocusPosition
@@ -105,7 +106,7 @@ def _setup(lens: lb.Lens, settings: "Settings") -> Setup:
             lens = lb.stopped_down(lens, settings.f_number)
         except lb.LensError as error:
             reasons.append(str(error))
-    at_infinity = lb.first_order(lens)
+    at_infinity, f_number = lb.first_order(lens), lb.first_order(lens.in_air).f_number
     try:
         found = focusing(lens, settings)
         lens = lb.focused(lens, settings.focus_distance, found.method)
@@ -113,7 +114,8 @@ def _setup(lens: lb.Lens, settings: "Settings") -> Setup:
     except lb.LensError as error:
         reasons.append(str(error))
         found, (lens, film_distance) = FocusPosition("paraxial"), _at_nearest(lens)
-    return Setup(lens, lb.first_order(lens), at_infinity, settings.film, film_distance, found, "; ".join(reasons))
+    return Setup(lens, lb.first_order(lens), at_infinity, f_number, settings.film, film_distance, found,
+                 "; ".join(reasons))
 
 
 def _at_nearest(lens: lb.Lens) -> tuple[lb.Lens, float]:

@@ -111,7 +111,8 @@ def _curves(settings: Settings, low: float, high: float, lens: Stamp) -> Curves:
     offset = lens_setup.principal_offset
     from_lens = np.maximum(distances - offset, 1e-3)
     s_f = max(focus, got.nearest_focus or 0.0) - offset
-    thin = np.where(distances > offset, lb.circle_of_confusion(got.efl, got.f_number, s_f, from_lens), np.nan)
+    thin = np.where(distances > offset,
+                    lb.circle_of_confusion(got.efl, lens_setup.at_infinity.f_number, s_f, from_lens), np.nan)
     thick = lb.thick_circle_of_confusion(lens_setup.lens, lens_setup.film_distance, distances)
     real = None
     if settings.follows_lens:

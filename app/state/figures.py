@@ -30,8 +30,8 @@ NARROW = 0.97                   # of the film's diagonal: a smaller image circle
 class Readings:
     """The read-outs; None where a figure has no meaning for the camera.
 
-    f_number: focused at infinity. widest_f_number: the same with the stop fully open. working_f_number: of the cone of
-    light on the film, at the present focus. reason: why the lens cannot follow the settings, or "".
+    f_number: in air, focused at infinity. widest_f_number: the same with the stop fully open. working_f_number: of the
+    cone of light on the film, at the present focus. reason: why the lens cannot follow the settings, or "".
     """
 
     efl: float | None = None
@@ -113,7 +113,7 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     plain = replace(
         angles(film, designed.efl, _across(lens)),
         efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl), limit=limit,
-        widest_f_number=_finite(lb.first_order(lens).f_number), film_distance=lens_setup.film_distance,
+        widest_f_number=_finite(lb.first_order(lens.in_air).f_number), film_distance=lens_setup.film_distance,
         focusing=lens_setup.focusing,
         entrance_pupil=_finite(2.0 * fo.entrance_pupil.radius), exit_pupil=_finite(2.0 * fo.exit_pupil.radius),
         reason=lens_setup.reason,
@@ -134,7 +134,7 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     near, far = lb.depth_of_field(fo.efl, fo.f_number, focus, limit)
     working = lb.working_f_number(lens_setup.lens, lens_setup.film_distance)
     return replace(
-        plain, f_number=designed.f_number, working_f_number=_finite(working), airy=airy_diameter(working),
+        plain, f_number=lens_setup.f_number, working_f_number=_finite(working), airy=airy_diameter(working),
         t_number=lb.t_number(lens_setup.lens.at(close=0.0)),
         near_limit=near + offset, far_limit=far + offset,
         hyperfocal=lb.hyperfocal(fo.efl, fo.f_number, limit) + offset,

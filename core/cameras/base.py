@@ -250,7 +250,7 @@ class Camera:
         """Exit-pupil regions that a camera with an aim_distance samples."""
         raise AssertionError("a camera with an aim_distance defines its pupil")
 
-    def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
+    def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """Stages that project traced light onto the raster, or None where the camera has none.
 
         Parameters

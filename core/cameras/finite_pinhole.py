@@ -101,8 +101,8 @@ class PinholeCamera(Camera):
         """
         return AIRY * wavelength * 1e-3 * self.distance / (2.0 * self.radius)
 
-    def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """Film landing in closed form, the same for every wavelength; see `Camera.way_back`."""
+    def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
+        """Film landing in closed form, the same for every wavelength; see `Camera.film_landing`."""
         return ideal_film_landing(self.gaussian, self.film_step, self.gain)
 
     @property

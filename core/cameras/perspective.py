@@ -98,8 +98,8 @@ class PerspectiveCamera(Camera):
         half = min(self.film.width, self.film.height) / 2.0 / self.film_distance
         return (right - left) * (top - bottom) * half * half
 
-    def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
-        """Film landing in closed form, the same for every wavelength; see `Camera.way_back`."""
+    def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
+        """Film landing in closed form, the same for every wavelength; see `Camera.film_landing`."""
         return ideal_film_landing(self.gaussian, self.film_step, self.gain)
 
     @property

@@ -101,7 +101,7 @@ class LensCamera(Camera):
             raise CameraError("a lens with a cylinder or toroid has no blades here: leave its stop round")
         lens = self.lens.at(close=0.0)
         if self.f_number is not None:
-            lens = replace(stopped_down(replace(lens, front_index=1.0), self.f_number), front_index=lens.front_index)
+            lens = stopped_down(lens, self.f_number)
         if lens.front_index != 1.0 and self.medium is not None and self.medium.index not in (1.0, lens.front_index):
             raise CameraError(f"this lens is immersed in a medium of index {lens.front_index:g}, and the camera in "
                               f"one of {self.medium.index:g}: give both the same")
@@ -277,7 +277,7 @@ class LensCamera(Camera):
         """Shortest distance (mm) from the film at which the lens can be focused."""
         return nearest_focus(self.lens)
 
-    def way_back(self, wavelength: float = D_LINE) -> FilmLanding | None:
+    def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """Film landing by the trace, for a polynomial as well; in closed form for the ideal models."""
         if not self.follows_rays:
             return ideal_film_landing(self.gaussian, self.film_step, self.gain)

@@ -9,7 +9,7 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
 EXPONENT_SCALE = 2.0**112       # value of a half over that of its shifted bits: biases 127 − 15
 
@@ -24,25 +24,17 @@ def scale_of(numbers: np.ndarray) -> np.float32:
     return np.float32(EXPONENT_SCALE if numbers.dtype == np.uint16 else 1.0)
 
 
-def unscaled(number):
-    """An element of an array by `as_bits` as float32, short of the factor `scale_of`; for kernels alone."""
-    raise NotImplementedError("for kernels alone")
-
-
-@overload(unscaled, inline="always")
-def _unscaled(number):
-    if number == types.uint16:
-        return lambda number: _reinterpreted(np.uint32(number) << np.uint32(13))
-    return lambda number: number
-
-
 @intrinsic
-def _reinterpreted(typing, bits):
-    """The float32 that 32 bits represent."""
+def unscaled(typing, number):
+    """An element of an array by `as_bits` as float32, short of the factor `scale_of`."""
     def build(context, builder, signature, arguments):
-        return builder.bitcast(arguments[0], context.get_value_type(types.float32))
+        if number != types.uint16:
+            return arguments[0]
+        word = ir.IntType(32)
+        bits = builder.shl(builder.zext(arguments[0], word), word(13))
+        return builder.bitcast(bits, context.get_value_type(types.float32))
 
-    return types.float32(types.uint32), build
+    return (types.float32 if number == types.uint16 else number)(number), build
 
 
 @intrinsic

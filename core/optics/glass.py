@@ -196,20 +196,3 @@ def from_formula(name: str, formula: str, coefficients: Sequence,
     spread = glass.index(F_LINE) - glass.index(C_LINE) if low <= F_LINE and high >= C_LINE else 0.0
     return Glass(n_d, (n_d - 1.0) / spread if spread > 0.0 else None, name, formula, glass.coefficients,
                  glass.wavelengths)
-
-
-def air_index(wavelength: float = D_LINE, celsius: float = 20.0, pascal: float = 101325.0) -> float:
-    """Index of dry air with 450 ppm of carbon dioxide, relative to vacuum, for 0.3 to 1.7 µm.
-
-    Dispersion by Ciddor (Applied Optics 35, 1996), density by Birch and Downs (Metrologia 31, 1994).
-    Catalogues give indices relative to the air of their laboratory. Multiplied by its index they
-    are absolute; divided by the index of another air they are relative to that.
-    """
-    s = wavelength**-2
-    standard = 5792105.0e-8 / (238.0185 - s) + 167917.0e-8 / (57.362 - s)       # of air at 15 °C and 101325 Pa
-    return 1.0 + standard * _density(celsius, pascal) / _density(15.0, 101325.0)
-
-
-def _density(celsius: float, pascal: float) -> float:
-    """Density of air, up to a constant factor."""
-    return pascal * (1.0 + 1e-8 * (0.601 - 0.00972 * celsius) * pascal) / (1.0 + 0.003661 * celsius)

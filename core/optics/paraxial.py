@@ -154,8 +154,8 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
     lens : Lens
         The lens, wide open.
     f_number : float
-        f-number for an object at infinity. The engraved f-number (`stated_f_number`) also means wide open, even if it
-        is slightly lower: f/2 for a prescription of f/2.03.
+        f-number in air for an object at infinity. The engraved f-number (`stated_f_number`) also means wide open, even
+        if it is slightly lower: f/2 for a prescription of f/2.03.
 
     Returns
     -------
@@ -169,7 +169,7 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
     """
     if not (isfinite(f_number) and f_number > 0.0):
         raise LensError(f"f-number {f_number:g}: it must be a positive finite number")
-    widest = first_order(lens).f_number
+    widest = first_order(lens.in_air).f_number
     if isinf(widest) or widest == 0.0:
         raise LensError("this lens is afocal or telecentric towards the scene: it has no f-number to stop down to")
     engraved = lens.stated_f_number

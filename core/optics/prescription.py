@@ -83,7 +83,12 @@ class Surface:
     @property
     def is_spherical(self) -> bool:
         """Whether the surface is a plane or a sphere."""
-        return not self.aspheric and self.curvature_x is None and (self.conic == 0.0 or self.curvature == 0.0)
+        return not self.aspheric and self.is_rotationally_symmetric and (self.conic == 0.0 or self.curvature == 0.0)
+
+    @property
+    def is_rotationally_symmetric(self) -> bool:
+        """Whether the surface is no cylinder or toroid."""
+        return self.curvature_x is None
 
     @property
     def vertex_curvature(self) -> float:
@@ -105,6 +110,12 @@ class Surface:
                        semi_diameter=self.semi_diameter * factor,
                        aspheric=tuple((power, a * factor ** (1 - power)) for power, a in self.aspheric),
                        curvature_x=None if self.curvature_x is None else self.curvature_x / factor)
+
+    def reversed(self, thickness: float, glass: Glass) -> "Surface":
+        """The surface met from behind, with another gap (mm) and medium behind it."""
+        return replace(self, curvature=-self.curvature or 0.0, thickness=thickness, glass=glass,
+                       aspheric=tuple((power, -a) for power, a in self.aspheric),
+                       curvature_x=None if self.curvature_x is None else -self.curvature_x or 0.0)
 
 
 def _sound_terms(terms: Iterable[tuple[int, float]]) -> tuple[tuple[int, float], ...]:
@@ -218,7 +229,12 @@ class Lens:
     @cached_property
     def is_rotationally_symmetric(self) -> bool:
         """Whether no surface is a cylinder or toroid; blades do not count."""
-        return all(surface.curvature_x is None for surface in self.surfaces)
+        return all(surface.is_rotationally_symmetric for surface in self.surfaces)
+
+    @property
+    def in_air(self) -> "Lens":
+        """The lens with air before its first surface."""
+        return self if self.front_index == 1.0 else replace(self, front_index=1.0)
 
     def section(self, axis: str) -> "Lens":
         """The rotationally symmetric lens with the section x–z ("x") or y–z ("y") of this one."""

@@ -201,7 +201,7 @@ class LightImage:
         """
         key = wavelength, colour, shared, kind
         if key not in self._programs:
-            landing = self._camera.way_back(wavelength)
+            landing = self._camera.film_landing(wavelength)
             assert landing is not None
             parameters = np.concatenate([light.parameters for light in self._selected])
             steps = [*self._steps_to_light(kind, shared, parameters), Step(reverse_ray, parameters), *landing.steps,

@@ -110,7 +110,7 @@ def select_lights(camera: Camera, scene: Scene, real) -> LightSelection:
     if isinstance(place, AnimatedTransform) or scene.moves or camera.has_port:
         return LightSelection([], ())
     small = small_lights(scene.objects, tuple(place[:3, 3]))
-    landing = camera.way_back() if small else None
+    landing = camera.film_landing() if small else None
     if landing is None:
         return LightSelection([], ())
 

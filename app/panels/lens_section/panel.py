@@ -194,7 +194,7 @@ def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float
     if shown.lens is None or shown.open_radius is None:     # perspective camera: opens to f/0.5
         open_radius, widest = shown.film_z, 0.5
     else:
-        open_radius, widest = shown.open_radius, lb.first_order(design(settings)).f_number
+        open_radius, widest = shown.open_radius, lb.first_order(design(settings).in_air).f_number
     radius = min(max(radius, SMALLEST_STOP * open_radius), open_radius)
     return replace(settings, f_number=widest * open_radius / radius)
 

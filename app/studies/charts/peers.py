@@ -97,7 +97,7 @@ def through_batoid(lens: lb.Lens, _: Path) -> Run:
 def batoid_has(surface: lb.Surface) -> bool:
     """Whether batoid 0.9 traces a surface: even powers from r⁴ on; on a parabola (k = −1) it finds a wrong point."""
     even = all(power % 2 == 0 and power > 2 for power, _ in surface.aspheric)
-    return surface.curvature_x is None and even and not (surface.aspheric and surface.conic == -1.0)
+    return surface.is_rotationally_symmetric and even and not (surface.aspheric and surface.conic == -1.0)
 
 
 PEERS = {"rayoptics": through_rayoptics, "optiland": through_optiland, "batoid": through_batoid}

@@ -8,8 +8,9 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
-from lensbench.app.state.build import camera, design, medium
+from lensbench.app.state.build import camera, design, medium, setup
 from lensbench.app.state.constraints import with_camera
+from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings, SettingsError
 from tests.app.command.test_main import LENS, settings_of, viewed  # noqa: F401 - the fixture
 from tests.app.conftest import SMALL
@@ -27,6 +28,13 @@ def test_a_lens_in_the_water_has_no_window_and_one_behind_a_window_is_the_lens_i
     water = replace(SMALL, medium="water", visibility=8000.0)
     assert design(water) == design(SMALL) and camera(water).medium.index == pytest.approx(1.333)
     assert design(replace(water, immersed=True)).front_index == pytest.approx(1.333)
+
+
+def test_the_read_outs_of_an_immersed_lens_are_those_of_the_stop_in_the_picture():
+    immersed = replace(SMALL, medium="water", immersed=True, f_number=2.8)
+    assert setup(immersed).lens.stop == camera(immersed).lens.stop
+    assert setup(immersed).reason == "" and readings(immersed).f_number == pytest.approx(2.8, rel=1e-9)
+    assert readings(immersed).widest_f_number == readings(SMALL).widest_f_number
 
 
 def test_a_panorama_leaves_the_water():

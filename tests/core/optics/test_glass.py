@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lensbench as lb
-from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, Glass, GlassError, air_index, from_formula
+from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, Glass, GlassError, from_formula
 
 BK7 = (1.03961212, 0.00600069867, 0.231792344, 0.0200179144, 1.01046945, 103.560653)     # SCHOTT's data sheet
 
@@ -130,11 +130,3 @@ def test_a_glass_that_cannot_be_is_refused(wrong):
 def test_a_formula_beyond_its_poles_is_an_error_and_no_number():
     with pytest.raises(GlassError, match="has no index"):
         Glass(1.5, 60.0, "pole", "sellmeier", (1.0, 0.25)).index(0.4)
-
-
-# Ciddor (1996), table 1: dry air at 633.0 nm; his densities differ from Birch and Downs's by 2e-5 of n − 1
-@pytest.mark.parametrize("celsius, pascal, printed", [
-    (20.0, 80e3, 21458.0), (20.0, 100e3, 26824.4), (20.0, 120e3, 32191.6), (10.0, 100e3, 27774.7),
-    (30.0, 100e3, 25937.2)])
-def test_air_has_ciddors_index(celsius, pascal, printed):
-    assert (air_index(0.633, celsius, pascal) - 1.0) * 1e8 == pytest.approx(printed, rel=2e-5)

@@ -175,3 +175,9 @@ def test_a_lens_and_its_camera_must_stand_in_the_same_water():
         lb.LensCamera(wet(), FILM, medium=lb.Medium(1.5))
     assert not lb.LensCamera(wet(), FILM, medium=lb.Medium(WATER)).has_port
     assert lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, medium=lb.Medium(WATER)).has_port
+
+
+@pytest.mark.parametrize("f_number", [2.5, 8.0])
+def test_an_f_number_is_that_in_air_and_sets_the_same_stop_in_water(f_number):
+    dry = lb.stopped_down(lenses.load("pbrt-dgauss-50mm"), f_number)
+    assert lb.stopped_down(wet(), f_number) == replace(dry, front_index=WATER)

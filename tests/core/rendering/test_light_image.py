@@ -104,7 +104,7 @@ def through_the_front(camera, point, steps=240):
 def test_no_light_that_would_pass_the_lens_misses_the_rectangle_before_it(name, f_number, angles):
     """Of what the scalar tracer brings through from the middle and the rims of a light, less than 0.05 %."""
     camera = view("trace", name, 3000.0, f_number)
-    landing = camera.way_back()
+    landing = camera.film_landing()
     for angle in np.radians(angles):
         turn = 0.7 if angle > 0.0 else 0.0
         middle = 8000.0 * np.array([math.sin(angle) * math.cos(turn), math.sin(angle) * math.sin(turn),
