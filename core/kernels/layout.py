@@ -11,18 +11,30 @@
 
 The offsets are module-level integers, which the compiler knows: a name costs nothing at run time.
 
-Parameters are float32, which holds integers exactly up to 2²⁴ only. A larger count travels as two digits to the base
-4096 (`digits`, `integer`), exactly up to 2³⁶.
+Parameters are float32, which holds integers exactly up to 2²⁴ only: counts, indices and kinds travel beside them in
+an array of integers (`Packed`).
 """
 
 from collections.abc import Mapping
 from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-BASE = 4096
+
+class Packed(NamedTuple):
+    """Parameters and integers of a stage, or of a part of one."""
+
+    parameters: np.ndarray
+    integers: ArrayLike = ()
+
+
+def join(*parts: Packed) -> Packed:
+    """The parameters of all parts, one after the other, and their integers."""
+    return Packed(np.concatenate([np.zeros(0), *(part.parameters for part in parts)]),
+                  np.concatenate([np.zeros(0, np.int64), *(np.asarray(part.integers, np.int64) for part in parts)]))
 
 
 def offsets(*widths: int) -> tuple[int, ...]:
@@ -37,17 +49,6 @@ def pack(size: int, fields: Mapping[int, ArrayLike]) -> np.ndarray:
         numbers = np.atleast_1d(values)
         packed[offset:offset + numbers.size] = numbers
     return packed
-
-
-def digits(number: int) -> tuple[int, int]:
-    """High and low digit of a count, to the base 4096."""
-    return divmod(number, BASE)
-
-
-@njit(inline="always")
-def integer(p, k):
-    """The count whose two digits are p[k] and p[k + 1]."""
-    return int(p[k]) * BASE + int(p[k + 1])
 
 
 @njit(inline="always")

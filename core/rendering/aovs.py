@@ -60,7 +60,7 @@ START_DEPTH, DEPTH_PER_MM = TR, TG      # along the camera's −z: of the ray's 
 HAS_ENDED = EMITS                       # 1: a surface has ended the ray
 
 # Parameters of `show_rows`
-FIRST_ROW, SECOND_ROW, THIRD_ROW, GAIN, SHIFT = range(5)
+GAIN, SHIFT = range(2)
 # Parameters of `aim_at_rear_opening`
 OPENING_Z, OPENING_RADIUS = range(2)
 
@@ -73,13 +73,13 @@ def aov_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
         assert camera.aim_distance is not None
         return [camera.film_step, *_fate_steps(camera.traced_lens, camera.aim_distance)]
     if view == "origin":
-        return [camera.film_step, *camera.camera_steps(), Step(show_rows, [X, Y, Z, 1.0, 0.0])]
+        return [camera.film_step, *camera.camera_steps(), Step(show_rows, [1.0, 0.0], [X, Y, Z])]
     if view == "time":
         duration = camera.exposure_time + camera.readout
         gain = 1.0 / duration if duration > 0.0 else 0.0
-        return [*camera.steps(timed=True), Step(show_rows, [TIME, TIME, TIME, gain, 0.0])]
+        return [*camera.steps(timed=True), Step(show_rows, [gain, 0.0], [TIME, TIME, TIME])]
     if view == "direction":
-        return [*camera.steps(), Step(show_rows, [L, M, N, 0.5, 0.5])]
+        return [*camera.steps(), Step(show_rows, [0.5, 0.5], [L, M, N])]
     if view == "depth":
         steps = camera.steps(timed=scene.moves)
         here = len(steps) - len(camera.carried)         # still in the camera frame
@@ -115,11 +115,11 @@ def fate_colours(lens: Lens) -> np.ndarray:
 
 @stage
 def show_rows(lanes, p, ints, key):
-    """RED, GREEN, BLUE: three rows × GAIN + SHIFT; WEIGHT: 1 for each sample that arrives. p: FIRST_ROW … SHIFT."""
+    """RED, GREEN, BLUE: the rows `ints` × GAIN + SHIFT; WEIGHT: 1 for each sample that arrives. p: GAIN, SHIFT."""
     real = lanes.dtype.type
     row = rows(lanes)
     weight = row[WEIGHT]
-    a, b, c = row[np.int64(p[FIRST_ROW])], row[np.int64(p[SECOND_ROW])], row[np.int64(p[THIRD_ROW])]
+    a, b, c = row[ints[0]], row[ints[1]], row[ints[2]]
     red, green, blue = row[RED], row[GREEN], row[BLUE]
     gain, shift = p[GAIN], p[SHIFT]
     for i in range(B):

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from lensbench.kernels.block import BLUE, DEPTH, GREEN, RED, B, Step, rows, stage
+from lensbench.kernels.layout import Packed, join
 from lensbench.scenery.intersect.block_bounds import beam
 from lensbench.scenery.intersect.floor import floor, floor_parameters
 from lensbench.scenery.intersect.moving_objects import motion_parameters, moving, moving_parameters
@@ -150,11 +151,11 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
     if balls or flat or scene.moves:
         steps.append(Step(beam, NONE))
     if balls:
-        steps.append(Step(spheres, sphere_parameters(*list(zip(*balls, strict=True))[:2])))
+        steps.append(Step(spheres, *sphere_parameters(*list(zip(*balls, strict=True))[:2])))
     if flat:
-        steps.append(Step(planar, planar_parameters(*zip(*flat, strict=True))))
+        steps.append(Step(planar, *planar_parameters(*zip(*flat, strict=True))))
     if scene.moves:
-        steps.append(Step(moving, moving_parameters(_moving(scene.objects), opening)))
+        steps.append(Step(moving, *moving_parameters(_moving(scene.objects), opening)))
     return steps
 
 
@@ -172,16 +173,14 @@ def _coats(scene: Scene, last: bool, opening: float) -> list[Step]:
         bulbs, panels = by_family(scene.objects)
         bulbs = [o for o in bulbs if o.material.kind == "lamp"]
         panels = [o for o in panels if o.material.shines and o.material.pattern is None]
-        numbers = clearcoat_parameters(around, ground, _floor_light(scene), disk, _still(bulbs), _still(panels), last)
+        still = clearcoat_parameters(around, ground, _floor_light(scene), disk, _still(bulbs), _still(panels), last)
         moved = moving_reflected(_moving([*bulbs, *panels]), opening)
-        steps.append(Step(moving_clearcoat, after(numbers, moved)) if moved.size else Step(clearcoat, numbers))
+        steps.append(_step(clearcoat, moving_clearcoat, still, moved))
     if is_rough(scene):
         lights = [o for o in scene.objects if o.material.shines and o.material.pattern is None]
         lights = sorted(lights, key=_brightness, reverse=True)[:MOST_HIGHLIGHTS]
-        numbers = rough_clearcoat_parameters(around, _still(lights))
-        moved = moving_highlights(_moving(lights), opening)
-        steps.append(Step(moving_rough_clearcoat, after(numbers, moved)) if moved.size
-                     else Step(rough_clearcoat, numbers))
+        still = Packed(rough_clearcoat_parameters(around, _still(lights)))
+        steps.append(_step(rough_clearcoat, moving_rough_clearcoat, still, moving_highlights(_moving(lights), opening)))
     return steps
 
 
@@ -190,29 +189,31 @@ def _light(scene: Scene, shadows: bool, opening: float) -> list[Step]:
     balls, flat = by_family(scene.objects)
     held = [s for s in balls if shadows and not s.material.shines]
     around = np.concatenate([_surround(scene), scene.ambient, sky_occluders(_still(held))])
-    occluders, moved = np.zeros(1), np.zeros(0)
+    occluders, moved = occluder_parameters([], []), join()
     if shadows:
         occluders = occluder_parameters(_still(balls), _still(flat))
         moved = moving_occluders(_moving(scene.objects), opening)
     lamps = _lamps(scene)
     if not shadows:
         steps = [Step(open_light, np.concatenate([around, *(point_parameters(o) for o in _still(lamps))]))]
-    elif _moving(held):
-        steps = [Step(moving_ambient, after(around, moving_sky_occluders(_moving(held), opening)))]
     else:
-        steps = [Step(ambient, around)]
+        steps = [_step(ambient, moving_ambient, Packed(around), moving_sky_occluders(_moving(held), opening))]
     if scene.sun is not None:
-        shining = np.concatenate([sun_parameters(scene.sun), occluders])
-        steps.append(Step(moving_sun, after(shining, moved)) if moved.size else Step(sun, shining))
+        steps.append(_step(sun, moving_sun, join(Packed(sun_parameters(scene.sun)), occluders), moved))
     for o in lamps if shadows else _moving(lamps):
         here = displaced(o, opening)
-        shining = np.concatenate([here.lamp_numbers(), occluders])
-        if o.moves or moved.size:
-            steps.append(Step(moving_lamp, np.concatenate([motion_parameters([here], opening),
-                                                           after(shining, moved)])))
+        shining = join(here.lamp_parameters(), occluders)
+        if o.moves or moved.parameters.size:
+            motion = Packed(motion_parameters([here], opening))
+            steps.append(Step(moving_lamp, *after(join(motion, shining), moved)))
         else:
-            steps.append(Step(lamp, shining))
+            steps.append(Step(lamp, *shining))
     return steps
+
+
+def _step(kernel: Any, moving_kernel: Any, still: Packed, moved: Packed) -> Step:
+    """The stage for still shapes, or its counterpart where anything moves."""
+    return Step(moving_kernel, *after(still, moved)) if moved.parameters.size else Step(kernel, *still)
 
 
 def _floor_light(scene: Scene) -> np.ndarray:

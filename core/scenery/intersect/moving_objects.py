@@ -36,7 +36,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.layout import digits, integer, offsets, pack, vector
+from lensbench.kernels.layout import Packed, join, offsets, pack, vector
 from lensbench.kernels.rotation import sine_versine
 from lensbench.scenery.intersect.block_bounds import FORWARD, RIGHTWARD, UPWARD, beam, beam_misses
 from lensbench.scenery.intersect.planar import planar, planar_parameters
@@ -46,9 +46,8 @@ from lensbench.scenery.objects import Shape, by_family, displaced
 # A motion: unit AXIS, RATE (rotations per second), PHASE (rotations at TIME 0); then a sphere that holds all that
 # moves so, at rest: MIDDLE and REACH (mm)
 PIVOT, VELOCITY, AXIS, RATE, PHASE, MIDDLE, REACH, MOTION = offsets(3, 3, 3, 1, 1, 3, 1)
-# A group: LENGTH of all its numbers (two digits), how many of them are of its FIRST family, which motion it has; its
-# motion; then the numbers of its shapes
-LENGTH, FIRST, WHICH, GROUP_MOTION, GROUP = offsets(2, 1, 1, MOTION)
+# A group is a motion, then its shapes. Integers: how many numbers and integers it has, which motion; then its shapes'
+LENGTH, COUNT, WHICH, GROUP = range(4)
 CROWD = 20              # a group is split until it holds no more
 TICKS = 65536.0         # steps of a second
 LONGEST = 30000.0       # s, the most that these can count
@@ -79,29 +78,30 @@ def _neighbours(shapes: list[Shape]) -> list[list[Shape]]:
 
 
 def moving_groups(shapes: Sequence[Shape], opening: float,
-                  packer: Callable[[list, list], tuple[np.ndarray, int]]) -> np.ndarray:
+                  packer: Callable[[list, list], Packed]) -> Packed:
     """Groups of moving shapes, each followed by what `packer` makes of its spheres and planar shapes.
 
-    packer also returns how many of its numbers belong to the first family. opening: seconds at TIME 0.
+    opening: seconds at TIME 0.
     """
     groups: dict[tuple, list[Shape]] = {}
     for o in shapes:
         centre_of_rotation = any(o.spin) and (o.centre if o.pivot is None else o.pivot)
         groups.setdefault((o.velocity, o.spin, centre_of_rotation), []).append(displaced(o, opening))
-    packed = [np.zeros(0)]
+    packed = []
     for which, alike in enumerate(groups.values()):
         for group in _neighbours(alike):
-            numbers, first = packer(*by_family(group))
-            packed += [pack(GROUP, {LENGTH: digits(GROUP + numbers.size), FIRST: first, WHICH: which,
-                                    GROUP_MOTION: motion_parameters(group, opening)}), numbers]
-    return np.concatenate(packed)
+            held = packer(*by_family(group))
+            packed += [Packed(motion_parameters(group, opening),
+                              [MOTION + held.parameters.size, GROUP + np.size(held.integers), which]), held]
+    return join(*packed)
 
 
-def moving_parameters(shapes: Sequence[Shape], opening: float) -> np.ndarray:
-    """Parameters of the stage `moving`."""
-    def both(balls: list, flat: list) -> tuple[np.ndarray, int]:
-        first = sphere_parameters(balls) if balls else np.zeros(0)
-        return np.concatenate([first, planar_parameters(flat) if flat else np.zeros(0)]), first.size
+def moving_parameters(shapes: Sequence[Shape], opening: float) -> Packed:
+    """Parameters of the stage `moving`; the integers of a group begin with how many its spheres have of each."""
+    def both(balls: list, flat: list) -> Packed:
+        first = sphere_parameters(balls) if balls else join()
+        sizes = Packed(np.zeros(0), [first.parameters.size, np.size(first.integers)])
+        return join(sizes, first, planar_parameters(flat))
     return moving_groups(shapes, opening, both)
 
 
@@ -186,14 +186,15 @@ def moving(lanes, p, ints, key):
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
         seen[i] = row[BEAM][i]
-    s, last, current = 0, 0, real(-1)
+    s, k, last, current = 0, 0, 0, -1
     while s < p.size:
-        size, first, which, here = integer(p, s + LENGTH), int(p[s + FIRST]), p[s + WHICH], s + GROUP_MOTION
-        begin, end = s + GROUP, s + size
+        here, begin, which = s, s + MOTION, ints[k + WHICH]
+        flat, held = begin + ints[k + GROUP], k + GROUP + 2
+        flat_held = held + ints[k + GROUP + 1]
+        s, k = s + ints[k + LENGTH], k + ints[k + COUNT]
 
         # Skip a group that the beam misses wherever the group is meanwhile
         cx, cy, cz, wide, wx, wy, wz = swept_bounds(real, p, here, early, late)
-        s += size
         (fx, fy, fz), (ux, uy, uz) = vector(seen, FORWARD), vector(seen, UPWARD)
         rx, rz = seen[RIGHTWARD], seen[RIGHTWARD + 2]
         if beam_misses(seen, cx, cy, cz, wide + abs(wx * fx + wy * fy + wz * fz),
@@ -202,7 +203,7 @@ def moving(lanes, p, ints, key):
 
         # Transform the rays to the frame where the group rests
         if which != current:
-            if current >= real(0):
+            if current >= 0:
                 _normals_to_world(lanes, p, last)
             motion = motion_of(p, here)
             for i in range(B):
@@ -213,11 +214,9 @@ def moving(lanes, p, ints, key):
             last, current = here, which
 
         # Intersect them there
-        if first > 0:
-            spheres(lanes, p[begin:begin + first], ints, key)
-        if begin + first < end:
-            planar(lanes, p[begin + first:end], ints, key)
-    if current >= real(0):
+        spheres(lanes, p[begin:flat], ints[held:flat_held], key)
+        planar(lanes, p[flat:s], ints[flat_held:k], key)
+    if current >= 0:
         _normals_to_world(lanes, p, last)
     for i in range(B):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]

@@ -41,7 +41,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.layout import digits, integer, offsets, pack, vector
+from lensbench.kernels.layout import Packed, join, offsets, pack, vector
 from lensbench.scenery.intersect.block_bounds import FORWARD, RIGHTWARD, UPWARD, beam_misses
 from lensbench.scenery.intersect.quadrics import inside_edge, plane_point
 from lensbench.scenery.intersect.ripmap import look_up, ripmap
@@ -53,16 +53,17 @@ from lensbench.scenery.shading.pattern_filter import (
     parity,
 )
 
-# Integers: LENGTH (two digits) of all the numbers of a shape; SECOND (two digits), the first texel of the image that
-# SPECULAR paths see; KIND of the pattern; IS_DISK. Then AXIS_U, AXIS_V: half-axes over their squared lengths (1/mm);
-# HALF_U, HALF_V: lengths of the half-axes (mm); COLOUR2, COLUMNS, LINES, LINE: the pattern. An image follows
-(LENGTH, SECOND, KIND, IS_DISK, CENTRE, NORMAL, AXIS_U, AXIS_V, HALF_U, HALF_V, COLOUR, EMISSION, COAT, COLOUR2,
- COLUMNS, LINES, LINE, PLANAR) = offsets(2, 2, 1, 1, 3, 3, 3, 3, 1, 1, 3, 1, 1, 3, 1, 1, 1)
+# AXIS_U, AXIS_V: half-axes over their squared lengths (1/mm); HALF_U, HALF_V: lengths of the half-axes (mm); COLOUR2,
+# COLUMNS, LINES, LINE: the pattern. An image follows
+(IS_DISK, CENTRE, NORMAL, AXIS_U, AXIS_V, HALF_U, HALF_V, COLOUR, EMISSION, COAT, COLOUR2, COLUMNS, LINES, LINE,
+ PLANAR) = offsets(1, 3, 3, 3, 3, 1, 1, 3, 1, 1, 3, 1, 1, 1)
+# Integers: how many numbers and integers a shape has; KIND of its pattern. Those of an image follow
+LENGTH, COUNT, KIND, PLANAR_INTEGERS = range(4)
 PLAIN, CHECKER, GRID, STAR, RULER, IMAGE = range(6)
 KINDS = {"checker": CHECKER, "grid": GRID, "star": STAR, "ruler": RULER, "image": IMAGE}
 
 
-def planar_parameters(shapes, emission=None, specular=None) -> np.ndarray:
+def planar_parameters(shapes, emission=None, specular=None) -> Packed:
     """Parameters of the stage `planar`, shape after shape.
 
     emission: value of the row EMITS for each shape; by default 1 where it shines and 0 elsewhere. specular: the same
@@ -76,19 +77,17 @@ def planar_parameters(shapes, emission=None, specular=None) -> np.ndarray:
         fields = {IS_DISK: float(o.round), CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b),
                   HALF_U: math.sqrt(a @ a), HALF_V: math.sqrt(b @ b), COLOUR: material.colour, EMISSION: emits,
                   COAT: material.gloss_code()}
-        parts = []
+        kind, image = PLAIN, []
         if pattern is not None:
-            fields |= {KIND: KINDS[pattern.kind], COLOUR2: pattern.colour, COLUMNS: pattern.columns,
-                       LINES: pattern.rows, LINE: pattern.line}
+            kind = KINDS[pattern.kind]
+            fields |= {COLOUR2: pattern.colour, COLUMNS: pattern.columns, LINES: pattern.rows, LINE: pattern.line}
             if pattern.image is not None:
-                reductions = ripmap(pattern.image.values)
-                parts = [reductions.header(), reductions.texels.ravel()]
-                if other.material.pattern != pattern:
-                    fields[SECOND] = digits(len(reductions.texels))
-                    parts.append(ripmap(other.material.pattern.image.values).texels.ravel())
-        fields[LENGTH] = digits(PLANAR + sum(part.size for part in parts))
-        packed += [pack(PLANAR, fields), *parts]
-    return np.concatenate(packed)
+                seen = other.material.pattern
+                image = ripmap(pattern.image.values).packed(*([] if seen == pattern else [ripmap(seen.image.values)]))
+        sizes = [PLANAR + sum(part.parameters.size for part in image),
+                 PLANAR_INTEGERS + sum(np.size(part.integers) for part in image)]
+        packed += [Packed(pack(PLANAR, fields), [*sizes, kind]), *image]
+    return join(*packed)
 
 
 @stage
@@ -99,10 +98,10 @@ def planar(lanes, p, ints, key):
     red, green, blue, met, second = row[RED], row[GREEN], row[BLUE], row[A0], row[A3]
     er, eg, eb = row[A4], row[A5], row[A6]
     seen = row[BEAM]
-    s = 0
+    s, k = 0, 0
     while s < p.size:
-        q = p[s:s + integer(p, s + LENGTH)]
-        s += q.size
+        q, kind, image = p[s:s + ints[k + LENGTH]], ints[k + KIND], k + PLANAR_INTEGERS
+        s, k = s + q.size, k + ints[k + COUNT]
 
         # Skip a shape that the block's beam or all of its rays miss
         u2, v2 = q[HALF_U] * q[HALF_U], q[HALF_V] * q[HALF_V]
@@ -112,11 +111,10 @@ def planar(lanes, p, ints, key):
 
         # Record the surface, then its colour
         _record(lanes, q)
-        kind = q[KIND]
         if kind != PLAIN:
             _footprint(lanes, q)
         if kind == IMAGE:
-            look_up(lanes, q[PLANAR:], integer(q, SECOND))
+            look_up(lanes, q[PLANAR:], ints[image:k])
             r, g, b = vector(q, COLOUR)
             for i in range(B):
                 hit = met[i] > real(0)

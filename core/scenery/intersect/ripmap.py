@@ -10,10 +10,13 @@ import numpy as np
 from numba import njit
 
 from lensbench.kernels.block import A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, SPECULAR, B, gather, rows, stage
-from lensbench.kernels.layout import BASE, digits
+from lensbench.kernels.layout import Packed
 
 ENOUGH = 1.3            # texels of a reduction that a footprint covers at least
 STRIP = 512             # rows that are averaged at a time, to bound the memory
+# Integers: first texel that SPECULAR paths see, level counts, first texel of each reduction. Parameters: texels across
+# at each horizontal level, texels down at each vertical level, then the texels
+SECOND, LEVELS_U, LEVELS_V, STARTS = range(4)
 
 
 class Ripmap(NamedTuple):
@@ -24,10 +27,11 @@ class Ripmap(NamedTuple):
     starts: list[int]       # index of the first texel: of the image, then for each level across all levels down
     texels: np.ndarray      # (n, 3)
 
-    def header(self) -> np.ndarray:
-        """Numbers before the texels: both level counts, all sizes, high digits of the starts, low digits."""
-        high, low = zip(*map(digits, self.starts), strict=True)
-        return np.array([len(self.across), len(self.down), *self.across, *self.down, *high, *low], float)
+    def packed(self, *second: "Ripmap") -> list[Packed]:
+        """Parameters of `look_up`. second: reductions of another image of this size, which SPECULAR paths see."""
+        return [Packed(np.array([*self.across, *self.down], float),
+                       [len(self.texels) if second else 0, len(self.across), len(self.down), *self.starts]),
+                *(Packed(image.texels.ravel()) for image in (self, *second))]
 
 
 def _sizes(size: int) -> list[int]:
@@ -77,23 +81,20 @@ def _bilinear(texels, k, below, right, across, down):
 
 
 @stage
-def look_up(lanes, p, second):
+def look_up(lanes, p, ints):
     """Colours A4 A5 A6 of the image at A1, A2 (u, v in [−1, 1]; the first row at v = 1), bilinear between texels.
 
     The reduction is the one whose texels are about as large as the footprint, A7 of u wide and A8 of v.
-    p: Ripmap.header, texels; second: index of the texels of another image, seen where the path is SPECULAR.
+    p, ints: Ripmap.packed.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     u, v, across, down = row[A1], row[A2], row[A1], row[A2]
-    at, line, place = row[A3], row[A3], row[A10]
-    level_u, level_v, columns, lines, high, low = row[A4], row[A5], row[A7], row[A8], row[A6], row[A9]
+    at, line, place = row[A9], row[A3], row[A10]
+    level_u, level_v, columns, lines = row[A4], row[A5], row[A7], row[A8]
     red, green, blue, specular = row[A4], row[A5], row[A6], row[SPECULAR]
-    most_u, most_v = int(p[0]), int(p[1])
-    sizes_u, sizes_v = p[2:], p[2 + most_u:]
-    starts_high, count = sizes_v[most_v:], 1 + (most_u - 1) * (most_v - 1)
-    starts_low = starts_high[count:]
-    texels = starts_low[count:]
+    most_u, most_v, starts = ints[LEVELS_U], ints[LEVELS_V], ints[STARTS:]
+    sizes_u, sizes_v, texels = p, p[most_u:], p[most_u + most_v:]
 
     # Choose the level of each direction
     for i in range(B):
@@ -116,8 +117,6 @@ def look_up(lanes, p, second):
         at[i] = real(1) + (a - real(1)) * across_levels + b - real(1) if either else real(0)
     gather(columns, sizes_u, level_u)
     gather(lines, sizes_v, level_v)
-    gather(high, starts_high, at)
-    gather(low, starts_low, at)
 
     # Find the upper left of the four texels around the point, and the place between them
     for i in range(B):
@@ -134,11 +133,11 @@ def look_up(lanes, p, second):
         line[i], place[i], across[i], down[i] = kb, ka, a - ka, b - kb
 
     # Interpolate; texels are counted in integers, which single precision holds up to 2²⁴ only
-    base, right, green_at, blue_at = np.uint64(BASE), np.uint64(3), np.uint64(1), np.uint64(2)
-    other, none = np.uint64(second), np.uint64(0)
+    right, green_at, blue_at = np.uint64(3), np.uint64(1), np.uint64(2)
+    other, none = np.uint64(ints[SECOND]), np.uint64(0)
     for i in range(B):
         wide = np.uint64(np.uint32(columns[i]))
-        k = np.uint64(np.uint32(high[i])) * base + np.uint64(np.uint32(low[i]))
+        k = np.uint64(starts[np.uint32(at[i])])
         k += np.uint64(np.uint32(line[i])) * wide + np.uint64(np.uint32(place[i]))
         k = (k + (other if specular[i] > real(0) else none)) * right
         below = k + wide * right

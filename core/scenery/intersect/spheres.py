@@ -32,13 +32,13 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.kernels.layout import Packed, offsets, pack, vector
 from lensbench.scenery.intersect.block_bounds import beam_misses
 from lensbench.scenery.intersect.quadrics import closest_approach
 
-# A sphere begins as a group does, whose COUNT spheres follow its own numbers
+# A sphere begins as a group does, whose spheres follow its own numbers; integers: how many, for each group
 CENTRE, RADIUS2, RADIUS, COLOUR, EMISSION, COAT, SPHERE = offsets(3, 1, 1, 3, 1, 1)
-COUNT, GROUP = RADIUS + 1, RADIUS + 2
+GROUP = RADIUS + 1
 CROWD = 8               # a group is split until it holds no more
 
 
@@ -51,7 +51,7 @@ def _groups(seen: np.ndarray, which: np.ndarray) -> list[np.ndarray]:
     return _groups(seen, order[:half]) + _groups(seen, order[half:])
 
 
-def sphere_parameters(spheres, emission=None) -> np.ndarray:
+def sphere_parameters(spheres, emission=None) -> Packed:
     """Parameters of the stage `spheres`: groups of neighbours as seen from the origin, each with its spheres.
 
     emission: value of the row EMITS for each sphere; by default 1 where it shines and 0 elsewhere.
@@ -68,14 +68,13 @@ def sphere_parameters(spheres, emission=None) -> np.ndarray:
         centres = np.array([spheres[j].centre for j in group])
         middle = (centres.min(0) + centres.max(0)) / 2
         reach = max(math.dist(spheres[j].centre, middle) + spheres[j].radius for j in group) * (1.0 + 1e-5)
-        packed.append(pack(GROUP, {CENTRE: middle, RADIUS2: math.inf if len(groups) == 1 else reach**2, RADIUS: reach,
-                                   COUNT: len(group)}))
+        packed.append(pack(GROUP, {CENTRE: middle, RADIUS2: math.inf if len(groups) == 1 else reach**2, RADIUS: reach}))
         for j in group:
             s = spheres[j]
             packed.append(pack(SPHERE, {CENTRE: s.centre, RADIUS2: s.radius**2, RADIUS: s.radius,
                                         COLOUR: s.material.colour, EMISSION: emission[j],
                                         COAT: s.material.gloss_code(s.radius)}))
-    return np.concatenate(packed)
+    return Packed(np.concatenate(packed), [len(group) for group in groups])
 
 
 @stage
@@ -87,14 +86,15 @@ def spheres(lanes, p, ints, key):
     depth, emits, gloss, nx, ny, nz = row[DEPTH], row[EMITS], row[GLOSS], row[NX], row[NY], row[NZ]
     red, green, blue, ahead, inside = row[RED], row[GREEN], row[BLUE], row[A0], row[A1]
     seen = row[BEAM]
-    s, left = 0, 0
+    s, group, left = 0, 0, 0
     while s < p.size:
         heading = left == 0
         (cx, cy, cz), r2, radius = vector(p, s + CENTRE), p[s + RADIUS2], p[s + RADIUS]
 
         # Skip a sphere or a whole group that the block's beam misses
         if beam_misses(seen, cx, cy, cz, radius, radius, radius):
-            s += SPHERE if not heading else GROUP + SPHERE * int(p[s + COUNT])
+            s += GROUP + SPHERE * ints[group] if heading else SPHERE
+            group += 1 if heading else 0
             left -= 0 if heading else 1
             continue
 
@@ -108,8 +108,8 @@ def spheres(lanes, p, ints, key):
 
         # Enter or skip a group
         if heading:
-            left = int(p[s + COUNT])
-            s += GROUP
+            left = ints[group]
+            s, group = s + GROUP, group + 1
             if crossed == 0:
                 s += left * SPHERE
                 left = 0

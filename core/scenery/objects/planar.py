@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lensbench.kernels.layout import Packed
 from lensbench.scenery.objects.material import Material
 from lensbench.scenery.objects.shape import Moving
 from lensbench.scenery.shading.clearcoat import planar_reflection
@@ -91,7 +92,7 @@ class Planar(Moving):
             np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         return np.asarray(self.centre) + edge @ np.array(self.half_axes)
 
-    def lamp_numbers(self) -> np.ndarray:
+    def lamp_parameters(self) -> Packed:
         """Parameters of `soft_shadows.lamp`."""
         return planar_lamp(self)
 

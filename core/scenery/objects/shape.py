@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
+from lensbench.kernels.layout import Packed
 from lensbench.scenery.objects.material import Material
 from lensbench.scenery.values import Triple, triple
 
@@ -105,7 +106,7 @@ class Shape(Protocol):
     def outline(self, count: int) -> np.ndarray:
         """Its outline seen from above as a polygon of world points, (m, 3), m ≤ count."""
 
-    def lamp_numbers(self) -> np.ndarray:
+    def lamp_parameters(self) -> Packed:
         """Parameters of `soft_shadows.lamp`."""
 
     def occluder_numbers(self) -> np.ndarray:

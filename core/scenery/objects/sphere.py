@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lensbench.kernels.layout import Packed
 from lensbench.scenery.objects.material import Material
 from lensbench.scenery.objects.shape import Moving
 from lensbench.scenery.shading.clearcoat import sphere_reflection
@@ -81,7 +82,7 @@ class Sphere(Moving):
         angle = 2.0 * np.pi * np.arange(count) / count
         return np.asarray(self.centre) + self.radius * np.column_stack([np.cos(angle), 0.0 * angle, np.sin(angle)])
 
-    def lamp_numbers(self) -> np.ndarray:
+    def lamp_parameters(self) -> Packed:
         """Parameters of `soft_shadows.lamp`."""
         return sphere_lamp(self)
 

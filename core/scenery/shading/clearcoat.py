@@ -47,7 +47,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.kernels.layout import Packed, join, offsets, pack, vector
 from lensbench.scenery.intersect import floor as ground
 from lensbench.scenery.intersect.floor import tile_side
 from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
@@ -56,30 +56,28 @@ from lensbench.scenery.shading.illumination import F0, schlick_edge
 
 SHARP = 0.999           # gloss from which a coat reflects lights sharply
 
-# Switches, number of planar lights; then SURROUND: the sky's numbers, FLOOR: the floor's, FLOOR_LIGHT: irradiance / π
-# on the floor, SUN: the sun's disk; then the lights
-IS_LAST, HAS_FLOOR, HAS_SUN, PLANAR_LIGHTS, SURROUND, FLOOR, FLOOR_LIGHT, SUN, LIGHTS = offsets(
-    1, 1, 1, 1, SKY, ground.FLOOR, 3, SUN_DISK)
+# SURROUND: the sky's numbers, FLOOR: the floor's, FLOOR_LIGHT: irradiance / π on the floor, SUN: the sun's disk; then
+# the lights
+SURROUND, FLOOR, FLOOR_LIGHT, SUN, LIGHTS = offsets(SKY, ground.FLOOR, 3, SUN_DISK)
+IS_LAST, HAS_FLOOR, HAS_SUN, PLANAR_LIGHTS, SWITCHES = range(5)     # integers; PLANAR_LIGHTS: how many
 CENTRE, NORMAL, AXIS_U, AXIS_V, IS_DISK, COLOUR, PANEL = offsets(3, 3, 3, 3, 1, 3)
 _, RADIUS2, BULB_COLOUR, BULB = offsets(3, 1, 3)
 
 
-def clearcoat_parameters(sky, floor, floor_light, sun, spheres, planar, last) -> np.ndarray:
+def clearcoat_parameters(sky, floor, floor_light, sun, spheres, planar, last) -> Packed:
     """Parameters of `clearcoat`.
 
     sky: sky_parameters; floor: floor_parameters or None, with floor_light, the irradiance / π on it (3); sun:
     sun_disk_parameters or None; spheres, planar: lights; last: the path ends here, and metal reflects as a coat does.
     """
-    return np.concatenate([
-        pack(LIGHTS, {IS_LAST: float(last), HAS_FLOOR: float(floor is not None), HAS_SUN: float(sun is not None),
-                      PLANAR_LIGHTS: len(planar), SURROUND: sky, FLOOR: np.zeros(1) if floor is None else floor,
-                      FLOOR_LIGHT: floor_light, SUN: np.zeros(1) if sun is None else sun}),
-        reflected_parameters(spheres, planar)])
+    return join(Packed(pack(LIGHTS, {SURROUND: sky, FLOOR: np.zeros(1) if floor is None else floor,
+                                     FLOOR_LIGHT: floor_light, SUN: np.zeros(1) if sun is None else sun}),
+                       [last, floor is not None, sun is not None]), reflected_parameters(spheres, planar))
 
 
-def reflected_parameters(spheres, planar) -> np.ndarray:
+def reflected_parameters(spheres, planar) -> Packed:
     """Parameters of `sharp_lights`: PANEL numbers for each planar light, then BULB for each sphere."""
-    return np.concatenate([np.zeros(0), *(o.reflection_numbers() for o in (*planar, *spheres))])
+    return Packed(np.concatenate([np.zeros(0), *(o.reflection_numbers() for o in (*planar, *spheres))]), [len(planar)])
 
 
 def planar_reflection(shape) -> np.ndarray:
@@ -98,16 +96,16 @@ def sphere_reflection(sphere) -> np.ndarray:
 def clearcoat(lanes, p, ints, key):
     """Add what sharp coats and glass reflect; an albedo under a coat gets what the coat transmits.
 
-    p: clearcoat_parameters.
+    p, ints: clearcoat_parameters.
     """
-    if sharp_open(lanes, p) == 0:
+    if sharp_open(lanes, p, ints) == 0:
         return
-    sharp_lights(lanes, p[LIGHTS:], int(p[PLANAR_LIGHTS]))
-    sharp_close(lanes, p)
+    sharp_lights(lanes, p[LIGHTS:], ints[PLANAR_LIGHTS])
+    sharp_close(lanes, ints[IS_LAST])
 
 
 @stage
-def sharp_open(lanes, p):
+def sharp_open(lanes, p, ints):
     """Reflect the rays, A0 … A5, and find what they see of sky, floor and sun, A6 A7 A8, at the distance A9.
 
     Returns how many lanes of the block reflect anything; nothing is done if none does.
@@ -118,7 +116,7 @@ def sharp_open(lanes, p):
     depth, gloss, nx, ny, nz = row[DEPTH], row[GLOSS], row[NX], row[NY], row[NZ]
     hx, hy, hz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     r, g, b, near = row[A6], row[A7], row[A8], row[A9]
-    last = p[IS_LAST] > real(0)
+    last = ints[IS_LAST] != 0
     many = np.int32(0)
     for i in range(B):
         many = np.int32(many + np.int32((gloss[i] >= real(SHARP)) & ((gloss[i] < real(METAL)) | last |
@@ -139,11 +137,11 @@ def sharp_open(lanes, p):
         r[i] = er + up * zr if above else gr
         g[i] = eg + up * zg if above else gg
         b[i] = eb + up * zb if above else gb
-    if p[HAS_FLOOR] > real(0):
+    if ints[HAS_FLOOR]:
         _reflect_floor(lanes, p[FLOOR:], p[FLOOR_LIGHT:])
 
     # Show the sun where nothing hides it
-    if p[HAS_SUN] > real(0):
+    if ints[HAS_SUN]:
         (ux, uy, uz), chord2, (er, eg, eb) = vector(p, SUN + DIRECTION), p[SUN + CHORD2], vector(p, SUN + RADIANCE)
         for i in range(B):
             ax, ay, az = wx[i] - ux, wy[i] - uy, wz[i] - uz
@@ -211,7 +209,7 @@ def sharp_lights(lanes, p, panels):
 
 
 @stage
-def sharp_close(lanes, p):
+def sharp_close(lanes, is_last):
     """Add what is reflected (A6 A7 A8) times Schlick's reflectance."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -219,7 +217,7 @@ def sharp_close(lanes, p):
     red, green, blue, tr, tg, tb, sr, sg, sb = (row[RED], row[GREEN], row[BLUE], row[TR], row[TG], row[TB],
                                                 row[SR], row[SG], row[SB])
     r, g, b = row[A6], row[A7], row[A8]
-    last = p[IS_LAST] > real(0)
+    last = is_last != 0
     for i in range(B):
         edge5 = schlick_edge(real, -(dx[i] * nx[i] + dy[i] * ny[i] + dz[i] * nz[i]))
         f = real(F0) + real(1 - F0) * edge5

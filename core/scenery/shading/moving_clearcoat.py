@@ -5,8 +5,6 @@ Sharp coats transform the reflected ray, rough ones the lit point with its norma
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from lensbench.kernels.block import (
     A0,
     A1,
@@ -34,20 +32,22 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.layout import integer
+from lensbench.kernels.layout import Packed
 from lensbench.scenery.intersect.moving_objects import (
-    FIRST,
+    COUNT,
     GROUP,
-    GROUP_MOTION,
     LENGTH,
+    MOTION,
     motion_of,
     moving_groups,
     to_rest_frame,
 )
 from lensbench.scenery.objects import Shape
 from lensbench.scenery.shading.clearcoat import (
+    IS_LAST,
     LIGHTS,
     PLANAR_LIGHTS,
+    SWITCHES,
     reflected_parameters,
     sharp_close,
     sharp_lights,
@@ -56,48 +56,47 @@ from lensbench.scenery.shading.clearcoat import (
 from lensbench.scenery.shading.rough_clearcoat import SKY, highlight_parameters, rough_close, rough_lights, rough_open
 
 
-def moving_reflected(lights: Sequence[Shape], opening: float) -> np.ndarray:
+def moving_reflected(lights: Sequence[Shape], opening: float) -> Packed:
     """Parameters of `moving_clearcoat` for moving lights. opening: seconds at TIME 0."""
-    return moving_groups(lights, opening,
-                         lambda spheres, planar: (reflected_parameters(spheres, planar), len(planar)))
+    return moving_groups(lights, opening, reflected_parameters)
 
 
-def moving_highlights(lights: Sequence[Shape], opening: float) -> np.ndarray:
+def moving_highlights(lights: Sequence[Shape], opening: float) -> Packed:
     """Parameters of `moving_rough_clearcoat` for moving lights. opening: seconds at TIME 0."""
-    return moving_groups(lights, opening, lambda spheres, planar: (highlight_parameters([*spheres, *planar]), 0))
+    return moving_groups(lights, opening, lambda spheres, planar: Packed(highlight_parameters([*spheres, *planar])))
 
 
 @stage
 def moving_clearcoat(lanes, p, ints, key):
-    """`clearcoat` with moving lights.  p: length of clearcoat_parameters, these, then moving_reflected."""
-    still = 1 + int(p[0])
-    if sharp_open(lanes, p[1:still]) == 0:
+    """`clearcoat` with moving lights.  p, ints: `after` of clearcoat_parameters and moving_reflected."""
+    still, switches = ints[0], ints[1:]
+    if sharp_open(lanes, p, switches) == 0:
         return
-    sharp_lights(lanes, p[1 + LIGHTS:still], int(p[1 + PLANAR_LIGHTS]))
+    sharp_lights(lanes, p[LIGHTS:still], switches[PLANAR_LIGHTS])
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, time = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[TIME]
     hx, hy, hz, ex, ey, ez = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5]
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
-    s = still
+    s, k = still, 1 + SWITCHES
     while s < p.size:
-        end, motion = s + integer(p, s + LENGTH), motion_of(p, s + GROUP_MOTION)
+        end, motion = s + ints[k + LENGTH], motion_of(p, s)
         for i in range(B):
             x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                                   ex[i], ey[i], ez[i])
-        sharp_lights(lanes, p[s + GROUP:end], int(p[s + FIRST]))
-        s = end
-    sharp_close(lanes, p[1:still])
+        sharp_lights(lanes, p[s + MOTION:end], ints[k + GROUP])
+        s, k = end, k + ints[k + COUNT]
+    sharp_close(lanes, switches[IS_LAST])
 
 
 @stage
 def moving_rough_clearcoat(lanes, p, ints, key):
-    """`rough_clearcoat` with moving lights.  p: length of rough_clearcoat_parameters, these, then moving_highlights."""
-    still = 1 + int(p[0])
-    if rough_open(lanes, p[1:still]) == 0:
+    """`rough_clearcoat` with moving lights.  p, ints: `after` of rough_clearcoat_parameters and moving_highlights."""
+    still = ints[0]
+    if rough_open(lanes, p) == 0:
         return
-    rough_lights(lanes, p[1 + SKY:still])
+    rough_lights(lanes, p[SKY:still])
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, dx, dy, dz, nx, ny, nz, time = (row[A0], row[A1], row[A2], row[L], row[M], row[N], row[NX], row[NY],
@@ -107,16 +106,16 @@ def moving_rough_clearcoat(lanes, p, ints, key):
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
         ux[i], uy[i], uz[i] = nx[i], ny[i], nz[i]
-    s = still
+    s, k = still, 1
     while s < p.size:
-        end, motion = s + integer(p, s + LENGTH), motion_of(p, s + GROUP_MOTION)
+        end, motion = s + ints[k + LENGTH], motion_of(p, s)
         for i in range(B):
             x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                                   ex[i], ey[i], ez[i])
             _, _, _, nx[i], ny[i], nz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                          ux[i], uy[i], uz[i])
-        rough_lights(lanes, p[s + GROUP:end])
-        s = end
+        rough_lights(lanes, p[s + MOTION:end])
+        s, k = end, k + ints[k + COUNT]
     for i in range(B):
         dx[i], dy[i], dz[i], nx[i], ny[i], nz[i] = ex[i], ey[i], ez[i], ux[i], uy[i], uz[i]
     rough_close(lanes)

@@ -38,12 +38,12 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.layout import integer, vector
+from lensbench.kernels.layout import Packed, join, vector
 from lensbench.kernels.rotation import sine_versine
 from lensbench.scenery.intersect.block_bounds import boxes_disjoint, shadow_bounds
 from lensbench.scenery.intersect.moving_objects import (
+    COUNT,
     GROUP,
-    GROUP_MOTION,
     LENGTH,
     MOTION,
     WHICH,
@@ -80,10 +80,9 @@ from lensbench.scenery.shading.soft_shadows import (
 )
 
 
-def moving_occluders(shapes: Sequence[Shape], opening: float) -> np.ndarray:
+def moving_occluders(shapes: Sequence[Shape], opening: float) -> Packed:
     """Parameters of `shadow_moving`; lights are left out. opening: seconds at TIME 0."""
-    return moving_groups([o for o in shapes if not o.material.shines], opening,
-                         lambda spheres, planar: (occluder_parameters(spheres, planar), 0))
+    return moving_groups([o for o in shapes if not o.material.shines], opening, occluder_parameters)
 
 
 def sky_occluders(spheres: Sequence[Sphere]) -> np.ndarray:
@@ -91,48 +90,47 @@ def sky_occluders(spheres: Sequence[Sphere]) -> np.ndarray:
     return np.array([[*s.centre, s.radius**2 * (0.4 if s.material.kind == "glass" else 1.0)] for s in spheres]).ravel()
 
 
-def moving_sky_occluders(spheres: Sequence[Sphere], opening: float) -> np.ndarray:
+def moving_sky_occluders(spheres: Sequence[Sphere], opening: float) -> Packed:
     """Parameters of `moving_ambient` for moving spheres. opening: seconds at TIME 0."""
-    return moving_groups(spheres, opening, lambda group, _: (sky_occluders(group), OCCLUDER * len(group)))
+    return moving_groups(spheres, opening, lambda group, _: Packed(sky_occluders(group)))
 
 
-def after(still: np.ndarray, *more: np.ndarray) -> np.ndarray:
-    """The length of `still`, `still` itself, then more numbers."""
-    return np.concatenate([[still.size], still, *more])
+def after(still: Packed, moved: Packed) -> Packed:
+    """What is still, then groups of what moves; the first integer is the number of parameters of what is still."""
+    return join(Packed(np.zeros(0), [still.parameters.size]), still, moved)
 
 
 @stage
 def moving_ambient(lanes, p, ints, key):
-    """`ambient` with moving spheres.  p: length of the parameters of `ambient`, these, then moving_sky_occluders."""
+    """`ambient` with moving spheres.  p, ints: `after` of the parameters of `ambient` and moving_sky_occluders."""
     if count_lit(lanes) == 0:
         return
     real = lanes.dtype.type
     row = rows(lanes)
     nx, ny, nz, hx, hy, hz, free, time = row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2], row[A3], row[TIME]
     sine, versine = row[A4], row[A5]
-    still = 1 + int(p[0])
     sky_begin(lanes)
-    sky_occlusion(lanes, p[1 + SURROUND:still])
-    s = still
+    s, k = ints[0], 1
+    sky_occlusion(lanes, p[SURROUND:s])
     while s < p.size:
-        end, motion = s + integer(p, s + LENGTH), motion_of(p, s + GROUP_MOTION)
+        end, motion = s + ints[k + LENGTH], motion_of(p, s)
         px, py, pz, vx, vy, vz, ax, ay, az, rate, phase = motion
         for i in range(B):
             sine[i], versine[i] = sine_versine(real, rate * time[i] + phase)
-        for j in range(s + GROUP, end, OCCLUDER):
+        for j in range(s + MOTION, end, OCCLUDER):
             (cx, cy, cz), r2 = vector(p, j + CENTRE), p[j + RADIUS2]
             cx, cy, cz = cx - px, cy - py, cz - pz
             for i in range(B):
                 qx, qy, qz = rotated(sine[i], versine[i], ax, ay, az, cx, cy, cz)
                 free[i] *= unoccluded(real, qx + (px + vx * time[i]) - hx[i], qy + (py + vy * time[i]) - hy[i],
                                       qz + (pz + vz * time[i]) - hz[i], r2, nx[i], ny[i], nz[i])
-        s = end
-    add_sky(lanes, p[1:still])
+        s, k = end, k + ints[k + COUNT]
+    add_sky(lanes, p)
 
 
 @stage
-def shadow_moving(lanes, p):
-    """Multiply A7 by what moving occluders pass, as `shadow` does for still ones.  p: moving_occluders."""
+def shadow_moving(lanes, p, ints):
+    """Multiply A7 by what moving occluders pass, as `shadow` does for still ones.  p, ints: moving_occluders."""
     if p.size == 0:
         return
     real = lanes.dtype.type
@@ -142,14 +140,13 @@ def shadow_moving(lanes, p):
     box, (early, late) = shadow_bounds(lanes), time_bounds(lanes)
     for i in range(B):
         hx[i], hy[i], hz[i], ex[i], ey[i], ez[i] = x[i], y[i], z[i], dx[i], dy[i], dz[i]
-    s, current = 0, real(-1)
+    s, k, current = 0, 0, -1
     while s < p.size:
-        size, which, here = integer(p, s + LENGTH), p[s + WHICH], s + GROUP_MOTION
-        begin, end = s + GROUP, s + size
+        here, held, which = s, k + GROUP, ints[k + WHICH]
+        s, k = s + ints[k + LENGTH], k + ints[k + COUNT]
 
         # Skip a group that lies beside all shadow rays
         cx, cy, cz, wide, wx, wy, wz = swept_bounds(real, p, here, early, late)
-        s += size
         if boxes_disjoint(box, cx, cy, cz, wide + abs(wx), wide + abs(wy), wide + abs(wz)):
             continue
 
@@ -159,28 +156,28 @@ def shadow_moving(lanes, p):
             for i in range(B):
                 x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                                       ex[i], ey[i], ez[i])
-        shadow(lanes, p[begin:end])
+        shadow(lanes, p[here + MOTION:s], ints[held:k])
     for i in range(B):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
 
 
 @stage
 def moving_sun(lanes, p, ints, key):
-    """`sun` with moving occluders.  p: length of the parameters of `sun`, these, then moving_occluders."""
+    """`sun` with moving occluders.  p, ints: `after` of the parameters of `sun` and moving_occluders."""
     if count_lit(lanes) == 0:
         return
-    still = 1 + int(p[0])
-    sample_sun(lanes, p[1:])
-    shadow(lanes, p[1 + SUN:still])
-    shadow_moving(lanes, p[still:])
-    add_light(lanes, p[1 + IRRADIANCE:])
+    still = ints[0]
+    sample_sun(lanes, p)
+    shadow(lanes, p[SUN:still], ints[1:])
+    shadow_moving(lanes, p[still:], ints[2:])
+    add_light(lanes, p[IRRADIANCE:])
 
 
 @stage
 def moving_lamp(lanes, p, ints, key):
     """`lamp` where it moves or occluders do.
 
-    p: the MOTION of the lamp, length of the parameters of `lamp`, these, then moving_occluders.
+    p, ints: `after` of the MOTION of the lamp with the parameters of `lamp`, and moving_occluders.
     """
     if count_lit(lanes) == 0:
         return
@@ -191,8 +188,7 @@ def moving_lamp(lanes, p, ints, key):
     qx, qy, qz, wx, wy, wz = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
     hx, hy, hz, ex, ey, ez, ux, uy, uz = (row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6], row[H7],
                                           row[H8])
-    motion, begin = motion_of(p, 0), MOTION + 1
-    still = begin + int(p[MOTION])
+    motion, still = motion_of(p, 0), ints[0]
 
     # Sample the lamp in the frame where it rests
     for i in range(B):
@@ -202,7 +198,7 @@ def moving_lamp(lanes, p, ints, key):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i],
                                                               ex[i], ey[i], ez[i])
         _, _, _, nx[i], ny[i], nz[i] = to_rest_frame(real, motion, time[i], hx[i], hy[i], hz[i], ux[i], uy[i], uz[i])
-    sample_lamp(lanes, p[begin:])
+    sample_lamp(lanes, p[MOTION:], ints[1])
 
     # Cast the shadow rays in the world
     for i in range(B):
@@ -211,6 +207,6 @@ def moving_lamp(lanes, p, ints, key):
     for i in range(B):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
         nx[i], ny[i], nz[i] = ux[i], uy[i], uz[i]
-    shadow(lanes, p[begin + LAMP:still])
-    shadow_moving(lanes, p[still:])
-    add_light(lanes, p[begin + RADIANCE:])
+    shadow(lanes, p[MOTION + LAMP:still], ints[2:])
+    shadow_moving(lanes, p[still:], ints[3:])
+    add_light(lanes, p[MOTION + RADIANCE:])

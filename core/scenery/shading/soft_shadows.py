@@ -41,21 +41,21 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.concentric_map import concentric_disk
-from lensbench.kernels.layout import offsets, pack, vector
+from lensbench.kernels.layout import Packed, offsets, pack, vector
 from lensbench.scenery.intersect.block_bounds import boxes_disjoint, plane_misses, shadow_bounds
 from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
 from lensbench.scenery.shading.illumination import POINT, POINT_AREA, POINT_LIGHT, POINT_PLACE, POINT_RADIUS2, count_lit
 from lensbench.scenery.values import across, unit
 
-# Occluders: how many spheres, the spheres, then the planar shapes. TRANSMITTED: part of the light that passes
+# Occluders: spheres, then planar shapes; integer: how many spheres. TRANSMITTED: part of the light that passes
 CENTRE, RADIUS2, TRANSMITTED, BALL = offsets(3, 1, 1)
 _, NORMAL, AXIS_U, AXIS_V, IS_DISK, CLEAR, HALF_WIDTHS, SHADE = offsets(3, 3, 3, 3, 1, 1, 3)
 GLASS_BALL = 0.85       # part of the light that passes a glass ball, averaged over incidences
 
 # The sun, before its occluders: RIGHT, UP: unit axes across its direction times the tangent of its angular radius
 DIRECTION, RIGHT, UP, IRRADIANCE, SUN = offsets(3, 3, 3, 3)
-# A lamp, before its occluders: which KIND; half-axes, normal and area of a planar one; radius² of a sphere
-KIND, MIDDLE, HALF_A, HALF_B, FACING, AREA, LAMP_RADIUS2, RADIANCE, LAMP = offsets(1, 3, 3, 3, 3, 1, 1, 3)
+# A lamp, before its occluders: half-axes, normal and area of a planar one; radius² of a sphere. Integer: its kind
+MIDDLE, HALF_A, HALF_B, FACING, AREA, LAMP_RADIUS2, RADIANCE, LAMP = offsets(3, 3, 3, 3, 1, 1, 3)
 RECTANGLE_LAMP, DISK_LAMP, SPHERE_LAMP = range(3)
 
 
@@ -73,28 +73,28 @@ def planar_occluder(shape) -> np.ndarray:
                         HALF_WIDTHS: abs(a) + abs(b)})
 
 
-def occluder_parameters(spheres, planar) -> np.ndarray:
-    """Parameters of `shadow`: number of spheres, the spheres, then the planar shapes; lights are left out."""
+def occluder_parameters(spheres, planar) -> Packed:
+    """Parameters of `shadow`: the spheres, then the planar shapes; lights are left out."""
     spheres, planar = ([o for o in shapes if not o.material.shines] for shapes in (spheres, planar))
-    return np.concatenate([[float(len(spheres))], *(o.occluder_numbers() for o in (*spheres, *planar))])
+    return Packed(np.concatenate([np.zeros(0), *(o.occluder_numbers() for o in (*spheres, *planar))]), [len(spheres)])
 
 
-def sphere_lamp(sphere) -> np.ndarray:
+def sphere_lamp(sphere) -> Packed:
     """A sphere as `lamp` reads it, without occluders."""
-    return pack(LAMP, {KIND: SPHERE_LAMP, MIDDLE: sphere.centre, LAMP_RADIUS2: sphere.radius**2,
-                       RADIANCE: sphere.material.colour})
+    return Packed(pack(LAMP, {MIDDLE: sphere.centre, LAMP_RADIUS2: sphere.radius**2,
+                              RADIANCE: sphere.material.colour}), [SPHERE_LAMP])
 
 
-def planar_lamp(shape) -> np.ndarray:
+def planar_lamp(shape) -> Packed:
     """A planar shape as `lamp` reads it, without occluders."""
     centre, a, b, normal = shape.frame
-    return pack(LAMP, {KIND: DISK_LAMP if shape.round else RECTANGLE_LAMP, MIDDLE: centre, HALF_A: a, HALF_B: b,
-                       FACING: normal, AREA: shape.area, RADIANCE: shape.material.colour})
+    return Packed(pack(LAMP, {MIDDLE: centre, HALF_A: a, HALF_B: b, FACING: normal, AREA: shape.area,
+                              RADIANCE: shape.material.colour}), [DISK_LAMP if shape.round else RECTANGLE_LAMP])
 
 
 def point_parameters(shape) -> np.ndarray:
     """A lamp as `open_light` reads it: a point at its middle."""
-    lamp = shape.lamp_numbers()
+    lamp = shape.lamp_parameters().parameters
     return pack(POINT, {POINT_PLACE: lamp[MIDDLE:MIDDLE + 3],
                         POINT_AREA: lamp[FACING:FACING + 3] * lamp[AREA] / math.pi,
                         POINT_RADIUS2: lamp[LAMP_RADIUS2], POINT_LIGHT: lamp[RADIANCE:]})
@@ -108,21 +108,21 @@ def sun_parameters(sun) -> np.ndarray:
 
 
 @stage
-def shadow(lanes, p):
+def shadow(lanes, p, ints):
     """Multiply A7, the light at A0 A1 A2 from the direction A3 A4 A5 at the distance A6, by what the occluders pass.
 
-    p: occluder_parameters.
+    p, ints: occluder_parameters.
     """
     real = lanes.dtype.type
     row = rows(lanes)
     hx, hy, hz, wx, wy, wz, far, light = (row[A0], row[A1], row[A2], row[A3], row[A4], row[A5], row[A6], row[A7])
-    if p.size == 1:
+    if p.size == 0:
         return
     box = shadow_bounds(lanes)
 
     # Spheres
-    end = 1 + BALL * int(p[0])
-    for s in range(1, end, BALL):
+    end = BALL * ints[0]
+    for s in range(0, end, BALL):
         (cx, cy, cz), r2, clear = vector(p, s + CENTRE), p[s + RADIUS2], p[s + TRANSMITTED]
         radius = math.sqrt(r2)
         if boxes_disjoint(box, cx, cy, cz, radius, radius, radius):
@@ -168,7 +168,7 @@ def sun(lanes, p, ints, key):
     if count_lit(lanes) == 0:
         return
     sample_sun(lanes, p)
-    shadow(lanes, p[SUN:])
+    shadow(lanes, p[SUN:], ints)
     add_light(lanes, p[IRRADIANCE:])
 
 
@@ -177,8 +177,8 @@ def lamp(lanes, p, ints, key):
     """Add the light of one lamp.  p: sphere_lamp or planar_lamp, then occluder_parameters."""
     if count_lit(lanes) == 0:
         return
-    sample_lamp(lanes, p)
-    shadow(lanes, p[LAMP:])
+    sample_lamp(lanes, p, ints[0])
+    shadow(lanes, p[LAMP:], ints[1:])
     add_light(lanes, p[RADIANCE:])
 
 
@@ -216,7 +216,7 @@ def sample_sun(lanes, p):
 
 
 @stage
-def sample_lamp(lanes, p):
+def sample_lamp(lanes, p, kind):
     """Sample a point of a lamp: A0 … A7 as `shadow` reads them.  p: sphere_lamp or planar_lamp."""
     real = lanes.dtype.type
     row = rows(lanes)
@@ -224,7 +224,7 @@ def sample_lamp(lanes, p):
     depth, hx, hy, hz, v0, v1, a, b = row[DEPTH], row[A0], row[A1], row[A2], row[V0], row[V1], row[A6], row[A7]
 
     # Map V0, V1 to the square or the disk
-    if p[KIND] == RECTANGLE_LAMP:
+    if kind == RECTANGLE_LAMP:
         for i in range(B):
             a[i], b[i] = real(2) * v0[i] - real(1), real(2) * v1[i] - real(1)
     else:
@@ -234,7 +234,7 @@ def sample_lamp(lanes, p):
     for i in range(B):
         t = depth[i]
         hx[i], hy[i], hz[i] = x[i] + t * dx[i], y[i] + t * dy[i], z[i] + t * dz[i]
-    if p[KIND] == SPHERE_LAMP:
+    if kind == SPHERE_LAMP:
         _sample_sphere(lanes, p)
     else:
         _sample_planar(lanes, p)

@@ -1,10 +1,8 @@
-"""Offsets name consecutive fields, and counts survive single precision."""
+"""Offsets name consecutive fields; parts are joined in order."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
 
-from lensbench.kernels.layout import digits, integer, offsets, pack, vector
+from lensbench.kernels.layout import Packed, join, offsets, pack, vector
 
 
 def test_offsets_are_consecutive_and_end_with_the_size():
@@ -17,6 +15,7 @@ def test_packed_fields_are_read_back_at_their_offsets():
     assert vector.py_func(p, centre) == (1.0, 2.0, 3.0) and p[radius] == 4.0
 
 
-@given(st.integers(0, 2**36 - 1))
-def test_a_count_survives_single_precision(count):
-    assert integer.py_func(np.array([7.0, *digits(count)], np.float32), 1) == count
+def test_joined_parts_keep_their_order_and_whole_integers():
+    found = join(Packed(np.array([0.5]), [2**62]), Packed(np.array([1.5, 2.5])), Packed(np.zeros(0), [3]))
+    assert found.parameters.tolist() == [0.5, 1.5, 2.5] and found.integers.tolist() == [2**62, 3]
+    assert join().parameters.size == 0 and join().integers.dtype == np.int64

@@ -24,7 +24,7 @@ from lensbench.kernels.block import (
     lane_buffer,
 )
 from lensbench.kernels.program import Program
-from lensbench.scenery.intersect.ripmap import Ripmap, look_up
+from lensbench.scenery.intersect.ripmap import SECOND, Ripmap, look_up
 
 
 def test_every_texel_of_a_large_image_is_seen_in_its_place():
@@ -57,7 +57,7 @@ def test_the_last_texel_of_the_largest_image_is_found(specular):
     # Memory that nobody writes takes no place: only the pages of a few texels are there
     side = 8192
     levels = [max(2, side >> k) for k in range(13)]
-    header = Ripmap(levels, levels, [0] * 145, np.zeros((0, 3))).header()
+    header, integers = Ripmap(levels, levels, [0] * 145, np.zeros((0, 3))).packed()[0]
     second = side * side * (specular > 0.0)
     numbers = np.zeros(header.size + 3 * side * side * 2, np.float32)
     numbers[:header.size] = header
@@ -69,7 +69,9 @@ def test_the_last_texel_of_the_largest_image_is_found(specular):
     row[A7], row[A8], row[SPECULAR] = 0.0, 0.0, specular
     row[A1], row[A2] = 1.0, -1.0
     row[A1, 1], row[A2, 1] = 11.0 / side - 1.0, 3.0 / side - 1.0
-    look_up(lanes, numbers, second)
+    integers = np.array(integers)
+    integers[SECOND] = second
+    look_up(lanes, numbers, integers)
     assert row[[A4, A5, A6], 0].tolist() == [1.0, 2.0, 3.0]
     assert row[[A4, A5, A6], 1] == pytest.approx([4.0, 5.0, 6.0], rel=1e-3)
 
