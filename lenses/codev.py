@@ -9,12 +9,12 @@
       CIR 8                             semi-diameter
     SI  0 0
 
-Commands stand on lines or between semicolons; & continues a line and ! begins a
-comment. A qualifier names another surface (THI S3 2.5). Without RDM the program
-takes what the user has set: both readings are tried, and that taken whose image
-lies where the file puts it. A zoom has a value for each of its positions (ZOO 3, then
-ZOO THI S4 14.1 14.1 12.5; THI S4 Z2 14.1 names one; TIT Z2 'tele' calls it so). Mirrors,
-gratings, tilts and decentres are refused.
+Lines or semicolons separate commands; & continues a line and ! begins a comment. A
+qualifier names another surface (THI S3 2.5). Without RDM, CODE V uses a setting of the
+user: the reader tries radii and curvatures and takes the reading whose image lies at
+the image surface of the file. A zoom lens has a value for each position (ZOO 3, then
+ZOO THI S4 14.1 14.1 12.5; THI S4 Z2 14.1 is the value of one position, TIT Z2 'tele'
+its name). Mirrors, gratings, tilts and decentres are refused.
 """
 
 import re
@@ -231,7 +231,7 @@ class _Sequence:
         self.design.add(Row(line))
         row = self.design.rows[-1]
         if label.isdigit() and int(label) != len(self.design.rows) - 1:
-            raise RowError(f"S{label} is out of turn: the next surface is S{len(self.design.rows) - 1}")
+            raise RowError(f"S{label} is out of order: the next surface is S{len(self.design.rows) - 1}")
         if values:
             row.curvature = self.bend(values[0])
         if len(values) > 1:

@@ -91,7 +91,7 @@ class Design:
     def add(self, row: Row) -> None:
         """Append a row; LensFileError if there are too many."""
         if len(self.rows) > MOST_SURFACES:
-            raise self.refuse(row, f"more than {MOST_SURFACES} surfaces are no lens")
+            raise self.refuse(row, f"a lens has at most {MOST_SURFACES} surfaces")
         self.rows.append(row)
 
     def refuse(self, row: Row | None, reason: str) -> LensFileError:
@@ -185,8 +185,8 @@ class Design:
             return False
         what = source.glass.name or f"a medium of index {source.glass.n_d:g}"
         if not 0.0 < source.thickness < FAR:
-            raise self.refuse(source, f"the object lies in {what}, and not at a distance: only a lens that stands in "
-                                      "air can be held")
+            raise self.refuse(source, f"the object lies in {what} at no finite distance: a lens must have air in "
+                                      "front of it")
         size = source.semi_diameter or 0.0
         if self.field_of_view and self.field_of_view[0] == "object":
             size = max(size, abs(self.field_of_view[1]))

@@ -187,7 +187,7 @@ def _unknown(name: str, known: _Known) -> str:
     hint = " or ".join(str(_preferred(known.table[k], None, "")) for k in near)
     unread = known.findings
     return (f"glass {name[:60]!r} is in no catalogue{f': did you mean {hint}?' if near else '.'} "
-            f"An AGF file that holds it can be laid into {user_folder()}"
+            f"An AGF file that contains it can be put into {user_folder()}"
             + (f" (there: {unread[0]}{f', and {len(unread) - 1} more' if len(unread) > 1 else ''})" if unread else ""))
 
 

@@ -4,10 +4,10 @@
      "surfaces": [{"R": 29.475, "t": 3.76, "nd": 1.67, "vd": 47.1, "semi_ap": 12.6, "geometry": "sphere", "k": 0.0}, …],
      "variable": {"zoom_positions_mm": null, "close_focus_m": 0.35, "gaps": [{"surface": 7, "values": [5.0, 27.5]}]}}
 
-Lengths in mm; R null is a plane; t and nd stand after their surface, the last t is the back focus; A holds the
+Lengths in mm; R null is a plane; t and nd are those after the surface, the last t is the back focus; A holds the
 aspheric coefficients by their powers. geometry: sphere, asphere, cyl_x or cyl_y, a cylinder with its power in x or
-in y. The values of a varying gap are [infinity, close], or such a pair for each zoom setting; where the last gap
-alone varies the lens is focused as a whole.
+in y. The values of a varying gap are [infinity, close], or such a pair for each zoom setting. A lens of which
+only the last gap varies is focused as a whole.
 """
 
 from collections.abc import Sequence

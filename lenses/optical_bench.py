@@ -9,10 +9,10 @@
 
 Lengths in mm. A radius is a number, Infinity, CG (a cover glass: a plane) or AS,
 the aperture stop; an id that ends in AS puts the stop on that surface. Aspheric
-coefficients go up from r⁴ by even powers, with AsphericalA2 from r², and with
-AsphericalOddCount n the first n odd powers from r³ on stand between them (an n
-of 1: r³ r⁴ r⁶ r⁸ …). Several columns of distances are the positions of a zoom, or of
-a lens that moves groups to focus: those have an object at a distance d0.
+coefficients are those of even powers from r⁴, with AsphericalA2 from r²; with
+AsphericalOddCount n the first n odd powers from r³ are among them (n = 1: r³ r⁴ r⁶
+r⁸ …). Several columns of distances are the positions of a zoom, or of a lens that
+moves groups to focus; d0 is then the distance of the object.
 """
 
 import re
@@ -60,7 +60,8 @@ def read(text: str, path: str) -> Lens:
     for line, cells in sections.get("aspherical data", []):
         name = re.sub(r"(?i)as$", "", cells[0].strip())
         if name not in rows:
-            raise LensFileError(path, line, f"[aspherical data] of surface {cells[0].strip()!r}, which is not there")
+            raise LensFileError(path, line, f"[aspherical data] of surface {cells[0].strip()!r}, which is not in [lens "
+                                            "data]")
         try:
             _bend(rows[name], [cell.strip() for cell in cells], powers)
         except RowError as error:

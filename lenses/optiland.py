@@ -1,10 +1,10 @@
 """Optiland's lens files (.json): surfaces with a geometry, a place on the axis and the material behind them.
 
-Lengths in mm. The first surface is the object, the last one the image; the gaps
-are differences of the places z, which are written with all the digits of the
-gaps' sum. EvenAsphere has coefficients of r², r⁴ …, OddAsphere of r, r², r³ ….
-BiconicGeometry adds the arcs of its two sections, ToroidalGeometry turns the one
-of y–z about an axis along y: either is a cylinder where one of them is straight.
+Lengths in mm. The first surface is the object, the last one the image. Gaps are
+differences of the positions z; the writer gives z all the digits of the sum of the
+gaps. EvenAsphere has coefficients of r², r⁴ …, OddAsphere of r, r², r³ ….
+BiconicGeometry adds the arcs of its two sections; ToroidalGeometry rotates the arc
+of y–z about an axis along y. Both are cylinders if one section is straight.
 Mirrors, tilts, decentres and other geometries are refused.
 """
 

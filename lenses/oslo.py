@@ -14,12 +14,12 @@
     END 3
 
 Further powers by ASP ASR n with AS1 … ASn (r², r⁴, …) or ASP ARA (r, r², …); RDX
-and CVX turn the section y–z about an axis along y, to this radius or curvature. Commands stand on lines or
-between semicolons; // begins a comment. GLA MOD name n1 n2 … has an index for each
+and CVX turn the section y–z about an axis along y, to this radius or curvature. Lines or semicolons
+separate commands; // begins a comment. GLA MOD name n1 n2 … has an index for each
 wavelength of WV. Behind the surfaces, CFG n begins the configuration n of a zoom:
 TH 4 12.5 is its gap behind surface 4 (0: the object), AP 9 6.1 its semi-diameter.
 Mirrors, tilts, decentres, gratings and ideal lenses are refused.
-After what OSLO's manual and programs that read its files publish of the keywords.
+Sources of the keywords: OSLO's manual, and programs that read its files.
 """
 
 import re
@@ -130,7 +130,7 @@ class _File:
         elif key == "UNI":
             design.unit = first_number(values)
             if not 0.0 < design.unit <= 1e6:
-                raise RowError(f"a unit of {design.unit:g} mm cannot be")
+                raise RowError(f"the unit is {design.unit:g} mm: it must be positive, and at most 1e6 mm")
         elif key == "EBR":
             design.aperture = ("EPD", 2.0 * first_number(values))
         elif key in ("NAO", "FNO"):

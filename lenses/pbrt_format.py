@@ -7,9 +7,9 @@
 
 Lengths in mm, unless a comment says metres or centimetres. Radius 0 is a plane:
 with air on both sides the aperture stop. pbrt gives the gap *after* each
-surface; older files, with a column "axpos", give the gap *before* it. Headers
-cannot be trusted to tell the two apart (there are files with the old header and
-the new gaps), so that the reading which gives a lens that could be made is taken.
+surface; older files, with a column "axpos", give the gap *before* it. Some files
+have the old header and the new gaps: the reader takes the reading that gives a lens
+with fewer faults.
 """
 
 import re
@@ -48,11 +48,11 @@ def read(text: str, path: str) -> Lens:
         new, old = count_faults(surfaces), count_faults(shifted)
         if old < new or (old == new and old_header and rows[0][1] == 0.0 != rows[-1][1]):
             surfaces = shifted
-            findings.append(note(Kind.CONVENTION, "gaps stand before their surfaces (the older pbrt convention) and "
-                                                  "were read so"))
+            findings.append(note(Kind.CONVENTION, "its gaps are those before their surfaces: the older convention of "
+                                                  "pbrt"))
         elif old_header:
             findings.append(note(Kind.CONVENTION, "the header says axpos, the older convention, but only gaps after "
-                                                  "their surfaces make a sound lens: read so"))
+                                                  "their surfaces make a sound lens: they are read as such"))
 
     # A plane between air and air is the stop
     media = [1.0, *(s.glass.n_d for s in surfaces)]

@@ -1,4 +1,4 @@
-"""The table [positions] of the project's own lens file: where the groups of a lens stand as it zooms and focuses.
+"""The table [positions] of the project's own lens file: gaps of a lens that zooms, or moves groups to focus.
 
     [positions]
     zoom_stations = [0.0, 0.38, 1.0]            # 0 wide, 1 tele
@@ -9,10 +9,10 @@
     [positions.gaps]                            # behind surface 4: a row for each zoom station,
     4 = [[14.1595, 4.4399], [14.1595, 4.4399], [14.1595, 4.4399]]       # a value for each focus station
 
-Lengths in mm. `stops` has the stop's semi-diameter at each station, where it
-varies; `zoom` and `close`, where the lens stands, where that is not wide and at
-infinity. Without zoom_stations they lie evenly in the logarithm of the focal length
-that the gaps give, without focus_stations evenly in the reciprocal of the distance.
+Lengths in mm. `stops`, if the size of the stop varies, has its semi-diameter at each
+station. `zoom` and `close` are the present position, 0 by default: wide, and focused
+at infinity. Without zoom_stations the stations are even in the logarithm of the focal
+length; without focus_stations, even in the reciprocal of the distance.
 """
 
 import re
@@ -57,7 +57,7 @@ def placed(lens: Lens, table: object) -> Lens:
         if not (re.fullmatch("[0-9]{1,9}", key) and int(key) < len(lens.surfaces)):
             raise TableError(f"there is no surface {key!r}: they are numbered from 0 to {len(lens.surfaces) - 1}", key)
         if int(key) in columns:
-            raise TableError(f"surface {int(key)} stands twice", key)
+            raise TableError(f"surface {int(key)} is listed twice", key)
         columns[int(key)] = _grid(grid, key)
     order = sorted(columns)
     shape = [len(row) for row in columns[order[0]]]
@@ -85,10 +85,10 @@ def placed(lens: Lens, table: object) -> Lens:
         moved = Lens(lens.surfaces, lens.stop_index, positions=positions).at()
     except (PositionsError, LensError) as error:
         raise TableError(str(error)) from None
-    return _standing(lens, moved)
+    return _at_stated_position(lens, moved)
 
 
-def _standing(lens: Lens, moved: Lens) -> Lens:
+def _at_stated_position(lens: Lens, moved: Lens) -> Lens:
     """The lens at its stated position, with a finding if the rows have other gaps."""
     positions = moved.positions
     assert positions is not None

@@ -1,9 +1,9 @@
 """rayoptics lens files (.roa): its sequential model in JSON, each object wrapped with the name of its class.
 
-`ifcs` are the surfaces from the object to the image, `gaps` what lies between
-them, profiles stand in `profile_dict` or in the surface. EvenPolynomial has
-coefficients of r², r⁴ …, RadialPolynomial of r, r², r³ … and ec = 1 + k; YToroid
-turns its section y–z (cv) about an axis along y, at 1/cR. Wavelengths in nm.
+`ifcs` are the surfaces from the object to the image, `gaps` their distances and
+media; the profile of a surface is in `profile_dict` or in the surface. EvenPolynomial
+has coefficients of r², r⁴ …, RadialPolynomial of r, r², r³ … and ec = 1 + k; YToroid
+rotates its section y–z (cv) about an axis along y, at 1/cR. Wavelengths in nm.
 Mirrors, tilts, decentres, gratings and ideal lenses are refused.
 """
 

@@ -14,8 +14,8 @@ def reversed_lens(lens: Lens) -> Lens:
     LensError if the medium behind the lens is not air.
     """
     if lens.surfaces[-1].glass.n_d != 1.0:
-        raise LensError("a lens that ends in another medium than air cannot be turned round: nothing can stand in "
-                        "front of the first surface but air")
+        raise LensError("a lens with another medium than air behind it cannot be turned round: the medium in front of "
+                        "a lens is air")
     gaps = [(s.thickness, s.glass) for s in lens.surfaces[:-1]][::-1] + [(0.0, AIR)]
     surfaces = tuple(surface.reversed(*gap) for surface, gap in zip(reversed(lens.surfaces), gaps, strict=True))
     lost = () if lens.positions is None else (

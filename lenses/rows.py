@@ -1,6 +1,6 @@
 """Checked surfaces from the rows of a lens table: numbers, curvatures from radii, and the stop.
 
-Lengths in mm. Every reader uses these functions, so that equal mistakes give equal messages.
+Lengths in mm. Every reader uses these functions, so that the same mistake gives the same message in every format.
 """
 
 from decimal import Context, Decimal

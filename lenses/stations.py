@@ -126,7 +126,7 @@ def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Findi
     grid = _grid(stations)
     if grid is None:
         far = [station for station in stations if station.is_far]
-        findings.append(note(Kind.POSITION, f"{len(stations)} positions of {len(far)} zoom settings are no table of "
+        findings.append(note(Kind.POSITION, f"{len(stations)} positions of {len(far)} zoom settings form no table of "
                                             "zoom by distance: only those at infinity are kept"))
         grid = [[station] for station in far or stations[:1]]
     lengths = [focal_length(with_gaps(lens.surfaces, gaps, row(first))) for first, *_ in grid]
@@ -228,8 +228,8 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[Finding]]:
     firsts = positions.distances[0] if positions.distances else positions.focus_stations
     if positions.zoom_stations != zoom_fractions(lengths) or (
             positions.distances and positions.focus_stations != focus_fractions(firsts)):
-        remarks.append(note(Kind.POSITION, "where its stations lie between 0 and 1 is left out: a reader places them "
-                                           "by focal length and distance"))
+        remarks.append(note(Kind.POSITION, "the places of its stations between 0 and 1 are left out: a reader finds "
+                                           "them by focal length and distance"))
     return stations, list(dict.fromkeys(remarks))
 
 

@@ -20,19 +20,17 @@
     [aspheric]
     6 = { r4 = -1.5313e-05, r6 = 9.4893e-08 }
 
-`columns` says what stands in each row, so that later columns break no file;
-radius 0 or inf is a plane, V_d 0 is not known, and "stop" at the end of a row
-marks the aperture stop. Lengths in mm, each thickness and medium *after* its
-surface. What few surfaces have stands in tables by the surface's number, from 0:
-`aspheric`, the coefficients of r^p (mm^(1−p)); `radius_x`, the radius of the
-section x–z where a surface is a cylinder or a toroid, `radius` being that of
-y–z; `dispersion`, the formula of a glass that is known by more than n_d and V_d.
-`positions` says where the groups of a zoom stand, or of a lens that moves groups to
-focus (see `position_table`).
-`front_index` is that of water, or whatever else lies before a lens that is not in air.
-The table `stop` tells the shape of a stop that is no circle: its blades, their
-rotation in radians (`rotation_deg`: in degrees) and roundness.
-Digits are kept: what is written reads back equal to the last bit.
+`columns` names the columns of the rows, so that a later version can add columns.
+Lengths are in mm; thickness and medium are those *after* the surface. Radius 0 or
+inf is a plane, V_d 0 is unknown, and "stop" at the end of a row marks the aperture
+stop. Tables hold the properties that few surfaces have, by the number of the
+surface from 0: `aspheric`, the coefficients of r^p (mm^(1−p)); `radius_x`, the
+radius of a cylinder or toroid in the section x–z (`radius` is that of y–z);
+`dispersion`, the formula of a glass. `positions` holds the gaps of a zoom lens, or
+of a lens that moves groups to focus (see `position_table`). `front_index` is the
+index of the medium in front of the lens, such as water. The table `stop` describes
+an iris that is no circle: blades, their rotation in radians (`rotation_deg`: in
+degrees) and roundness. All digits are kept: a saved lens loads equal to the last bit.
 """
 
 import re
@@ -182,7 +180,7 @@ def _tables(data: dict[str, Any], count: int, text: str, path: str) -> dict[int,
                 if not (re.fullmatch("[0-9]{1,9}", key) and int(key) < count):
                     raise RowError(f"there is no surface {key!r}: they are numbered from 0 to {count - 1}")
                 if int(key) in more and name in more[int(key)]:
-                    raise RowError(f"surface {int(key)} stands twice")
+                    raise RowError(f"surface {int(key)} is listed twice")
                 more.setdefault(int(key), {})[name] = ENTRIES[name](value)
             except RowError as error:
                 raise LensFileError(path, _entry_line(text, name, key), f"{name}: {error}") from None

@@ -12,10 +12,10 @@
       CONI -1
       DIAM 8                    a radius, in spite of its name
 
-Surface 0 is the object, the last one the image. The flag behind a glass is 0
-where the catalogue is meant (the numbers that follow are then leftovers), 1 for
-a model of n_d and V_d, 2 for a pick-up of another surface's glass. Configurations
-stand behind the surfaces, MNUM of them:
+Surface 0 is the object, the last one the image. The flag behind a glass is 0 for a
+catalogue glass (the numbers that follow are then meaningless), 1 for a model of n_d
+and V_d, 2 for a pick-up of another surface's glass. The surfaces are followed by
+MNUM configurations:
 
     THIC 4 2 12.5 0 0 0 1 1 1 0 0 "" 0      the gap behind surface 4 in configuration 2
 

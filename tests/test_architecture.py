@@ -1,4 +1,4 @@
-"""The rooms and who may know whom, read from the imports; and how little a start loads."""
+"""Rooms and their permitted imports, read from the source; and the modules that a start loads."""
 
 import ast
 import re

@@ -1,4 +1,4 @@
-"""A radius with more digits than a table prints: solved for by a program, it hides a mistake in another number."""
+"""A radius with more digits than a table prints: a program solved for it, which hides a mistake in another number."""
 
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens

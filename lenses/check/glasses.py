@@ -9,7 +9,7 @@ from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens
 
 STEP_N, STEP_V = 0.01, 2.0      # a glass of another melt, maker or century is about so far from one of today
-FAR = 4.0                       # such steps from every known glass: the first flints of 1890 stand at 3.4
+FAR = 4.0                       # such steps from every known glass: the first flints of 1890 are at 3.4
 NAMED_N, NAMED_V = 0.01, 0.08   # and between a glass and its name; V_d as a share: other kinds share old names
 
 OTHERS = {                      # (n_d, V_d), as published: plastics, and what is in no catalogue of glass
@@ -38,7 +38,7 @@ def glass_findings(lens: Lens) -> list[Finding]:
         labels = list(dict.fromkeys(lens.surfaces[i].glass.name for i in places if lens.surfaces[i].glass.name))
         message = f"no known glass is near n_d {n_d:g}, V_d {v_d:g} ({where}); the nearest is {name}"
         if len(labels) > 1:
-            message += f". It stands for {', '.join(labels)} alike, as where a program did not know them"
+            message += f". It is the glass of {', '.join(labels)} alike: a program may have replaced unknown names"
         findings.append(Finding(Kind.GLASS, places[0], message, next((f.proposal for f in wrong), None)))
     return findings
 

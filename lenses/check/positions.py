@@ -1,7 +1,6 @@
-"""Positions that disagree: a zoom or focus station that is not what the others, or its own figures, say it is.
+"""Zoom and focus stations that disagree with the other stations, or with their own stated figures.
 
-Every station but the first, which the other checks look at, is checked as a lens of
-its own. Lengths in mm.
+Each station is checked as a lens of its own, except the first, which the other checks cover. Lengths in mm.
 """
 
 from dataclasses import replace
@@ -56,9 +55,12 @@ def _figured(lens: Lens, first: bool) -> Lens:
 
 
 def _distance(lens: Lens, off: float, stated: float | None) -> list[Finding]:
-    """Whether a near station is in focus where it says, with the film as far off as at infinity."""
+    """Finding about a near station whose focus is not at its stated distance.
+
+    off: distance from the stored film position to the focus at infinity, mm; the film is moved by it.
+    """
     film = lens.surfaces[-1].thickness + off
-    if not isfinite(film):                              # afocal: it has no focus to be compared
+    if not isfinite(film):                              # afocal: it has no focus
         return []
     surfaces = (*lens.surfaces[:-1], replace(lens.surfaces[-1], thickness=film))
     before = object_distance(surfaces)
@@ -72,10 +74,9 @@ def _distance(lens: Lens, off: float, stated: float | None) -> list[Finding]:
 
 
 def _odd_sums(lens: Lens, positions: Positions) -> list[Finding]:
-    """One station at which neighbouring gaps add up to another length than at all the others, or than at infinity.
+    """Finding about the one station whose sum of neighbouring gaps differs from all the others, or from infinity.
 
-    Groups between two that stand still share their way: such sums are what a wrong
-    digit spoils.
+    Groups that move between two fixed ones leave the sum of their gaps constant; a wrong digit changes it.
     """
     rounding = ROUNDING * abs(first_order(lens).efl)
     count = len(positions.gaps)
@@ -83,9 +84,9 @@ def _odd_sums(lens: Lens, positions: Positions) -> list[Finding]:
     sums = {run: {(i, j): sum(gaps[run[0]:run[1]]) for i, row in enumerate(positions.thicknesses)
                   for j, gaps in enumerate(row)} for run in runs}
     for by_station, witnesses in ((True, WITNESSES), (False, WITNESSES - 1)):
-        for run in runs:                                # the shortest one says most precisely where it is
+        for run in runs:                                # the shortest one first: it names the fewest gaps
             values = sums[run]
-            if not by_station:                          # by how much focusing changes it: not at all at the others
+            if not by_station:                          # the change by focusing: 0 at the other stations
                 values = {(i, j): total - values[i, 0] for (i, j), total in values.items() if j}
             odd = _odd_one(values, rounding, witnesses)
             usual = next((value for key, value in values.items() if key != odd), 0.0)

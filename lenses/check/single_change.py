@@ -1,9 +1,9 @@
-"""The one wrong sign or digit that explains a focus or a focal length that is off, where there is just one.
+"""The single wrong sign or digit that explains a wrong focus or focal length, if there is only one candidate.
 
-Every radius, gap and index is varied as a copyist errs: its sign lost, its point
-moved, two digits swapped, one digit misread. A candidate must restore both the
-stated focal length and the stored back focus. Where only one of them is known,
-digits match it by chance and nothing but a sign is believed.
+Every radius, gap and index is changed by the usual copying mistakes: sign lost, point
+moved, two digits swapped, one digit misread. A candidate must restore both the stated
+focal length and the stored back focus. If only one of them is known, changed digits
+match it by chance, and only changes of a sign are candidates.
 """
 
 from collections.abc import Iterator

@@ -70,3 +70,10 @@ def lenses(draw, most: int = 8) -> lb.Lens:
                    lb.AIR if i % 2 or i == count - 1 else lb.Glass(draw(st.floats(1.4, 1.95))))
         for i in range(count))
     return lb.Lens(surfaces, draw(st.integers(0, count - 1)))
+
+
+def behind_stop(gap: float) -> lb.Lens:
+    """A biconvex lens of 42 mm, its stop this far behind its rear focus."""
+    glass = (lb.Surface(0.02, 4.0, 8.0, lb.Glass(1.6)), lb.Surface(-0.02, 0.0, 8.0))
+    focus = lb.first_order(lb.Lens(glass, 0)).bfl
+    return lb.Lens((glass[0], lb.Surface(-0.02, focus + gap, 8.0), lb.Surface(0.0, 0.0, 2.0)), 2)

@@ -1,5 +1,7 @@
 """Small lens files of other programs, made for the tests, and random lenses for round trips."""
 
+import json
+from copy import deepcopy
 from pathlib import Path
 
 from hypothesis import strategies as st
@@ -14,6 +16,24 @@ def loaded(folder, name, content):
     path = folder / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     return lenses.load(path)
+
+
+def changed_sample(sample, folder, *changes):
+    """The lens of a sample file after replacements of text, each a pair of old and new."""
+    text = (DATA / sample).read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return loaded(folder, f"lens{Path(sample).suffix}", text)
+
+
+def changed_json(model, keys, value):
+    """The text of a JSON file with one value set."""
+    place = model = deepcopy(model)
+    for key in keys[:-1]:
+        place = place[key]
+    place[keys[-1]] = value
+    return json.dumps(model, indent=1)
 
 
 def refusal(folder, name, content):

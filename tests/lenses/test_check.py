@@ -162,7 +162,7 @@ def test_each_defect_is_named_with_its_surface(kind, surface, change):
 
 
 @pytest.mark.parametrize("glass", [Glass(1.5, 40.0), Glass(1.9, 60.0), Glass(2.4, 30.0)])
-def test_a_glass_off_the_map_is_said_to_be_none(glass):
+def test_numbers_far_from_every_known_glass_are_reported(glass):
     found = lenses.check(with_surface(BICONVEX, 0, glass=glass))
     assert [finding.surface for finding in found if finding.kind == "glass"] == [0]
 
@@ -172,22 +172,22 @@ def test_a_glass_of_unknown_dispersion_a_plastic_and_a_made_up_name_raise_no_ala
     assert lenses.check(with_surface(BICONVEX, 0, glass=glass)) == []
 
 
-def test_a_glass_that_is_not_what_its_name_says_is_told_with_the_right_numbers():
+def test_a_glass_with_the_numbers_of_another_is_reported_with_the_right_ones():
     found = lenses.check(with_surface(BICONVEX, 0, glass=Glass(1.6727, 32.2, "N-BK7")))
     assert [finding.kind for finding in found] == ["glass"] and "1.5168" in found[0].proposal
 
 
-def test_glasses_of_several_names_with_the_same_impossible_numbers_are_a_stand_in():
+def test_several_names_with_the_same_impossible_numbers_are_one_finding():
     found = [finding for finding in lenses.check(published("lib-us4505553")) if finding.kind == "glass"]
     assert len(found) == 1 and all(name in found[0].message for name in ("NBFD5", "FDS9", "CAF2"))
 
 
-def test_a_glass_that_is_opaque_at_the_d_line_is_told():
+def test_a_glass_that_is_opaque_at_the_d_line_is_reported():
     infrared = Glass(3.4, None, "silicon", "cauchy", (3.4,), (1.2, 8.0))
     assert kinds(with_surface(BICONVEX, 0, glass=infrared)) == {"glass"}
 
 
-def test_an_afocal_and_a_diverging_lens_are_said_to_be_so():
+def test_an_afocal_and_a_diverging_lens_are_reported():
     plate = with_surface(with_surface(BICONVEX, 0, curvature=0.0), 1, curvature=0.0)
     assert "afocal" in lenses.check(plate)[0].message
     hollow = with_surface(with_surface(BICONVEX, 0, curvature=-0.02), 1, curvature=0.02)
@@ -279,6 +279,6 @@ def test_no_table_of_positions_is_too_odd_to_be_checked(lens):
 
 
 @pytest.mark.parametrize("name", [name for name in lenses.names() if lenses.load(name).positions])
-def test_positions_of_the_library_raise_no_alarm_wherever_the_lens_stands(name):
+def test_the_library_has_no_findings_at_any_position(name):
     lens = lenses.load(name)
     assert lenses.check(lens) == lenses.check(lens.at(close=1.0)) == []

@@ -1,6 +1,7 @@
 """CODE V sequence files: radii or curvatures, commands, glasses, units, refusals, and round trips."""
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from hypothesis import given, settings
@@ -8,17 +9,10 @@ from hypothesis import given, settings
 import lensbench as lb
 from lensbench import Glass, lenses
 from lensbench.lenses import Kind, glass_catalogue
-from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
+from tests.lenses.samples import DATA, changed_sample, loaded, plain_words, prescriptions, refusal
 
 SAMPLE = (DATA / "triplet.seq").read_text()
-
-
-def sample(folder, *changes):
-    text = SAMPLE
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
-    return loaded(folder, "lens.seq", text)
+sample = partial(changed_sample, "triplet.seq")
 
 
 def test_surfaces_glasses_stop_and_image_distance_are_read(tmp_path):
@@ -43,7 +37,7 @@ def test_a_private_glass_has_the_indices_of_its_table(tmp_path):
     assert [glass.index(w) for w in (0.4047, 0.4861327, 0.6562725)] == [1.636, 1.627, 1.617]
 
 
-def test_curvatures_and_radii_are_told_apart_where_the_file_does_not_say(tmp_path):
+def test_curvatures_and_radii_are_recognised_if_the_file_does_not_state_them(tmp_path):
     told = sample(tmp_path)
     silent = sample(tmp_path, ("RDM;LEN", "LEN"))
     assert silent == told and any("read as radii" in finding.message for finding in silent.findings)
@@ -62,7 +56,7 @@ def _curved(line):
 
 
 @pytest.mark.parametrize(("unit", "mm"), [("C", 10.0), ("I", 25.4)])
-def test_units_are_converted_and_said(tmp_path, unit, mm):
+def test_units_are_converted_with_a_finding(tmp_path, unit, mm):
     lens = sample(tmp_path, ("DIM   M", f"DIM {unit}"))
     assert lens == sample(tmp_path).scaled(mm)
     assert any(f"{mm:g} mm" in finding.message for finding in lens.findings)
@@ -74,7 +68,7 @@ def test_commands_may_name_their_surface_and_go_on_over_lines(tmp_path):
     assert lens.stop_index == 1
 
 
-def test_without_a_stop_the_first_surface_is_it(tmp_path):
+def test_without_a_stop_the_first_surface_is_the_stop(tmp_path):
     lens = sample(tmp_path, ("  STO\n", ""))
     assert lens.stop_index == 0 and any("STO" in finding.message for finding in lens.findings)
 
@@ -92,7 +86,7 @@ def test_a_zoom_has_its_positions_from_wide_to_tele(tmp_path):
     assert lens.name == sample(tmp_path).name
 
 
-def test_a_single_position_can_be_named_and_what_is_not_kept_is_said(tmp_path):
+def test_a_single_position_can_be_named_and_losses_are_reported(tmp_path):
     lens = sample(tmp_path, ("GO\n", "ZOO 2\nZOO THI S2 5.5 5.5\nTHI S2 Z2 7.5\nZOO EPD 24 20\nGO\n"))
     assert sorted(row[0][0] for row in lens.positions.thicknesses) == [5.5, 7.5]
     assert any("EPD: of what differs between the configurations" in finding.message for finding in lens.findings)
@@ -124,7 +118,7 @@ def test_a_cylinder_bends_one_section_alone(tmp_path):
     ("S     22.0", "S     nan", "radius"),
     ("CIR 8.5", "CIR -8.5", "CIR"),
 ])
-def test_what_is_not_traced_is_refused_with_line_and_keyword(tmp_path, old, new, told):
+def test_untraceable_features_are_refused_with_line_and_keyword(tmp_path, old, new, told):
     error = refusal(tmp_path, "lens.seq", SAMPLE.replace(old, new, 1))
     assert error.line == SAMPLE.count("\n", 0, SAMPLE.index(old)) + 1 and told in error.reason
 
@@ -135,7 +129,7 @@ def test_a_decentre_of_nothing_is_harmless(tmp_path):
 
 @given(prescriptions(range(4, 21, 2), name=plain_words))
 @settings(deadline=None, max_examples=100)
-def test_what_is_saved_loads_equal_to_the_last_bit_but_for_names_of_glasses(tmp_path_factory, lens):
+def test_a_saved_lens_loads_equal_to_the_last_bit_but_for_names_of_glasses(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.seq"
     named = any(s.glass.name for s in lens.surfaces)
     assert bool(lenses.save(lens, path)) == named
@@ -143,7 +137,7 @@ def test_what_is_saved_loads_equal_to_the_last_bit_but_for_names_of_glasses(tmp_
     assert lenses.load(path) == replace(lens, surfaces=bare)
 
 
-def test_catalogue_glasses_come_back_and_what_is_lost_is_said(tmp_path):
+def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
     lens = sample(tmp_path)
     glass = glass_catalogue.find("N-SF5")
     lens = replace(lens, surfaces=(*lens.surfaces[:2], replace(lens.surfaces[2], glass=glass), *lens.surfaces[3:]))

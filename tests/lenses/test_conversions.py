@@ -67,7 +67,7 @@ def unnamed_losses(given, found, remarks):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", WRITERS)
-def test_every_loss_from_any_format_to_any_other_is_named_by_a_remark_about_it(first):
+def test_every_loss_from_any_format_to_any_other_has_its_finding(first):
     for name in lenses.names():
         given, _ = through(lenses.load(name), first)
         for second in WRITERS:
@@ -106,7 +106,7 @@ indices = st.lists(st.integers(1_450_000, 1_900_000), min_size=4, max_size=6).ma
 @given(st.lists(st.integers(3400, 9000), min_size=6, max_size=6, unique=True), indices, plain_words)
 @settings(deadline=None, max_examples=60)
 @pytest.mark.parametrize("suffix", WRITERS)
-def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_said(suffix, places, ns, name):
+def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_reported(suffix, places, ns, name):
     points = [(place / 1e4, n / 1e6) for place, n in zip(sorted(places), ns, strict=False)]
     try:
         glass = media.tabulated(name, points)
@@ -122,7 +122,7 @@ def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_said(suffix, places,
 
 @pytest.mark.parametrize("shape", Shape)
 @pytest.mark.parametrize("row", [row for row in FORMATS if row.write], ids=lambda row: row.name)
-def test_a_format_holds_the_shapes_of_its_row_and_says_that_it_loses_the_others(row, shape):
+def test_a_format_holds_the_shapes_of_its_row_and_reports_the_others(row, shape):
     surface = Surface(0.02, 5.0, 10.0, Glass(1.5), **SHAPES[shape])
     assert shape_of(surface) is shape
     found, remarks = through(Lens((surface, Surface(0.0, 90.0, 9.0)), 1), row.suffix)
@@ -133,7 +133,7 @@ def test_a_format_holds_the_shapes_of_its_row_and_says_that_it_loses_the_others(
 
 
 @pytest.mark.parametrize("suffix", [suffix for suffix in WRITERS if suffix != ".toml"])
-def test_a_toroid_is_kept_or_said_to_be_another_lens(suffix):
+def test_a_toroid_is_kept_or_reported_as_another_lens(suffix):
     rod = Surface(0.02, 5.0, 10.0, Glass(1.5, 60.0), curvature_x=0.0)
     toroid = Surface(0.02, 5.0, 10.0, Glass(1.5, 60.0), curvature_x=0.03)
     for surface in (rod, toroid):

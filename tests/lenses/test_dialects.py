@@ -50,7 +50,7 @@ UNITS = {
 
 
 @pytest.mark.parametrize("name", UNITS)
-def test_a_file_in_another_unit_is_the_scaled_lens_and_that_is_said(tmp_path, name):
+def test_a_file_in_another_unit_is_the_scaled_lens_with_a_finding(tmp_path, name):
     old, new, units = UNITS[name]
     text, whole = (DATA / name).read_text(), lenses.load(DATA / name)
     assert old in text

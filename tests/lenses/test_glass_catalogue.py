@@ -1,4 +1,4 @@
-"""The glass catalogues against what makers publish, and how a glass is found."""
+"""The glass catalogues against the published data of the makers, and the search for a glass."""
 
 import csv
 import os
@@ -97,7 +97,7 @@ def test_a_code_that_no_glass_has_is_the_nearest_glass():
             glass_catalogue.from_code(text)
 
 
-def test_an_older_kinds_name_is_taken_for_the_newer_and_said():
+def test_the_name_of_an_older_kind_finds_the_newer_glass_with_a_note():
     glass, maker, note = glass_catalogue.resolve("LAK33A")
     assert (glass.name, maker) == ("N-LAK33A", "SCHOTT")
     assert note.startswith("LAK33A is in no catalogue: SCHOTT N-LAK33A")
@@ -161,7 +161,7 @@ def test_glasses_of_the_users_folder_are_found_and_go_first(folder):
     assert glass_catalogue.resolve("N-BK7").maker == "SCHOTT"           # a file that changes is read again
 
 
-def test_what_an_agf_file_holds_wrongly_is_left_out_and_said(tmp_path):
+def test_invalid_glasses_of_an_agf_file_are_left_out_and_reported(tmp_path):
     path = tmp_path / "odd.agf"
     path.write_text(BK7 + "NM BARE 2 0 1.5 60\nNM NONSENSE 77 0 1.5 60\nCD 1 2\nNM SHORT\nNM WORD 2 0 1.5 60\nCD x y\n"
                     "NM OFF 2 0 1.7 64\nCD 1.03961212 6.00069867E-03 0.231792344 0.0200179144 1.01046945 103.560653\n"

@@ -1,4 +1,4 @@
-"""Lenses in JSON: Optiland's and rayoptics' files, what they say of surfaces and glasses, and what is refused."""
+"""Lenses in JSON: surfaces, glasses and refusals of Optiland's and rayoptics' files."""
 
 import json
 from copy import deepcopy
@@ -9,20 +9,10 @@ from hypothesis import given, settings
 
 from lensbench import AIR, Glass, Lens, Surface, lenses
 from lensbench.lenses import Kind, glass_catalogue, media
-from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
+from tests.lenses.samples import DATA, changed_json, loaded, plain_words, prescriptions, refusal
 
 OPTILAND = json.loads((DATA / "four.json").read_text())
 RAYOPTICS = json.loads((DATA / "pair.roa").read_text())
-
-
-def changed(model, keys, value):
-    """The text of the file with one value set."""
-    model = deepcopy(model)
-    place = model
-    for key in keys[:-1]:
-        place = place[key]
-    place[keys[-1]] = value
-    return json.dumps(model, indent=1)
 
 
 def surface(i, *keys):
@@ -49,7 +39,7 @@ def test_optiland_surfaces_and_places(tmp_path):
 
 
 def test_optiland_rims_that_are_missing_are_estimated(tmp_path):
-    lens = loaded(tmp_path, "lens.json", changed(OPTILAND, surface(1, "aperture"), None))
+    lens = loaded(tmp_path, "lens.json", changed_json(OPTILAND, surface(1, "aperture"), None))
     assert lens.surfaces[0].semi_diameter > 6.0
     assert any(told.kind is Kind.RIM and told.surface == 0 for told in lens.findings)
 
@@ -62,7 +52,7 @@ def test_optiland_rims_that_are_missing_are_estimated(tmp_path):
     (surface(5, "geometry", "coefficients"), [1e-3], "cone"), (surface(2, "type"), "ParaxialSurface", "Paraxial"),
     (surface(2, "geometry", "cs", "z"), float("nan"), "z is nan")])
 def test_optiland_refusals_name_surface_and_line(tmp_path, keys, value, told):
-    text = changed(OPTILAND, keys, value)
+    text = changed_json(OPTILAND, keys, value)
     if told == "another":                               # an r² term alone is a lens
         assert loaded(tmp_path, "lens.json", text).surfaces[1].aspheric == ((2, 1.0),)
         return
@@ -91,19 +81,19 @@ def test_rayoptics_rims_of_one_everywhere_are_none(tmp_path):
 
 
 def test_optiland_newer_files_say_mirror_and_field_in_other_places(tmp_path):
-    text = changed(OPTILAND, surface(2, "interaction_model"), {"type": "RefractiveReflectiveModel",
+    text = changed_json(OPTILAND, surface(2, "interaction_model"), {"type": "RefractiveReflectiveModel",
                                                                "is_reflective": True})
     assert "mirror" in refusal(tmp_path, "lens.json", text).reason
     for effect in ("ThinLensInteractionModel", "PhaseInteractionModel"):
-        text = changed(OPTILAND, surface(2, "interaction_model"), {"type": effect})
+        text = changed_json(OPTILAND, surface(2, "interaction_model"), {"type": effect})
         assert effect in refusal(tmp_path, "lens.json", text).reason
-    model = json.loads(changed(OPTILAND, surface(1, "aperture"), None))
+    model = json.loads(changed_json(OPTILAND, surface(1, "aperture"), None))
     estimated = loaded(tmp_path, "lens.json", json.dumps(model)).surfaces[0].semi_diameter
     model["fields"] = {"fields": [{"x": 0.0, "y": 10.0}], "field_definition": {"field_type": "AngleField"}}
     assert loaded(tmp_path, "lens.json", json.dumps(model)).surfaces[0].semi_diameter == estimated > 6.0
 
 
-def test_rayoptics_newer_fields_and_older_coefficients_stand_in_other_places(tmp_path):
+def test_rayoptics_newer_fields_and_older_coefficients_are_read(tmp_path):
     model = deepcopy(RAYOPTICS)
     place = model["optical_model"]["attributes"]
     for item in place["seq_model"]["attributes"]["ifcs"]:
@@ -123,7 +113,7 @@ def test_rayoptics_newer_fields_and_older_coefficients_stand_in_other_places(tmp
 
 def test_rayoptics_tables_of_indices_become_the_glass_that_they_are(tmp_path):
     def medium(label, maker, points):
-        return changed(RAYOPTICS, sequence("gaps", 1, "attributes", "medium"), {
+        return changed_json(RAYOPTICS, sequence("gaps", 1, "attributes", "medium"), {
             "__instance_type__": ["opticalglass.opticalmedium", "InterpolatedMedium"],
             "attributes": {"label": label, "_catalog": maker, "wvls": [1000.0 * w for w, _ in points],
                            "rndx": [n for _, n in points]}})
@@ -139,14 +129,14 @@ def test_rayoptics_tables_of_indices_become_the_glass_that_they_are(tmp_path):
 @given(prescriptions(range(2, 21), toroids=False, name=plain_words))
 @settings(deadline=None, max_examples=100)
 @pytest.mark.parametrize("suffix", [".json", ".roa"])
-def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, suffix, lens):
+def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, suffix, lens):
     path = tmp_path_factory.getbasetemp() / f"any{suffix}"
     assert lenses.save(lens, path) == ()
     assert lenses.load(path) == lens
 
 
 @pytest.mark.parametrize("suffix", [".json", ".roa"])
-def test_what_is_lost_is_said(tmp_path, suffix):
+def test_losses_are_reported(tmp_path, suffix):
     lens = lenses.load("pbrt-dgauss-50mm")
     assert [str(remark) for remark in lenses.save(lens, tmp_path / f"a{suffix}")] == [
         "left out: kind, year, source, stated focal length, stated f-number, notes"]
@@ -166,14 +156,14 @@ def test_what_is_lost_is_said(tmp_path, suffix):
     (sequence("ifcs", 2, "__instance_type__"), ["rayoptics.oprops.thinlens", "ThinLens"], "ThinLens"),
     (sequence("gaps", 2, "attributes", "thi"), "x", "thi")])
 def test_rayoptics_refusals_name_surface_and_line(tmp_path, keys, value, told):
-    text = changed(RAYOPTICS, keys, value)
+    text = changed_json(RAYOPTICS, keys, value)
     error = refusal(tmp_path, "lens.roa", text)
     assert told in error.reason and "surface 2:" in error.reason
     assert text.split("\n")[error.line - 1].strip() == "{"
 
 
 def test_a_rayoptics_glass_without_its_class_is_found_by_its_name(tmp_path):
-    text = changed(RAYOPTICS, sequence("gaps", 1, "attributes", "medium", "__instance_type__"), [])
+    text = changed_json(RAYOPTICS, sequence("gaps", 1, "attributes", "medium", "__instance_type__"), [])
     assert loaded(tmp_path, "lens.roa", text).surfaces[0].glass == glass_catalogue.find("N-BK7")
 
 

@@ -2,23 +2,16 @@
 
 import json
 import math
+from functools import partial
 
 import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from tests.lenses.samples import DATA, loaded, refusal
+from tests.lenses.samples import DATA, changed_json, loaded, refusal
 
 TABLE = json.loads((DATA / "zoom.json").read_text())
-
-
-def changed(path, value):
-    data = json.loads(json.dumps(TABLE))
-    place = data
-    for key in path[:-1]:
-        place = place[key]
-    place[path[-1]] = value
-    return json.dumps(data)
+changed = partial(changed_json, TABLE)
 
 
 def test_every_value_of_the_table_is_in_the_lens():
@@ -35,7 +28,7 @@ def test_every_value_of_the_table_is_in_the_lens():
         assert dict(surface.aspheric) == {int(power): a for power, a in row.get("A", {}).items()}
 
 
-def test_the_groups_stand_where_the_table_puts_them():
+def test_the_groups_have_the_gaps_of_the_table():
     lens = lenses.load(DATA / "zoom.json")
     for zoom in (0, 1):
         for close in (0, 1):
@@ -52,7 +45,7 @@ def test_a_lens_whose_last_gap_alone_varies_is_focused_as_a_whole(tmp_path):
     assert loaded(tmp_path, "a.json", text).positions is None
 
 
-def test_rims_that_are_missing_are_estimated_and_it_is_said(tmp_path):
+def test_missing_rims_are_estimated_with_a_finding(tmp_path):
     lens = loaded(tmp_path, "a.json", changed(["surfaces", 0, "semi_ap"], None))
     assert 6.0 < lens.surfaces[0].semi_diameter < 20.0
     assert any("no rim for surface 0" in finding.message for finding in lens.findings)
@@ -69,7 +62,7 @@ def test_rims_that_are_missing_are_estimated_and_it_is_said(tmp_path):
     (["variable", "gaps", 0, "values"], [[4.5, 5.25]], "a varying gap has too few values"),
     (["surfaces"], [], "there is no lens"),
 ])
-def test_what_cannot_be_is_refused_in_one_line(tmp_path, path, value, told):
+def test_an_invalid_table_is_refused_in_one_line(tmp_path, path, value, told):
     data = json.loads(changed(path, value))
     lines = json.dumps({**data, "surfaces": []}, indent=1)[:-1]
     text = json.dumps(data) if path[0] != "surfaces" or not data["surfaces"] else lines.replace(
@@ -77,7 +70,7 @@ def test_what_cannot_be_is_refused_in_one_line(tmp_path, path, value, told):
     assert told in str(refusal(tmp_path, "a.json", text))
 
 
-def test_it_is_traced_as_it_is_written():
+def test_an_anamorphic_table_is_traced_in_both_sections():
     lens = lenses.load(DATA / "zoom.json")
     assert not lens.is_rotationally_symmetric
     assert lb.first_order(lens.section("x")).efl != pytest.approx(lb.first_order(lens).efl, rel=1e-3)

@@ -1,4 +1,4 @@
-"""Finding, opening and saving lens files: one clear line for what cannot be, and nothing half-written."""
+"""Finding, opening and saving lens files: an error is one clear line, and no file is half written."""
 
 import os
 
@@ -22,7 +22,7 @@ def test_an_unknown_name_is_answered_with_the_nearest(typed, offered):
     assert offered in refusal(typed).reason
 
 
-def test_a_name_like_no_other_is_told_where_the_names_are():
+def test_an_unknown_name_is_refused_with_the_command_that_lists_the_names():
     for typed in ("qqqqqqqq", "", "x" * 5000, "a\0b", "?"):
         assert "lensbench lenses" in refusal(typed).reason
 
@@ -63,7 +63,7 @@ def test_a_wrong_byte_is_named_with_its_line(tmp_path):
     assert refusal(tmp_path / "a.toml").line == 2
 
 
-def test_a_device_is_no_lens_file():
+def test_a_device_file_is_refused():
     assert "ordinary file" in refusal(os.devnull).reason
 
 
@@ -80,7 +80,7 @@ def test_a_suffix_counts_in_any_case(tmp_path):
     assert lenses.load(tmp_path / "A.TOML") == lenses.load(NAME)
 
 
-def test_saving_where_it_cannot_be_is_one_line(tmp_path):
+def test_saving_to_an_invalid_place_is_refused_in_one_line(tmp_path):
     lens = lenses.load(NAME)
     for path, reason in ((tmp_path / "lens.abc", ".toml, .dat"), (tmp_path / "nowhere" / "lens.toml", "No such"),
                          (tmp_path / "nul\0.toml", "null")):

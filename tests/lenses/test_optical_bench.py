@@ -1,6 +1,7 @@
-"""Optical Bench files: columns, variable distances, aspheric powers, the stop, mistakes, and the way back."""
+"""Optical Bench files: columns, variable distances, aspheric powers, the stop, mistakes, and round trips."""
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from hypothesis import given, settings
@@ -8,17 +9,10 @@ from hypothesis import strategies as st
 
 from lensbench import AIR, Glass, lenses
 from lensbench.lenses import glass_catalogue
-from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
+from tests.lenses.samples import DATA, changed_sample, plain_words, prescriptions, refusal
 
 SAMPLE = (DATA / "zoom.txt").read_text()
-
-
-def sample(folder, *changes):
-    text = SAMPLE
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
-    return loaded(folder, "lens.txt", text)
+sample = partial(changed_sample, "zoom.txt")
 
 
 def test_surfaces_glasses_stop_and_both_positions_are_read(tmp_path):
@@ -47,7 +41,7 @@ def test_powers_of_the_aspheric_columns_follow_from_the_constants(tmp_path):
     assert terms("Other\t1") == terms("AsphericalOddCount\t0") == ((4, 1e-6), (6, -2e-7), (8, 3e-10))
 
 
-def test_the_stop_stands_on_its_own_or_on_a_surface(tmp_path):
+def test_the_stop_is_a_plane_of_its_own_or_on_a_surface(tmp_path):
     lens = sample(tmp_path, ("3\tInfinity", "3\tAS"), ("4AS", "4"))
     assert lens.stop_index == 2
     lens = sample(tmp_path, ("4AS", "4"))
@@ -77,7 +71,7 @@ def test_mistakes_name_their_line(tmp_path, old, new, told):
     assert error.line == SAMPLE.count("\n", 0, SAMPLE.index(old)) + 1 and told in error.reason
 
 
-def test_what_is_no_such_file_is_said(tmp_path):
+def test_another_file_is_refused(tmp_path):
     assert "[lens data]" in refusal(tmp_path, "a.txt", "[constants]\n").reason
     assert "before the first section" in refusal(tmp_path, "a.txt", "A letter to a friend\n").reason
 
@@ -89,13 +83,13 @@ odd_or_even = st.sampled_from([tuple(range(2, 21, 2)), tuple(range(3, 21))])
     powers, cylinders=False, name=plain_words, notes=plain_words, stated_efl=st.none() | st.floats(-1e3, 1e3),
     stated_f_number=st.none() | st.floats(0.5, 64.0))))
 @settings(deadline=None, max_examples=100)
-def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, lens):
+def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.txt"
     assert lenses.save(lens, path) == ()
     assert lenses.load(path) == lens
 
 
-def test_catalogue_glasses_come_back_and_what_is_lost_is_said(tmp_path):
+def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
     lens = sample(tmp_path)
     lens = replace(lens, surfaces=(replace(lens.surfaces[0], glass=glass_catalogue.find("N-SK16")),
                                    *lens.surfaces[1:]), year=1999)

@@ -1,24 +1,18 @@
 """OSLO files: commands, glasses, units, aspheric kinds, refusals, and round trips."""
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from hypothesis import given, settings
 
 from lensbench import AIR, Glass, lenses
 from lensbench.lenses import glass_catalogue
-from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
+from tests.lenses.samples import DATA, changed_sample, plain_words, prescriptions, refusal
 
 WITHOUT_DIGITS = {ord(sign): None for sign in "0123456789. "}
 SAMPLE = (DATA / "pair.len").read_text()
-
-
-def sample(folder, *changes):
-    text = SAMPLE
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
-    return loaded(folder, "lens.len", text)
+sample = partial(changed_sample, "pair.len")
 
 
 def test_surfaces_glasses_stop_and_image_distance_are_read(tmp_path):
@@ -48,7 +42,7 @@ def test_ways_to_name_a_glass(tmp_path, line, glass):
     assert found == glass if glass else found.n_d == pytest.approx(1.5168, abs=1e-4)
 
 
-def test_units_are_converted_and_said(tmp_path):
+def test_units_are_converted_with_a_finding(tmp_path):
     lens = sample(tmp_path, ("UNI  1.0", "UNI 25.4"))
     assert lens == sample(tmp_path).scaled(25.4) and any("25.4 mm" in finding.message for finding in lens.findings)
 
@@ -64,19 +58,19 @@ def test_aspheres_of_any_power_and_cylinders(tmp_path):
     ("RD   45.0", "DCY 1.0", "decentre"), ("RD   45.0", "PFL 50", "ideal lens"), ("RD   45.0", "RD nan", "RD"),
     ("RD   45.0", "ASP ZRN 3", "ZRN"), ("RD   45.0", "AS5 1e-9", "ASP"), ("AP   8.0", "AP -8", "AP"),
     ("UNI  1.0", "UNI 0", "UNI"), ("RD   45.0", "PK CV 0", "pick-up")])
-def test_what_is_not_traced_is_refused_with_line_and_keyword(tmp_path, old, new, told):
+def test_untraceable_features_are_refused_with_line_and_keyword(tmp_path, old, new, told):
     error = refusal(tmp_path, "lens.len", SAMPLE.replace(old, new, 1))
     assert error.line == SAMPLE.count("\n", 0, SAMPLE.index(old)) + 1 and told in error.reason
 
 
-def test_what_is_no_such_file_is_said(tmp_path):
+def test_another_file_is_refused(tmp_path):
     assert "LEN NEW" in refusal(tmp_path, "a.len", "a letter\n").reason
 
 
 @given(prescriptions(range(2, 21), toroids=False,
                      name=plain_words.map(lambda text: f"lens {text.translate(WITHOUT_DIGITS)}".strip())))
 @settings(deadline=None, max_examples=100)
-def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, lens):
+def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.len"
     assert lenses.save(lens, path) == ()
     assert lenses.load(path) == lens
@@ -87,7 +81,7 @@ def test_a_number_in_a_name_would_be_read_as_one_of_the_arguments(tmp_path):
     assert len(remarks) == 1 and lenses.load(tmp_path / "b.len").name == "The lens"
 
 
-def test_catalogue_glasses_come_back_and_what_is_lost_is_said(tmp_path):
+def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
     lens = sample(tmp_path)
     remarks = lenses.save(replace(lens, stated_efl=60.0), tmp_path / "b.len")
     assert [str(remark) for remark in remarks] == ["left out: stated focal length"]

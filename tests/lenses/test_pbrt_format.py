@@ -51,7 +51,7 @@ def test_the_focal_length_is_that_of_two_thick_lenses(tmp_path):
     assert lb.first_order(load_text(tmp_path, NEW)).efl == pytest.approx(1.0 / (a + b - a * b * gap), rel=1e-12)
 
 
-def test_gaps_before_their_surfaces_are_recognised_and_said(tmp_path):
+def test_gaps_before_their_surfaces_are_recognised_and_reported(tmp_path):
     lens = load_text(tmp_path, OLD)
     assert lens == load_text(tmp_path, NEW)
     assert len(lens.findings) == 1 and "before their surfaces" in lens.findings[0].message
@@ -68,7 +68,7 @@ def test_an_old_header_over_new_gaps_is_not_believed(tmp_path):
     assert len(lens.findings) == 1 and "axpos" in lens.findings[0].message
 
 
-def test_where_both_readings_make_a_lens_the_header_decides(tmp_path):
+def test_if_both_readings_make_a_lens_the_header_decides(tmp_path):
     text = "0 0 1 10\n50 4 1.5 12\n-50 45 1 12\n"
     lens = load_text(tmp_path, f"# radius axpos N aperture\n{text}")
     assert [s.thickness for s in lens.surfaces] == [4.0, 45.0, 0.0] and "before" in lens.findings[0].message
@@ -98,7 +98,7 @@ def test_notes_that_speak_of_metres_do_not_scale_what_was_saved(tmp_path):
     assert lenses.load(tmp_path / "noted.dat").surfaces == lens.surfaces
 
 
-def test_without_a_stop_the_smallest_rim_limits_and_it_is_said(tmp_path):
+def test_without_a_stop_the_smallest_rim_limits_with_a_finding(tmp_path):
     lens = load_text(tmp_path, NEW.replace(" 0     4    1    12\n", ""))
     assert lens.stop_index == 2 and lens.surfaces[2].semi_diameter == 10.0 and "no stop" in lens.findings[0].message
 
@@ -165,7 +165,7 @@ def test_the_geometry_survives_the_way_through_pbrt(tmp_path, name):
                    (other.curvature, other.thickness, other.semi_diameter)
 
 
-def test_what_pbrt_cannot_hold_is_said(tmp_path):
+def test_losses_of_pbrt_files_are_reported(tmp_path):
     remarks = " | ".join(map(str, lenses.save(lenses.load("lenshh-cooke-triplet-50"), tmp_path / "triplet.dat")))
     for word in ("Abbe", "glasses", "comments", "stated", "the stop is the rim of surface 3"):
         assert word in remarks
@@ -177,7 +177,7 @@ def load_text(folder, text):
     return lenses.load(path)
 
 
-def test_what_is_no_sphere_is_said_to_be_beyond_the_format(tmp_path):
+def test_other_shapes_than_spheres_are_reported_as_losses(tmp_path):
     lens = lb.Lens((lb.Surface(0.02, 4.0, 10.0, lb.Glass(1.5), conic=-1.0), lb.Surface(-0.02, 3.0, 10.0),
                     lb.Surface(0.0, 3.0, 8.0), lb.Surface(0.01, 60.0, 10.0, curvature_x=0.0)), 2)
     remarks = lenses.save(lens, tmp_path / "shaped.dat")

@@ -60,7 +60,7 @@ def lenses_with_positions(draw):
 
 @given(lenses_with_positions())
 @settings(deadline=None, max_examples=100)
-def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, lens):
+def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.toml"
     assert lenses.save(lens, path) == ()
     assert lenses.load(path) == lens
@@ -94,7 +94,7 @@ def test_load_takes_a_position(tmp_path):
         lenses.load("pbrt-dgauss-50mm", close=0.5)
 
 
-def test_a_row_that_says_another_gap_than_its_position_is_told(tmp_path):
+def test_a_row_with_another_gap_than_its_position_is_reported(tmp_path):
     lens = loaded(tmp_path, "a.toml", TEXT.replace("[0, 50.0,", "[0, 55.0,"))
     assert lens.surfaces[1].thickness == 50.0
     (finding,) = lens.findings
@@ -131,7 +131,7 @@ def test_positions_that_are_no_table_are_refused(tmp_path):
     assert "the varying gaps are missing" in refusal(tmp_path, "a.toml", head + "[positions]\n").reason
 
 
-def test_the_example_of_the_documentation_is_read_as_it_says(tmp_path):
+def test_the_example_of_the_documentation_is_read(tmp_path):
     text = (Path(__file__).parents[2] / "docs" / "lens-files.md").read_text(encoding="utf-8")
     lens = loaded(tmp_path, "a.toml", text.partition("```toml\n")[2].partition("```")[0])
     assert lens.findings == () and (lens.blades, lens.roundness) == (9, 0.4)

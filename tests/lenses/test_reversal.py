@@ -1,4 +1,4 @@
-"""A lens turned round lets light take the same way back, and a lens made larger the same way at its scale."""
+"""Reversed lenses trace the reversed rays, and scaled lenses the scaled rays."""
 
 from dataclasses import replace
 

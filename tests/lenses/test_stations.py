@@ -53,7 +53,7 @@ def zooms(draw, suffix):
 @pytest.mark.parametrize("suffix", [".zmx", ".seq", ".len", ".txt"])
 @given(data=st.data())
 @settings(deadline=None, max_examples=40)
-def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, suffix, data):
+def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, suffix, data):
     path = tmp_path_factory.getbasetemp() / f"zoom{suffix}"
     lens = data.draw(zooms(suffix))
     told = lenses.save(lens, path)
@@ -89,7 +89,7 @@ def test_a_format_of_one_position_says_that_the_others_are_left_out(tmp_path, su
     assert not any(remark.kind is Kind.POSITION for remark in lenses.save(plain, tmp_path / f"b{suffix}"))
 
 
-def test_a_lens_turned_round_keeps_the_position_it_stands_in_and_says_so():
+def test_a_reversed_lens_keeps_its_present_position_and_reports_the_loss():
     lens = lenses.load("lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed", zoom=1.0)
     turned = reversed_lens(lens)
     assert turned.positions is None and any(finding.kind is Kind.POSITION for finding in turned.findings)
@@ -97,13 +97,13 @@ def test_a_lens_turned_round_keeps_the_position_it_stands_in_and_says_so():
     assert lb.first_order(turned).efl == pytest.approx(lb.first_order(lens).efl, rel=1e-12)
 
 
-def test_what_a_format_cannot_hold_of_the_positions_is_said(tmp_path):
+def test_losses_of_positions_are_reported(tmp_path):
     lens = lenses.load("lv-pentax-02-standard-zoom-5-15-f28-45")
     renamed = replace(lens, positions=replace(lens.positions, names=("W", "M", "T"), zoom_stations=(0.0, 0.5, 1.0)))
     for suffix in (".zmx", ".seq", ".len", ".txt"):
         told = lenses.save(renamed.at(zoom=0.5), tmp_path / f"a{suffix}")
         assert any("written in its first position" in str(remark) for remark in told)
-        assert any("stations lie between 0 and 1 is left out" in str(remark) for remark in told)
+        assert any("stations between 0 and 1 are left out" in str(remark) for remark in told)
         assert any("names of its positions" in str(remark) for remark in told) == (suffix in (".len", ".txt"))
 
 
@@ -173,7 +173,7 @@ def test_a_list_of_settings_and_distances_becomes_a_table_of_both(order):
     assert bool(told) == (order == "tele first")
 
 
-def test_a_list_that_is_no_table_keeps_the_settings_at_infinity_and_says_so():
+def test_configurations_that_form_no_table_keep_those_at_infinity_with_a_finding():
     rows = ((*WIDE, inf), (*TELE, inf), (*NEAR_WIDE, 800.0))
     lens, told = with_stations(Lens(two_groups(*WIDE), 2), stations(*rows))
     assert lens.positions.thicknesses == ((WIDE,), (TELE,)) and "only those at infinity are kept" in str(told[0])

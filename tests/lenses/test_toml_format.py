@@ -58,7 +58,7 @@ def prescriptions(draw):
 
 @given(prescriptions())
 @settings(deadline=None, max_examples=150)
-def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, lens):
+def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.toml"
     assert lenses.save(lens, path) == ()
     assert lenses.load(path) == lens
@@ -97,7 +97,7 @@ def test_the_blades_of_the_stop_are_kept_and_may_be_turned_in_degrees(tmp_path):
 @pytest.mark.parametrize(("table", "reason"), [
     ("blades = 2", "3 to 24"), ("blades = 5.5", "3 to 24"), ("roundness = 2", "between 0"), ("edges = 5", "table"),
     ("rotation = 1\nrotation_deg = 2", "not both"), ('blades = "many"', "number")])
-def test_a_stop_that_cannot_be_names_its_line(tmp_path, table, reason):
+def test_an_invalid_stop_is_refused_with_its_line(tmp_path, table, reason):
     with pytest.raises(lenses.LensFileError) as caught:
         load_text(tmp_path, ROWS + "[stop]\n" + table + "\n")
     assert caught.value.line == ROWS.count("\n") + 1 and reason in caught.value.reason
@@ -134,7 +134,7 @@ def test_an_immense_radius_is_no_trouble(tmp_path):
     assert lens.surfaces[0].curvature == 1e-9
 
 
-def test_columns_may_stand_in_any_order(tmp_path):
+def test_columns_may_be_in_any_order(tmp_path):
     names = '"radius", "thickness", "n_d", "semi_diameter"'
     text = ROWS.replace(names, '"n_d", "radius", "semi_diameter", "thickness"')
     for old, new in (("50.0, 4.0, 1.5, 10.0", "1.5, 50.0, 10.0, 4.0"), ("inf, 3.0, 1.0, 10.0", "1, inf, 10.0, 3.0"),
@@ -143,7 +143,7 @@ def test_columns_may_stand_in_any_order(tmp_path):
     assert load_text(tmp_path, text) == load_text(tmp_path, ROWS)
 
 
-def test_without_a_stop_the_smallest_rim_limits_and_it_is_said(tmp_path):
+def test_without_a_stop_the_smallest_rim_limits_with_a_finding(tmp_path):
     lens = load_text(tmp_path, ROWS.replace(', "stop"', ""))
     assert lens.stop_index == 2
     assert len(lens.findings) == 1 and "no stop" in lens.findings[0].message and "surface 2" in lens.findings[0].message
@@ -188,7 +188,7 @@ SHAPED_MISTAKES = {
     "conic that is none": ("-1.5]", "nan]", 4, "conic is nan"),
     "no such surface": ("3 = inf", "4 = inf", 15, "no surface '4'"),
     "a surface by name": ("3 = inf", "three = inf", 15, "no surface 'three'"),
-    "a surface twice": ("3 = inf", "01 = inf", 15, "surface 1 stands twice"),
+    "a surface twice": ("3 = inf", "01 = inf", 15, "surface 1 is listed twice"),
     "radius across that is none": ("1 = 25", "1 = nan", 14, "radius is nan"),
     "power that is none": ("r7 =", "x7 =", 11, "'x7' is no power"),
     "power too high": ("r7 =", "r70 =", 4, "power 70"),

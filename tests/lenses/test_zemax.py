@@ -1,6 +1,7 @@
 """Zemax files: encodings, units, surface types, glasses, configurations, refusals, and round trips."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,17 +10,10 @@ from hypothesis import given, settings
 import lensbench as lb
 from lensbench import AIR, Glass, lenses
 from lensbench.lenses import Kind, Severity, glass_catalogue
-from tests.lenses.samples import DATA, loaded, plain_words, prescriptions, refusal
+from tests.lenses.samples import DATA, changed_sample, loaded, plain_words, prescriptions, refusal
 
 SAMPLE = (DATA / "doublet.zmx").read_text()
-
-
-def sample(folder, *changes):
-    text = SAMPLE
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
-    return loaded(folder, "lens.zmx", text)
+sample = partial(changed_sample, "doublet.zmx")
 
 
 def test_surfaces_glasses_stop_and_image_distance_are_read(tmp_path):
@@ -51,7 +45,7 @@ def test_decimal_commas_are_points(tmp_path):
 
 
 @pytest.mark.parametrize(("unit", "mm"), [("CM", 10.0), ("IN", 25.4), ("METER", 1000.0)])
-def test_units_are_converted_and_said(tmp_path, unit, mm):
+def test_units_are_converted_with_a_finding(tmp_path, unit, mm):
     lens, same = sample(tmp_path, ("UNIT MM", f"UNIT {unit}")), sample(tmp_path).scaled(mm)
     assert lens == same
     assert any(f"{mm:g} mm" in finding.message for finding in lens.findings)
@@ -92,7 +86,7 @@ def test_a_cylinder_bends_one_section_alone(tmp_path):
     ("MODE SEQ", "MODE NSC", "NSC"),
     ("1 0 1.62 36.3", "1 0 0.62 36.3", "n_d"),
 ])
-def test_what_is_not_traced_is_refused_with_line_and_keyword(tmp_path, old, new, told):
+def test_untraceable_features_are_refused_with_line_and_keyword(tmp_path, old, new, told):
     error = refusal(tmp_path, "lens.zmx", SAMPLE.replace(old, new, 1))
     line = SAMPLE.count("\n", 0, SAMPLE.index(old)) + 1
     assert error.line == (line if told != "infinite" else 20) and told in error.reason
@@ -117,7 +111,7 @@ def test_several_configurations_are_the_positions_of_a_zoom(tmp_path):
     assert any("APER 0: of what differs between the configurations" in finding.message for finding in lens.findings)
 
 
-def test_missing_rims_are_estimated_from_aperture_and_field_and_said(tmp_path):
+def test_missing_rims_are_estimated_from_aperture_and_field_with_a_finding(tmp_path):
     lens = loaded(tmp_path, "lens.zmx", _without(SAMPLE, "DIAM"))
     # The entrance pupil must come out as the file's 23.8 mm, and the estimate lie above the axial beam
     assert 2.0 * lb.first_order(lens).entrance_pupil.radius == pytest.approx(23.8, rel=1e-12)
@@ -131,7 +125,7 @@ def _without(text, *keys):
     return "\n".join(line for line in text.split("\n") if line.split()[:1] not in [[key] for key in keys])
 
 
-def test_a_near_object_is_told(tmp_path):
+def test_a_near_object_is_reported(tmp_path):
     lens = sample(tmp_path, ("DISZ INFINITY", "DISZ 250"))
     assert any("250 mm before" in finding.message for finding in lens.findings)
 
@@ -205,13 +199,13 @@ def test_a_torus_of_revolution_is_a_biconic_toroid_and_the_finding_says_how_far(
 
 @given(prescriptions(range(2, 21), name=plain_words, notes=plain_words))
 @settings(deadline=None, max_examples=100)
-def test_what_is_saved_loads_equal_to_the_last_bit(tmp_path_factory, lens):
+def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     path = tmp_path_factory.getbasetemp() / "any.zmx"
     assert lenses.save(lens, path) == ()
     assert lenses.load(path) == lens
 
 
-def test_catalogue_glasses_come_back_and_what_is_lost_is_said(tmp_path):
+def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
     lens = sample(tmp_path)
     remarks = lenses.save(replace(lens, kind="achromat", year=2001, stated_efl=100.0), tmp_path / "b.zmx")
     assert [str(remark) for remark in remarks] == ["left out: kind, year, stated focal length"]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from tests.core.oracles import DATA
+from tests.core.oracles import DATA, behind_stop
 
 FILM = lb.Film(36.0, 24.0, 960, 640)
 UNIT = st.floats(0.0, 1.0, exclude_max=True)
@@ -197,13 +197,6 @@ def test_the_edges_of_the_unit_square_belong_to_the_pupil_and_nothing_beyond_doe
             camera.generate_rays([[300.0, 200.0]], uv, dtype=real)
     with pytest.raises(ValueError, match="finite"):
         camera.generate_rays([[300.0, math.nan]], [[0.5, 0.5]], dtype=real)
-
-
-def behind_stop(gap: float) -> lb.Lens:
-    """A biconvex lens of 42 mm, its stop this far behind its rear focus."""
-    glass = (lb.Surface(0.02, 4.0, 8.0, lb.Glass(1.6)), lb.Surface(-0.02, 0.0, 8.0))
-    focus = lb.first_order(lb.Lens(glass, 0)).bfl
-    return lb.Lens((glass[0], lb.Surface(-0.02, focus + gap, 8.0), lb.Surface(0.0, 0.0, 2.0)), 2)
 
 
 def test_pinhole_weights_fall_as_the_fourth_power_of_the_cosine():

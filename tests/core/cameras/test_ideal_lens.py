@@ -9,6 +9,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from tests.core.cameras.test_camera_kinds import FILM, film_point, samples
+from tests.core.oracles import behind_stop
 
 
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-wide-22mm", "pbrt-telephoto-250mm"])
@@ -57,13 +58,6 @@ def test_near_the_axis_a_thick_lens_is_the_traced_one(distance):
     assert errors[0].max() > 1e-7
     for before, after in zip(errors[:-1], errors[1:], strict=True):
         assert np.sqrt((before**2).mean() / (after**2).mean()) == pytest.approx(8.0, rel=0.02)
-
-
-def behind_stop(gap: float) -> lb.Lens:
-    """A biconvex lens of 42 mm, its stop this far behind its rear focus."""
-    glass = (lb.Surface(0.02, 4.0, 8.0, lb.Glass(1.6)), lb.Surface(-0.02, 0.0, 8.0))
-    focus = lb.first_order(lb.Lens(glass, 0)).bfl
-    return lb.Lens((glass[0], lb.Surface(-0.02, focus + gap, 8.0), lb.Surface(0.0, 0.0, 2.0)), 2)
 
 
 def before_stop(gap: float) -> lb.Lens:
