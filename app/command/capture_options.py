@@ -1,8 +1,7 @@
-"""Options, output file and progress of the commands that capture a light field."""
+"""Options and output file of the commands that capture a light field."""
 
 import argparse
 import re
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,20 +23,12 @@ def read_views(text: str) -> tuple[int, int]:
 def prepare_capture(arguments: argparse.Namespace) -> "tuple[Settings, Path]":
     """The settings of a capture and its output file, which is checked to be writable before the work begins."""
     from lensbench.app.command.options import settings_from
-    from lensbench.app.files.export import replacing
+    from lensbench.app.files.export import check_writable
     from lensbench.app.files.npz import checked_suffix
 
     settings = settings_from(arguments)
     if arguments.samples is None and arguments.settings is None:
         settings = replace(settings, samples=16)
     path = checked_suffix(arguments.output)
-    with replacing(path, keep=False) as part:
-        part.touch()
+    check_writable(path)
     return settings, path
-
-
-def progress(share: float) -> bool:
-    """Print the completed share of the work on a terminal; return True, so that the work continues."""
-    if sys.stderr.isatty():
-        print(f"\r{100.0 * share:3.0f} %", end="" if share < 1.0 else "\n", file=sys.stderr, flush=True)
-    return True

@@ -1,7 +1,6 @@
 """The command `lensbench chart`: the speed of methods against their accuracy, measured on this machine."""
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Callable
@@ -34,25 +33,13 @@ def add_chart_options(parser: argparse.ArgumentParser) -> None:
 
 def chart(arguments: argparse.Namespace) -> int:
     """Measure, print tables or JSON, and write the output file if one is given."""
-    from lensbench.app.command.output import plain as plain_json
-    from lensbench.app.command.output import print_json, progress
-    from lensbench.app.files.export import replacing
-    from lensbench.app.studies.plotting import checked_suffix
+    from lensbench.app.command.output import checked_chart_path, is_json, print_json, progress, save_json
     from lensbench.app.studies.timing import machine
 
-    path = None if arguments.output is None else Path(arguments.output)
-    if path is not None and path.suffix.lower() != ".json":
-        checked_suffix(path)
-    if path is not None:
-        with replacing(path, keep=False) as part:       # fail before the work begins if the file is not writable
-            part.touch()
+    path = checked_chart_path(arguments.output)
     start = perf_counter()
     with progress() as show:
-        def report(share: float) -> bool:
-            show(share)
-            return True
-
-        made = _models(arguments, report) if arguments.of == "models" else _others(arguments, report)
+        made = _models(arguments, show) if arguments.of == "models" else _others(arguments, show)
     heading = f"{machine()}, {time.strftime('%Y-%m-%d')}; {perf_counter() - start:.0f} s"
     data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "of": arguments.of, "left out": made.left_out,
             "charts": made.data}
@@ -62,12 +49,13 @@ def chart(arguments: argparse.Namespace) -> int:
         print("\n\n".join([heading, *made.tables]))
     for line in made.left_out:
         print(f"Left out: {line}", file=sys.stderr)
-    if path is not None and path.suffix.lower() == ".json":
-        with replacing(path) as part:
-            part.write_text(json.dumps(plain_json(data), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    elif path is not None:
+    if path is None:
+        return 0
+    if is_json(path):
+        save_json(path, data)
+    else:
         made.draw(path, heading)
-    if path is not None and not arguments.json:
+    if not arguments.json:
         print(f"\n{path}: written")
     return 0
 

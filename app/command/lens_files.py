@@ -83,6 +83,7 @@ def trace(arguments: argparse.Namespace) -> int:
     """Trace the rays of a table through a lens; write their end points, directions and fates."""
     import lensbench as lb
     from lensbench import lenses
+    from lensbench.app.files.export import replacing
     from lensbench.app.state.zoom import positioned
 
     suffix = Path(arguments.output).suffix.lower() if arguments.output else (".json" if arguments.json else ".csv")
@@ -99,7 +100,8 @@ def trace(arguments: argparse.Namespace) -> int:
     columns["surface"] = traced.surface.tolist()
     text = json.dumps(columns) + "\n" if suffix == ".json" else _csv(columns)
     if arguments.output:
-        _save(Path(arguments.output), text)
+        with replacing(Path(arguments.output)) as part:
+            part.write_text(text, encoding="utf-8", newline="\n")
         counts = {name: columns["fate"].count(name) for name in dict.fromkeys(columns["fate"])}
         print(f"{arguments.output}: {len(rays)} rays: {', '.join(f'{n} {name}' for name, n in counts.items())}")
     else:
@@ -186,16 +188,3 @@ def _csv(columns: dict[str, list[Any]]) -> str:
     rows = (",".join(repr(value) if isinstance(value, float) else str(value) for value in row)
             for row in zip(*(columns[name] for name in OUT), strict=True))
     return "\n".join([",".join(OUT), *rows, ""])
-
-
-def _save(path: Path, text: str) -> None:
-    """Write a temporary file and rename it: an old file survives any error."""
-    beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
-    try:
-        beside.write_text(text, encoding="utf-8", newline="\n")
-        beside.replace(path)
-    except (OSError, ValueError) as error:
-        raise RaysError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
-    finally:
-        with suppress(OSError, ValueError):
-            beside.unlink()

@@ -5,7 +5,8 @@ from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from lensbench.app.command.capture_options import prepare_capture, progress, read_views
+from lensbench.app.command.capture_options import prepare_capture, read_views
+from lensbench.app.command.output import progress
 
 if TYPE_CHECKING:
     from lensbench.app.state.light_field_query import Recording
@@ -90,8 +91,9 @@ def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording"
     size = lb.light_field_bytes(settings.film, arguments.views, moments=arguments.moments)
     print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
           f"{size / 1e6:,.0f} MB of memory")
-    return Recording(lb.capture_light_field(*prepare(settings), arguments.views, settings.samples, settings.seed,
-                                            progress=progress, moments=arguments.moments), settings)
+    with progress() as show:
+        return Recording(lb.capture_light_field(*prepare(settings), arguments.views, settings.samples, settings.seed,
+                                                progress=show, moments=arguments.moments), settings)
 
 
 def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Recording":
@@ -105,16 +107,18 @@ def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Rec
     print(f"{settings.pixels_x} × {settings.pixels_y} microlenses of f/{plenoptic.microlens_f_number:.3g} (f/"
           f"{plenoptic.matched_f_number:.3g} matches), {across} × {down} pixels: {100.0 * plenoptic.used:.0f} % of "
           f"them used, {100.0 * plenoptic.spilled:.0f} % of the light spilled")
-    raw = plenoptic.expose(scene, settings.samples, settings.seed, progress=progress)
+    with progress() as show:
+        raw = plenoptic.expose(scene, settings.samples, settings.seed, progress=show)
     return Recording(raw.decoded(), settings, raw)
 
 
 def _refocus(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.errors import UsageError
+    from lensbench.app.command.options import say
     from lensbench.app.files.export import save_picture
     from lensbench.app.files.light_field_file import load_light_field
 
-    recording = load_light_field(arguments.field)
+    recording = load_light_field(arguments.field, say)
     field, settings = recording.field, recording.settings
     wanted = settings.focus_distance if arguments.focus is None else arguments.focus
     distance = max(wanted, field.nearest)
@@ -128,6 +132,7 @@ def _refocus(arguments: argparse.Namespace) -> int:
     note = "" if distance == wanted else f", the nearest distance in place of {wanted / 1000.0:.4g} m"
     near, far = field.clear_range
     if not near <= distance <= far:
-        note += f"; beyond {near / 1000.0:.3g} to {far / 1000.0:.3g} m its views part: record more of them"
+        note += (f"; outside {near / 1000.0:.3g} to {far / 1000.0:.3g} m neighbouring views differ by more than a "
+                 "pixel: record more views")
     print(f"{arguments.output}: focused at {distance / 1000.0:.4g} m{note}")
     return 0

@@ -2,7 +2,6 @@
 
 import argparse
 import time
-from pathlib import Path
 
 
 def add_field_chart_options(parser: argparse.ArgumentParser) -> None:
@@ -32,21 +31,14 @@ def read_numbers(text: str) -> tuple[int, ...]:
 
 def _chart(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.options import settings_from
-    from lensbench.app.command.output import plain, print_json, progress
-    from lensbench.app.files.export import replacing
+    from lensbench.app.command.output import checked_chart_path, is_json, print_json, progress, save_json
     from lensbench.app.state.build import camera
     from lensbench.app.state.scene_file import find_scene
     from lensbench.app.studies.charts.light_fields import VIEWS, draw, measure
-    from lensbench.app.studies.plotting import checked_suffix
     from lensbench.app.studies.timing import machine
 
     settings = settings_from(arguments)
-    path = None if arguments.output is None else Path(arguments.output)
-    if path is not None:
-        if path.suffix.lower() != ".json":
-            checked_suffix(path)
-        with replacing(path, keep=False) as part:       # fail before the work begins if the file is not writable
-            part.touch()
+    path = checked_chart_path(arguments.output)
     with progress() as show:
         curves = measure(camera(settings), find_scene(settings.scene), arguments.views or VIEWS, settings.seed, show)
     data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "lens": settings.lens,
@@ -64,11 +56,8 @@ def _chart(arguments: argparse.Namespace) -> int:
             print(f"{curve.views:2} × {curve.views:2} {figures}  {ends}")
     if path is None:
         return 0
-    if path.suffix.lower() == ".json":
-        import json
-
-        with replacing(path) as part:
-            part.write_text(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
+    if is_json(path):
+        save_json(path, data)
         return 0
     title = f"Light fields focused afterwards: {settings.scene}, recorded at {settings.focus_distance / 1000.0:g} m"
     draw(curves, settings.focus_distance, title,

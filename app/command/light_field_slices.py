@@ -34,8 +34,7 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
                             "leftmost view below")
     kinds.add_argument("--pixel", nargs=2, type=int, metavar=("X", "Y"),
                        help="light of a pixel through each cell of the pupil; with --json also the points in mm where "
-                            "its "
-                            "rays meet film and pupil")
+                            "its rays meet film and pupil")
     kinds.add_argument("--sensor", action="store_true",
                        help="raw picture of a plenoptic camera, and the match of its f-numbers")
     kinds.add_argument("--microlens", nargs=2, type=int, metavar=("X", "Y"),
@@ -50,6 +49,7 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
 
 def _view(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.errors import UsageError
+    from lensbench.app.command.options import say
     from lensbench.app.files.export import checked_place, save_picture
     from lensbench.app.files.light_field_file import load_light_field
 
@@ -57,7 +57,7 @@ def _view(arguments: argparse.Namespace) -> int:
         raise UsageError("name a picture by -o FILE, or ask for the figures by --json")
     path = None if arguments.output is None else Path(arguments.output)
     large = path is not None and checked_place(path) in ENLARGED
-    recording = load_light_field(arguments.field)
+    recording = load_light_field(arguments.field, say)
     if arguments.depth or arguments.all_in_focus:
         image, figures, settings = _of_depth(arguments, recording, path)
     else:
@@ -83,10 +83,11 @@ def _format(value: Any) -> str:
 def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path | None):
     """Picture, figures and settings of the depth, or of the all-in-focus picture."""
     import lensbench as lb
-    from lensbench.app.command.capture_options import progress
+    from lensbench.app.command.output import progress
     from lensbench.app.state.false_colours import depth_picture, ends, with_codes
 
-    found = lb.find_depth(recording.field, arguments.nearest, arguments.farthest, progress=progress)
+    with progress() as show:
+        found = lb.find_depth(recording.field, arguments.nearest, arguments.farthest, progress=show)
     sure = found.confidence > 0.5
     far, near = (end / 1000.0 for end in ends(found))
     figures = {"nearest_m": near, "farthest_m": far if math.isfinite(far) else "inf",

@@ -5,8 +5,6 @@ import math
 from dataclasses import replace
 from time import perf_counter
 
-import numpy as np
-
 
 def add_lumigraph_options(kinds) -> None:
     """Add the commands `array` and `novel` to `lensbench lightfield`."""
@@ -17,7 +15,7 @@ def add_lumigraph_options(kinds) -> None:
     array = kinds.add_parser("array", help="Record a lumigraph: pictures and depths from an array of pinholes.")
     array.set_defaults(command=_array)
     array.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file: the array "
-                       "stands about the middle of its entrance pupil")
+                       "is centred on its entrance pupil")
     add_picture_options(array)
     array.add_argument("-o", "--output", required=True, metavar="FILE.npz")
     array.add_argument("--views", type=option(read_views), default=(9, 9), metavar="NxM",
@@ -42,13 +40,13 @@ def add_lumigraph_options(kinds) -> None:
                        help="all objects on a plane at this distance from the pinholes, instead of the recorded depths")
     novel.add_argument("--size", type=option(read_size), metavar="WxH",
                        help="pixels (default: half of the recorded ones, because a novel view is blurred by a part of "
-                            "a "
-                            "recorded pixel)")
+                            "a recorded pixel)")
 
 
 def _array(arguments: argparse.Namespace) -> int:
     import lensbench as lb
-    from lensbench.app.command.capture_options import prepare_capture, progress
+    from lensbench.app.command.capture_options import prepare_capture
+    from lensbench.app.command.output import progress
     from lensbench.app.files.lumigraph_file import save_lumigraph
     from lensbench.app.state.build import camera
     from lensbench.app.state.scene_file import find_scene
@@ -58,10 +56,11 @@ def _array(arguments: argparse.Namespace) -> int:
     size = lb.light_field_bytes(settings.film, arguments.views)
     print(f"{across} × {down} pinholes of {settings.pixels_x} × {settings.pixels_y} pixels: {size / 1e6:,.0f} MB")
     begin = perf_counter()
-    made = lb.capture_lumigraph(camera(settings), find_scene(settings.scene), arguments.views, arguments.spacing,
-                                arguments.plane, settings.samples, settings.seed, progress=progress)
+    with progress() as show:
+        made = lb.capture_lumigraph(camera(settings), find_scene(settings.scene), arguments.views, arguments.spacing,
+                                    arguments.plane, settings.samples, settings.seed, progress=show)
     save_lumigraph(path, made, settings)
-    print(f"{path}: {perf_counter() - begin:.1f} s; the pinholes stand {made.spacing:g} mm apart over "
+    print(f"{path}: {perf_counter() - begin:.1f} s; the pinholes are {made.spacing:g} mm apart over "
           f"{made.spacing * (across - 1):g} × {made.spacing * (down - 1):g} mm, and share a plane at "
           f"{made.distance / 1000.0:.4g} m")
     return 0
@@ -69,16 +68,19 @@ def _array(arguments: argparse.Namespace) -> int:
 
 def _novel(arguments: argparse.Namespace) -> int:
     from lensbench.app.command.errors import UsageError
+    from lensbench.app.command.options import say
     from lensbench.app.files.export import save_picture
     from lensbench.app.files.lumigraph_file import load_lumigraph
+    from lensbench.app.state.settings import placed
 
     if arguments.flat and arguments.surface is not None:
         raise UsageError("--flat and --surface: choose one of them")
-    made, settings = load_lumigraph(arguments.lumigraph)
+    made, settings = load_lumigraph(arguments.lumigraph, say)
     film = made.camera.film
     across, down = arguments.size or (max(film.pixels_x // 2, 1), max(film.pixels_y // 2, 1))
+    pose = placed(arguments.at, *map(math.radians, arguments.turn))
     camera = replace(made.camera, film=replace(film, pixels_x=across, pixels_y=down),
-                     world_from_camera=made.camera.placement() @ _pose(arguments.at, arguments.turn))
+                     world_from_camera=made.camera.placement() @ pose)
     view = made.seen_by(camera, None if arguments.flat else arguments.surface or "recorded")
     save_picture(arguments.output, view.picture, replace(settings, pixels_x=across, pixels_y=down))
     share = float(view.covered.mean())
@@ -86,14 +88,3 @@ def _novel(arguments: argparse.Namespace) -> int:
         f"{100.0 * share:.0f} % of the view was recorded, the rest is black: move nearer to the array's middle")
     print(f"{arguments.output}: {across} × {down} pixels; {note}")
     return 0
-
-
-def _pose(place, turn) -> np.ndarray:
-    """Pose (4, 4) in the frame of the array, from a place in mm and a turn in degrees to the left and up."""
-    left, up = (math.radians(angle) for angle in turn)
-    c, s = math.cos(left), math.sin(left)
-    pose = np.eye(4)
-    pose[:3, :3] = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ [
-        [1.0, 0.0, 0.0], [0.0, math.cos(up), -math.sin(up)], [0.0, math.sin(up), math.cos(up)]]
-    pose[:3, 3] = place
-    return pose

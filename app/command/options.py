@@ -27,11 +27,9 @@ from lensbench.app.state.constraints import (
 )
 from lensbench.app.state.figures import colours
 from lensbench.app.state.setting import spec
-from lensbench.app.state.settings import Settings, SettingsError
+from lensbench.app.state.settings import PICTURES, Settings, SettingsError
 from lensbench.app.state.text_values import read_angle, read_aperture
 from lensbench.app.state.zoom import asked_zoom, read_close, read_zoom
-
-PICTURES = (".png", ".exr", ".ppm")      # formats that carry their settings
 
 
 def read_size(text: str) -> tuple[int, int]:
@@ -119,8 +117,6 @@ def _add_setting(parser: argparse.ArgumentParser, of: Field) -> None:
     form: dict[str, Any] = {"dest": _dest(of), "default": None}
     if about.read is not None:
         form |= {"type": option(about.read), "metavar": about.metavar}
-        if about.read is int:
-            form["choices"] = about.choices
     elif about.choices:
         form |= {"choices": about.choices, "metavar": about.metavar or None}
     name = _option_name(of)
@@ -193,8 +189,8 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         if lens is not None:
             settings = constrained(replace(settings, lens=_name_or_file(lens), focal_length=arguments.focal_length))
     elif lens is not None and Path(lens).suffix.lower() in PICTURES:
-        from lensbench.app.files.export import read_settings
-        settings = read_settings(lens, say)
+        from lensbench.app.files.settings_file import load_settings
+        settings = load_settings(lens, say)
     else:
         opened = with_camera(replace(Settings(), focal_length=arguments.focal_length,
                                      lens_model=arguments.lens_model or Settings.lens_model), camera or "lens")

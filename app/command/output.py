@@ -5,6 +5,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
@@ -12,19 +13,23 @@ WIDTH = 30                      # of the progress bar, in characters
 
 
 @contextmanager
-def progress() -> Iterator[Callable[[float], None]]:
-    """A progress bar on the last line of the terminal, called with the completed fraction; none off a terminal."""
+def progress() -> Iterator[Callable[[float], bool]]:
+    """A progress bar on the last line of the terminal, none elsewhere.
+
+    It is called with the completed fraction, and returns True: the work continues.
+    """
     began = perf_counter()
 
-    def show(fraction: float) -> None:
+    def show(fraction: float) -> bool:
         done = round(WIDTH * fraction)
         passed = perf_counter() - began
         left = f"{passed / fraction - passed:5.0f} s left" if fraction > 0.02 else ""
         print(f"\r[{'#' * done}{'.' * (WIDTH - done)}] {100 * fraction:3.0f} %  {left:12}",
               end="", file=sys.stderr, flush=True)
+        return True
 
     if not sys.stderr.isatty():
-        yield lambda fraction: None
+        yield lambda fraction: True
         return
     try:
         yield show
@@ -34,7 +39,37 @@ def progress() -> Iterator[Callable[[float], None]]:
 
 def print_json(data: Any) -> None:
     """Print data as indented JSON in UTF-8; `plain` replaces infinite numbers and nan."""
-    print(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False))
+    print(_json_text(data))
+
+
+def checked_chart_path(path: str | None) -> Path | None:
+    """The path of a chart (.svg, .png) or of its figures (.json), checked before the work begins."""
+    from lensbench.app.files.export import check_writable
+    from lensbench.app.studies.plotting import checked_suffix
+
+    if path is None:
+        return None
+    if not is_json(Path(path)):
+        checked_suffix(Path(path))
+    check_writable(Path(path))
+    return Path(path)
+
+
+def is_json(path: Path) -> bool:
+    """Whether a file is to hold figures instead of a chart."""
+    return path.suffix.lower() == ".json"
+
+
+def save_json(path: Path, data: Any) -> None:
+    """Write data as `print_json` prints it; ExportError if the file cannot be written."""
+    from lensbench.app.files.export import replacing
+
+    with replacing(path) as part:
+        part.write_text(_json_text(data) + "\n", encoding="utf-8")
+
+
+def _json_text(data: Any) -> str:
+    return json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False)
 
 
 def plain(data: Any) -> Any:

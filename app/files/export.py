@@ -129,8 +129,7 @@ def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | 
     """
     path = Path(path)
     checked_place(path, text)
-    with replacing(path, keep=False) as part:
-        part.touch()
+    check_writable(path)
     across, down = size or (settings.pixels_x, settings.pixels_y)
     settings = replace(settings, pixels_x=across, pixels_y=down, samples=samples or settings.samples).checked()
     chosen: list[lb.Choice] = []
@@ -208,6 +207,12 @@ def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
         raise ExportError(f"{path}: {error.strerror}: nothing was written") from error
     finally:
         part.unlink(missing_ok=True)
+
+
+def check_writable(path: Path) -> None:
+    """ExportError if a file cannot be written; for a check before long work."""
+    with replacing(path, keep=False) as part:
+        part.touch()
 
 
 def _sync_folder(folder: Path) -> None:

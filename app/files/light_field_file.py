@@ -7,6 +7,7 @@ raw picture (h, w, 3), `white`, its white picture (h, w), `behind`, the number o
 `microlenses`, their f-number. Not compressed: noise does not shrink, and reading is as fast as the disk.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -35,9 +36,12 @@ def save_light_field(path: str | Path, recording: Recording) -> None:
                     microlenses=raw.camera.microlens_f_number)
 
 
-def load_light_field(path: str | Path) -> Recording:
-    """Read a file of save_light_field; ExportError if it is missing, incomplete or no light field; or lens errors."""
-    found, settings = load_arrays(Path(path), "light field", "capture", _wanted)
+def load_light_field(path: str | Path, say: Callable[[str], object] = lambda text: None) -> Recording:
+    """Read a file of save_light_field; ExportError if it is missing, incomplete or no light field; or lens errors.
+
+    `say` receives a sentence if the settings have names of an earlier version.
+    """
+    found, settings = load_arrays(Path(path), "light field", "capture", _wanted, say)
     recording = _of_sensor(found, settings) if "raw" in found else _of_views(found, settings)
     if recording is None:
         raise ExportError(f"{path}: the views of this light field are not those of its settings")

@@ -4,6 +4,7 @@ Arrays: `pictures` (down, across, 3, h, w) and `nearness` (down, across, h, w) a
 mm, and `settings`, the JSON text of exported pictures, from which the middle pinhole is built.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -23,10 +24,14 @@ def save_lumigraph(path: str | Path, lumigraph: lb.Lumigraph, settings: Settings
                 distance=lumigraph.distance)
 
 
-def load_lumigraph(path: str | Path) -> tuple[lb.Lumigraph, Settings]:
-    """Read a file of save_lumigraph. ExportError: missing, no lumigraph, incomplete; and errors of its lens file."""
+def load_lumigraph(path: str | Path, say: Callable[[str], object] = lambda text: None
+                   ) -> tuple[lb.Lumigraph, Settings]:
+    """Read a file of save_lumigraph. ExportError: missing, no lumigraph, incomplete; and errors of its lens file.
+
+    `say` receives a sentence if the settings have names of an earlier version.
+    """
     found, settings = load_arrays(Path(path), "lumigraph", "array",
-                                  lambda names: () if set(ARRAYS) - names else ARRAYS)
+                                  lambda names: () if set(ARRAYS) - names else ARRAYS, say)
     pictures, nearness, spacing, distance = (found[name] for name in ARRAYS)
     film = settings.film
     if (pictures.dtype != np.float16 or nearness.dtype != np.float16 or pictures.ndim != 5

@@ -29,13 +29,13 @@ def save_arrays(path: str | Path, settings: Settings, **arrays) -> None:
         np.savez(file, settings=text, **arrays)
 
 
-def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], Sequence[str]]
-                ) -> tuple[dict[str, np.ndarray], Settings]:
+def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], Sequence[str]],
+                say: Callable[[str], object]) -> tuple[dict[str, np.ndarray], Settings]:
     """The arrays of a file, by name, and its settings.
 
     what: the kind of file, in words. maker: the command that records one. wanted: maps the
-    names in the file to those to read; to none for another kind of file. ExportError if the file is missing, of another
-    kind, incomplete, or has invalid settings.
+    names in the file to those to read; to none for another kind of file. `say` receives a sentence if names of an
+    earlier version occur. ExportError if the file is missing, of another kind, incomplete, or has invalid settings.
     """
     try:
         if not zipfile.is_zipfile(path) and path.is_file():
@@ -53,6 +53,6 @@ def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], 
     except (ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
         raise ExportError(f"{path}: this {what} is cut short or damaged ({error})") from error
     try:
-        return found, Settings.from_dict(json.loads(text))
+        return found, Settings.from_dict(json.loads(text), lambda note: say(f"{path}: {note}"))
     except (ValueError, TypeError) as error:
         raise ExportError(f"{path}: {error}") from error

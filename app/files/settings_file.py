@@ -15,12 +15,11 @@ from typing import Any
 from lensbench.app.files.export import read_settings, replacing
 from lensbench.app.state import former_settings
 from lensbench.app.state.setting import spec
-from lensbench.app.state.settings import VERSION, Settings, SettingsError
+from lensbench.app.state.settings import PICTURES, VERSION, Settings, SettingsError
 
 HEAD = "# lensbench: lengths in mm, angles in radians, times in seconds, exposure in stops\n"
 WORDS = {field.name: spec(field).none for field in fields(Settings) if spec(field).none}    # for None
 LONGEST = 1 << 20               # bytes read at most
-PICTURES = (".png", ".ppm", ".exr")            # formats that embed the settings of the picture
 
 
 def save_settings(path: str | Path, settings: Settings) -> None:

@@ -40,8 +40,9 @@ class Interval(NamedTuple):
             return f"it must be at least {form(self.low)}"
         if self.brackets == "[]":
             return f"it must lie from {form(self.low)} to {form(self.high)}"
-        between = f"it must lie between {form(self.low)} and {form(self.high)}"
-        return between if self.brackets == "()" else f"{between}, {form(self.high)} included"
+        if self.brackets == "(]":
+            return f"it must be more than {form(self.low)} and at most {form(self.high)}"
+        return f"it must lie between {form(self.low)} and {form(self.high)}"
 
 
 FINITE = Interval(-math.inf, math.inf, "()")
@@ -81,7 +82,7 @@ class Spec:
         """A number with its unit, as a person reads it."""
         if self.unit == "°":
             return f"{math.degrees(value):g}°"
-        return f"{value:g} {self.unit}".rstrip()
+        return f"{value if isinstance(value, int) else format(value, 'g')} {self.unit}".rstrip()
 
 
 def setting(default: Any, words: str = "", unit: str = "", bounds: Interval | None = None, **more: Any) -> Any:

@@ -51,6 +51,7 @@ from lensbench.optics.iris import MOST_BLADES
 
 LARGEST_SEED = (1 << 32) - 1
 VERSION = 4                     # of the settings in a picture's metadata
+PICTURES = (".png", ".ppm", ".exr")             # formats of pictures that carry their settings
 CHOSEN = "chosen"               # key of the automatic model's choice there: a record, and no setting
 PROJECTIONS = {                 # of the ideal fisheye: from the angle to the axis to the radius on the film
     "equidistant": "Equidistant, r = f θ",
@@ -102,7 +103,8 @@ class Settings:
         help="how the camera “lens” models its lens: auto (the simplest that is accurate enough, by default), "
         + ", ".join(f"{name} ({title[0].lower() + title[1:]})" for name, title in MODEL_TITLES.items()
                     if not LENS_MODELS[name].automatic))
-    degree: int = setting(9, choices=DEGREES, read=int, metavar="N", help="degree of the fitted polynomial")
+    degree: int = setting(9, choices=DEGREES, read=read_count, metavar="N",
+                          help="degree of the fitted polynomial: " + ", ".join(map(str, DEGREES)))
     dispersion: str = setting(
         "auto", choices=DISPERSIONS, figures=False, help="colour errors of the lens: traced where its glasses are "
         "known (auto), on (an error where they are not), or off")
@@ -154,14 +156,14 @@ class Settings:
     medium: str = setting("air", choices=MEDIUMS, help="the medium before the camera")
     visibility: float = setting(
         10_000.0, unit="mm", bounds=POSITIVE, figures=False, read=read_distance, metavar="DISTANCE",
-        help="of fog or water, such as 10m: there black has a fiftieth of its contrast")
+        help="of fog or water: distance at which a black object keeps 2%% of its contrast, such as 10m")
     fog_light: float = setting(0.5, "light of the fog", bounds=NOT_NEGATIVE, figures=False, read=read_light,
                                metavar="L", help="radiance that fog or water scatters into the view")
     immersed: bool = setting(False, former="wet",
                              help="put the lens itself into the water, without a flat window before it")
     position: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.0), bounds=FINITE, figures=False, read=read_position, metavar="X,Y,Z",
-        help="of the camera, such as 0,20cm,1m, or with = where it begins with a minus")
+        help="of the camera, such as 0,20cm,1m; with a minus first, write --position=-1m,0,0")
     yaw: float = setting(0.0, bounds=FINITE, unit="°", figures=False, read=read_angle, metavar="ANGLE",
                          help="turn the camera to the left")
     pitch: float = setting(0.0, bounds=FINITE, unit="°", figures=False, read=read_angle, metavar="ANGLE",
@@ -317,7 +319,7 @@ class Settings:
     @property
     def world_from_camera(self) -> np.ndarray:
         """Transform (4, 4) of the first keyframe, or of a camera without keyframes."""
-        return _placed(self.position, self.yaw, self.pitch)
+        return placed(self.position, self.yaw, self.pitch)
 
     @property
     def placement(self) -> "np.ndarray | lb.AnimatedTransform":
@@ -325,7 +327,7 @@ class Settings:
         start = self.world_from_camera
         if self.end_position is None:
             return start
-        end = _placed(self.end_position, self.end_yaw, self.end_pitch)
+        end = placed(self.end_position, self.end_yaw, self.end_pitch)
         if self.moment >= self.duration:
             return end
         return start if np.array_equal(start, end) else lb.AnimatedTransform(start, end, 0.0, self.duration)
@@ -374,8 +376,8 @@ class Settings:
         return "" if self.view == "picture" else self.view
 
 
-def _placed(position: tuple[float, float, float], yaw: float, pitch: float) -> np.ndarray:
-    """(4, 4): yaw about y, then pitch about the camera's x, at the position."""
+def placed(position: tuple[float, float, float], yaw: float, pitch: float) -> np.ndarray:
+    """Pose (4, 4) at a position: yaw about y, then pitch about x of the camera, in radians."""
     cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
     matrix = np.eye(4)
     matrix[:3, :3] = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]]) @ [[1, 0, 0], [0, cp, -sp], [0, sp, cp]]

@@ -21,23 +21,21 @@ def read_zoom(text: str) -> tuple[str, float]:
     """“0.4” from 0 (wide) to 1 (tele): ("part", 0.4); “105mm”, with its unit: ("length", 105.0)."""
     if re.search(r"[cm]m\s*$", text.lower()):
         return "length", read_length(text)
-    try:
-        part = float(text.replace(",", "."))
-    except ValueError:
-        part = math.nan
-    if not 0.0 <= part <= 1.0:
-        raise ValueError(f"“{text.strip()}”: type a number from 0 (wide) to 1 (tele), or a focal length such as 105mm")
-    return "part", part
+    return "part", _read_part(text, "0 (wide) to 1 (tele), or a focal length such as 105mm")
 
 
 def read_close(text: str) -> float:
     """“0.5” from 0 (infinity) to 1 (the nearest position of the focus groups)."""
+    return _read_part(text, "0 (infinity) to 1 (the nearest position)")
+
+
+def _read_part(text: str, range_text: str) -> float:
     try:
         part = float(text.replace(",", "."))
     except ValueError:
         part = math.nan
     if not 0.0 <= part <= 1.0:
-        raise ValueError(f"“{text.strip()}”: type a number from 0 (infinity) to 1 (the nearest position)")
+        raise ValueError(f"“{text.strip()}”: type a number from {range_text}")
     return part
 
 

@@ -117,7 +117,10 @@ class LightFieldWorker:
 
     def open(self, path: Path) -> None:
         """Open a recording."""
-        self._begin(f"Opening {path.name}", lambda task: _opened(path), self._take_recording)
+        def say(text: str) -> None:
+            self.messages.append((text, False))
+
+        self._begin(f"Opening {path.name}", lambda task: _opened(path, say), self._take_recording)
 
     def save(self, path: Path) -> None:
         """Save the recording."""
@@ -287,12 +290,12 @@ def _compared(task: Task, field_picture: FieldPicture) -> Compared | None:
     return None if image is None else Compared(field_picture, image, settings, decibels(field_picture.image, image))
 
 
-def _opened(path: Path) -> Recorded:
+def _opened(path: Path, say: Callable[[str], object]) -> Recorded:
     """The light field or the array that the file holds; raises what its reader raises."""
     from lensbench.app.files.light_field_file import load_light_field
     from lensbench.app.files.lumigraph_file import load_lumigraph
 
     with suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(path) as archive:
         if "pictures.npy" in archive.namelist():
-            return ArrayRecording(*load_lumigraph(path))
-    return load_light_field(path)
+            return ArrayRecording(*load_lumigraph(path, say))
+    return load_light_field(path, say)

@@ -121,7 +121,7 @@ def test_trace_refuses_in_one_line(tmp_path, capsys):
     rays = ["--rays", str(tmp_path / "rays.csv")]
     assert "No such file" in refused(capsys, "trace", LENS, "--rays", str(tmp_path / "none.csv"))
     assert ".csv or .json" in refused(capsys, "trace", LENS, *rays, "-o", str(tmp_path / "out.png"))
-    assert "cannot be written" in refused(capsys, "trace", LENS, *rays, "-o", str(tmp_path / "nowhere" / "out.csv"))
+    assert "there is no folder" in refused(capsys, "trace", LENS, *rays, "-o", str(tmp_path / "nowhere" / "out.csv"))
     (tmp_path / "a.zmx").write_text("SURF 0\nSURF 1\n CURV 0.02\n DISZ 5\n DIAM 9\n GLAS N-BK7 0 0 1.5 40\n"
                                     "SURF 2\n DISZ 5\n DIAM 9\nSURF 3\n")
     error = refused(capsys, "trace", str(tmp_path / "a.zmx"), *rays, "--wavelength", "20")

@@ -38,6 +38,11 @@ def test_a_number_outside_its_range_is_refused_with_the_range(field):
             replace(Settings(), **{field.name: wrong}).checked()
 
 
+def test_a_message_shows_all_digits_of_a_whole_number():
+    with pytest.raises(SettingsError, match="seed 4294967296: "):
+        replace(Settings(), seed=1 << 32).checked()
+
+
 @pytest.mark.parametrize("field", CHOICES, ids=lambda field: field.name)
 def test_a_value_that_is_no_choice_is_refused_with_the_choices(field):
     with pytest.raises(SettingsError, match=r"choose one of|3 to 24"):
