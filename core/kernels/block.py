@@ -73,7 +73,7 @@ class Step(NamedTuple):
     """A stage with its parameters and integers; a gated step is skipped while key[ALIVE] is 0."""
 
     kernel: Any
-    parameters: Any
+    parameters: Any = ()
     integers: Any = ()
     gated: bool = False
 

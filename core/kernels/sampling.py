@@ -206,5 +206,5 @@ def unit_square(points, real) -> np.ndarray:
 def sampling_steps(w: int, h: int, lit: bool, timed: bool = False) -> list[Step]:
     """Steps that draw the samples of w × h pixels; lit: with light samples; timed: with TIME."""
     steps = [Step(sample_pixels, [w, h])]
-    steps += [Step(sample_lights, [])] if lit else []
-    return [*steps, Step(sample_times, [])] if timed else steps
+    steps += [Step(sample_lights)] if lit else []
+    return [*steps, Step(sample_times)] if timed else steps

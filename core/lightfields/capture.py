@@ -150,7 +150,7 @@ def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], ra
     planes = np.zeros((4, h, w), np.float32)
 
     def aim(wavelength: float) -> list[Step]:
-        return [camera.film_step, Step(sample_disk, []), *cell_steps(camera, part, wavelength)]
+        return [camera.film_step, Step(sample_disk), *cell_steps(camera, part, wavelength)]
 
     def record(left: int, cancelled: Callable[[], bool]) -> None:
         strip = recorder.strip(left, aim, 1.0, (0.0, 0.0), 0, samples, moment)

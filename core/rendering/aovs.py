@@ -85,13 +85,13 @@ def aov_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
         here = len(steps) - len(camera.carried)         # still in the camera frame
         size = np.linalg.norm(camera.world_from_camera_at(camera.shutter_open + camera.exposure_time / 2.0)[:3, 2])
         return [*steps[:here], Step(keep_depth, [size]), *steps[here:], *scene.depth_steps(camera.shutter_open),
-                Step(show_depth, [])]
-    return [*camera.steps(), Step(show_white if view == "fate" else show_weight, [])]
+                Step(show_depth)]
+    return [*camera.steps(), Step(show_white if view == "fate" else show_weight)]
 
 
 def arrival_steps(camera: Camera, timed: bool) -> list[Step]:
     """The stages to 1 in all colours for each sample that arrives; timed: the samples have a TIME."""
-    return [*camera.steps(timed=timed), Step(show_white, [])]
+    return [*camera.steps(timed=timed), Step(show_white)]
 
 
 def fate_colours(lens: Lens) -> np.ndarray:
@@ -183,7 +183,7 @@ def _fate_steps(lens: Lens, film_distance: float) -> list[Step]:
         surface = surface_steps(lens, film_distance, part=slice(back, back + 1))
         blades = lens.iris.blocking(lens.stop.semi_diameter) if back + lens.stop_index == len(lens.surfaces) - 1 else []
         steps += [*surface, *blades, Step(show_fate, colour)]
-    return [*steps, Step(show_passed, [])]
+    return [*steps, Step(show_passed)]
 
 
 @stage

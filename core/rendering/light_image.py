@@ -213,13 +213,13 @@ class LightImage:
         """The stages from the entrance plane to a light, or to what hides the light; see `_program`."""
         things, medium = self._things[kind], self._camera.medium
         connect = trace_by_ball if kind == BALL else trace_to_light
-        steps = [Step(sobol_net, []), Step(connect, parameters), *self._camera.carried]
+        steps = [Step(sobol_net), Step(connect, parameters), *self._camera.carried]
         met = self._scene.marking_steps(with_unit_radiance(things) if shared else things)
         if kind == STRAIGHT:
             return [*steps, *met, *([] if medium is None else medium.dimming)]
         fog = [] if medium is None else medium.steps
-        return [*steps, Step(begin_path, []), *met, *fog, Step(gather_emission, []),
-                Step(require_mirror, parameters), Step(specular_bounce, []), *met, *fog, Step(apply_throughput, [])]
+        return [*steps, Step(begin_path), *met, *fog, Step(gather_emission),
+                Step(require_mirror, parameters), Step(specular_bounce), *met, *fog, Step(apply_throughput)]
 
     # Preparation with the first pass, whose threads help
 

@@ -63,7 +63,6 @@ Scene = Any
 BOUNCES = 3             # specular bounces of a path
 MOST_HIGHLIGHTS = 64    # lights that a rough coat reflects: those that are brightest from the origin
 HIGHLIGHT_RADIUS = math.radians(1.5)    # least radius of the sun in mirrors and coats, its light unchanged
-NONE = np.zeros(1)      # parameters of a stage that has none
 
 
 @lru_cache(maxsize=16)
@@ -84,18 +83,18 @@ def radiance_steps(scene: Scene, shadows: bool, opening: float, excluded: Exclud
                 Step(daylight, np.concatenate([_surround(scene), scene.ambient, sunlight])))
     light = _light(scene, shadows, opening)
     emission = [BENDS if j in excluded.bends else float(o.material.shines) for j, o in enumerate(excluded.first)]
-    steps = [Step(begin_path, NONE), *_intersection(scene, opening, shapes=excluded.first, emission=emission), *fog,
-             *_coats(scene, False, opening), Step(gather_emission, NONE), *light]
+    steps = [Step(begin_path), *_intersection(scene, opening, shapes=excluded.first, emission=emission), *fog,
+             *_coats(scene, False, opening), Step(gather_emission), *light]
     if mirrors:
         emission = [SMALL if o != other and o.material.pattern is None else float(o.material.shines)
                     for o, other in zip(scene.objects, excluded.later, strict=True)]
-        part = [Step(bounce_pupil_part, NONE)] if is_rough(scene) else []
+        part = [Step(bounce_pupil_part)] if is_rough(scene) else []
         met = _intersection(scene, opening, reflected=True, emission=emission, specular=excluded.later)
         for k in range(BOUNCES):
-            onward = [*part, Step(specular_bounce, NONE), *met, *fog, *_coats(scene, k == BOUNCES - 1, opening),
-                      Step(gather_emission, NONE), *light]
+            onward = [*part, Step(specular_bounce), *met, *fog, *_coats(scene, k == BOUNCES - 1, opening),
+                      Step(gather_emission), *light]
             steps += [step._replace(gated=True) for step in onward]
-    return (*steps, Step(finish_path, NONE))
+    return (*steps, Step(finish_path))
 
 
 @lru_cache(maxsize=16)
@@ -108,7 +107,7 @@ def marking_steps(scene: Scene, shapes: tuple[Shape, ...]) -> tuple[Step, ...]:
 @lru_cache(maxsize=16)
 def depth_steps(scene: Scene, opening: float) -> tuple[Step, ...]:
     """Stages that find the depth only; see `Scene.depth_steps`."""
-    return (*_intersection(scene, opening if scene.moves else 0.0), Step(depth_picture, NONE))
+    return (*_intersection(scene, opening if scene.moves else 0.0), Step(depth_picture))
 
 
 def is_rough(scene: Scene) -> bool:
@@ -149,7 +148,7 @@ def _intersection(scene: Scene, opening: float, reflected: bool = False, shapes:
     if scene.floor is not None:
         steps.append(Step(floor, floor_parameters(scene.floor)))
     if balls or flat or scene.moves:
-        steps.append(Step(beam, NONE))
+        steps.append(Step(beam))
     if balls:
         steps.append(Step(spheres, *sphere_parameters(*list(zip(*balls, strict=True))[:2])))
     if flat:

@@ -101,8 +101,8 @@ def samplers(film: Film, timed: bool = False) -> dict[str, list[Step]]:
     corners = Step(add_corners, size)
     return {
         DEFAULT: sampling_steps(w, h, lit=True, timed=timed),
-        "Sobol, scrambled for each pixel": [Step(scrambled, []), corners],
-        "rank-1 lattice, shifted": [Step(lattice, []), corners],
-        "additive recurrence, shifted": [Step(recurrence, []), corners],
+        "Sobol, scrambled for each pixel": [Step(scrambled), corners],
+        "rank-1 lattice, shifted": [Step(lattice), corners],
+        "additive recurrence, shifted": [Step(recurrence), corners],
         WHITE: [Step(white_noise, size)],
     }

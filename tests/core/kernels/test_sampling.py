@@ -16,7 +16,7 @@ COUNT = 256
 def points(kernel, pixel: int = 0, seed: int = 0, count: int = COUNT, width: int = 640) -> np.ndarray:
     """(count, 6) of one pixel, counted line by line: place in it, in the pupil, on a light."""
     size, n = [width, 40], width * 40
-    lights = [Step(sample_lights, [])] if kernel is sample_pixels else []
+    lights = [Step(sample_lights)] if kernel is sample_pixels else []
     program = Program([Step(kernel, size), *lights], np.float64)
     corners = Program([Step(add_corners, size)]).run({X: np.zeros(n), Y: np.zeros(n)}, [X, Y], n)
     line, column = divmod(pixel, width)
