@@ -17,6 +17,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, pieces, text
 
 NEAR_END = 0.7                  # of the plot's width: with the focus beyond it, lines have their names at the left
@@ -46,9 +47,7 @@ def circle_of_confusion_panel(settings: Settings, state: CocState) -> Settings:
         low, high, bottom, top = plot_range(settings, got)
         shown = curves(settings.optics, low, high)
     except (ValueError, OSError) as error:
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled(str(error))
-        imgui.pop_text_wrap_pos()
+        paragraph(str(error))
         return settings
 
     key = (settings.lens, settings.focal_length, settings.has_lens, low, high, top, size.x, size.y)

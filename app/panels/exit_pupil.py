@@ -22,6 +22,7 @@ from lensbench.app.state.text_values import format_area
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.memo import Memo
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
 
 FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the illuminated film
@@ -52,10 +53,10 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState,
     if size.x < 60.0 or size.y < 60.0:
         return film_radius
     if not settings.has_lens:
-        _say("This camera has no lens and no exit pupil")
+        paragraph("This camera has no lens and no exit pupil")
         return film_radius
     if not settings.has_stop:
-        _say("A pinhole has no exit pupil: all light goes through a point")
+        paragraph("A pinhole has no exit pupil: all light goes through a point")
         return film_radius
     try:
         lens_setup = setup(settings)
@@ -68,7 +69,7 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState,
         seen = region(lens_setup.lens, lens_setup.film_distance, shown)
         samples = box_samples(lens_setup.lens, lens_setup.film_distance, shown)
     except (ValueError, OSError) as error:
-        _say(str(error))
+        paragraph(str(error))
         return film_radius
     _words(seen, samples, hover_radius is not None, settings.follows_lens, reach)
     if not lens_setup.lens.is_rotationally_symmetric:
@@ -79,12 +80,6 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState,
                                "above it, which are shown. Pictures follow the true ones all over the film")
     _plot(lens_setup, fields, seen, samples, reach, state)
     return film_radius
-
-
-def _say(reason: str) -> None:
-    imgui.push_text_wrap_pos(0.0)
-    imgui.text_disabled(reason)
-    imgui.pop_text_wrap_pos()
 
 
 def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,

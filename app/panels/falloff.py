@@ -19,6 +19,7 @@ from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.picture_statistics import round_above
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, pieces, polyline, text
 from lensbench.app.widgets.toggles import toggles
 
@@ -69,16 +70,16 @@ def falloff_panel(settings: Settings, state: FalloffState) -> None:
     if size.x < 60.0 or size.y < 60.0:
         return
     if not settings.has_lens:
-        _say("This camera has no lens: no falloff and no distortion")
+        paragraph("This camera has no lens: no falloff and no distortion")
         return
     try:
         lens_setup = setup(settings)
         if not lens_setup.lens.is_rotationally_symmetric:
-            _say(EVERY_WAY)
+            paragraph(EVERY_WAY)
             return
         found = falling(lens_setup)
     except (ValueError, OSError) as error:
-        _say(str(error))
+        paragraph(str(error))
         return
     theme.small()
     _words(found)
@@ -91,12 +92,6 @@ def falloff_panel(settings: Settings, state: FalloffState) -> None:
     imgui.pop_font()
 
 
-def _say(reason: str) -> None:
-    imgui.push_text_wrap_pos(0.0)
-    imgui.text_disabled(reason)
-    imgui.pop_text_wrap_pos()
-
-
 def _stops(part: float) -> str:
     """A part of the light in stops."""
     return "dark" if part <= 0.0 else f"{math.log2(part):+.1f} EV".replace("-", "−").replace("+0.0", "0.0")
@@ -106,9 +101,7 @@ def _words(found: Falling) -> None:
     light, shape = found.light, found.shape
     summary = f"Corner {_stops(float(light.total[-1]))}: natural {_stops(float(light.natural[-1]))}, " \
            f"vignetting {_stops(float(light.vignetting[-1]))}"
-    imgui.push_text_wrap_pos(0.0)
-    imgui.text_unformatted(summary if light.total[-1] > 0.0 else "The corner of the film is dark")
-    imgui.pop_text_wrap_pos()
+    paragraph(summary if light.total[-1] > 0.0 else "The corner of the film is dark", True)
     imgui.set_item_tooltip("Against the axis, of the real lens at the present stop and focus. Natural: cos⁴ of the "
                            "angle at the film,\nover the pupil; vignetting: the pupil's area, as the rims leave it")
     percent = shape.percent[np.isfinite(shape.percent)]

@@ -14,13 +14,14 @@ from lensbench.app.state.camera_kinds import LENS_MODELS
 from lensbench.app.state.settings import Settings
 from lensbench.app.studies.charts.values import Chart, Mark
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, text
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.chart_worker import ChartWorker, charted
 
 TOLERANCE = {"rms": 0.5, "worst": 0.5, "light": 0.05}       # of the automatic model: pixels, stops
-ERRORS = {"rms": ("rms", "rms, px", "Error, rms (px)"), "worst": ("worst", "worst, px", "Error, worst ray (px)"),
-          "light": ("light", "light worst, stops", "Light, worst (stops)")}
+ERRORS = {"rms": ("RMS", "rms, px", "Error, rms (px)"), "worst": ("Worst ray", "worst, px", "Error, worst ray (px)"),
+          "light": ("Light", "light worst, stops", "Light, worst (stops)")}
 ERROR_TIPS = {"rms": "Root mean square over the whole film and pupil, in pixels",
               "worst": "Of the worst ray, in pixels",
               "light": "Brightness against the axis, in stops, where it is farthest off"}
@@ -41,7 +42,7 @@ def models_panel(settings: Settings, worker: ChartWorker, state: ModelsState,
     chosen: the automatic model's choice.
     """
     if not settings.has_lens:
-        _say("This camera has no lens. Choose one with a lens in the left column to chart its models.")
+        paragraph("This camera has no lens. Choose one with a lens in the left column to chart its models.")
         return settings
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
@@ -54,18 +55,12 @@ def models_panel(settings: Settings, worker: ChartWorker, state: ModelsState,
         task_progress(worker.task)
     if chart is None:
         if worker.problem and worker.of == charted(settings):
-            _say(worker.problem)
+            paragraph(worker.problem)
         elif worker.task is None:
-            _say("Leave the settings unchanged for a moment, or press the arrow above: the chart then shows each model "
-                 "of this lens by its cost and its error.")
+            paragraph("Leave the settings unchanged for a moment, or press the arrow above: the chart then shows each "
+                      "model of this lens by its cost and its error.")
         return settings
     return _plotted(settings, chart, state.shown, chosen, worker.of == charted(settings))
-
-
-def _say(words: str) -> None:
-    imgui.push_text_wrap_pos(0.0)
-    imgui.text_disabled(words)
-    imgui.pop_text_wrap_pos()
 
 
 def _tools(settings: Settings, worker: ChartWorker) -> None:
@@ -234,15 +229,15 @@ def _clicked(settings: Settings, mark: Mark, boxes: list[tuple[ImVec2, ImVec2]])
 
 def _mark_tooltip(mark: Mark, usable: bool) -> str:
     figures = mark.figures
-    lines = [mark.name, f"{figures['streamed, ns']:.2f} ns a ray; the middle run {figures['spread, %']:.0f} % more"]
+    lines = [mark.name, f"{figures['streamed, ns']:.2f} ns a ray; median run {figures['spread, %']:.0f} % slower"]
     if mark.kind == "scalar":
-        lines.append("The rays that all others are held against")
+        lines.append("The reference for the errors of all other models")
     else:
         lines += [f"rms {_digits(figures['rms, px'])} px, 99 % within {_digits(figures['p99, px'])} px, "
                   f"worst {_digits(figures['worst, px'])} px",
                   f"light within {_digits(figures['light worst, stops'])} stops"]
-    lines.append(mark.why or ("Click to take the picture with it" if usable else "For comparison: no picture is taken "
-                                                                                 "with it"))
+    lines.append(mark.why or ("Click to render with this model" if usable else
+                              "For comparison only: pictures cannot use it"))
     return "\n".join(lines)
 
 

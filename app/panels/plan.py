@@ -15,6 +15,7 @@ from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
 
 FARTHEST = 1e6                  # mm: the plane in focus is not drawn beyond it
@@ -41,9 +42,7 @@ def plan_panel(settings: Settings, state: PlanState) -> Settings:
         if shown.distance < FARTHEST:               # the wheel shows what lies beyond
             depth = min(depth, max(3.0 * shown.distance, 2000.0))
     except (ValueError, OSError) as error:
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled(str(error))
-        imgui.pop_text_wrap_pos()
+        paragraph(str(error))
         return settings
 
     key = (settings.scene, settings.camera, size.x, size.y)

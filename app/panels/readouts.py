@@ -11,6 +11,7 @@ from lensbench.app.state.figures import Readings, colours, readings
 from lensbench.app.state.settings import LIMITS, Settings
 from lensbench.app.state.text_values import format_angle, format_distance, format_length
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
 
 NONE = "–"
 
@@ -71,9 +72,7 @@ def readouts_panel(settings: Settings, status: Status) -> None:
     imgui.pop_style_var()
     if got.reason:
         imgui.dummy(ImVec2(width, round(0.4 * line)))
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled(got.reason)
-        imgui.pop_text_wrap_pos()
+        paragraph(got.reason)
 
 
 def _explain(row: Row) -> None:

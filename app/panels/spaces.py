@@ -16,6 +16,7 @@ from lensbench.app.state.figures import intrinsics
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import VIEWS, Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.scenery.objects import displaced
 
 fa = icons_fontawesome_6
@@ -34,9 +35,7 @@ def spaces_panel(settings: Settings, at: tuple[float, float], depth: NDArray[np.
     try:
         of = _camera(settings.picture)
     except (ValueError, OSError) as error:
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled(str(error))
-        imgui.pop_text_wrap_pos()
+        paragraph(str(error))
         return False
     text, pixels = intrinsics(of), _pixels(of)
     pitch = _table([*rows(of, at, depth), *_object(settings, of, at, depth), *_values(settings, at, image), *pixels])
@@ -149,7 +148,7 @@ def _values(settings: Settings, at: tuple[float, float], image: NDArray[np.float
     name = "Light" if settings.view == "picture" else VIEWS[settings.view]
     return [(name, tuple(f"{value:.3g}".replace("-", "−") for value in image[int(at[1]), int(at[0])].tolist()), "",
              "Red, green and blue of the pixel, linear, as it was rendered" if settings.view == "picture" else
-             "What was found of the samples, as an EXR holds it")]
+             "The quantity that this view shows, as an EXR file stores it")]
 
 
 def _table(table: list[Row]) -> float:

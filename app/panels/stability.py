@@ -15,6 +15,7 @@ from lensbench.app.studies.stability.families import FAMILIES
 from lensbench.app.studies.stability.plots import method_name, method_names, plotted_errors
 from lensbench.app.studies.stability.sweep import Curve, Sweep, quantity_text
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, pieces, text
 from lensbench.app.widgets.toggles import angle
 from lensbench.app.workers.stability_worker import Key, StabilityWorker
@@ -95,9 +96,7 @@ def _list(label: str, value: str, names: list[str], width: float, tip: str) -> s
 def _waiting(worker: StabilityWorker, key: Key) -> None:
     """Progress with Cancel, an error, or a button that measures a cancelled sweep."""
     if key in worker.problems:
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled(worker.problems[key])
-        imgui.pop_text_wrap_pos()
+        paragraph(worker.problems[key])
     elif key == worker.declined:
         if imgui.button("Measure"):
             worker.again(key)
@@ -130,9 +129,7 @@ def _methods(sweep: Sweep, state: StabilityState) -> None:
         text(draw, ImVec2(at.x + 28.0 * pixel, at.y), colour.strong if curve.own else colour.dim,
              theme.shortened(curve.name, room - wide - 36.0 * pixel))
     imgui.spacing()
-    imgui.push_text_wrap_pos(0.0)
-    imgui.text_disabled(sweep.note)
-    imgui.pop_text_wrap_pos()
+    paragraph(sweep.note)
 
 
 def _method_tooltip(sweep: Sweep, curve: Curve) -> None:

@@ -1,8 +1,6 @@
-"""Parts of the popups of the left column: radio buttons, and a small note below them."""
+"""Radio buttons of the popups of the left column."""
 
 from imgui_bundle import imgui
-
-from lensbench.app.widgets import theme
 
 
 def one_of(title: str, names: dict[str, str], tips: dict[str, str], present: str) -> str:
@@ -13,12 +11,3 @@ def one_of(title: str, names: dict[str, str], tips: dict[str, str], present: str
             present = key
         imgui.set_item_tooltip(tips[key])
     return present
-
-
-def small_note(text: str) -> None:
-    """Dim small text over as many lines as it needs."""
-    imgui.push_text_wrap_pos(0.0)
-    theme.small()
-    imgui.text_disabled(text)
-    imgui.pop_font()
-    imgui.pop_text_wrap_pos()

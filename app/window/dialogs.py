@@ -133,7 +133,7 @@ class FilePrompt:
         if imgui.begin_child("Files", ImVec2(0.0, theme.em(17.0)), imgui.ChildFlags_.frame_style):
             found = _content(self._folder, question.suffixes)
             if not found:
-                imgui.text_disabled(f"Nothing here of the kinds {' '.join(question.suffixes)}")
+                imgui.text_disabled(f"No files of these types here: {' '.join(question.suffixes)}")
             for path in found:
                 folder = path.is_dir()
                 icon = fa.ICON_FA_FOLDER if folder else "     "

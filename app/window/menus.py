@@ -56,7 +56,7 @@ def _file_menu(state: WindowState) -> None:
     imgui.separator()
     if _item("Save lens…", enabled=history.present.has_lens):
         state.requests.add(Request.SAVE_LENS)
-    imgui.set_item_tooltip(f"In the format of the suffix: {' '.join(WRITERS)}")
+    imgui.set_item_tooltip(f"The suffix sets the format: {' '.join(WRITERS)}")
     if _item("Save settings…"):
         state.requests.add(Request.SAVE_SETTINGS)
     if _item("Export…", "Ctrl+E"):

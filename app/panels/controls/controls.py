@@ -86,7 +86,7 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
     if can_disperse(settings):
         parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
                       settings.dispersion != "auto", dispersion_popup))
-    parts.append(("Air", "Fog, or water, before the camera", medium_popup.in_use(settings), medium_popup.air_popup))
+    parts.append(("Air", "Fog or water in front of the camera", medium_popup.in_use(settings), medium_popup.air_popup))
     style = imgui.get_style()
     imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(4.5 * theme.scale(), style.frame_padding.y))
     for name, tip, used, content in parts:

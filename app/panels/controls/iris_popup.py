@@ -24,14 +24,14 @@ def in_use(settings: Settings) -> bool:
 def stop_popup(settings: Settings) -> Settings:
     """Draw the popup's content; the changed settings."""
     here, own = iris(settings), iris(settings.plain("blades"))
-    names = {blades: f"{blades}" if blades else "round" for blades in BLADES}
+    names = {blades: f"{blades}" if blades else "Round" for blades in BLADES}
     tips = {blades: f"An iris of {blades} blades" if blades else "A round stop" for blades in BLADES}
     blades = toggles("Blades", names, here.blades, tips, 3.6)
     if blades != here.blades:
         settings = replace(settings, blades=None if blades == own.blades else blades)
     if settings.blades is not None and here.blades:
         rotation = settings.blade_rotation % (2.0 * math.pi / here.blades)
-        turn = dial("Turn", rotation, dial_scales.turn_scale(here.blades),
+        turn = dial("Rotation", rotation, dial_scales.turn_scale(here.blades),
                     "Rotation of the iris, counter-clockwise seen from the scene")
         round_ = dial("Roundness", settings.roundness, dial_scales.part_scale(1.0),
                       "0 %: straight blades; 100 %: a circle")

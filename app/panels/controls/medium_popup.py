@@ -24,7 +24,7 @@ def in_use(settings: Settings) -> bool:
 def air_popup(settings: Settings) -> Settings:
     """Draw the popup's content; the changed settings."""
     names = {key: name for key, name in MEDIUMS.items() if key != "water" or settings.kind.under_water}
-    medium = toggles("Before", names, settings.medium, TIPS, 3.6)
+    medium = toggles("Medium", names, settings.medium, TIPS, 3.6)
     if medium != settings.medium:
         settings = replace(settings, medium=medium)
         if medium == "water":
@@ -34,7 +34,7 @@ def air_popup(settings: Settings) -> Settings:
     scale = dial_scales.visibility_scale(CLEAREST_WATER if settings.medium == "water" else 1e6)
     visibility = dial("Visibility", settings.visibility, scale,
                       "Distance at which a black object has a fiftieth of its contrast, in metres")
-    light = dial("Its light", settings.fog_light, dial_scales.light_scale(),
+    light = dial("Scattered light", settings.fog_light, dial_scales.light_scale(),
                  "Radiance that the medium scatters into the view; 1 is that of a white wall under an even sky")
     settings = replace(settings, visibility=visibility, fog_light=light)
     if settings.medium == "water" and settings.has_lens:

@@ -30,7 +30,7 @@ def in_use(settings: Settings) -> bool:
 
 def sensor_popup(settings: Settings, found: AppliedExposure | None) -> Settings:
     """Draw the popup's content; the changed settings. found: the exposure of the picture."""
-    settings = replace(settings, exposing=toggles("Light", EXPOSURES, settings.exposing, EXPOSURE_TIPS))
+    settings = replace(settings, exposing=toggles("Mode", EXPOSURES, settings.exposing, EXPOSURE_TIPS))
     if settings.exposing == "automatic":
         settings = replace(settings, metering=toggles("Meter", METERINGS, settings.metering, METERING_TIPS))
     if found is not None:
@@ -41,7 +41,7 @@ def sensor_popup(settings: Settings, found: AppliedExposure | None) -> Settings:
                                "and the exposure H of a white wall under an even sky of 1000 cd/m²")
     imgui.dummy(ImVec2(0.0, theme.em(0.2)))
     shutter = dial("Shutter", settings.shutter, dial_scales.shutter_scale(DEFAULT.shutter),
-                   "How long the film is exposed, t; the same as under Motion")
+                   "Exposure time t, in s; the same setting as under Motion")
     settings = replace(settings, shutter=shutter)
     automatic = settings.exposing == "automatic" and found is not None
     iso = found.iso if automatic and found is not None else settings.iso

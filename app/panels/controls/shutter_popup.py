@@ -33,7 +33,7 @@ def motion_popup(settings: Settings) -> Settings:
     readout = dial("Read-out", settings.readout, dial_scales.readout_scale(),
                    "Rolling shutter: time from the first row of the picture to the last, in ms. 0: all at once")
     settings = replace(settings, readout=readout)
-    direction = toggles("Lines", ARROWS, settings.readout_direction, {
+    direction = toggles("Order", ARROWS, settings.readout_direction, {
         key: f"{name}: the order in which the rows of the upright picture are exposed"
         for key, name in READOUT_DIRECTIONS.items()})
     settings = replace(settings, readout_direction=direction)
@@ -65,9 +65,9 @@ def _keyframes(settings: Settings) -> Settings:
             settings = replace(settings, end_position=settings.position, end_yaw=settings.yaw,
                                end_pitch=settings.pitch, moment=settings.duration)
         imgui.set_item_tooltip("Make the camera's pose the first of two keyframes. The scrub bar then moves to the "
-                               "second:\nmove the camera in the picture to where it shall end")
+                               "second:\nmove the camera in the picture to the place where its motion ends")
         return settings
-    if imgui.button("Stand still", ImVec2(-1.0, 0.0)):
+    if imgui.button("Remove the motion", ImVec2(-1.0, 0.0)):
         plain = Settings()
         settings = replace(settings, end_position=None, end_yaw=plain.end_yaw, end_pitch=plain.end_pitch,
                            moment=plain.moment)

@@ -6,19 +6,19 @@ from functools import lru_cache
 
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.panels.light_field.capture_form import words
 from lensbench.app.panels.light_field.pupil_pad import SIDE, figures
 from lensbench.app.state import dial_scales, scales, text_values
 from lensbench.app.state.light_field_query import ELSEWHERE, SURFACES, ArrayRecording, Look
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.light_field_worker import FieldPicture
 
 SHOWN_TIPS = {"camera": "The picture is the camera's",
               "novel": "The picture is that of a pinhole at the place below, computed from the array"}
 SURFACE_TIPS = {"recorded": "Objects are at their recorded distances",
-                "plane": "All objects are taken to be on one plane, which is sharp: others are seen double"}
+                "plane": "All objects are assumed to lie on one plane: those on it are sharp, others appear double"}
 ROOM = 1.5                      # of the array's half side: the range of the viewpoint beside its middle
 AHEAD = 500.0                   # mm, forwards and back
 
@@ -39,15 +39,15 @@ def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPictur
          "To compute the picture")))
     forwards = dial("Forwards", forwards, _forwards(), "From the plane of the pinholes towards the scene, in mm")
     look = replace(look, place=(x, y, forwards),
-                   surface=toggles("Things", SURFACES, look.surface, SURFACE_TIPS, 4.4))
+                   surface=toggles("Objects", SURFACES, look.surface, SURFACE_TIPS, 4.4))
     if look.surface == "plane":
         look = replace(look, distance=dial("Plane", look.distance,
                                            dial_scales.focus_scale(100.0, recording.array.distance),
-                                           "Distance of the plane that things are taken to be on, from the pinholes"))
+                                           "Distance from the pinholes to the plane of all objects"))
     if covered is not None and covered < 0.9995:
         half = recording.half
-        words(f"The view leaves what was recorded: the pinholes reach {half[0]:.3g} mm across and {half[1]:.3g} mm up",
-              True)
+        paragraph("The view leaves what was recorded: the pinholes reach "
+                  f"{half[0]:.3g} mm across and {half[1]:.3g} mm up", True)
     if look != before and look.show == before.show == "camera":
         look = replace(look, show="novel")
     return look

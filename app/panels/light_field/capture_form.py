@@ -10,6 +10,7 @@ from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.task import Task
 
@@ -24,22 +25,15 @@ KIND_TIPS = {
 }
 
 
-def words(text: str, strong: bool = False) -> None:
-    """A text wrapped at the edge of the panel; dim, or strong."""
-    imgui.push_text_wrap_pos(0.0)
-    (imgui.text_unformatted if strong else imgui.text_disabled)(text)
-    imgui.pop_text_wrap_pos()
-
-
 def recording_form(settings: Settings, form: Form, task: Task | None, can_go_back: bool) -> None:
     """Form of a capture: its kind and sizes, the memory it takes, and the buttons."""
     if form.kind == "lens":
-        words("Record the light through every part of the pupil; choose focus, aperture and viewpoint afterwards.")
-    form.kind = toggles("By", KINDS, form.kind, KIND_TIPS, 4.4)
+        paragraph("Record the light through every part of the pupil; choose focus, aperture and viewpoint afterwards.")
+    form.kind = toggles("Method", KINDS, form.kind, KIND_TIPS, 4.4)
     tip = {"lens": "Cells of the pupil across and down: more of them can be focused farther from the recorded distance",
-           "microlenses": "Pixels of the sensor behind each microlens: so many views there are",
+           "microlenses": "Pixels of the sensor behind each microlens: each gives one view",
            "array": "Pinholes across and down"}[form.kind]
-    form.views = toggles("Behind" if form.kind == "microlenses" else "Views", {n: f"{n} × {n}" for n in VIEWS},
+    form.views = toggles("Pixels" if form.kind == "microlenses" else "Views", {n: f"{n} × {n}" for n in VIEWS},
                          form.views, dict.fromkeys(VIEWS, tip), 4.4)
     form.samples = toggles("Samples", {n: f"{n}" for n in SAMPLES}, form.samples, dict.fromkeys(
         SAMPLES, "For each pixel of each view: a picture focused afterwards adds those of its views"), 4.4)
@@ -52,11 +46,11 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
                          "of the samples. 1: the exposure as a whole"), 4.4)
         if form.kind == "array":
             form.spacing = dial("Spacing", form.spacing, dial_scales.lens_radius_scale(100.0, 5.0),
-                                "From pinhole to pinhole, in mm. They stand in a plane about the middle of the "
-                                "camera's pupil") or 0.1
+                                "Distance between neighbouring pinholes, in mm. They lie in a plane about the "
+                                "middle of the camera's pupil") or 0.1
     else:
         _microlenses(settings, form)
-    words(f"Takes {form.bytes(settings) / 1e6:,.0f} MB of memory", True)
+    paragraph(f"Takes {form.bytes(settings) / 1e6:,.0f} MB of memory", True)
     if task is not None:
         task_progress(task)
     else:
@@ -78,18 +72,17 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
 def _microlenses(settings: Settings, form: Form) -> None:
     """The number of microlenses, their f-number, and its match with the lens."""
     form.microlenses = toggles("Lenses", {n: f"{n}" for n in MICROLENSES}, form.microlenses, dict.fromkeys(
-        MICROLENSES, "Microlenses along the longer side of the film: so many pixels a view has"), 4.4)
+        MICROLENSES, "Microlenses along the longer side of the film: the pixels of each view along that side"), 4.4)
     try:
         of = form.plenoptic(settings)
         matched = of.matched_f_number
-        turned = dial("Microlenses", of.microlens_f_number, dial_scales.aperture_scale(1.0, round(matched, 3)),
-                      "f-number of the microlenses: their focal length over their side. Double click: that which "
-                      "matches the lens")
+        turned = dial("Microlens f-number", of.microlens_f_number, dial_scales.aperture_scale(1.0, round(matched, 3)),
+                      "Focal length of a microlens over its side. Double click: the f-number that matches the lens")
         if turned != of.microlens_f_number:
             form.f_number = None if abs(turned / matched - 1.0) < 0.002 else turned
         theme.small()
-        words(f"Fill {of.fill:.2f}   used {100.0 * of.used:.0f} %   spilled {100.0 * of.spilled:.0f} %", True)
+        paragraph(f"Fill {of.fill:.2f}   used {100.0 * of.used:.0f} %   spilled {100.0 * of.spilled:.0f} %", True)
         imgui.set_item_tooltip("\n".join(f"{name} {value}: {meaning}" for name, value, meaning in f_number_match(of)))
         imgui.pop_font()
     except (ValueError, OSError) as error:
-        words(str(error), True)
+        paragraph(str(error), True)

@@ -15,6 +15,7 @@ from lensbench.app.state.light_field_query import DEEP, Look, Recording
 from lensbench.app.state.request import Request
 from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.light_field_worker import LightFieldWorker
 
@@ -32,15 +33,13 @@ def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form:
     """Draw the button that starts the search, or the depth found; returns the look after the user's changes."""
     found = worker.found
     if found is None:
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled("Nearer objects shift more between the views. From this parallax the depth follows.")
-        imgui.pop_text_wrap_pos()
+        paragraph("Nearer objects shift more between the views. From this parallax the depth follows.")
         imgui.begin_disabled(worker.task is not None)
         if imgui.button(fa.ICON_FA_MAGNIFYING_GLASS + "  Find the depth###Find the depth"):
             form.requests.add(Request.FIND_DEPTH)
         imgui.end_disabled()
         return look
-    look = replace(look, deep=toggles("Of it", DEEP, look.deep, DEEP_TIPS))
+    look = replace(look, deep=toggles("Depth picture", DEEP, look.deep, DEEP_TIPS, 0.0))
     _scale(found)
     x, y = look.pixel
     distance, sure = float(found.distance[y, x]), float(found.confidence[y, x])

@@ -7,7 +7,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 import lensbench as lb
 from lensbench.app.panels.light_field.camera_array import array_body
-from lensbench.app.panels.light_field.capture_form import recording_form, words
+from lensbench.app.panels.light_field.capture_form import recording_form
 from lensbench.app.panels.light_field.capture_settings import Form
 from lensbench.app.panels.light_field.depth import depth_body
 from lensbench.app.panels.light_field.plenoptic_slices import Strip, moment_chooser, rays_body
@@ -36,6 +36,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.tone import develop
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
+from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.light_field_worker import LightFieldWorker
 
@@ -114,8 +115,8 @@ def _focus(look: Look, recording: Recording, worker: LightFieldWorker, form: For
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, theme.scale()))
     distance = dial("Refocus", look.distance,
                     dial_scales.focus_scale(nearest * 1.0001, recording.settings.focus_distance),
-                    "Focus distance, measured as the camera measures it; in the amber zone "
-                    "neighbouring views\nlie at most a pixel apart: beyond it blur falls into dots", field.clear_range)
+                    "Focus distance, measured as the camera measures it. In the amber zone neighbouring views\n"
+                    "lie at most a pixel apart; outside it blur breaks into dots", field.clear_range)
     look = replace(look, distance=distance)
     shown = look.f_number or field.f_number
     f_number = dial("Synthetic aperture", shown, dial_scales.aperture_scale(field.f_number, field.f_number),
@@ -137,15 +138,15 @@ def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None
     field_picture = worker.field_picture
     taken = float(field.shares(look.f_number, look.view).sum())
     figures((
-        ("From", format_place(look.view), "The middle of the aperture in the pupil, in pupil radii: right and up"),
+        ("Centre", format_place(look.view), "The middle of the aperture in the pupil, in pupil radii: right and up"),
         ("Views", f"{taken:.3g} of {field.places[..., 0].size}", "Number of views within the aperture"),
-        ("Apart", f"{apart:.2f} px", "Shift between neighbouring views"),
+        ("Shift", f"{apart:.2f} px", "Shift between neighbouring views"),
         ("Time", "–" if field_picture is None else f"{1000.0 * field_picture.seconds:.0f} ms",
          "To compute the picture")))
     if not near <= look.distance <= far:
         theme.small()
-        words(f"Beyond {text_values.format_distance(near)} to {text_values.format_distance(far)} the views part: "
-               "blur falls into dots. Record more of them", True)
+        paragraph(f"Outside {text_values.format_distance(near)} to {text_values.format_distance(far)}, neighbouring "
+                  "views lie more than a pixel apart, and blur breaks into dots: record more views", True)
         imgui.pop_font()
 
 
@@ -163,7 +164,7 @@ def _comparison(look: Look, recording: Recording, worker: LightFieldWorker, form
     psnr = worker.psnr(look.asked)
     if psnr is not None:
         imgui.same_line()
-        imgui.text_unformatted("alike" if math.isinf(psnr) else f"{psnr:.1f} dB")
+        imgui.text_unformatted("identical" if math.isinf(psnr) else f"{psnr:.1f} dB")
         imgui.set_item_tooltip("Peak signal to noise: linear light, clipped to 0 … 1. The camera's own picture is A")
 
 
@@ -180,14 +181,14 @@ def _view(look: Look, recording: Recording, settings: Settings) -> Look:
     """One cell of the pupil, or the sensor of a plenoptic camera."""
     field = recording.field
     if recording.raw is not None:
-        look = replace(look, sensor=toggles("Of", {False: "One cell", True: "Sensor"}, look.sensor, {
+        look = replace(look, sensor=toggles("Show", {False: "One cell", True: "Sensor"}, look.sensor, {
             False: "What one cell of the pupil sees: the pixels at one place behind all microlenses",
             True: "The raw picture: behind each microlens a small picture of the pupil"}))
         if look.sensor:
             _sensor(look, recording, recording.raw, settings)
             return look
     look = moment_chooser(look, recording)
-    words("Light that each cell passes to the clicked pixel")
+    paragraph("Light that each cell passes to the clicked pixel")
     look = pupil_grid(look, recording, coverage_greys(recording, look.pixel))
     i, j = look.cell
     u, v = field.places[j, i]
@@ -195,10 +196,10 @@ def _view(look: Look, recording: Recording, settings: Settings) -> Look:
     covered = field.coverage[j, i]
     figures((
         ("View", f"{i + 1}, {j + 1}", "Across from the left, up from below"),
-        ("At", format_place((u, v)), "The cell's middle in the pupil, in pupil radii"),
+        ("Centre", format_place((u, v)), "The cell's middle in the pupil, in pupil radii"),
         ("", millimetres((u * recording.pupil_radius, v * recording.pupil_radius)),
          "The same in mm, on the plane of the exit pupil"),
-        ("Here", f"{100.0 * float(covered[y, x]):.1f} %",
+        ("Share", f"{100.0 * float(covered[y, x]):.1f} %",
          "Coverage: the part of a full cell's light that reaches the clicked pixel, times cos⁴θ"),
         ("Most", f"{100.0 * float(covered.max()):.1f} %", "The greatest coverage of any pixel")))
     return look

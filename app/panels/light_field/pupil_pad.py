@@ -39,7 +39,7 @@ def pupil_pad(look: Look, recording: Recording) -> Look:
     field, draw = recording.field, imgui.get_window_draw_list()
     pad = _pad("Pupil pad", field)
     tip = ("Drag: the viewpoint, which is the middle of the aperture; a wide aperture is stopped down.\n"
-           "Double click: back to the middle. Greys: what the cells let through to the pixel clicked on")
+           "Double click: back to the middle. Greys: the light that each cell passes to the clicked pixel")
     if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
         look = replace(look, view=(0.0, 0.0))
     elif imgui.is_item_active() and imgui.is_mouse_down(imgui.MouseButton_.left):
@@ -70,7 +70,7 @@ def pupil_grid(look: Look, recording: Recording, colours: NDArray[np.floating]) 
         i, j = (min(max(int((x / pad.reach + 1.0) / 2.0 * n), 0), n - 1) for x, n in ((u, across), (v, down)))
         look = replace(look, cell=(i, j))
     elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("Click or drag: the cell that is chosen")
+        imgui.set_tooltip("Click or drag to choose a cell")
     _cells(draw, pad, colours)
     u, v = field.places[look.cell[1], look.cell[0]]
     half = (pad.reach / across * pad.unit, pad.reach / down * pad.unit)

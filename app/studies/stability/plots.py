@@ -110,14 +110,9 @@ def save_index(found: list[tuple[str, Sweep]], folder: Path, suffix: str, domain
             lines.append(f"| {method} | {safe} | {fails} | {returns}{switch} |")
         lines.append("")
     if domains:
-        lines += ["## Domains of the models", "", "The simplest model"
-                                                  " that is accurate "
-                                                  "enough, for each "
-                                                  "lens over its "
-                                                  "field and stops: "
-                                                  "the model that "
-                                                  "Auto chooses "
-                                                  "there.", "", f"![domains of the models]({domains})", ""]
+        lines += ["## Domains of the models", "",
+                  "The simplest model that is accurate enough, for each lens over its field and stops: the model that "
+                  "Auto chooses there.", "", f"![domains of the models]({domains})", ""]
     lines += ["## Known failures of other systems", "", *table(), ""]
     with replacing(folder / INDEX) as part:
         part.write_text("\n".join(lines), encoding="utf-8")

@@ -183,7 +183,7 @@ def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(dr
         found = controller.worker.found
         shown(hand)
         hand.wait(lambda: controller.field_picture.image is found.picture, "the picture in focus everywhere")
-        hand.ctx.item_click("//Light field/**/Of it depth")
+        hand.ctx.item_click("//Light field/**/Depth picture depth")
         shown(hand)
         assert np.array_equal(hand.session.presenter.light, depth_codes(found))
         hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.45, 0.75))
@@ -223,21 +223,21 @@ def test_a_plenoptic_camera_is_recorded_by_buttons_and_its_sensor_shown(drive):
         controller = hand.session.light_field
         hand.picture()
         open_panel(hand)
-        hand.ctx.item_click("//Light field/**/By microlenses")
-        hand.ctx.item_click("//Light field/**/Behind 5")
+        hand.ctx.item_click("//Light field/**/Method microlenses")
+        hand.ctx.item_click("//Light field/**/Pixels 5")
         hand.ctx.item_click("//Light field/**/Samples 1")
         hand.ctx.item_click("//Light field/**/Lenses 120")
         matched = controller.form.plenoptic(hand.settings).matched_f_number
-        hand.drag(hand.at("**/Microlenses", 0.5, 0.5), hand.at("**/Microlenses", 0.7, 0.5))
+        hand.drag(hand.at("**/Microlens f-number", 0.5, 0.5), hand.at("**/Microlens f-number", 0.7, 0.5))
         assert controller.form.f_number > matched and controller.form.plenoptic(hand.settings).spilled > 0.0
-        hand.ctx.item_double_click("**/Microlenses")
+        hand.ctx.item_double_click("**/Microlens f-number")
         hand.ctx.yield_(2)
         assert controller.form.f_number is None
         hand.ctx.item_click("//Light field/**/Record")
         hand.wait(lambda: controller.worker.recording is not None, "the light field")
         shown(hand)
         hand.ctx.item_click("//Light field/**/Show view")
-        hand.ctx.item_click("//Light field/**/Of True")
+        hand.ctx.item_click("//Light field/**/Show True")
         shown(hand)
         raw = controller.worker.recording.raw
         assert raw.camera.pixels == 5 and hand.session.presenter.light is raw.picture
@@ -255,7 +255,7 @@ def test_an_array_is_recorded_by_buttons_and_seen_from_elsewhere(drive, tmp_path
         controller = hand.session.light_field
         hand.picture()
         open_panel(hand)
-        hand.ctx.item_click("//Light field/**/By array")
+        hand.ctx.item_click("//Light field/**/Method array")
         hand.ctx.item_click("//Light field/**/Views 5")
         hand.ctx.item_click("//Light field/**/Samples 1")
         hand.ctx.item_click("//Light field/**/Pixels 320")
@@ -277,7 +277,7 @@ def test_an_array_is_recorded_by_buttons_and_seen_from_elsewhere(drive, tmp_path
         shown(hand)
         assert controller.field_picture.covered < 0.5             # beside the array
         hand.drag(hand.at("**/Forwards", 0.5, 0.5), hand.at("**/Forwards", 0.6, 0.5))
-        hand.ctx.item_click("//Light field/**/Things plane")
+        hand.ctx.item_click("//Light field/**/Objects plane")
         shown(hand)
         assert controller.look.place[2] > 0.0 and controller.look.surface == "plane" and hand.settings == START
         controller.worker.save(tmp_path / "array.npz")

@@ -191,10 +191,10 @@ def test_the_camera_is_keyframed_scrubbed_and_stilled_by_hand(drive):
         assert 0.0 < hand.settings.moment < SMALL.duration
         hand.drag(hand.at("**/Shutter", 0.6, 0.5), hand.at("**/Shutter", 0.3, 0.5))
         assert hand.settings.shutter > SMALL.shutter
-        hand.ctx.item_click("//$FOCUSED/Lines left")
+        hand.ctx.item_click("//$FOCUSED/Order left")
         hand.picture()
         assert hand.settings.readout_direction == "left"
-        hand.ctx.item_click("//$FOCUSED/Stand still")
+        hand.ctx.item_click("//$FOCUSED/Remove the motion")
         hand.picture()
         assert not hand.settings.keyframed
         hand.press(imgui.Key.escape)

@@ -105,7 +105,7 @@ def test_sensor_and_stop_are_set_by_hand_and_only_the_stop_renders_anew(drive):
         hand.picture()
         generation = hand.session.worker.generation
         hand.ctx.item_click("**/Sensor")
-        hand.ctx.item_click("//$FOCUSED/Light triangle")
+        hand.ctx.item_click("//$FOCUSED/Mode triangle")
         hand.drag(hand.at("**/ISO", 0.2, 0.5), hand.at("**/ISO", 0.5, 0.5))
         hand.ctx.item_click("//$FOCUSED/Sensor with noise")
         hand.ctx.yield_(2)
@@ -116,7 +116,7 @@ def test_sensor_and_stop_are_set_by_hand_and_only_the_stop_renders_anew(drive):
         presenter = hand.session.presenter
         np.testing.assert_array_equal(presenter.light, exposed(settings, presenter.update.image))
         assert hand.session.worker.generation == generation
-        hand.ctx.item_click("//$FOCUSED/Light automatic")
+        hand.ctx.item_click("//$FOCUSED/Mode automatic")
         hand.ctx.yield_(2)
         assert hand.session.presenter.applied_exposure(hand.settings).iso != settings.iso
         hand.press(imgui.Key.escape)
