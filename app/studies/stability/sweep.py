@@ -137,11 +137,11 @@ def quantity_text(value: float, unit: str) -> str:
     return f"{number}{'' if unit in ('°', '') else ' '}{unit}"
 
 
-_listener: ContextVar[Callable[[float], None] | None] = ContextVar("listener", default=None)
+_listener: ContextVar[Callable[[float], object] | None] = ContextVar("listener", default=None)
 
 
 @contextmanager
-def progress_to(listener: Callable[[float], None]) -> Iterator[None]:
+def progress_to(listener: Callable[[float], object]) -> Iterator[None]:
     """Context in which `with_progress` reports the finished share (0 to 1) to a listener, which may raise to cancel."""
     token = _listener.set(listener)
     try:
