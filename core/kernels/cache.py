@@ -77,7 +77,7 @@ def _alone(function: FunctionType) -> tuple[str, list[FunctionType]]:
         elif isinstance(value, FunctionType | type | ModuleType):
             parts.append(f"{getattr(value, '__module__', '')}.{value.__name__}")
         elif isinstance(value, np.ndarray):
-            parts.append(f"{value.dtype} {value.shape} {hashlib.sha256(np.ascontiguousarray(value)).hexdigest()}")
+            parts.append(f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}")
         elif isinstance(value, tuple | list):
             parts.append(f"{type(value).__name__} {len(value)}")
             for item in value:
