@@ -28,7 +28,8 @@ surface from 0: `aspheric`, the coefficients of r^p (mm^(1−p)); `radius_x`, th
 radius of a cylinder or toroid in the section x–z (`radius` is that of y–z);
 `dispersion`, the formula of a glass. `positions` holds the gaps of a zoom lens, or
 of a lens that moves groups to focus (see `position_table`). `front_index` is the
-index of the medium in front of the lens, such as water. The table `stop` describes
+index of the medium in front of the lens, such as water. `film_size` is the width and
+height (mm) of the film that the lens was made for. The table `stop` describes
 an iris that is no circle: blades, their rotation in radians (`rotation_deg`: in
 degrees) and roundness. All digits are kept: a saved lens loads equal to the last bit.
 """
@@ -53,7 +54,8 @@ from lensbench.optics.prescription import Iris, Lens, Surface
 FORMAT = 1
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")
-TEXTS = ("title", "kind", "source", "notes")
+PROVENANCE = ("maker", "designer", "patent", "estimates")      # texts of `Lens` under the same names
+TEXTS = ("title", "kind", "source", "notes", *PROVENANCE)
 NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_tele_efl", "computed_f_number", "image_circle",
            "front_index")
 STOP = ("blades", "rotation", "rotation_deg", "roundness")
@@ -80,12 +82,14 @@ def read(text: str, path: str) -> Lens:
     stop_index, findings = stop_of(tuple(surfaces), marked)
     lens = Lens(tuple(surfaces), stop_index, name=header.get("title", ""), kind=header.get("kind", ""),
                 year=header.get("year"), source=header.get("source", ""), stated_efl=header.get("stated_efl"),
-                stated_f_number=header.get("stated_f_number"), notes=header.get("notes", ""), findings=findings)
-    if "front_index" in header:
-        try:
-            lens = replace(lens, front_index=header["front_index"])
-        except ValueError as error:
-            raise LensFileError(path, line_of(text, "front_index"), str(error)) from None
+                stated_f_number=header.get("stated_f_number"), notes=header.get("notes", ""), findings=findings,
+                **{name: header[name] for name in PROVENANCE if name in header})
+    for name in ("front_index", "film_size"):
+        if name in header:
+            try:
+                lens = replace(lens, **{name: header[name]})
+            except ValueError as error:
+                raise LensFileError(path, line_of(text, name), str(error)) from None
     if "stop" in data:
         try:
             lens = replace(lens, **_stop(data["stop"]))
@@ -132,6 +136,10 @@ def check_header(data: dict[str, Any], text: str, path: str) -> dict[str, Any]:
                 raise RowError("year must be a whole number")
             if key in NUMBERS:
                 value = number(value, key)
+            if key == "film_size":
+                if not (isinstance(value, list) and len(value) == 2):
+                    raise RowError("film_size must be a width and a height in mm: [36, 24]")
+                value = tuple(number(side, key) for side in value)
         except RowError as error:
             raise LensFileError(path, line_of(text, key), str(error)) from None
         header[key] = value
@@ -232,7 +240,7 @@ def _numbers(value: object) -> Any:
 
 # The reader of an entry of each table behind the rows
 ENTRIES: dict[str, Callable[[object], Any]] = {"aspheric": _terms, "radius_x": curvature, "dispersion": _dispersion}
-KEYS = ("format", "units", "year", "columns", "surfaces", "stop", "positions", *ENTRIES, *TEXTS, *NUMBERS)
+KEYS = ("format", "units", "year", "film_size", "columns", "surfaces", "stop", "positions", *ENTRIES, *TEXTS, *NUMBERS)
 
 
 def _entry_line(text: str, table: str, key: str) -> int | None:
@@ -276,6 +284,9 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     if lens.year is not None:
         lines.append(f"year = {lens.year}")
     lines.append(f"source = {quoted(lens.source)}")
+    lines += [f"{name} = {quoted(getattr(lens, name))}" for name in PROVENANCE if getattr(lens, name)]
+    if lens.film_size is not None:
+        lines.append(f"film_size = {listed(lens.film_size)}")
     if lens.stated_efl is not None:
         lines.append(f"stated_efl = {digits(lens.stated_efl)}")
     if lens.stated_f_number is not None:

@@ -39,6 +39,45 @@ def test_the_groups_have_the_gaps_of_the_table():
     assert [row[1] for row in lens.positions.distances] == pytest.approx([900.0, 900.0], rel=1e-12)     # from the film
 
 
+def stated(tmp_path, **values):
+    return loaded(tmp_path, "a.json", json.dumps(TABLE | values))
+
+
+def test_the_provenance_of_the_table_is_in_the_lens(tmp_path):
+    lens = stated(tmp_path, patent="US 2,645,156", aperture_blades=9, format="aps-c",
+                  semi_diameters="published in part", source={
+                      "maker": "Voigtlander", "assignee": "Voigtlander AG", "designer": "A. W. Tronnier",
+                      "example": "Example 2", "year": 1953, "year_note": "from the patent number"})
+    assert (lens.maker, lens.designer, lens.patent) == ("Voigtlander", "A. W. Tronnier", "US 2,645,156")
+    assert (lens.source, lens.year) == ("US 2,645,156, Example 2", 1953)
+    assert (lens.blades, lens.film_size) == (9, (23.5, 15.6))
+    assert lens.estimates == "some rims, the year (from the patent number)"
+    book = stated(tmp_path, patent="Laikin, Lens Design", year=2007, format=[70.0, 52.2], semi_diameters="published",
+                  source={"assignee": "Zeiss"})
+    assert (book.source, book.patent, book.maker, book.year) == ("Laikin, Lens Design", "", "Zeiss", 2007)
+    assert (book.film_size, book.estimates) == ((70.0, 52.2), "")
+
+
+def test_each_zoom_setting_keeps_its_f_number(tmp_path):
+    variable = TABLE["variable"] | {"f_numbers": [3.6, 4.5]}
+    assert stated(tmp_path, variable=variable).positions.f_numbers == (3.6, 4.5)
+    assert stated(tmp_path).positions.f_numbers == ()
+    refused = refusal(tmp_path, "b.json", json.dumps(TABLE | {"variable": variable | {"f_numbers": [3.6]}}))
+    assert "f_numbers has 1 values for 2 zoom settings" in str(refused)
+
+
+@pytest.mark.parametrize(("values", "left_out"), [
+    ({"projection": "equisolid"}, "equisolid"),
+    ({"projection": {"kind": "fisheye-equidistant"}}, "fisheye-equidistant"),
+    ({"aperture_blades": 2}, "2 blades"),
+    ({"format": "disc"}, "'disc'"),
+])
+def test_a_statement_that_a_lens_cannot_hold_is_a_finding(tmp_path, values, left_out):
+    assert not [finding for finding in stated(tmp_path).findings if finding.kind is lenses.Kind.LEFT_OUT]
+    found, = [finding for finding in stated(tmp_path, **values).findings if finding.kind is lenses.Kind.LEFT_OUT]
+    assert left_out in found.message
+
+
 def test_a_lens_whose_last_gap_alone_varies_is_focused_as_a_whole(tmp_path):
     text = changed(["variable"], {"zoom_positions_mm": None, "close_focus_m": 0.9,
                                   "gaps": [{"surface": 7, "values": [38.2, 42.0]}]})

@@ -39,6 +39,7 @@ surfaces = [
 """
 
 lengths = st.floats(-1e4, 1e4)
+sides = st.floats(1e-3, 1e3)
 texts = st.text(st.characters(codec="utf-8"), max_size=20)
 glasses = st.just(AIR) | st.builds(Glass, st.floats(1.0, 4.0), st.none() | st.floats(1.0, 120.0), texts)
 curvatures = st.just(0.0) | st.floats(1e-12, 1e5) | st.floats(-1e5, -1e-12)
@@ -53,7 +54,9 @@ def prescriptions(draw):
     table = tuple(draw(st.lists(surfaces, min_size=1, max_size=6)))
     numbers = st.none() | st.floats(-1e6, 1e6)
     return Lens(table, draw(st.integers(0, len(table) - 1)), draw(texts), draw(texts),
-                draw(st.none() | st.integers(1, 9999)), draw(texts), draw(numbers), draw(numbers), draw(texts))
+                draw(st.none() | st.integers(1, 9999)), draw(texts), draw(numbers), draw(numbers), draw(texts),
+                maker=draw(texts), designer=draw(texts), patent=draw(texts), estimates=draw(texts),
+                film_size=draw(st.none() | st.tuples(sides, sides)))
 
 
 @given(prescriptions())
@@ -177,6 +180,10 @@ MISTAKES = {
     "unknown key": ("title", "tilte", 2, "'tilte' is unknown"),
     "unit": ('"mm"', '"inch"', 3, "units"),
     "title of the wrong type": ('"Two lenses"', "7", 2, "title must be a text"),
+    "maker of the wrong type": ('units = "mm"', "maker = 3", 3, "maker must be a text"),
+    "film of one side": ('units = "mm"', "film_size = [36]", 3, "a width and a height"),
+    "film of nested sides": ('units = "mm"', "film_size = [[36], 24]", 3, "film_size"),
+    "film without height": ('units = "mm"', "film_size = [36, 0]", 3, "film_size"),
     "later format": ("format = 1", "format = 9", 1, "format 9"),
     "syntax": ("columns = [", "columns = ]", 4, "not valid TOML"),
     "broken off": ("    [-50.0, 40.0, 1.0, 9.0],\n]\n", "    [-50.0, 40", 9, "breaks off"),
