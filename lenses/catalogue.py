@@ -5,15 +5,17 @@ from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 
-from lensbench.lenses import toml_format
+from lensbench.lenses import toml_header
 from lensbench.lenses.file_error import LensFileError
 
 LIBRARY = Path(__file__).parent / "library"
+COPIED = ("title", "kind", "year", "source", "maker", "designer", "patent", "film_size", "estimates", "stated_efl",
+          "image_circle", "notes")       # from the header
 
 
 @dataclass(frozen=True)
 class Card:
-    """Header of a library lens, for lists. Lengths in mm; None: not published.
+    """Header of a library lens, for lists. Lengths in mm; None or "": not known.
 
     Attributes
     ----------
@@ -23,6 +25,12 @@ class Card:
         As the file has them; `kind` is "double Gauss", "fisheye", …
     year : int or None
         Year of the design.
+    maker, designer, patent : str
+        Who sold it (else whose patent it is), who designed it, the patent's number.
+    film_size : (2,) tuple of float or None
+        Width and height of the film or sensor that the lens was made for.
+    estimates : str
+        What of the prescription is not published but estimated, such as "all rims"; "" where nothing is.
     efl, tele_efl : float or None
         Computed focal length; of a zoom the shortest and the longest.
     f_number : float or None
@@ -31,6 +39,8 @@ class Card:
         Focal length as published.
     image_circle : float or None
         Diameter that the design covers, focused at infinity.
+    surfaces, elements, groups, aspheres, focus_groups : int
+        What it consists of, see `Counts`; a lens without focus groups is focused as a whole.
     """
 
     name: str
@@ -38,12 +48,32 @@ class Card:
     kind: str = ""
     year: int | None = None
     source: str = ""
+    maker: str = ""
+    designer: str = ""
+    patent: str = ""
+    film_size: tuple[float, float] | None = None
+    estimates: str = ""
     efl: float | None = None
     tele_efl: float | None = None
     f_number: float | None = None
     stated_efl: float | None = None
     image_circle: float | None = None
+    surfaces: int = 0
+    elements: int = 0
+    groups: int = 0
+    aspheres: int = 0
+    focus_groups: int = 0
     notes: str = ""
+
+    @property
+    def zooms(self) -> bool:
+        """Whether the focal length varies."""
+        return self.tele_efl is not None
+
+    @property
+    def has_aspheres(self) -> bool:
+        """Whether a surface is aspheric."""
+        return self.aspheres > 0
 
 
 @lru_cache(maxsize=1)
@@ -90,13 +120,11 @@ def _card(name: str) -> Card:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
         raise LensFileError(path, None, f"cannot be read: {error.strerror}") from None
-    head = text.partition("\ncolumns")[0]
-    header = toml_format.check_header(toml_format.parse(head, str(path)), head, str(path))
-    return Card(name, header["title"], header["kind"], header.get("year"), header["source"],
-                efl=header.get("computed_efl"), tele_efl=header.get("computed_tele_efl"),
-                f_number=header.get("stated_f_number", header.get("computed_f_number")),
-                stated_efl=header.get("stated_efl"), image_circle=header.get("image_circle"),
-                notes=header.get("notes", ""))
+    header = toml_header.of_file(text, str(path))
+    copied = {key: header[key] for key in COPIED if key in header}
+    return Card(name, efl=header.get("computed_efl"), tele_efl=header.get("computed_tele_efl"),
+                f_number=header.get("stated_f_number", header.get("computed_f_number")), **copied,
+                **header.get("counts", {}))
 
 
 def suggestion(name: str) -> str:

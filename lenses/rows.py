@@ -4,8 +4,9 @@ Lengths in mm. Every reader uses these functions, so that the same mistake gives
 """
 
 from decimal import Context, Decimal
-from math import inf, isinf, isnan
+from math import isinf
 
+from lensbench.lenses.numbers import RowError, number
 from lensbench.lenses.paraxial import axial_heights
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
@@ -15,25 +16,6 @@ SMALLEST_RADIUS = 1e-6      # mm
 SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: largest length in a lens, so that its powers stay finite
 HIGHEST_INDEX = 6.0         # germanium has 4
 HIGHEST_TERM = 1e200         # mm: largest aspheric term at the rim
-
-
-class RowError(ValueError):
-    """An invalid value in a row; the reader adds the file and the line."""
-
-
-def number(value: object, name: str, infinite: bool = False) -> float:
-    """The value, a number or its text, as a float. RowError: no number, NaN, or infinite without permission."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str | Decimal):
-        raise RowError(f"{name} is {value!r}: it must be a number")
-    try:
-        result = float(value)
-    except OverflowError:
-        result = inf
-    except ValueError:
-        raise RowError(f"{name} is {str(value)[:40]!r}: it must be a number") from None
-    if isnan(result) or (isinf(result) and not infinite):
-        raise RowError(f"{name} is {result}: it must be a finite number")
-    return result
 
 
 def curvature(radius: object) -> float:

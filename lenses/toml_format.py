@@ -20,51 +20,44 @@
     [aspheric]
     6 = { r4 = -1.5313e-05, r6 = 9.4893e-08 }
 
-`columns` names the columns of the rows, so that a later version can add columns.
-Lengths are in mm; thickness and medium are those *after* the surface. Radius 0 or
-inf is a plane, V_d 0 is unknown, and "stop" at the end of a row marks the aperture
-stop. Tables hold the properties that few surfaces have, by the number of the
-surface from 0: `aspheric`, the coefficients of r^p (mm^(1−p)); `radius_x`, the
-radius of a cylinder or toroid in the section x–z (`radius` is that of y–z);
-`dispersion`, the formula of a glass. `positions` holds the gaps of a zoom lens, or
-of a lens that moves groups to focus (see `position_table`). `front_index` is the
-index of the medium in front of the lens, such as water. `film_size` is the width and
-height (mm) of the film that the lens was made for. The table `stop` describes
-an iris that is no circle: blades, their rotation in radians (`rotation_deg`: in
-degrees) and roundness. All digits are kept: a saved lens loads equal to the last bit.
+The header, before `columns`, is described in `toml_header`. `columns` names the columns
+of the rows, so that a later version can add columns. Lengths are in mm; thickness and
+medium are those *after* the surface. Radius 0 or inf is a plane, V_d 0 is unknown, and
+"stop" at the end of a row marks the aperture stop. Tables hold the properties that few
+surfaces have, by the number of the surface from 0: `aspheric`, the coefficients of r^p
+(mm^(1−p)); `radius_x`, the radius of a cylinder or toroid in the section x–z (`radius`
+is that of y–z); `dispersion`, the formula of a glass. `positions` holds the gaps of a
+zoom lens, or of a lens that moves groups to focus (see `position_table`). `front_index`
+is the index of the medium in front of the lens, such as water. The table `stop`
+describes an iris that is no circle: blades, their rotation in radians (`rotation_deg`:
+in degrees) and roundness. All digits are kept: a saved lens loads equal to the last
+bit.
 """
 
 import re
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
-from decimal import Decimal
-from math import inf, isfinite, radians
+from math import radians
 from typing import Any
 
-from lensbench.lenses import position_table
+from lensbench.lenses import position_table, toml_header
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.paraxial import f_number, focal_length
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
+from lensbench.lenses.toml_header import line_of, parse
 from lensbench.lenses.toml_text import digits, listed, quoted
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Iris, Lens, Surface
 
-FORMAT = 1
 REQUIRED = ("radius", "thickness", "n_d", "semi_diameter")
 COLUMNS = ("radius", "thickness", "n_d", "V_d", "semi_diameter", "conic", "glass")
-PROVENANCE = ("maker", "designer", "patent", "estimates")      # texts of `Lens` under the same names
-TEXTS = ("title", "kind", "source", "notes", *PROVENANCE)
-NUMBERS = ("stated_efl", "stated_f_number", "computed_efl", "computed_tele_efl", "computed_f_number", "image_circle",
-           "front_index")
 STOP = ("blades", "rotation", "rotation_deg", "roundness")
 
 
 def read(text: str, path: str) -> Lens:
     """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
     data = parse(text, path)
-    header = check_header(data, text, path)
+    header = toml_header.checked(data, text, path)
     columns = _columns(data.get("columns"), text, path)
     rows = data.get("surfaces")
     if not isinstance(rows, list) or not rows:
@@ -80,16 +73,12 @@ def read(text: str, path: str) -> Lens:
         if is_stop:
             marked.append(i)
     stop_index, findings = stop_of(tuple(surfaces), marked)
-    lens = Lens(tuple(surfaces), stop_index, name=header.get("title", ""), kind=header.get("kind", ""),
-                year=header.get("year"), source=header.get("source", ""), stated_efl=header.get("stated_efl"),
-                stated_f_number=header.get("stated_f_number"), notes=header.get("notes", ""), findings=findings,
-                **{name: header[name] for name in PROVENANCE if name in header})
-    for name in ("front_index", "film_size"):
-        if name in header:
-            try:
-                lens = replace(lens, **{name: header[name]})
-            except ValueError as error:
-                raise LensFileError(path, line_of(text, name), str(error)) from None
+    lens = Lens(tuple(surfaces), stop_index, **toml_header.fields(header), findings=findings)
+    if "front_index" in header:
+        try:
+            lens = replace(lens, front_index=header["front_index"])
+        except ValueError as error:
+            raise LensFileError(path, line_of(text, "front_index"), str(error)) from None
     if "stop" in data:
         try:
             lens = replace(lens, **_stop(data["stop"]))
@@ -102,54 +91,6 @@ def read(text: str, path: str) -> Lens:
     except position_table.TableError as error:
         line = _entry_line(text, "positions", error.key) if error.key else line_of(text, "positions")
         raise LensFileError(path, line, f"positions: {error}") from None
-
-
-def parse(text: str, path: str) -> dict[str, Any]:
-    """Keys of the file; numbers with a point as Decimal."""
-    try:
-        return tomllib.loads(text, parse_float=Decimal)
-    except RecursionError:
-        raise LensFileError(path, None, "its brackets are nested too deep") from None
-    except (ValueError, ArithmeticError) as error:
-        place = re.search(r"\(at line (\d+), column \d+\)", str(error))
-        line = int(place[1]) if place else text.count("\n") + 1 if "end of document" in str(error) else None
-        reason = re.sub(r"\s*\(at [^)]*\)", "", str(error)) or "a number that cannot be read"
-        if "end of document" in str(error):
-            reason = f"the file breaks off ({reason})"
-        raise LensFileError(path, line, f"not valid TOML: {reason}") from None
-
-
-def check_header(data: dict[str, Any], text: str, path: str) -> dict[str, Any]:
-    """Check the types of the header's values. LensFileError: an unknown key or an invalid value."""
-    header: dict[str, Any] = {}
-    for key, value in data.items():
-        try:
-            if key not in KEYS:
-                raise RowError(f"{key!r} is unknown; a lens file has {', '.join(sorted(KEYS))}")
-            if key == "format" and value != FORMAT:
-                raise RowError(f"format {value}: this version of lensbench reads format {FORMAT}")
-            if key == "units" and value != "mm":
-                raise RowError(f"units {value!r}: lengths must be in \"mm\"")
-            if key in TEXTS and not isinstance(value, str):
-                raise RowError(f"{key} must be a text in quotes")
-            if key == "year" and type(value) is not int:
-                raise RowError("year must be a whole number")
-            if key in NUMBERS:
-                value = number(value, key)
-            if key == "film_size":
-                if not (isinstance(value, list) and len(value) == 2):
-                    raise RowError("film_size must be a width and a height in mm: [36, 24]")
-                value = tuple(number(side, key) for side in value)
-        except RowError as error:
-            raise LensFileError(path, line_of(text, key), str(error)) from None
-        header[key] = value
-    return header
-
-
-def line_of(text: str, key: str) -> int | None:
-    """Line of a key of the header."""
-    found = re.search(rf"(?m)^\s*\[*\s*[\"']?{re.escape(key)}\b", text)
-    return text.count("\n", 0, found.end()) + 1 if found else None
 
 
 def _row_line(text: str, row: int) -> int | None:
@@ -240,7 +181,6 @@ def _numbers(value: object) -> Any:
 
 # The reader of an entry of each table behind the rows
 ENTRIES: dict[str, Callable[[object], Any]] = {"aspheric": _terms, "radius_x": curvature, "dispersion": _dispersion}
-KEYS = ("format", "units", "year", "film_size", "columns", "surfaces", "stop", "positions", *ENTRIES, *TEXTS, *NUMBERS)
 
 
 def _entry_line(text: str, table: str, key: str) -> int | None:
@@ -280,27 +220,7 @@ def _surface(row: object, columns: tuple[str, ...], more: dict[str, Any]) -> tup
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
     """Text of a lens file, and findings about what it cannot hold (none)."""
-    lines = [f"format = {FORMAT}", f"title = {quoted(lens.name)}", f"kind = {quoted(lens.kind)}"]
-    if lens.year is not None:
-        lines.append(f"year = {lens.year}")
-    lines.append(f"source = {quoted(lens.source)}")
-    lines += [f"{name} = {quoted(getattr(lens, name))}" for name in PROVENANCE if getattr(lens, name)]
-    if lens.film_size is not None:
-        lines.append(f"film_size = {listed(lens.film_size)}")
-    if lens.stated_efl is not None:
-        lines.append(f"stated_efl = {digits(lens.stated_efl)}")
-    if lens.stated_f_number is not None:
-        lines.append(f"stated_f_number = {digits(lens.stated_f_number)}")
-    tele = focal_length(lens.at(zoom=1.0).surfaces) if lens.zooms else inf
-    for key, value in (("computed_efl", focal_length(lens.surfaces)), ("computed_tele_efl", tele),
-                       ("computed_f_number", f_number(lens.surfaces, lens.stop_index))):
-        if isfinite(value):
-            lines.append(f"{key} = {digits(float(f'{value:.6g}'))}")
-    if lens.front_index != 1.0:
-        lines.append(f"front_index = {digits(lens.front_index)}")
-    if lens.notes:
-        lines.append(f"notes = {quoted(lens.notes)}")
-    lines.append('units = "mm"')
+    lines = toml_header.lines(lens)
 
     # The columns that some surface fills, aligned as in a printed table
     columns = {

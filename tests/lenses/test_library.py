@@ -1,12 +1,15 @@
 """The library lenses: each agrees with its header, is sound, and the famous types are present."""
 
 import math
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.lenses.counts import counts
+from lensbench.lenses.toml_header import COUNTS
 
 NAMES = lenses.names()
 CARDS = {card.name: card for card in lenses.describe()}
@@ -26,6 +29,16 @@ def test_cards_are_in_the_order_of_the_names_and_complete():
         assert card.title and card.kind and card.source and card.efl > 0.0 and card.f_number > 0.9
         assert card.year is None or 1840 <= card.year <= 2025
         assert card.image_circle is None or card.image_circle > 5.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_card_says_what_the_lens_is(name):
+    lens, card = lenses.load(name), CARDS[name]
+    assert asdict(counts(lens)) == {key: getattr(card, key) for key in COUNTS}
+    assert (card.title, card.kind, card.year, card.source, card.maker, card.designer, card.patent, card.film_size,
+            card.estimates, card.notes) == (lens.name, lens.kind, lens.year, lens.source, lens.maker, lens.designer,
+                                            lens.patent, lens.film_size, lens.estimates, lens.notes)
+    assert card.zooms == lens.zooms and card.has_aspheres == (card.aspheres > 0)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -184,6 +184,8 @@ MISTAKES = {
     "film of one side": ('units = "mm"', "film_size = [36]", 3, "a width and a height"),
     "film of nested sides": ('units = "mm"', "film_size = [[36], 24]", 3, "film_size"),
     "film without height": ('units = "mm"', "film_size = [36, 0]", 3, "film_size"),
+    "counts of the wrong type": ('units = "mm"', "counts = { elements = 1.5 }", 3, "whole numbers"),
+    "an unknown count": ('units = "mm"', "counts = { lenses = 2 }", 3, "whole numbers"),
     "later format": ("format = 1", "format = 9", 1, "format 9"),
     "syntax": ("columns = [", "columns = ]", 4, "not valid TOML"),
     "broken off": ("    [-50.0, 40.0, 1.0, 9.0],\n]\n", "    [-50.0, 40", 9, "breaks off"),
