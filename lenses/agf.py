@@ -1,32 +1,49 @@
 """Glass catalogues in the AGF format (Zemax): for each glass its formula, coefficients and range.
 
-The lines that matter: NM name formula code n_d V_d …; CD coefficients; LD shortest and longest wavelength (µm).
+The records that matter: NM name formula code n_d V_d …; CD coefficients; LD shortest and longest wavelength (µm). A
+record may continue on the next lines: a line without one of the two-letter keywords belongs to the record before it.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from math import isfinite
 from os import PathLike
 from pathlib import Path
 
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
-from lensbench.optics.glass import Glass, GlassError, from_formula
+from lensbench.optics.glass import C_LINE, F_LINE, Glass, GlassError, from_formula
 
 # Of each formula number, the name of the formula and how many coefficients it takes.
 FORMULAS = {1: ("schott", 6), 2: ("sellmeier", 6), 3: ("herzberger", 6), 4: ("sellmeier-2", 5), 5: ("conrady", 3),
             6: ("sellmeier", 8), 7: ("handbook-1", 4), 8: ("handbook-2", 4), 9: ("sellmeier-4", 5),
             10: ("schott", 8), 11: ("sellmeier", 10), 12: ("extended-2", 8), 13: ("extended-3", 9)}
 LARGEST = 20_000_000        # bytes
+KEYWORD = re.compile(r"[A-Z]{2}")
+DOUBTFUL, WRONG = 2e-5, 1e-3    # differences of the formula from n_d, and n_F − n_C, of the NM record
 
 
 @dataclass(frozen=True)
 class Catalogue:
-    """Glasses of one file; `findings` lists what was left out, with the reasons."""
+    """Glasses of one file.
 
-    maker: str                          # the file's name in capitals
+    Attributes
+    ----------
+    maker : str
+        The file's name in capitals.
+    glasses : tuple of Glass
+        In the order of the file.
+    findings : tuple of str
+        What was left out, with the reasons.
+    doubts : mapping of str to str
+        By the names of glasses whose formula and NM record differ by more than DOUBTFUL: a sentence with both figures.
+    """
+
+    maker: str
     glasses: tuple[Glass, ...]
     findings: tuple[str, ...] = ()
+    doubts: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass
@@ -49,39 +66,52 @@ def read(path: str | PathLike[str]) -> Catalogue:
     except UnicodeDecodeError:
         raise LensFileError(path, None, "this is a binary file: a glass catalogue is text") from None
     glasses: dict[str, Glass] = {}
-    findings = []
+    findings, doubts = [], {}
     for record in _records(text):
         try:
-            glass = _glass(record)
+            glass, doubt = _glass(record)
         except (ValueError, IndexError) as error:
             what = record.words[1] if len(record.words) > 1 else "a glass without a name"
             findings.append(f"{path.name}:{record.line}: {what} is left out: {error}")
             continue
         if glass.name in glasses:
             findings.append(f"{path.name}:{record.line}: {glass.name} is listed twice; the first entry is used")
-        glasses.setdefault(glass.name, glass)
+            continue
+        glasses[glass.name] = glass
+        if doubt:
+            doubts[glass.name] = f"{path.name}:{record.line}: {glass.name}: {doubt}; the formula is used"
     if not glasses:
         raise LensFileError(path, None, f"holds no glass{': ' + findings[0] if findings else ' (no NM line)'}")
-    return Catalogue(path.stem.upper(), tuple(glasses.values()), tuple(findings))
+    return Catalogue(path.stem.upper(), tuple(glasses.values()), tuple(findings), doubts)
 
 
 def _records(text: str) -> Iterator[_Record]:
-    """Lines of each glass; a line that cannot be read leaves its glass incomplete, which is reported later."""
-    record = None
+    """The records of each glass; one that cannot be read leaves its glass incomplete, which is reported later."""
+    glass = None
+    for number, keyword, words in _joined(text):
+        if keyword == "NM":
+            if glass:
+                yield glass
+            glass = _Record(number, [keyword, *words], [])
+        elif glass and keyword == "CD":
+            glass.coefficients = [_number(word) for word in words]
+        elif glass and keyword == "LD" and len(words) >= 2:
+            glass.wavelengths = _number(words[0]), _number(words[1])
+    if glass:
+        yield glass
+
+
+def _joined(text: str) -> Iterator[tuple[int, str, list[str]]]:
+    """Each record with its continuation lines: the number of its first line, its keyword, and its words."""
+    first, keyword, words = 0, "", list[str]()
     for number, line in enumerate(text.splitlines(), 1):
-        words = line.split()
-        if not words:
-            continue
-        if words[0] == "NM":
-            if record:
-                yield record
-            record = _Record(number, words, [])
-        elif record and words[0] == "CD":
-            record.coefficients = [_number(word) for word in words[1:]]
-        elif record and words[0] == "LD" and len(words) >= 3:
-            record.wavelengths = _number(words[1]), _number(words[2])
-    if record:
-        yield record
+        head, *rest = line.split() or [""]
+        if KEYWORD.fullmatch(head):
+            yield first, keyword, words
+            first, keyword, words = number, head, rest
+        elif head:
+            words += [head, *rest]
+    yield first, keyword, words
 
 
 def _number(word: str) -> float:
@@ -91,7 +121,8 @@ def _number(word: str) -> float:
         return float("nan")
 
 
-def _glass(record: _Record) -> Glass:
+def _glass(record: _Record) -> tuple[Glass, str]:
+    """The glass of a record, and how its formula and its NM record differ ("": not). GlassError: left out."""
     if len(record.words) < 6:
         raise GlassError("its NM line needs a name, a formula, a code, n_d and V_d")
     number = _number(record.words[2])
@@ -102,7 +133,14 @@ def _glass(record: _Record) -> Glass:
     if not any(coefficients):
         raise GlassError("it has no coefficients (CD)")
     glass = from_formula(record.words[1], formula, coefficients, record.wavelengths)
-    n_d = _number(record.words[4])
-    if glass.v_d is not None and isfinite(n_d) and abs(n_d - glass.n_d) > 1e-3:
-        raise GlassError(f"its formula gives n_d {glass.n_d:.5f}, its NM line says {n_d:g}")
-    return glass
+    n_d, v_d = _number(record.words[4]), _number(record.words[5])
+    if glass.v_d is None or not isfinite(n_d):          # a glass of the infrared: its n_d is at another wavelength
+        return glass, ""
+    if abs(n_d - glass.n_d) > WRONG:
+        raise GlassError(f"its formula gives n_d {glass.n_d:.5f}, its NM record says {n_d:.5f}")
+    doubts = []
+    if abs(n_d - glass.n_d) > DOUBTFUL:
+        doubts.append(f"n_d {glass.n_d:.6f}, its NM record says {n_d:.6f}")
+    if v_d > 0.0 and abs((n_d - 1.0) / v_d - glass.index(F_LINE) + glass.index(C_LINE)) > DOUBTFUL:
+        doubts.append(f"V_d {glass.v_d:.2f}, its NM record says {v_d:.2f}")
+    return glass, f"its formula gives {' and '.join(doubts)}" if doubts else ""

@@ -1,9 +1,9 @@
-"""Glasses of Schott, Ohara, Hoya, CDGM and Sumita, and of the user's AGF files, by name or by code.
+"""Glasses of Schott, Ohara, Hoya, CDGM, Sumita and Hikari, and of the user's AGF files, by name or by code.
 
-Coefficients are those of the makers' data sheets (`glasses.csv`). The user's files are in `lensbench/glass` in the
-configuration folder ($XDG_CONFIG_HOME, else ~/.config), and have priority. Both are read when the first glass is
-requested. No assumption is silent: an unknown glass is an error that lists the nearest names, and `resolve` states what
-it assumed.
+Coefficients are those of the makers' data sheets (`glasses.csv`; Hikari's of 1 April 2020). The user's files are in
+`lensbench/glass` in the configuration folder ($XDG_CONFIG_HOME, else ~/.config), and have priority. Both are read when
+the first glass is requested. No assumption is silent: an unknown glass is an error that lists the nearest names, and
+`resolve` states what it assumed.
 """
 
 import os
@@ -20,7 +20,7 @@ from lensbench.lenses import agf
 from lensbench.lenses.file_error import LensFileError
 from lensbench.optics.glass import Glass, GlassError, from_formula
 
-MAKERS = ("SCHOTT", "OHARA", "HOYA", "CDGM", "SUMITA")       # in order of preference
+MAKERS = ("SCHOTT", "OHARA", "HOYA", "CDGM", "SUMITA", "HIKARI")      # in order of preference
 FILE = Path(__file__).parent / "glasses.csv"
 PREFIXES = ("N", "S", "H", "E", "K", "D", "P", "L", "M", "J", "Q")    # of newer kinds of a glass: N-BK7 followed BK7
 MOULDED = re.compile(r"[_-]MOLD(ED)?$", re.IGNORECASE)        # moulding lowers the index by some thousandths
@@ -33,7 +33,10 @@ class UnknownGlass(GlassError):  # noqa: N818 — the name is part of what the u
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of a catalogue: published n_d and V_d (None: infrared glass); obsolete: no longer made."""
+    """A line of a catalogue: published n_d and V_d (None: infrared glass); obsolete: no longer made.
+
+    doubt: a sentence about figures of a user's file that contradict each other, or "".
+    """
 
     maker: str
     name: str
@@ -41,6 +44,7 @@ class Entry:
     v_d: float | None
     obsolete: bool
     make: Callable[[], Glass]
+    doubt: str = ""
 
     @property
     def rank(self) -> tuple[bool, int]:
@@ -53,7 +57,7 @@ class Entry:
 
 
 class Resolved(NamedTuple):
-    """A glass, its maker, and the assumption made, in one sentence ("" if name and maker are unique)."""
+    """A glass, its maker, and what was assumed or is in doubt ("" if name and maker are unique)."""
 
     glass: Glass
     maker: str
@@ -118,7 +122,7 @@ def _read(stamps: tuple[tuple[Path, int], ...]) -> _Known:
             continue
         findings += catalogue.findings
         own += [Entry(catalogue.maker, glass.name, glass.n_d if glass.v_d else None, glass.v_d, False,
-                      partial(replace, glass)) for glass in catalogue.glasses]
+                      partial(replace, glass), catalogue.doubts.get(glass.name, "")) for glass in catalogue.glasses]
     table: dict[str, list[Entry]] = {}
     for entry in (*own, *shipped()):
         table.setdefault(key(entry.name), []).append(entry)
@@ -131,7 +135,7 @@ def entries() -> tuple[Entry, ...]:
 
 
 def findings() -> tuple[str, ...]:
-    """Sentences about files in the user's folder that could not be read."""
+    """Sentences about files and glasses in the user's folder that could not be read; see `doubt` for the others."""
     return _known().findings
 
 
@@ -164,7 +168,7 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
             note = f"{wanted} makes no {entry.name}: that of {entry.maker} is taken"
         elif not wanted and others and entry.maker in MAKERS:
             note = f"{entry.name} is made by {entry.maker} and {', '.join(others)}: that of {entry.maker} is taken"
-        return Resolved(entry.make(), entry.maker, note)
+        return Resolved(entry.make(), entry.maker, "; ".join(filter(None, (note, entry.doubt))))
     if numbers := code_numbers(glass):
         entry = _by_code(*numbers, wanted)
         return Resolved(entry.make(), entry.maker, f"code {glass.strip()} is taken for {entry}")
@@ -205,10 +209,21 @@ def find(name: str, maker: str | None = None) -> Glass:
 
 def lookup(name: str, maker: str | None = None) -> Glass | None:
     """The glass that `find` returns, or None if no catalogue has the name."""
+    entry = _named(name, maker)
+    return entry.make() if entry else None
+
+
+def doubt(name: str, maker: str | None = None) -> str:
+    """What is in doubt about the glass that `find` returns, in one sentence; "" for nothing, or no such glass."""
+    entry = _named(name, maker)
+    return entry.doubt if entry else ""
+
+
+def _named(name: str, maker: str | None) -> Entry | None:
     known = _known()
     glass, wanted = _maker_in(name, maker, known.makers)
     same = known.table.get(key(glass))
-    return _preferred(same, wanted, glass.strip()).make() if same else None
+    return _preferred(same, wanted, glass.strip()) if same else None
 
 
 def makers(name: str) -> list[str]:

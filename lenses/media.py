@@ -47,8 +47,7 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
     try:
         exact = glass_catalogue.lookup(name, maker)
         if exact is not None:
-            resolved = glass_catalogue.resolve(name, maker)
-            return exact, resolved.note if maker else ""
+            return exact, glass_catalogue.resolve(name, maker).note if maker else glass_catalogue.doubt(name)
         if name.upper() in OTHERS:
             n_d, v_d = OTHERS[name.upper()]
             return Glass(n_d, v_d, name), f"{name} was taken as n_d {n_d:g} and V_d {v_d:g}"
