@@ -80,8 +80,7 @@ class Step(NamedTuple):
 
 def stage(kernel):
     """A stage compiled for speed, in which NaN and infinity keep their meaning."""
-    return njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy", nogil=True, cache=True,
-                no_cpython_wrapper=True, no_cfunc_wrapper=True)(kernel)
+    return njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy", nogil=True, cache=True)(kernel)
 
 
 def lane_buffer(real=np.float32) -> np.ndarray:
