@@ -2,7 +2,8 @@
 
     [descriptive data]      title
     [constants]             AsphericalOddCount n, AsphericalA2: which powers the aspheric columns have
-    [variable distances]    Focal Length, F-Number, d0 (object), Bf (back focus) …: a column a zoom position
+    [variable distances]    Focal Length, F-Number, Aperture Diameter (stop), d0 (object), Bf (back focus) …: a column a
+                            zoom position
     [lens data]             id, radius, thickness or the name of a distance, n_d, diameter, V_d, glass, maker
     [aspherical data]       id, radius, conic, coefficients
     [notes]
@@ -12,11 +13,12 @@ the aperture stop; an id that ends in AS puts the stop on that surface. Aspheric
 coefficients are those of even powers from r⁴, with AsphericalA2 from r²; with
 AsphericalOddCount n the first n odd powers from r³ are among them (n = 1: r³ r⁴ r⁶
 r⁸ …). Several columns of distances are the positions of a zoom, or of a lens that
-moves groups to focus; d0 is then the distance of the object.
+moves groups to focus; d0 is then the distance of the object. Other rows of the section
+have no positions of their own.
 """
 
 import re
-from math import isinf
+from math import inf, isinf
 
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
@@ -30,6 +32,10 @@ from lensbench.optics.prescription import Lens
 
 PLANES = ("CG", "FS", "INFINITY", "INF", "")
 LONGEST = 30            # aspheric coefficients in a line
+STOP = "aperture diameter"
+FIGURES = ("focal length", "f-number", STOP, "angle of view", "image height", "magnification", "lens length", "d0",
+           "bf")
+SAME_STOP = 0.02        # share of its diameter by which [lens data] may differ from the row of the stop
 
 
 def read(text: str, path: str) -> Lens:
@@ -37,7 +43,7 @@ def read(text: str, path: str) -> Lens:
     sections = _sections(text, path)
     if not sections.get("lens data"):
         raise LensFileError(path, None, "there is no section [lens data] with surfaces: this is no Optical Bench lens")
-    design = Design(path, [Row(None, thickness=float("inf"))])
+    design = Design(path, [Row(None, thickness=inf)])
     distances = {cells[0].strip().lower(): (line, cells[1:]) for line, cells in sections.get("variable distances", [])}
     design.name = next((cells[1].strip() for _, cells in sections.get("descriptive data", [])
                         if cells[0].strip().lower() == "title" and len(cells) > 1), "")
@@ -70,22 +76,55 @@ def read(text: str, path: str) -> Lens:
         if name not in KNOWN:
             design.found(Kind.NOT_READ, f"the section [{name}] is left out")
     design.add(Row(None))
-    design.stations = _stations(distances, sections["lens data"], path)
+    _size_stop(design, distances)
+    gaps = {row: cells[2].strip().lower() for row, (_, cells) in enumerate(sections["lens data"], start=1)
+            if len(cells) > 2 and cells[2].strip().lower() in distances}
+    for line, (name, *_) in sections.get("variable distances", []):
+        if name.strip().lower() not in (*FIGURES, *gaps.values()):
+            design.not_read(name.strip(), line)
+    design.stations = _stations(distances, gaps, path)
     return design.lens()
 
 
-def _stations(distances: dict, surfaces: list[tuple[int, list[str]]], path: str) -> list[Station]:
-    """Positions of the columns of [variable distances]; empty for a lens with one position."""
-    count = max((sum(1 for cell in cells if cell.strip()) for _, cells in distances.values()), default=1)
+def _size_stop(design: Design, distances: dict) -> None:
+    """Give the stop the diameter of its row in [variable distances], at the first position."""
+    stops = [i for i, row in enumerate(design.rows) if row.is_stop]
+    size = _cell(distances, STOP, 0, design.path, words=True)
+    if size is None:
+        return
+    if len(stops) != 1:
+        design.not_read(STOP, distances[STOP][0])
+        distances.pop(STOP)
+        return
+    if not 0.0 < size < inf:
+        raise LensFileError(design.path, distances[STOP][0], f"Aperture Diameter is {size:g}: it must be positive")
+    row = design.rows[stops[0]]
+    if row.semi_diameter is not None and abs(2.0 * row.semi_diameter - size) > SAME_STOP * size:
+        design.found(Kind.RIM, f"the diameter of the stop in [lens data], {2.0 * row.semi_diameter:g} mm, differs from "
+                               f"that in its row Aperture Diameter, {size:g} mm, which is used", stops[0] - 1,
+                     left_out=2.0 * row.semi_diameter, used=size)
+    row.semi_diameter = size / 2.0
+
+
+def _stations(distances: dict, names: dict[int, str], path: str) -> list[Station]:
+    """Positions of the columns of [variable distances]; empty for a lens with one position.
+
+    names: of the varying gaps, by row. Positions are the columns that have distances.
+    """
+    placed = {"d0", "bf", *names.values()}
+    count = max((sum(1 for cell in cells if cell.strip()) for name, (_, cells) in distances.items() if name in placed),
+                default=1)
     if count > MOST_STATIONS:
         raise LensFileError(path, None, f"{count} positions are too many: at most {MOST_STATIONS} are read")
-    names = {row: cells[2].strip().lower() for row, (_, cells) in enumerate(surfaces, start=1) if len(cells) > 2}
     stations = []
     for k in range(count if count > 1 else 0):
-        gaps = {row: _cell(distances, name, k, path) for row, name in names.items() if name in distances}
+        gaps = {row: _cell(distances, name, k, path) for row, name in names.items()}
+        stop = _cell(distances, STOP, k, path, words=True)
+        if stop is not None and not 0.0 < stop < inf:
+            raise LensFileError(path, distances[STOP][0], f"Aperture Diameter is {stop:g}: it must be positive")
         distance = _cell(distances, "d0", k, path)
         stations.append(Station({row: gap for row, gap in gaps.items() if gap is not None and not isinf(gap)},
-                                float("inf") if distance is None else distance,
+                                inf if distance is None else distance, None if stop is None else stop / 2.0,
                                 focal_length=_cell(distances, "focal length", k, path, words=True),
                                 f_number=_cell(distances, "f-number", k, path, words=True)))
     return stations
@@ -152,7 +191,8 @@ def _row(design: Design, line: int, cells: list[str], distances: dict) -> Row:
         if thickness.lower() == "bf" and isinf(row.thickness):
             row.thickness = 0.0
     if diameter:
-        size = file_number(diameter, "diameter")
+        place = _first(distances, diameter)
+        size = file_number(diameter, "diameter") if place is None else _number(design.path, *place, diameter)
         if size < 0.0:
             raise RowError(f"diameter is {size:g}: it must be positive")
         row.semi_diameter = size / 2.0 or None
@@ -242,8 +282,6 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     remarks += media.left_out(lens, "kind", "year", "source") + left
     if any(station.name for station in stations):
         remarks.append(note(Kind.POSITION, "left out: the names of its positions"))
-    if any(station.stop is not None for station in stations):
-        remarks.append(note(Kind.POSITION, "left out: the size of its stop at other positions than the first"))
     if title != lens.name or notes != lens.notes:
         remarks.append(note(Kind.TEXT, "name and notes are written in one line each"))
     return "\n".join([*lines, ""]), remarks
@@ -260,6 +298,8 @@ def _distance_lines(lens: Lens, stations: list[Station], varying: dict[int, str]
     rows: dict[str, list[float | None]] = {
         "Focal Length": [station.focal_length for station in stations],
         "F-Number": [station.f_number for station in stations],
+        **({"Aperture Diameter": [2.0 * (station.stop or lens.stop.semi_diameter) for station in stations]}
+           if any(station.stop is not None for station in stations) else {}),
         "d0": [station.distance for station in stations],
         **{name: [station.gaps[i] for station in stations] for i, name in varying.items()},
         "Bf": [station.gaps.get(last, lens.surfaces[last].thickness) for station in stations]}

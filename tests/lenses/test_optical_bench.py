@@ -30,6 +30,31 @@ def test_surfaces_glasses_stop_and_both_positions_are_read(tmp_path):
     assert lens.positions.focal_lengths == (50.0, 80.0) and lens.at(zoom=1.0).stated_efl == 80.0
 
 
+def test_the_stop_has_the_diameter_of_its_row_at_each_position(tmp_path):
+    lens = sample(tmp_path, ("d0\t", "Aperture Diameter\t12.5\t15.5\nd0\t"))
+    assert lens.positions.stops == ((6.25,), (7.75,)) and lens.findings == ()
+    assert (lens.stop.semi_diameter, lens.at(zoom=1.0).stop.semi_diameter) == (6.25, 7.75)
+    assert lenses.save(lens, tmp_path / "again.txt") == ()
+    assert lenses.load(tmp_path / "again.txt") == lens
+    assert lens == sample(tmp_path, ("d0\t", "Aperture Diameter\t12.5\t15.5\nd0\t"),
+                          ("d4\t\t12.5", "d4\t\tAperture Diameter"))
+    other = sample(tmp_path, ("d0\t", "Aperture Diameter\t10\nd0\t"))
+    assert other.stop.semi_diameter == 5.0 and other.positions.stops == ()
+    found, = other.findings
+    assert found.kind is lenses.Kind.RIM and found.surface == 3 and "12.5 mm" in str(found) and "10 mm" in str(found)
+    error = refusal(tmp_path, "lens.txt", SAMPLE.replace("d0\t", "Aperture Diameter\t12.5\t0\nd0\t", 1))
+    assert error.line == 8 and "Aperture Diameter is 0" in error.reason
+
+
+def test_positions_are_the_columns_that_have_distances(tmp_path):
+    lens = sample(tmp_path, ("d0\t", "P\t1\t2\t3\t4\t5\t6\t7\nImage Height\t43.2\t43.2\t43.2\nd0\t"))
+    assert lens.positions == sample(tmp_path).positions
+    found, = lens.findings
+    assert found.kind is lenses.Kind.NOT_READ and "P (line 8)" in str(found)
+    assert sample(tmp_path, ("3.5\t9.25", "3.5"), ("40.25\t45.5", "40.25"),
+                  ("Infinity\tInfinity", "Infinity")).positions is None
+
+
 def test_powers_of_the_aspheric_columns_follow_from_the_constants(tmp_path):
     def terms(constant):
         return sample(tmp_path, ("AsphericalOddCount\t1", constant)).surfaces[5].aspheric
