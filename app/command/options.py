@@ -26,6 +26,7 @@ from lensbench.app.state.constraints import (
     with_layout,
 )
 from lensbench.app.state.figures import colours
+from lensbench.app.state.lens_choice import APERTURE, FILM, FOCUS, with_lens
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import PICTURES, Settings, SettingsError
 from lensbench.app.state.text_values import read_angle, read_aperture
@@ -87,7 +88,7 @@ def add_lens_options(parser: argparse.ArgumentParser) -> None:
     add_zoom_option(parser)
     _add_setting(parser, next(field for field in fields(Settings) if field.name == "focal_length"))
     parser.add_argument("--f-number", type=option(read_aperture), metavar="N", default=argparse.SUPPRESS,
-                        help="aperture, such as 2.8 or f/2.8; “open” for as wide as the lens goes")
+                        help="aperture, such as 2.8 or f/2.8; “open”, as wide as the lens goes, by default")
 
 
 def add_picture_options(parser: argparse.ArgumentParser) -> None:
@@ -98,7 +99,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
         "options change them")
     add("--scene", metavar="SCENE", help="a built-in scene, or a scene file (.toml)")
     add("--film", type=option(read_film), metavar="FILM",
-        help="width x height in mm, such as 36x24, or a format's name, such as aps-c")
+        help="width x height in mm, such as 36x24, or a format's name, such as aps-c; by default the film that the "
+             "lens was made for, and 36x24 with --focal-length")
     add("--size", type=option(read_size), metavar="WxH",
         help="pixels across and down; without --film, the film is cut to their shape")
     add("--fov", type=option(read_angle), metavar="ANGLE",
@@ -177,8 +179,9 @@ class _FormerModel(argparse.Action):
 def settings_from(arguments: argparse.Namespace) -> Settings:
     """The Settings that the options describe, checked.
 
-    They start from a settings file, or from an exported picture given in place of the lens, else from the defaults;
-    an aperture or a focus distance that the options do not name is limited to the range of the lens. SettingsError,
+    They start from a settings file, or from an exported picture given in place of the lens, else from the lens at its
+    best (see `lens_choice`), of which the options lock what they name; an aperture or a focus distance that they do
+    not name is limited to the range of the lens. SettingsError,
     LensError, LensFileError, ExportError.
     """
     lens = arguments.lens
@@ -194,7 +197,13 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     else:
         opened = with_camera(replace(Settings(), focal_length=arguments.focal_length,
                                      lens_model=arguments.lens_model or Settings.lens_model), camera or "lens")
-        settings = constrained(replace(opened, lens=_name_or_file(lens or opened.lens)).checked())
+        opened = replace(opened, scene=_name_or_file(arguments.scene or opened.scene)).checked()
+        if lens is not None and opened.has_lens and arguments.focal_length is None:
+            own = design(replace(opened, lens=_name_or_file(lens), zoom=0.0))
+            zoom = asked_zoom(own, arguments.zoom) or 0.0
+            settings = with_lens(opened, _name_or_file(lens), _locked(arguments), zoom)
+        else:
+            settings = constrained(replace(opened, lens=_name_or_file(lens or opened.lens)))
     asked = {field.name: getattr(arguments, _dest(field)) for field in fields(Settings)
              if spec(field).help and getattr(arguments, _dest(field)) is not None}
     if arguments.scene is not None:
@@ -217,6 +226,14 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     if not settings.has_lens and arguments.focus is None:  # its nearest focus follows from film and view
         settings = constrained(settings)
     return settings.checked()
+
+
+def _locked(arguments: argparse.Namespace) -> set[str]:
+    """What the options name, so that the lens at its best leaves it."""
+    placing = ("focus", "position", "yaw", "pitch", "end_position")
+    given = {FILM: arguments.film is not None, APERTURE: "f_number" in arguments,
+             FOCUS: any(getattr(arguments, name) is not None for name in placing)}
+    return {name for name, is_given in given.items() if is_given}
 
 
 def _name_or_file(text: str) -> str:

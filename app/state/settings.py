@@ -148,7 +148,8 @@ class Settings:
     focus_distance: float = setting(
         1200.0, unit="mm", bounds=Interval(0.0, math.inf, "(]"), read=read_distance, metavar="DISTANCE",
         option="focus",
-        help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given")
+        help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given. Without it and "
+        "without a place of the camera, the camera stands where the scene's subject is framed and in focus")
     focus_position: str = setting(
         "auto", choices=FOCUS_POSITIONS, former="focusing",
         help="position of the film behind a real lens: the paraxial focus (paraxial), the position of least blur of "

@@ -13,7 +13,8 @@ from imgui_bundle import hello_imgui
 
 from lensbench import lenses
 from lensbench.app.state.build import design
-from lensbench.app.state.constraints import constrained, with_camera
+from lensbench.app.state.constraints import constrained
+from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import RESTARTS_MOTION, RESTARTS_NOTHING, Settings
@@ -134,8 +135,7 @@ class Files:
             load_scene(path)
             return at_home(replace(present, scene=str(path)))
         lenses.load(path)                       # raises if it cannot be read now
-        with_lens = present if present.has_lens else with_camera(present, "lens")
-        return constrained(replace(with_lens, lens=str(path), focal_length=None, zoom=0.0))
+        return with_lens(present, str(path), self._state.chooser.locked)
 
     def save_lens(self, path: Path) -> None:
         """Save the lens, scaled and zoomed, in the format of the suffix; messages name what the format cannot hold."""

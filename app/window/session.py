@@ -22,6 +22,7 @@ import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.display.presenter import save_window
 from lensbench.app.state.constraints import constrained
+from lensbench.app.state.lens_choice import LOCKS
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
@@ -52,6 +53,7 @@ class Session(WindowState):
         self._finish: Callable[[], None] | None = None
         self._frames = 0
         self._pace: float | None = None                 # frames a second at most, once there is a picture
+        self._locked: frozenset[str] = frozenset()      # what the preferences hold
         self._fresh = False                             # no layout was saved by an earlier session
 
     # The life of the window
@@ -70,6 +72,8 @@ class Session(WindowState):
             self.dark = hello_imgui.load_lasting_pref("theme") != "light"
             with suppress(ValueError):
                 self.recent = [Path(path) for path in json.loads(hello_imgui.load_lasting_pref("recent") or "[]")]
+            self.chooser.locked.update(set(hello_imgui.load_lasting_pref("locked").split()) & set(LOCKS))
+            self._locked = frozenset(self.chooser.locked)
         theme.choose(self.dark)
         imgui.get_io().config_error_recovery_enable_tooltip = False     # a message above the picture says it
         glfw.set_drop_callback(glfw_window_hello_imgui(), self.dropped)
@@ -144,8 +148,16 @@ class Session(WindowState):
         """After the panels: the changes go to the history and to the worker."""
         held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
         self.keep(held)
+        self._keep_locks()
         self.worker.hold(self.light_field.occupies_processor or self.export.busy)
         self.apply()
+
+    def _keep_locks(self) -> None:
+        """Remember what another lens leaves as it is, beyond this session."""
+        locked = frozenset(self.chooser.locked)
+        if self.remember and locked != self._locked:
+            hello_imgui.save_lasting_pref("locked", " ".join(sorted(locked)))
+        self._locked = locked
 
     def _leave_room_to_compile(self) -> None:
         """Few frames before the first picture: the compiler needs the processor."""

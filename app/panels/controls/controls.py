@@ -28,10 +28,12 @@ from lensbench.app.state.constraints import (
     with_projection,
 )
 from lensbench.app.state.exposure import AppliedExposure
+from lensbench.app.state.lens_choice import FILM, with_lens
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import FOV_AXES, LAYOUTS, PROJECTIONS, Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.padlock import padlock
 from lensbench.app.widgets.toggles import Key, angle
 from lensbench.lens_models.polynomial import DEGREES
 
@@ -48,6 +50,7 @@ class Chooser:
     film: tuple[float, float] = (36.0, 24.0)
     equivalent: bool = False                                # another film keeps field of view and depth of field
     applied_exposure: AppliedExposure | None = None         # of the picture
+    locked: set[str] = field(default_factory=set)           # LOCKS that another lens leaves as they are
     requests: set[Request] = field(default_factory=set)     # of the window
 
 
@@ -65,7 +68,7 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     gap = min(max(free / (2.0 * count + 1.0), theme.scale()), theme.em(0.45))
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, gap))
     imgui.dummy(ImVec2(0.0, theme.em(0.3)))
-    settings = dials(settings)
+    settings = dials(settings, chooser.locked)
     imgui.pop_style_var()
     return _more(settings, chooser)
 
@@ -181,7 +184,7 @@ def _lens(settings: Settings, chooser: Chooser) -> Settings:
         if imgui.begin_child("Lenses", ImVec2(0.0, height)):
             for card in found:
                 if _card(card, card.name == settings.lens):
-                    chosen = replace(settings, lens=card.name, focal_length=None, zoom=0.0)
+                    chosen = with_lens(settings, card.name, chooser.locked)
                     imgui.close_current_popup()
         imgui.end_child()
         if not found:
@@ -195,11 +198,7 @@ def _lens(settings: Settings, chooser: Chooser) -> Settings:
     tip = "The lens: a design of the library, or a file of your own\nA file can also be dropped on the window"
     _combo("Lens", lens_title(settings.lens), tip if used else f"{tip}\nThis camera has none: choosing "
            "one changes the camera to one with a lens", content, 25.0, used)
-    if chosen == settings:
-        return settings
-    if not chosen.has_lens:
-        chosen = with_camera(chosen, "lens")
-    return constrained(chosen)
+    return chosen
 
 
 def _card(card: lenses.Card, selected: bool) -> bool:
@@ -296,7 +295,10 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
             imgui.text_colored(imgui.ImVec4(*theme.colours().warning),
                                f"A side measures {FILM_SIDES[0]:g} to {FILM_SIDES[1]:g} mm")
 
+    corner = imgui.get_cursor_screen_pos()
     _combo("Film", film_title(settings.film_width, settings.film_height), "The film's size", content)
+    if settings.has_lens:
+        padlock(FILM, chooser.locked, ImVec2(corner.x + theme.em(2.2), corner.y + imgui.get_style().frame_padding.y))
     return chosen if chosen == settings else constrained(chosen)
 
 

@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+from imgui_bundle import imgui
+
 from lensbench.app.state import dial_scales
 from lensbench.app.state.build import design
 from lensbench.app.state.constraints import (
@@ -16,11 +18,15 @@ from lensbench.app.state.constraints import (
     zooms,
 )
 from lensbench.app.state.figures import readings
+from lensbench.app.state.lens_choice import APERTURE, FOCUS, LOCKS
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.zoom import focal_length, zoom_of
+from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
+from lensbench.app.widgets.padlock import padlock
 
 DEFAULT = Settings()
+TITLES = {FOCUS: "Focus distance", APERTURE: "Aperture"}        # of the dials with a padlock
 PERSPECTIVE_FOV = (math.radians(5.0), math.radians(120.0))
 NEAREST = 10.0                  # mm: focus distance of a camera without a nearest focus
 OCTAVES = 6.0                   # factor of the focal length to either side of the design
@@ -36,10 +42,17 @@ def dial_count(settings: Settings) -> int:
     return len(dial_names(settings)) + 1
 
 
-def dials(settings: Settings) -> Settings:
-    """Draw the dials of this camera; return the changed settings."""
+def dials(settings: Settings, locked: set[str]) -> Settings:
+    """Draw the dials of this camera; return the changed settings.
+
+    locked: what another lens leaves as it is; a click on a padlock changes this set.
+    """
     for name in dial_names(settings):
+        corner = imgui.get_cursor_screen_pos()
         settings = DIALS[name](settings)
+        if name in LOCKS and settings.has_lens:
+            title = imgui.calc_text_size(TITLES[name]).x
+            padlock(name, locked, imgui.ImVec2(corner.x + title + theme.em(0.45), corner.y))
     exposure = dial("Exposure", settings.exposure, dial_scales.exposure_scale(),
                     "Stops by which the picture is brightened; the aperture itself does not change its brightness"
                     if settings.exposing == "plain" else
@@ -55,7 +68,7 @@ def _focus(settings: Settings) -> Settings:
     zone = None
     if figures.near_limit is not None and figures.far_limit is not None:
         zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)
-    distance = dial("Focus distance", settings.focus_distance,
+    distance = dial(TITLES[FOCUS], settings.focus_distance,
                     dial_scales.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
                     "Distance s from the film to the plane in focus; the amber zone is the depth of field"
                     if settings.focuses else
@@ -68,7 +81,8 @@ def _aperture(settings: Settings) -> Settings:
     """The f-number of a lens or of an ideal lens; at its widest, the setting of a lens becomes None, wide open."""
     widest = readings(settings).widest_f_number or 1.0
     shown = settings.f_number if settings.f_number is not None else widest
-    f_number = dial("Aperture", shown, dial_scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
+    scale = dial_scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest))
+    f_number = dial(TITLES[APERTURE], shown, scale,
                     "f-number N: focal length over the diameter of the entrance pupil")
     if f_number == shown:
         return settings

@@ -20,6 +20,7 @@ from lensbench.app.command.main import main
 from lensbench.app.files import export
 from lensbench.app.files.export import read_settings, save_picture
 from lensbench.app.state import text_values
+from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.settings import Settings
 
 README = Path(__file__).parents[3] / "README.md"
@@ -137,11 +138,16 @@ def test_the_field_of_view_crops_the_film_behind_a_lens(viewed):
     assert settings_of(viewed, LENS, "--fov", "20deg", "--camera", "perspective").crop == 1.0
 
 
-def test_a_lens_that_cannot_open_to_the_default_is_opened_as_far_as_it_goes(viewed, tmp_path):
-    lens = lb.stopped_down(lenses.load(LENS), 8.0)
-    lenses.save(lens, tmp_path / "slow.toml")
-    assert settings_of(viewed, str(tmp_path / "slow.toml")).f_number is None
-    assert settings_of(viewed, LENS).f_number == Settings().f_number
+def test_a_lens_opens_at_its_best_except_for_what_the_options_name(viewed):
+    telephoto = "pbrt-telephoto-250mm"
+    assert settings_of(viewed, telephoto) == with_lens(Settings(), telephoto)
+    got = settings_of(viewed, telephoto, "--f-number", "8", "--focus", "3m", "--film", "24x16")
+    assert (got.f_number, got.focus_distance, got.position) == (8.0, 3000.0, (0.0, 0.0, 0.0))
+    assert (got.film_width, got.film_height) == (24.0, 16.0)
+    zoom = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"
+    assert settings_of(viewed, zoom, "--zoom", "1") == with_lens(Settings(), zoom, zoom=1.0)
+    room = settings_of(viewed, telephoto, "--scene", "room")
+    assert room == with_lens(replace(Settings(), scene="room"), telephoto)
 
 
 def test_a_lens_that_cannot_focus_at_the_default_is_focused_near_its_nearest(viewed):

@@ -1,0 +1,165 @@
+"""A lens at its best: the settings with another lens, on its own film, wide open, before the subject of the scene.
+
+Lengths in mm. Each of the three can be locked; it then stays as it was, within the range of the lens. The result
+depends on the lens and on what is locked, not on the lens before.
+"""
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.state.build import design, setup
+from lensbench.app.state.constraints import MARGIN, constrained, with_camera, with_film
+from lensbench.app.state.ray_fans import lit_radius
+from lensbench.app.state.scene_file import SceneFileError, cached_scene
+from lensbench.app.state.settings import Settings, placed
+from lensbench.optics.system import FieldKind
+
+FILM, APERTURE, FOCUS = "film", "aperture", "focus"     # what can be locked; FOCUS is the camera's place too
+LOCKS = (FILM, APERTURE, FOCUS)
+
+SUBJECT_DISTANCE = 1200.0       # from the home of the camera: the built-in scenes are laid out for it
+FRAME = 520.0                   # of the scene at the subject, along the shorter side of the film
+NEAREST = 250.0                 # a shorter distance would put a wide lens into the subject
+ROOM = 150.0                    # kept free behind the camera
+COVERED = 0.92                  # of a film's diagonal that an image circle must reach: corners may be dark
+USUAL = (36.0, 24.0)
+STEEPEST = math.radians(60.0)   # a steeper stated field gives no image height without knowing the projection
+
+
+def with_lens(settings: Settings, lens: str, locked: Collection[str] = (), zoom: float = 0.0) -> Settings:
+    """The settings with a lens at its best.
+
+    Parameters
+    ----------
+    settings : Settings
+        The present settings. A camera without a lens becomes one with a lens.
+    lens : str
+        A name of the library, or a path.
+    locked : collection of {"film", "aperture", "focus"}
+        What stays: the film with its crop; the f-number; the focus distance with the place of the camera. A camera
+        that moves between two keyframes keeps its place and focus too.
+    zoom : float
+        Of a zoom lens, from 0 (wide) to 1 (tele).
+
+    Returns
+    -------
+    Settings
+        Within the range of the lens.
+
+    Raises
+    ------
+    LensFileError, LensError, OSError
+        If the lens cannot be read.
+    """
+    if not settings.has_lens:
+        settings = with_camera(settings, "lens")
+    chosen = replace(settings, lens=lens, focal_length=None, zoom=zoom)
+    if FILM not in locked:
+        chosen = with_film(replace(chosen, crop=1.0), *own_film(lens, design(replace(chosen, zoom=0.0))))
+    if APERTURE not in locked:
+        chosen = replace(chosen, f_number=None)
+    if FOCUS not in locked and not chosen.keyframed:
+        chosen = _before_subject(chosen)
+    return constrained(chosen)
+
+
+@lru_cache(maxsize=64)
+def own_film(name: str, lens: lb.Lens) -> tuple[float, float]:
+    """Width and height (mm) of the film that a lens is made for.
+
+    The stated one, else the largest usual format that its image circle covers; a smaller circle gets a 4 : 3 sensor
+    of its diagonal.
+    """
+    if lens.film_size is not None:
+        return lens.film_size
+    circle = image_circle(name, lens)
+    if circle is None:
+        return USUAL
+    covered = [size for size in lb.FORMATS.values() if COVERED * math.hypot(*size) <= circle]
+    if not covered:
+        return (float(f"{0.8 * circle:.3g}"), float(f"{0.6 * circle:.3g}"))
+    return max(covered, key=lambda size: math.hypot(*size))
+
+
+def image_circle(name: str, lens: lb.Lens) -> float | None:
+    """Diameter (mm) that a lens covers: of the library, else of the stated field, else where the light ends.
+
+    Light that reaches past the corners of 36 × 24 mm says nothing on the film, and counts as that diagonal.
+    """
+    card = next((card for card in lenses.describe() if card.name == name), None)
+    if card is not None and card.image_circle is not None:
+        return card.image_circle
+    stated = _stated_circle(lens)
+    if stated is not None:
+        return stated
+    usual = replace(Settings(), lens=name, f_number=None, focus_distance=math.inf, focus_position="paraxial",
+                    film_width=USUAL[0], film_height=USUAL[1])
+    try:
+        return 2.0 * lit_radius(setup(usual))
+    except (ValueError, OSError):
+        return None
+
+
+def _stated_circle(lens: lb.Lens) -> float | None:
+    """Twice the largest image height of the system data (mm); None where none is stated, or none follows."""
+    system = lens.system
+    field = system.largest_field
+    if not field > 0.0:
+        return None
+    if system.field_kind in (FieldKind.IMAGE_HEIGHT, FieldKind.REAL_IMAGE_HEIGHT):
+        return 2.0 * field
+    efl = abs(lb.first_order(lens).efl)
+    if system.field_kind is FieldKind.ANGLE and math.isfinite(efl) and math.radians(field) < STEEPEST \
+            and all(math.isinf(distance) for distance in system.object_distances):
+        return 2.0 * efl * math.tan(math.radians(field))
+    return None
+
+
+def subject_distance(scene: str) -> float:
+    """Distance (mm) of the subject from the camera's home, the origin, along its home direction −z.
+
+    Of a scene file it is what stands in the middle of the home view; where nothing does, 1.2 m.
+    """
+    if scene in lb.SCENES:
+        return SUBJECT_DISTANCE
+    try:
+        found = float(cached_scene(scene).distance([[0.0, 0.0, 0.0]], [[0.0, 0.0, -1.0]])[0])
+    except (SceneFileError, OSError):           # the worker reports it
+        return SUBJECT_DISTANCE
+    return found if math.isfinite(found) else SUBJECT_DISTANCE
+
+
+def _before_subject(settings: Settings) -> Settings:
+    """The camera moved along its direction until the subject stands framed before it, and focused there."""
+    try:
+        lens = design(settings)
+        fo, nearest = lb.first_order(lens), lb.nearest_focus(lens)
+    except lb.LensError:
+        return settings
+    if not (math.isfinite(fo.efl) and fo.efl > 0.0 and math.isfinite(nearest)):
+        return settings
+    subject = subject_distance(settings.scene)
+    frame = FRAME * subject / SUBJECT_DISTANCE
+    magnification = min(settings.film.width, settings.film.height) / frame
+    hiatus = lens.length + fo.rear_principal - fo.front_principal
+    framed = fo.efl * (2.0 + magnification + 1.0 / magnification) + hiatus
+    back = placed((0.0, 0.0, 0.0), settings.yaw, settings.pitch)[:3, 2]
+    point = np.array([0.0, 0.0, -subject])
+    distance = max(min(max(framed, NEAREST), _free(settings.scene, point, back)), nearest * MARGIN)
+    x, y, z = (float(value) for value in point + distance * back)
+    return replace(settings, position=(x, y, z), focus_distance=distance)
+
+
+def _free(scene: str, point: np.ndarray, back: np.ndarray) -> float:
+    """Distance (mm) that a camera can stand back from a point without something between them; inf for any."""
+    try:
+        wall = float(cached_scene(scene).distance([point + back], [back])[0])
+    except (SceneFileError, OSError):
+        return math.inf
+    return max(wall - ROOM, NEAREST)

@@ -1,0 +1,35 @@
+"""Choosing a lens in the window: at its best, one step of undo, and what the padlocks keep."""
+
+import pytest
+from imgui_bundle import imgui
+
+from lensbench.app.state.lens_choice import with_lens
+from lensbench.lenses import catalogue
+from tests.app.conftest import SMALL
+
+UNDO = imgui.Key.mod_ctrl | imgui.Key.z
+FILE = str(catalogue.path_of("pbrt-telephoto-250mm"))
+
+
+@pytest.mark.slow
+def test_a_dropped_lens_is_at_its_best_but_for_what_a_padlock_keeps(drive, tmp_path):
+    def use(hand):
+        hand.picture()
+        hand.session.dropped(None, [FILE])
+        hand.ctx.yield_(3)
+        assert hand.settings == with_lens(SMALL, FILE)
+        assert hand.settings.f_number is None and hand.settings.position[2] > 1000.0
+        hand.press(UNDO)
+        assert hand.settings == SMALL               # one entry
+
+        for name in ("film", "aperture", "focus"):
+            hand.ctx.item_click(f"**/Lock {name}")
+        assert hand.session.chooser.locked == {"film", "aperture", "focus"}
+        hand.session.dropped(None, [FILE])
+        hand.ctx.yield_(3)
+        assert hand.settings == with_lens(SMALL, FILE, {"film", "aperture", "focus"})
+        assert hand.settings.position == SMALL.position
+        hand.ctx.item_click("**/Lock aperture")
+        assert hand.session.chooser.locked == {"film", "focus"}
+
+    assert [text for text in drive(use).view.messages if "telephoto" not in str(text)] == []
