@@ -21,7 +21,7 @@ import re
 from dataclasses import replace
 from decimal import Decimal
 
-from lensbench.lenses import configurations, media
+from lensbench.lenses import configurations, glass_catalogue, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import (
     check_lines,
@@ -331,7 +331,7 @@ class _Sequence:
         if is_number(name):
             row.glass = media.model(file_number(name, "index"), 0.0)
             return
-        glass, _, maker = name.partition("_")
+        glass, _, maker = (name, "", "") if glass_catalogue.makers(name) else name.partition("_")
         row.glass, assumed = media.named(glass, maker or None)
         self.design.assume_glass(assumed)
 

@@ -114,6 +114,9 @@ class Design:
                        severity=Severity.WARNING)
         self._estimate_rims(surfaces, marked)
         self._check_stop(surfaces, marked)
+        for i, row in enumerate(surfaces):
+            if row.glass.n_d == 1.0 and row.glass.name:
+                self.found(Kind.GLASS, f"{row.glass.name} is taken as air, of index 1", i)
 
         # In mm
         made: list[Surface] = []

@@ -1,9 +1,10 @@
 """Glasses of Schott, Ohara, Hoya, CDGM, Sumita and Hikari, and of the user's AGF files, by name or by code.
 
-Coefficients are those of the makers' data sheets (`glasses.csv`; Hikari's of 1 April 2020). The user's files are in
-`lensbench/glass` in the configuration folder ($XDG_CONFIG_HOME, else ~/.config), and have priority. Both are read when
-the first glass is requested. No assumption is silent: an unknown glass is an error that lists the nearest names, and
-`resolve` states what it assumed.
+Coefficients are those of the makers' data sheets (`glasses.csv`; Hikari's of 1 April 2020). MISC holds media that no
+maker lists: fused silica, CaF2 and BaF2 (I. H. Malitson, 1963 to 1965), and plastics (Zemax's MISC.AGF). The user's
+files are in `lensbench/glass` in the configuration folder ($XDG_CONFIG_HOME, else ~/.config), and have priority. Both
+are read when the first glass is requested. No assumption is silent: an unknown glass is an error that lists the nearest
+names, and `resolve` states what it assumed.
 """
 
 import os
@@ -20,7 +21,7 @@ from lensbench.lenses import agf
 from lensbench.lenses.file_error import LensFileError
 from lensbench.optics.glass import Glass, GlassError, from_formula
 
-MAKERS = ("SCHOTT", "OHARA", "HOYA", "CDGM", "SUMITA", "HIKARI")      # in order of preference
+MAKERS = ("SCHOTT", "OHARA", "HOYA", "CDGM", "SUMITA", "HIKARI", "MISC")      # in order of preference
 FILE = Path(__file__).parent / "glasses.csv"
 PREFIXES = ("N", "S", "H", "E", "K", "D", "P", "L", "M", "J", "Q")    # of newer kinds of a glass: N-BK7 followed BK7
 MOULDED = re.compile(r"[_-]MOLD(ED)?$", re.IGNORECASE)        # moulding lowers the index by some thousandths

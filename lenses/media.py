@@ -7,7 +7,7 @@ from lensbench.lenses import glass_catalogue
 from lensbench.lenses.encoding import file_number, is_number
 from lensbench.lenses.rows import HIGHEST_INDEX, RowError
 from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
+from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError, from_formula
 from lensbench.optics.prescription import Lens
 
 AIR_NAMES = {"", "AIR", "VACUUM", "VACUO"}
@@ -15,19 +15,27 @@ LINES = (F_LINE, D_LINE, C_LINE)
 ROUNDING = 4e-5         # µm: 656.3 nm is the C line
 MIRROR_NAMES = {"MIRROR", "REFL", "RFL", "RFH"}
 
-# n_d and V_d of media that no glass maker lists, by the names that design programs give them
-OTHERS = {
-    "SILICA": (1.458464, 67.82), "F_SILICA": (1.458464, 67.82), "FUSED_SILICA": (1.458464, 67.82),
-    "CAF2": (1.433848, 94.99), "PMMA": (1.491756, 57.44), "ACRYLIC": (1.491756, 57.44), "POLYSTYR": (1.590481, 30.87),
-    "POLYCARB": (1.585470, 29.91), "COC": (1.533732, 56.23), "WATER": (1.333041, 55.77), "SEAWATER": (1.339462, 54.90),
-    "C79-80": (1.458464, 67.82),
-}
+MISC = "MISC"           # the catalogue of media that no maker lists
+MISC_NAMES = {"SPECIAL", "MALITSON", "MISC"}        # what design programs call it, or cite for crystals
+GAS = 1e-3              # greatest difference of the index of a gas, or vacuum, from that of air
+
+# n_d and V_d of media of which no formula is known, by the names that design programs give them
+OTHERS = {"COC": (1.533732, 56.23), "WATER": (1.333041, 55.77), "SEAWATER": (1.339462, 54.90)}
+
+# Powers of the wavelength in the formulas of `optics.glass` that give n²
+POWERS = {"schott": (0, 2, -2, -4, -6, -8, -10, -12), "extended-2": (0, 2, -2, -4, -6, -8, 4, 6),
+          "extended-3": (0, 2, 4, -2, -4, -6, -8, -10, -12)}
 
 
 def model(n_d: float, v_d: float, name: str = "") -> Glass:
-    """The model glass of n_d and V_d (0: unknown). RowError: numbers that no glass has."""
+    """The model glass of n_d and V_d (0: unknown). RowError: numbers that no glass has.
+
+    A gas thinner than air is a medium of index 1, whose name says so.
+    """
     if n_d == 1.0:
         return AIR
+    if 1.0 - GAS <= n_d < 1.0:
+        return Glass(name=f"{name or 'the gas'} of index {n_d:.6f}")
     if not 1.0 < n_d <= HIGHEST_INDEX:
         raise RowError(f"index n_d is {n_d:g}: it must be at least 1 (air), and no lens is made of more than "
                        f"{HIGHEST_INDEX:g}")
@@ -44,6 +52,8 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
     """
     if name.upper() in AIR_NAMES:
         return AIR, ""
+    if maker and maker.upper() in MISC_NAMES and MISC in glass_catalogue.makers(name):
+        return glass_catalogue.find(name, MISC), ""
     try:
         exact = glass_catalogue.lookup(name, maker)
         if exact is not None:
@@ -99,6 +109,33 @@ def tabulated(name: str, points: list[tuple[float, float]]) -> Glass:
         raise RowError(str(error)) from None
 
 
+def from_database(name: str, number: int, c: list[float], wavelengths: tuple[float, float]) -> Glass:
+    """The glass of formula 1, 2, 3, 5 or 6 of refractiveindex.info, with coefficients c and its range (µm).
+
+    1, 2: n² = 1 + c₀ + Σ B λ² / (λ² − C), with C² in formula 1. 3: n² = c₀ + Σ a λ^p; 5: so n. 6: gases. RowError: a
+    formula that is not read.
+    """
+    try:
+        if number in (1, 2):
+            terms = [x * x if number == 1 and i % 2 else x for i, x in enumerate(c[1:])]
+            formula, terms = ("sellmeier", terms) if c[0] == 0.0 else ("sellmeier-4", [1.0 + c[0], *terms])
+            return from_formula(name, formula, terms, wavelengths)
+        if number in (3, 5):
+            by_power = {0.0: c[0]}
+            for a, power in zip(c[1::2], c[2::2], strict=True):
+                by_power[power] = by_power.get(power, 0.0) + a
+            known = POWERS if number == 3 else {"cauchy": tuple(range(0, int(min(by_power)) - 1, -2))}
+            for formula, powers in known.items():
+                if set(by_power) <= set(powers):
+                    return from_formula(name, formula, [by_power.get(float(power), 0.0) for power in powers],
+                                        wavelengths)
+        if number == 6 and abs(c[0] + sum(a / (b - D_LINE**-2) for a, b in zip(c[1::2], c[2::2], strict=True))) < GAS:
+            return Glass(name=f"the gas {name}")
+    except (GlassError, ValueError, ArithmeticError, IndexError) as error:
+        raise RowError(f"the material {name}: {error}") from None
+    raise RowError(f"the material {name} has formula {number} of refractiveindex.info, with terms that are not read")
+
+
 def is_plain_table(glass: Glass) -> bool:
     """Whether `tabulated` reproduces this glass from its pairs of wavelength and index."""
     try:
@@ -124,11 +161,11 @@ def is_known(glass: Glass) -> bool:
 
 
 def maker_of(glass: Glass) -> str:
-    """Maker whose catalogue has this exact glass under its name; "" if none has."""
+    """Maker whose catalogue has this exact glass under its name; "" if none has, MISC included."""
     if not glass.name or glass.formula == "model":
         return ""
     return next((maker for maker in glass_catalogue.makers(glass.name)
-                 if glass_catalogue.lookup(glass.name, maker) == glass), "")
+                 if maker != MISC and glass_catalogue.lookup(glass.name, maker) == glass), "")
 
 
 def glass_loss(glass: Glass, i: int, with_maker: bool = False) -> list[Finding]:
@@ -138,7 +175,7 @@ def glass_loss(glass: Glass, i: int, with_maker: bool = False) -> list[Finding]:
     """
     if glass.n_d == 1.0:
         lost = f"the name of {glass.name}, of index 1, is left out" if glass.name else ""
-    elif glass.formula == "model" or is_known(glass) or (with_maker and maker_of(glass)):
+    elif glass.formula == "model" or (maker_of(glass) if with_maker else is_known(glass)):
         lost = ""
     else:
         lost = f"of the dispersion of {glass.name or 'a glass'} only n_d and V_d are written"

@@ -8,11 +8,12 @@ of y–z about an axis along y. Both are cylinders if one section is straight.
 Mirrors, tilts, decentres and other geometries are refused.
 """
 
+import re
 from decimal import Decimal
 from math import hypot, inf
 from typing import Any
 
-from lensbench.lenses import media
+from lensbench.lenses import glass_catalogue, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.json_text import (
@@ -146,6 +147,14 @@ def _glass(design: Design, material: dict[str, Any]) -> Glass:
     if kind == "Material" and isinstance(material.get("name"), str):
         maker = text_value(material, "catalog") or text_value(material, "reference")
         glass, assumed = media.named(material["name"], maker or None)
+        design.assume_glass(assumed)
+        return glass
+    if kind == "MaterialFile" and isinstance(material.get("filename"), str):
+        # …/glass/schott/N-BK7.yml or …/main/SiO2/Malitson.yml
+        *_, folder, file = ("", *re.split(r"[/\\]", material["filename"]))
+        stem = file.removesuffix(".yml")
+        name, source = (stem, folder) if folder.upper() in glass_catalogue.MAKERS else (folder, stem)
+        glass, assumed = media.named(name, source)
         design.assume_glass(assumed)
         return glass
     raise RowError("a mirror is not traced" if kind == "Mirror" else f"the material {kind} is not read")

@@ -7,6 +7,7 @@ rotates its section y–z (cv) about an axis along y, at 1/cR. Wavelengths in nm
 Mirrors, tilts, decentres, gratings and ideal lenses are refused.
 """
 
+import re
 from decimal import Decimal
 from math import isfinite
 from typing import Any
@@ -33,7 +34,7 @@ from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
 from lensbench.optics.prescription import Lens, Surface
 
-UNITS = {"mm": 1.0, "cm": 10.0, "meters": 1000.0, "m": 1000.0, "in": 25.4, "inches": 25.4}
+UNITS = {"mm": 1.0, "cm": 10.0, "meters": 1000.0, "m": 1000.0, "in": 25.4, "inches": 25.4}        # lower case
 APERTURES = {("object", "epd"): "EPD", ("object", "pupil"): "EPD", ("image", "f/#"): "FNO", ("object", "NA"): "NA"}
 MISSING_RIM = 1.0           # the rim that rayoptics writes if none was computed
 FAR_OBJECT = 1e10
@@ -56,7 +57,7 @@ def read(text: str, path: str) -> Lens:
         raise LensFileError(path, None, "there is no seq_model with ifcs: this is no rayoptics lens")
     system = table(model, "system_spec")
     design = Design(path, name=str(system.get("title") or ""))
-    dimensions = str(system.get("_dimensions") or system.get("dimensions") or "mm")
+    dimensions = str(system.get("_dimensions") or system.get("dimensions") or "mm").lower()
     if dimensions not in UNITS:
         raise LensFileError(path, None, f"dimensions {dimensions!r}: lengths must be in {', '.join(UNITS)}")
     design.unit = UNITS[dimensions]
@@ -161,7 +162,7 @@ def _terms(shape: dict[str, Any], step: int) -> dict[int, float]:
 def _glass(design: Design, wrapped: Any) -> Glass:
     """The medium of a gap."""
     medium, kind = table(wrapped), _class_of(wrapped)
-    if kind == "Air" or (not medium and not kind):
+    if kind in ("Air", "Vacuum") or (not medium and not kind):
         return AIR
     if isinstance(medium.get("gname"), str):
         names = items(wrapped.get("__instance_type__")) if isinstance(wrapped, dict) else []
@@ -170,6 +171,15 @@ def _glass(design: Design, wrapped: Any) -> Glass:
         design.assume_glass(assumed)
         return glass
     label = text_value(medium, "label") or text_value(medium, "name")
+    if label.upper() in media.AIR_NAMES and label:
+        return AIR
+    formula = re.fullmatch(r"eval_formula_(\d)", text_value(medium, "rndx_fct_name"))
+    if formula:
+        ends = [number(w, "data_range") for w in items(medium.get("data_range"))]
+        if len(ends) != 2:
+            raise RowError(f"the material {label} has no range of wavelengths (data_range)")
+        return media.from_database(label, int(formula[1]), [number(c, "coefs") for c in items(medium.get("coefs"))],
+                                   (ends[0], ends[1]))
     if "n" in medium:
         return media.stated(label, value(medium, "n"), value(medium, "v", 0.0))
     if items(medium.get("wvls")):
@@ -194,7 +204,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
                                clear=True))
         profiles.append(_profile(s))
         gaps.append(_gap(s.thickness, s.glass))
-        if not media.is_plain_table(s.glass):
+        if not (media.is_plain_table(s.glass) or media.is_known(s.glass)):
             remarks += media.glass_loss(s.glass, i, with_maker=True)
     ifcs.append(_interface(len(ifcs), "dummy", 0.0, MISSING_RIM, "Img"))
     profiles.append(flat)
@@ -257,7 +267,7 @@ def _medium(glass: Glass) -> dict[str, Any]:
     c = list(glass.coefficients)
     if glass.formula == formula and len(c) == 6:
         return _wrapped(module, kind, {"gname": glass.name, "coefs": c if formula == "schott" else c[::2] + c[1::2]})
-    if maker or media.is_plain_table(glass):
+    if maker or media.is_known(glass) or media.is_plain_table(glass):
         if glass.formula == "table":
             points = [(EXACT.multiply(exact(w), Decimal(1000)), n) for w, n in glass.coefficients]
         else:

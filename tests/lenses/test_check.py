@@ -60,7 +60,8 @@ def test_the_lost_sign_of_the_6_mm_fisheye_is_found():
 @pytest.mark.parametrize("name", SUSPECTS)
 def test_no_other_published_error_is_explained_by_chance(name):
     proposals = [finding.proposal for finding in lenses.check(published(name)) if finding.proposal]
-    assert bool(proposals) == (name == "lv-nikon-fisheye-nikkor-6mm-f28")
+    # In one, a glass that is named CAF2 has the numbers of a placeholder: the name is the proposal
+    assert bool(proposals) == (name in ("lv-nikon-fisheye-nikkor-6mm-f28", "lib-us4505553"))
 
 
 @pytest.mark.parametrize("name", lenses.names())

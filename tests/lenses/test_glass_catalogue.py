@@ -9,6 +9,7 @@ import pytest
 
 from lensbench.lenses import agf, glass_catalogue, media
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.rows import RowError
 from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, Glass, GlassError
 
 # Indices on the makers' data sheets, printed to five digits: n_d, n_F, n_C
@@ -51,7 +52,7 @@ def test_the_model_errs_by_what_its_description_says():
     squares, worst = [], []
     for entry in glass_catalogue.shipped():
         glass = entry.make()
-        if entry.n_d and glass.wavelengths[0] <= 0.4001 and glass.wavelengths[1] >= 0.7:
+        if entry.maker != "MISC" and entry.n_d and glass.wavelengths[0] <= 0.4001 and glass.wavelengths[1] >= 0.7:
             model = Glass(glass.n_d, glass.v_d)
             errors = [model.index(w) - glass.index(max(w, glass.wavelengths[0])) for w in wavelengths]
             squares += [e * e for e in errors]
@@ -117,6 +118,45 @@ def test_the_catalogue_is_read_only_when_a_glass_is_asked_for():
     code = ("import lensbench.lenses.glass_catalogue as g; assert g.shipped.cache_info().currsize == 0; "
             "g.find('N-BK7'); assert g.shipped.cache_info().currsize == 1")
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_fused_silica_and_caf2_have_their_measured_indices_from_the_ultraviolet_on():
+    # I. H. Malitson, J. Opt. Soc. Am. 55, 1205 (1965) and Appl. Opt. 2, 1103 (1963): printed to five digits
+    silica, fluorite = glass_catalogue.find("F_SILICA"), glass_catalogue.find("CaF2")
+    for wavelength, n in ((0.213856, 1.53430), (0.248272, 1.50840), (0.404656, 1.46961), (1.01398, 1.45024)):
+        assert silica.index(wavelength) == pytest.approx(n, abs=3e-5)
+    assert fluorite.index(0.248272) == pytest.approx(1.46793, abs=3e-5)
+    with pytest.raises(GlassError, match="is known from 0.21 to 3.71 µm"):
+        silica.index(0.193)
+
+
+def test_a_formula_glass_that_no_maker_lists_is_found_under_the_names_of_design_programs():
+    for name in ("SILICA", "fused_silica", "SiO2"):
+        glass, assumed = media.named(name)
+        assert assumed == "" and glass.index(0.35) == glass_catalogue.find("F_SILICA").index(0.35)
+    assert media.named("BaF2")[0].name == "BAF2"
+    assert media.named("BaF2", "CDGM")[0].index(D_LINE) == pytest.approx(1.5697, abs=5e-5)
+    assert media.named("BaF2", "Malitson")[0].index(D_LINE) == pytest.approx(1.47448, abs=1e-5)
+
+
+@pytest.mark.parametrize(("number", "coefficients", "name"), [
+    (1, [0.0, 0.6961663, 0.0684043, 0.4079426, 0.1162414, 0.8974794, 9.896161], "F_SILICA"),
+    (3, [2.1864582, -2.4475348e-4, 2.0, 1.4155787e-2, -2.0, -4.4329781e-4, -4.0, 7.7664259e-5, -6.0, -2.9936382e-6,
+         -8.0], "PMMA"),
+    (2, [0.0, 1.03961212, 0.00600069867, 0.231792344, 0.0200179144, 1.01046945, 103.560653], "N-BK7"),
+])
+def test_formulas_of_refractiveindex_info_give_the_index_of_the_catalogue(number, coefficients, name):
+    glass, known = media.from_database("m", number, coefficients, (0.37, 1.0)), glass_catalogue.find(name)
+    assert glass.wavelengths == (0.37, 1.0)
+    for wavelength in (0.38, 0.5, 0.9):
+        assert glass.index(wavelength) == pytest.approx(known.index(wavelength), abs=1e-9)
+
+
+def test_other_formulas_of_refractiveindex_info_are_refused_and_gases_are_air():
+    assert media.from_database("CO2", 6, [0.0, 0.00000154489, 0.0584738, 0.083091927, 210.9241], (0.4, 1.8)).n_d == 1.0
+    for number, coefficients in ((4, [1.0] * 9), (3, [2.0, 0.1, 5.0]), (1, [0.0, 1.0]), (2, [])):
+        with pytest.raises(RowError, match="the material m"):
+            media.from_database("m", number, coefficients, (0.4, 0.7))
 
 
 # AGF files

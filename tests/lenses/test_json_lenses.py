@@ -126,6 +126,55 @@ def test_rayoptics_tables_of_indices_become_the_glass_that_they_are(tmp_path):
     assert other.surfaces[0].glass.index(0.5) == pytest.approx(glass.index(0.5) + 1e-3, abs=1e-12)
 
 
+def medium(kind, **attributes):
+    return {"__instance_type__": ["opticalglass.opticalmedium", kind], "attributes": attributes}
+
+
+def test_rayoptics_units_and_media_are_read_in_every_spelling(tmp_path):
+    def read(wrapped, dimensions="mm"):
+        model = json.loads(changed_json(RAYOPTICS, sequence("gaps", 1, "attributes", "medium"), wrapped))
+        system = model["optical_model"]["attributes"]["system_spec"]["attributes"]
+        system.pop("_dimensions", None)
+        system["dimensions"] = dimensions
+        return loaded(tmp_path, "lens.roa", json.dumps(model))
+
+    bk7 = medium("SchottGlass", gname="N-BK7", coefs=[])
+    assert read(bk7, "MM") == read(bk7) and read(bk7, "Cm") == read(bk7).scaled(10.0)
+    for vacuum in (medium("Vacuum"), medium("ConstantIndex", label="VACUUM", n=0.999727)):
+        assert read(vacuum).surfaces[0].glass == AIR
+    thin = read(medium("ConstantIndex", label="helium", n=0.999982))
+    assert thin.surfaces[0].glass.index() == 1.0
+    assert [str(f) for f in thin.findings if f.kind is Kind.GLASS] == [
+        "helium of index 0.999982 is taken as air, of index 1"]
+    silica = read(medium("RIIMedium", label="SiO2", rndx_fct_name="eval_formula_1", data_range={
+        "__ndarray__": [0.21, 6.7]}, coefs={"__ndarray__": [0.0, 0.6961663, 0.0684043, 0.4079426, 0.1162414, 0.8974794,
+                                                            9.896161]}))
+    assert silica.surfaces[0].glass.index(0.248272) == pytest.approx(1.50840, abs=3e-5)
+    assert "data_range" in str(refusal(tmp_path, "lens.roa", changed_json(
+        RAYOPTICS, sequence("gaps", 1, "attributes", "medium"), medium("RIIMedium", rndx_fct_name="eval_formula_1"))))
+
+
+def test_optiland_materials_from_a_file_are_those_of_the_catalogue(tmp_path):
+    for file, name in (
+            ("/home/x/data-nk/glass/schott/N-BK7.yml", "N-BK7"), ("data\\main\\SiO2\\Malitson.yml", "SIO2")):
+        text = changed_json(OPTILAND, surface(1, "material_post"), {"type": "MaterialFile", "filename": file})
+        assert loaded(tmp_path, "lens.json", text).surfaces[0].glass.name == name
+
+
+@pytest.mark.parametrize("suffix", [".zmx", ".roa", ".toml", ".len"])
+def test_fused_silica_keeps_its_dispersion(tmp_path, suffix):
+    lens = Lens((Surface(0.02, 4.0, 9.0, glass_catalogue.find("F_SILICA")), Surface(-0.02, 40.0, 9.0)), 0)
+    assert not [f for f in lenses.save(lens, tmp_path / f"a{suffix}") if f.kind is Kind.GLASS]
+    assert lenses.load(tmp_path / f"a{suffix}").surfaces[0].glass == lens.surfaces[0].glass
+
+
+@pytest.mark.parametrize("suffix", [".json", ".seq"])
+def test_a_format_that_keeps_only_numbers_of_fused_silica_says_so(tmp_path, suffix):
+    lens = Lens((Surface(0.02, 4.0, 9.0, glass_catalogue.find("F_SILICA")), Surface(-0.02, 40.0, 9.0)), 0)
+    remarks = lenses.save(lens, tmp_path / f"a{suffix}")
+    assert any("only n_d and V_d are written" in str(remark) for remark in remarks)
+
+
 @given(prescriptions(range(2, 21), toroids=False, name=plain_words))
 @settings(deadline=None, max_examples=100)
 @pytest.mark.parametrize("suffix", [".json", ".roa"])
