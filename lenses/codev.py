@@ -21,7 +21,8 @@ import re
 from dataclasses import replace
 from decimal import Decimal
 
-from lensbench.lenses import configurations, glass_catalogue, media
+from lensbench.lenses import codev_system, configurations, glass_catalogue, media
+from lensbench.lenses.codev_system import SYSTEM
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import (
     check_lines,
@@ -49,10 +50,10 @@ REFUSED = {
     "SPL": "a spline", "USR": "a surface of the user", "FRN": "a Fresnel surface",
     "LMO": "an ideal lens", "MOD": "an ideal lens", "GRN": "a gradient index", "IMG": "an ideal lens",
 }
-# Solves and controls of an optimisation, labels, colours, wavelengths, fields, and what the program is to show
+# Solves and controls of an optimisation, labels, colours, and what the program is to show
 HARMLESS = frozenset("""
     CCY CCX THC GLC GLN GLD KC AC BC CC DC EC FC GC HC JC ADC BDC CDC XDC YDC ZDC CUM CUF PIM PIK RFP SLB
-    CLS COM INI GO LEN WL WTW REF RDM XAN XOB XIM XRI VUX VUY VLX VLY WTF TEM PRE THM DER CA POL MIR CIN CNS
+    CLS COM INI GO LEN RDM TEM PRE THM DER CA POL MIR CIN CNS
     ASP CON SPH DDM UID CUN
 """.split())
 HARMLESS_ALONE = ("DAR", "BEN", "REV", "RET")       # commands without a value
@@ -128,6 +129,7 @@ class _Sequence:
         self.biconic: set[int] = set()
         self.zoom = configurations.Configurations()
         self.image_is_solved = False
+        self.system: dict[str, list[str]] = {}
 
     def run(self, statements: list[tuple[int, list[str]]]) -> Lens:
         """The lens after all commands."""
@@ -145,6 +147,7 @@ class _Sequence:
             if index in self.biconic and (row.conic or row.aspheric):
                 raise LensFileError(self.path, row.line, f"S{index} is curved in two sections and has a conic or "
                                                          "aspheric terms: not traced")
+        codev_system.read(design, self.system)
         if not any(row.is_stop for row in design.rows) and len(design.rows) > 1:
             design.rows[1].is_stop = True
             design.found(Kind.NO_STOP, "no stop is marked (STO): surface 0, as CODE V takes it",
@@ -175,12 +178,8 @@ class _Sequence:
             self.private = True
         elif key in ("TIT", "TITLE"):
             self.design.name = " ".join(values).strip("'\" ")
-        elif key in ("EPD", "FNO", "NAO"):
-            self.design.aperture = ({"NAO": "NA"}.get(key, key), first_number(values))
-        elif key in ("YAN", "YOB", "YIM", "YRI"):
-            sizes = [abs(file_number(word, key)) for word in values]
-            if any(sizes):
-                self.design.field_of_view = ({"YAN": "angle", "YOB": "object"}.get(key, "image"), max(sizes))
+        elif key in SYSTEM:
+            self.system_data(key, values)
         elif key == "DIM":
             unit = (values or ["M"])[0].upper()
             if unit not in UNITS:
@@ -189,6 +188,16 @@ class _Sequence:
         elif self.design.rows:
             self.surface_command(line, key, values)
         return None
+
+    def system_data(self, key: str, values: list[str]) -> None:
+        """Store the numbers of a command for fields, wavelengths or the aperture; F2 or W2 names the one to set."""
+        place = re.fullmatch(r"(?ai)[fw]([1-9]\d?)", values[0]) if values else None
+        if place is None:
+            self.system[key] = [_plain(word, key) for word in values]
+            return
+        row = self.system.setdefault(key, [])
+        row += ["1" if key.startswith("WT") else "0"] * (int(place[1]) - len(row))
+        row[int(place[1]) - 1] = _plain(first_word(values[1:]), key)
 
     def zoomed(self, line: int, values: list[str]) -> None:
         """Process ZOO: the number of positions, or the values of a quantity at each position."""
@@ -206,13 +215,15 @@ class _Sequence:
         if key in ("TIT", "TITLE"):
             self.zoom.names[k] = " ".join(values).strip("'\" ")
             return
+        if key in codev_system.APERTURES:
+            self.zoom.put("aperture", 0, k, first_number(values))
         index = self.qualified(where[0]) if where else len(self.design.rows) - 1
         kept = index is not None and 0 <= index < len(self.design.rows) and values and is_number(values[0])
         if key == "THI" and kept:
             self.zoom.put("gap", index or 0, k, first_number(values, infinite=True))
         elif key == "CIR" and kept and self.design.rows[index or 0].is_stop:
             self.zoom.put("stop", index or 0, k, first_number(values))
-        elif key not in HARMLESS:
+        elif key not in HARMLESS and key not in codev_system.APERTURES:
             self.zoom.differs(" ".join([key, *where]), " ".join(values))
         if k == 1:
             self.command(line, [key, *where, *values])
@@ -355,6 +366,12 @@ class _Sequence:
     def bend(self, word: str) -> float:
         """Curvature of the first value of an S line."""
         return file_curvature(word) if self.radii else file_number(word, "curvature")
+
+
+def _plain(word: str, key: str) -> str:
+    """A number in Python's notation, with the digits of the file. RowError: no number."""
+    file_number(word, key)
+    return plain_number(word)
 
 
 def _micrometres(word: str) -> float:

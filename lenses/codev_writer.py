@@ -1,16 +1,18 @@
 """Writer of CODE V sequence files (.seq); `codev` describes the format."""
 
+from dataclasses import replace
 from decimal import Decimal
-from math import isfinite
+from math import isinf
 
-from lensbench.lenses import configurations, glass_catalogue, media
+from lensbench.lenses import codev_system, configurations, glass_catalogue, media
 from lensbench.lenses.codev import TERMS
 from lensbench.lenses.encoding import LONGEST_NAME, is_number
-from lensbench.lenses.paraxial import entrance_pupil_diameter
 from lensbench.lenses.stations import Station, stations_of
+from lensbench.lenses.written_system import written_system
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Lens
+from lensbench.optics.system import Aperture
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
@@ -18,9 +20,14 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
     title = _short(lens.name)
-    private, pupil = _private_glasses(lens), entrance_pupil_diameter(lens.surfaces, lens.stop_index)
-    lines = ["RDM N; LEN", f"TITLE '{title}'", "DIM M", "WL 656.2725 587.5618 486.1327", "REF 2",
-             *([f"EPD {pupil!r}"] if isfinite(pupil) else []), "YAN 0.0", *_private_lines(private), "SO 0.0 0.1e14"]
+    private = _private_glasses(lens)
+    kept = replace(lens, surfaces=tuple(replace(s, aspheric=tuple((power, a) for power, a in s.aspheric if power > 2))
+                                        for s in lens.surfaces))        # without the r² terms, which bend the rays
+    system = written_system(kept, stations, codev_system.is_held)
+    remarks += system.findings
+    distance = system.data.object_distances[0]
+    lines = ["RDM N; LEN", f"TITLE '{title}'", "DIM M", *codev_system.lines(system.data, system.aperture),
+             *_private_lines(private), f"SO 0.0 {'0.1e14' if isinf(distance) else repr(distance)}"]
     for i, s in enumerate(lens.surfaces):
         glass = s.glass
         words = [f"S {s.curvature!r} {s.thickness!r}"]
@@ -47,7 +54,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
             lines += ["  CON", f"  K {s.conic!r}"]
         if glass not in private:
             remarks += media.glass_loss(glass, i, with_maker=True)
-    lines += ["SI 0.0 0.0", *_zoom_lines(lens, stations), "GO", ""]
+    lines += ["SI 0.0 0.0", *_zoom_lines(lens, stations, system.aperture), "GO", ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if title != lens.name:
         remarks.append(note(Kind.TEXT, "the name is written in one short line, without quotes"))
@@ -55,15 +62,17 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     return "\n".join(lines), remarks
 
 
-def _zoom_lines(lens: Lens, stations: list[Station]) -> list[str]:
+def _zoom_lines(lens: Lens, stations: list[Station], aperture: Aperture | None) -> list[str]:
     """Lines of the zoom positions: their number, their names, and the values of each quantity."""
     if not stations:
         return []
     lines = [f"ZOO {len(stations)}"]
     if any(station.name for station in stations):
         lines += ["ZOO TIT", *(f"TIT Z{k} '{_short(s.name)}'" for k, s in enumerate(stations, start=1))]
-    for quantity, surface, values in configurations.rows(lens, stations, 1e13):
+    for quantity, surface, values in configurations.rows(lens, stations, 1e13, aperture):
         name = f"ZOO {'CIR' if quantity == 'stop' else 'THI'} S{surface or 'O'}"
+        if quantity == "aperture" and aperture is not None:
+            name = f"ZOO {codev_system.aperture_key(aperture.kind)}"
         lines.append(_cut(name, [repr(value) for value in values]))
     return lines
 

@@ -1,6 +1,6 @@
 """Configurations of a lens as design programs list them: rows of values, one quantity of one surface each.
 
-Lengths in the file's unit. A lens takes gaps, the object's distance and the stop's size from
+Lengths in the file's unit. A lens takes gaps, the object's distance, the stop's size and the stated aperture from
 them. Of every other quantity that differs it takes the value of the first configuration, and a finding
 says so.
 """
@@ -9,9 +9,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
 
-from lensbench.lenses.stations import FAR, MOST_STATIONS, Station
+from lensbench.lenses.paraxial import FAR
+from lensbench.lenses.stations import MOST_STATIONS, Station
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens
+from lensbench.optics.system import Aperture
 
 
 @dataclass
@@ -46,6 +48,9 @@ class Configurations:
             station = Station(distance=inf if abs(distance) >= FAR else distance, name=self.names.get(k, ""))
             for (quantity, surface), by_number in self.values.items():
                 value = by_number.get(k, by_number.get(1))
+                if quantity == "aperture":
+                    station.aperture = value
+                    continue
                 row = row_of(surface)
                 if value is None or row is None:
                     continue
@@ -69,16 +74,21 @@ class Configurations:
         return found
 
 
-def rows(lens: Lens, stations: list[Station], far: float) -> list[tuple[str, int, list[float]]]:
-    """Each varying quantity, "gap" or "stop", with its surface and its values; surfaces count from the object, 0.
+def rows(lens: Lens, stations: list[Station], far: float,
+         aperture: Aperture | None = None) -> list[tuple[str, int, list[float]]]:
+    """Each varying quantity, "aperture", "gap" or "stop", with its surface and its values.
 
-    far: object distance that a format writes for infinity.
+    Surfaces count from the object, 0. far: object distance that a format writes for infinity. aperture: with a value
+    for each station, or for all.
     """
     if not stations:
         return []
-    found = [("gap", i + 1, [station.gaps[i] for station in stations]) for i in stations[0].gaps]
+    found: list[tuple[str, int, list[float]]] = []
+    if aperture is not None and len(aperture.values) > 1:
+        found.append(("aperture", 0, list(aperture.values)))
+    found += [("gap", i + 1, [station.gaps[i] for station in stations]) for i in stations[0].gaps]
     if any(not station.is_far for station in stations):
-        found.insert(0, ("gap", 0, [far if station.is_far else station.distance for station in stations]))
+        found.append(("gap", 0, [far if station.is_far else station.distance for station in stations]))
     stops = [station.stop for station in stations if station.stop is not None]
     return found + ([("stop", lens.stop_index + 1, stops)] if stops else [])
 

@@ -2,29 +2,36 @@
 
 Lengths are in the unit of the file until `lens` converts them to mm. Thickness and medium of a row lie behind its
 surface. The first row is the object and the last one the image; neither is part of the lens. The object distance
-becomes a finding, and the gap before the image is the back focus.
-
-If a file has no rim for a surface, the paraxial marginal and chief rays of its aperture and field give an estimate:
-|y| + |ȳ|, and |y| at the stop. The findings of the lens report the estimate.
+is kept in `Lens.system`, and the gap before the image is the back focus.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import asin, inf, isfinite, isinf, radians, tan
+from math import inf, isfinite, isinf
 
 from lensbench.lenses import toroids
+from lensbench.lenses.aperture import axial_ray, with_stated_aperture
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.paraxial import focal_length, ray
+from lensbench.lenses.paraxial import FAR, focal_length, reference_wavelength
+from lensbench.lenses.rims import estimate_rims
 from lensbench.lenses.rows import RowError, check_sizes, stop_of
 from lensbench.lenses.stations import Solve, Station, solved, with_stations
 from lensbench.optics.finding import Finding, Kind, Severity
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, LensError, Surface
+from lensbench.optics.system import (
+    LENGTHS,
+    Aperture,
+    ApertureKind,
+    FieldKind,
+    FieldPoint,
+    SystemData,
+    SystemDataError,
+    Wavelength,
+)
 
-FAR = 1e8               # file units: an object beyond it is at infinity
-STEEPEST_FIELD = 60.0   # degrees: a steeper paraxial chief ray is meaningless
 MOST_SURFACES = 1000
 MOST_UNKNOWN = 12       # keywords that are listed as not read
-FULLEST = 0.98          # share of a hemisphere that an estimated rim covers at most
 
 
 @dataclass
@@ -50,11 +57,11 @@ class Row:
 
 @dataclass
 class Design:
-    """Rows of a file, its aperture, field and texts, and the assumptions made so far.
+    """Rows of a file, its system data and texts, and the assumptions made so far.
 
-    aperture: ("EPD" diameter | "FNO" number | "NA" of the object | "stop" radius, value). field_of_view: ("angle"
-    degrees | "object" | "image" height, value). stations: the configurations of a file with several, gaps by row
-    number. solves: gaps that follow from others, by row number.
+    system: in the file's unit, without the object distance, which is the thickness of the first row; its aperture is
+    that of the first configuration. stations: the configurations of a file with several, gaps by row number. solves:
+    gaps that follow from others, by row number.
     """
 
     path: str
@@ -64,8 +71,7 @@ class Design:
     notes: str = ""
     stated_efl: float | None = None
     stated_f_number: float | None = None
-    aperture: tuple[str, float] | None = None
-    field_of_view: tuple[str, float] | None = None
+    system: SystemData = SystemData()
     stations: list[Station] = field(default_factory=list)
     solves: list[Solve] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
@@ -77,6 +83,40 @@ class Design:
         finding = Finding(kind, surface, message, severity=severity, figures=figures)
         if finding not in self.findings:
             self.findings.append(finding)
+
+    def state_aperture(self, kind: ApertureKind, value: float) -> None:
+        """Store the stated aperture; one that is none becomes a finding."""
+        try:
+            self.system = replace(self.system, aperture=Aperture(kind, (value,)))
+        except SystemDataError as error:
+            self.found(Kind.LEFT_OUT, f"{error}: {value:g} is left out", severity=Severity.WARNING)
+
+    def state_fields(self, kind: FieldKind, points: Sequence[FieldPoint]) -> None:
+        """Store the field points."""
+        self.system = replace(self.system, field_kind=kind, fields=tuple(points))
+
+    def field_point(self, x: float, y: float, weight: float = 1.0,
+                    vignetting: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)) -> list[FieldPoint]:
+        """The field point in a list; an empty one, with a finding, if its numbers are not valid."""
+        try:
+            return [FieldPoint(x, y, weight, vignetting)]
+        except SystemDataError as error:
+            self.found(Kind.LEFT_OUT, f"{error}: the point is left out", severity=Severity.WARNING)
+            return []
+
+    def state_wavelengths(self, pairs: Sequence[tuple[float, float]], primary: int) -> None:
+        """Store wavelengths (µm) with their weights, and the index of the primary one."""
+        made, place = [], 0
+        for i, (micrometres, weight) in enumerate(pairs):
+            try:
+                made.append(Wavelength(micrometres, weight))
+                place = len(made) - 1 if i == primary else place
+            except SystemDataError as error:
+                self.found(Kind.LEFT_OUT, f"{error}: it is left out", severity=Severity.WARNING)
+        if pairs and not 0 <= primary < len(pairs):
+            self.found(Kind.LEFT_OUT, f"wavelength {primary + 1} is the primary one, but there are {len(pairs)}: the "
+                                      "first is taken for it", severity=Severity.WARNING)
+        self.system = replace(self.system, wavelengths=tuple(made), primary=place)
 
     def assume_glass(self, assumed: str) -> None:
         """Store what `media.named` assumed about a glass; "" is nothing."""
@@ -112,8 +152,8 @@ class Design:
             marked = [0]
             self.found(Kind.NO_STOP, "no stop is marked, and not every rim is known: surface 0 is taken as the stop",
                        severity=Severity.WARNING)
-        self._estimate_rims(surfaces, marked)
-        self._check_stop(surfaces, marked)
+        wavelength = self._wavelength(surfaces)
+        self._estimate_rims(surfaces, marked, wavelength)
         for i, row in enumerate(surfaces):
             if row.glass.n_d == 1.0 and row.glass.name:
                 self.found(Kind.GLASS, f"{row.glass.name} is taken as air, of index 1", i)
@@ -142,12 +182,27 @@ class Design:
             stop_index, assumed = stop_of(tuple(made), marked)
             scaled_efl = None if self.stated_efl is None else self.stated_efl * self.unit
             lens = Lens(tuple(made), stop_index, name=self.name, notes=self.notes, stated_efl=scaled_efl,
-                        stated_f_number=self.stated_f_number)
+                        stated_f_number=self.stated_f_number, system=self._system_in_mm())
             stations = [self._in_mm(station, covered) for station in self.stations]
-            lens, arranged = with_stations(lens, solved(lens, stations, self._solves(len(made), covered)))
-            return replace(lens, findings=(*self.findings, *arranged, *assumed))
+            stations = solved(lens, stations, self._solves(len(made), covered), wavelength)
+            lens, stations, sized = with_stated_aperture(lens, stations, wavelength)
+            lens, arranged = with_stations(lens, stations)
+            return replace(lens, findings=tuple(dict.fromkeys([*self.findings, *sized, *arranged, *assumed])))
         except (LensError, ArithmeticError) as error:
             raise self.refuse(None, str(error)) from None
+
+    def _wavelength(self, surfaces: list[Row]) -> float:
+        """Wavelength (µm) of the paraxial rays: the primary one if all glasses are known there."""
+        wavelength, primary = reference_wavelength(surfaces, self.system), self.system.primary_wavelength
+        if wavelength != primary:
+            self.found(Kind.GLASS, f"a glass is not known at the primary wavelength, {primary:g} µm: first-order data "
+                                   "are those of the d line", severity=Severity.WARNING, primary=primary)
+        return wavelength
+
+    def _system_in_mm(self) -> SystemData:
+        """The system data in mm, with the distance of the object."""
+        distance = self.rows[0].thickness
+        return replace(self.system, object_distances=(inf if abs(distance) >= FAR else distance,)).scaled(self.unit)
 
     def _solves(self, count: int, covered: bool) -> list[Solve]:
         """Solves by surfaces of the lens, in mm, without those of gaps outside the lens."""
@@ -164,15 +219,18 @@ class Design:
             gaps[0], distance = station.distance * self.unit, 0.0
         else:
             distance = inf if station.is_far else station.distance * self.unit
+        aperture = station.aperture
+        if aperture is not None and self.system.aperture and self.system.aperture.kind in LENGTHS:
+            aperture *= self.unit
         return replace(station, gaps=gaps, distance=distance, stop=None if stop is None else stop * self.unit,
-                       focal_length=None if length is None else length * self.unit)
+                       focal_length=None if length is None else length * self.unit,
+                       aperture=aperture)
 
     def misfit(self) -> float:
         """Distance between the paraxial and the stored image, in focal lengths; larger for impossible surfaces."""
-        surfaces, distance = self.rows[1:-1], self.rows[0].thickness
-        start_slope = 0.0 if abs(distance) >= FAR or distance == 0.0 else 1.0 / distance
+        surfaces = self.rows[1:-1]
         try:
-            heights, slope = ray(surfaces, 1.0, start_slope)
+            heights, _, slope = axial_ray(surfaces, self.rows[0].thickness or inf)
             before = -1.0 / slope if slope else inf
             image = (heights[-1] * before - surfaces[-1].thickness) / focal_length(surfaces)
         except ArithmeticError:
@@ -191,8 +249,8 @@ class Design:
             raise self.refuse(source, f"the object lies in {what} at no finite distance: a lens must have air in "
                                       "front of it")
         size = source.semi_diameter or 0.0
-        if self.field_of_view and self.field_of_view[0] == "object":
-            size = max(size, abs(self.field_of_view[1]))
+        if self.system.field_kind is FieldKind.OBJECT_HEIGHT:
+            size = max(size, self.system.largest_field)
         cover = Row(source.line, thickness=source.thickness, glass=source.glass, semi_diameter=size or None)
         self.findings = [f if f.surface is None else replace(f, surface=f.surface + 1) for f in self.findings]
         self.found(Kind.NEAR_OBJECT, f"designed for an object that lies in {what}, {source.thickness * self.unit:g} mm "
@@ -219,89 +277,21 @@ class Design:
             self.found(Kind.IMAGE, f"the image lies in {last.glass.name or 'a medium'} of index {last.glass.n_d:g}",
                        index=last.glass.n_d)
 
-    def _estimate_rims(self, surfaces: list[Row], marked: list[int]) -> None:
-        """Estimate missing rims from the paraxial marginal and chief rays."""
+    def _estimate_rims(self, surfaces: list[Row], marked: list[int], wavelength: float) -> None:
+        """Estimate missing rims; LensFileError if nothing says how large they are."""
         unknown = [i for i, row in enumerate(surfaces) if row.semi_diameter is None]
         if not unknown:
             return
-        try:
-            marginal, chief = self._heights(surfaces, marked[0] if marked else 0)
-        except (ArithmeticError, ValueError):
-            marginal, chief = [], []
-        if not marginal:
+        stop = marked[0] if marked else 0
+        if not estimate_rims(surfaces, stop, bool(marked), self.system, self.rows[0].thickness, wavelength):
             raise self.refuse(surfaces[unknown[0]], "surface rims are missing, and so is an aperture to estimate "
                                                     "them from")
-        for i in unknown:
-            y = abs(marginal[i]) + (0.0 if marked and i == marked[0] else abs(chief[i]))
-            row = surfaces[i]
-            bend = (1.0 + row.conic) * row.curvature * row.curvature
-            if bend > 0.0:
-                y = min(y, FULLEST / bend ** 0.5)
-            row.semi_diameter = y if isfinite(y) and y > 1e-9 else max(map(abs, marginal))
         which = "every surface" if len(unknown) == len(surfaces) else \
             f"surface{'s' if len(unknown) > 1 else ''} {_listed(unknown)}"
-        kind = self.aperture[0] if self.aperture else "other rims"
+        kind = self.system.aperture.kind if self.system.aperture else "other rims"
         self.found(Kind.RIM, f"the file has no rim for {which}: estimated from the paraxial marginal and chief rays "
-                             f"({kind}{'' if self.field_of_view else ', no field is stated'})",
+                             f"({kind}{'' if self.system.largest_field else ', no field is stated'})",
                    unknown[0] if len(unknown) == 1 else None)
-
-    def _check_stop(self, surfaces: list[Row], marked: list[int]) -> None:
-        """Report a stop rim that differs from the one of the stated aperture."""
-        kind, value = self.aperture or ("", 0.0)
-        if len(marked) != 1 or kind not in ("EPD", "FNO", "NA") or not value > 0.0:
-            return
-        try:
-            marginal, _ = self._heights(surfaces, marked[0])
-            asked, rim = abs(marginal[marked[0]]), surfaces[marked[0]].semi_diameter or 0.0
-        except (ArithmeticError, ValueError, IndexError):
-            return
-        if abs(asked - rim) > 0.02 * rim:
-            self.found(Kind.RIM, f"the stop's semi-diameter, {rim * self.unit:.4g} mm, was kept: the stated aperture, "
-                                 f"{kind} {value:g}, asks for {asked * self.unit:.4g} mm", marked[0],
-                       kept=rim * self.unit, asked=asked * self.unit)
-
-    def _heights(self, surfaces: list[Row], stop: int) -> tuple[list[float], list[float]]:
-        """Heights of the marginal and the chief ray at the surfaces; empty lists if the aperture is unknown."""
-        distance = self.rows[0].thickness
-        at_infinity = abs(distance) >= FAR
-        first, efl = ray(surfaces)[0], focal_length(surfaces)
-        tilted, _ = ray(surfaces, 0.0, 1.0)
-        share = -tilted[stop] / first[stop] if first[stop] else 0.0
-        through_stop = [b + share * a for a, b in zip(first, tilted, strict=True)]      # slope 1 in front of the lens
-
-        # The marginal ray, scaled to the aperture
-        if at_infinity:
-            unit = first
-        else:
-            unit = [a + b / distance for a, b in zip(first, tilted, strict=True)] if distance else tilted
-        kind, value = self.aperture or ("", 0.0)
-        if kind == "FNO" and isfinite(efl) and value > 0.0:
-            kind, value = "EPD", abs(efl) / value
-        if kind == "EPD" and value > 0.0:
-            pupil = 1.0 if at_infinity else 1.0 + share / distance if distance else share
-            scale = value / 2.0 / abs(pupil) if pupil else 0.0
-        elif kind == "NA" and not at_infinity and 0.0 < value < 1.0:
-            scale = tan(asin(value)) * abs(distance or 1.0)
-        elif surfaces[stop].semi_diameter is not None and unit[stop]:
-            scale = (surfaces[stop].semi_diameter or 0.0) / abs(unit[stop])
-        else:
-            rims = [row.semi_diameter / abs(y) for row, y in zip(surfaces, unit, strict=True)
-                    if row.semi_diameter is not None and y]
-            scale = min(rims, default=0.0)
-        if not (0.0 < scale < inf):
-            return [], []
-        marginal = [scale * y for y in unit]
-
-        # The chief ray, scaled to the field
-        kind, value = self.field_of_view or ("", 0.0)
-        slope = 0.0
-        if kind == "angle":
-            slope = tan(radians(min(abs(value), STEEPEST_FIELD)))
-        elif kind == "object" and not at_infinity and distance + share:
-            slope = abs(value) / abs(distance + share)
-        elif kind == "image" and at_infinity and isfinite(efl) and efl:
-            slope = abs(value / efl)
-        return marginal, [slope * y for y in through_stop]
 
 
 def _listed(numbers: list[int]) -> str:

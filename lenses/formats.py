@@ -14,8 +14,10 @@ from lensbench.lenses import (
     rayoptics,
     toml_format,
     zemax,
+    zemax_writer,
 )
 from lensbench.lenses.shapes import COMMON, ROTATIONAL, Shape, lost_shapes
+from lensbench.lenses.written_system import WHOLE, lost_system
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Lens
 
@@ -38,6 +40,7 @@ class Format:
     write: Writer | None = None
     shapes: frozenset[Shape] = COMMON
     instead: str = "its other terms are written"
+    system: frozenset[str] = WHOLE          # parts of the system data that it holds, see `lost_system`
     has_positions: bool = True              # whether it holds the zoom and focus positions of a lens
     is_utf8: bool = False                   # other programs use the encoding of their machine
     recognises: Callable[[str], bool] = lambda text: True
@@ -46,7 +49,7 @@ class Format:
         """Text of a lens in this format, and findings about what the format cannot hold."""
         assert self.write is not None, f"{self.name} files are only read"
         text, remarks = self.write(lens)
-        found = [*lost_shapes(lens, self.shapes, self.instead), *remarks]
+        found = [*lost_shapes(lens, self.shapes, self.instead), *remarks, *lost_system(lens.system, self.system)]
         if lens.positions is not None and not self.has_positions:
             found.append(note(Kind.POSITION, "its zoom and focus positions are left out: the lens is written in the "
                                              "present one"))
@@ -56,12 +59,12 @@ class Format:
 FORMATS = (
     Format(".toml", "lensbench", toml_format.read, toml_format.write, is_utf8=True),
     Format(".dat", "pbrt", pbrt_format.read, pbrt_format.write, frozenset({Shape.SPHERE}),
-           "its sphere alone is written", has_positions=False, is_utf8=True),
-    Format(".zmx", "Zemax", zemax.read, zemax.write),
+           "its sphere alone is written", frozenset(), has_positions=False, is_utf8=True),
+    Format(".zmx", "Zemax", zemax.read, zemax_writer.write),
     Format(".seq", "CODE V", codev.read, codev_writer.write, COMMON - {Shape.ASPHERE},
            "its terms in r⁴, r⁶ … alone are written"),
     Format(".txt", "Optical Bench", optical_bench.read, optical_bench.write, ROTATIONAL,
-           "only its section y–z is written"),
+           "only its section y–z is written", frozenset({"object distance"})),
     Format(".len", "OSLO", oslo.read, oslo.write, COMMON - {Shape.TOROID}, TORUS),
     Format(".json", "Lens Explorer", lens_explorer.read, recognises=lens_explorer.is_one),
     Format(".json", "Optiland", optiland.read, optiland.write, COMMON - {Shape.TOROID},

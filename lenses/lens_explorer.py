@@ -28,6 +28,7 @@ from lensbench.lenses.rows import RowError, curvature, number
 from lensbench.lenses.stations import Station
 from lensbench.optics.finding import Kind
 from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.system import ApertureKind, FieldKind
 
 SCHEMA = "lens-explorer"
 GEOMETRIES = ("sphere", "asphere", "cyl_x", "cyl_y")
@@ -67,10 +68,12 @@ def read(text: str, path: str) -> Lens:
             design.rows[int(stop) + 1].is_stop = True
         design.stated_efl = value(data, "efl_stated", 0.0) or None
         design.stated_f_number = value(data, "fno_stated", 0.0) or None
-        if design.stated_f_number and any(row.semi_diameter is None for row in design.rows[1:-1]):
-            design.aperture = ("FNO", design.stated_f_number)
+        if design.stated_f_number and any(row.semi_diameter is None for row in design.rows[1:-1]) and not any(
+                row.is_stop and row.semi_diameter for row in design.rows):      # a nominal figure; rims are exact
+            design.state_aperture(ApertureKind.F_NUMBER, design.stated_f_number)
         field = value(data, "half_fov_deg", 0.0)
-        design.field_of_view = ("angle", field) if field else None
+        if field:
+            design.state_fields(FieldKind.ANGLE, design.field_point(0.0, field))
         design.stations = _stations(design.rows, table(data, "variable"))
         about = _provenance(data, design)
     except (RowError, ArithmeticError) as error:

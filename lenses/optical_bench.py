@@ -290,7 +290,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 def _distance_lines(lens: Lens, stations: list[Station], varying: dict[int, str]) -> list[str]:
     """Rows of [variable distances]: a column for each position, one for a lens without positions."""
     last = len(lens.surfaces) - 1
-    stations = stations or [Station({})]
+    stations = stations or [Station({}, lens.system.object_distances[0])]
     if stations[0].focal_length is None:
         stations[0].focal_length = lens.stated_efl
     if stations[0].f_number is None:

@@ -10,7 +10,7 @@ Mirrors, tilts, decentres and other geometries are refused.
 
 import re
 from decimal import Decimal
-from math import hypot, inf
+from math import inf, isinf
 from typing import Any
 
 from lensbench.lenses import glass_catalogue, media
@@ -30,14 +30,19 @@ from lensbench.lenses.json_text import (
     value,
 )
 from lensbench.lenses.rows import RowError, curvature, number, radius_text
-from lensbench.optics.finding import Finding, Kind
-from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
+from lensbench.lenses.written_system import WrittenSystem, written_system
+from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.system import Aperture, ApertureKind, FieldKind
 
-APERTURES = {"EPD": "EPD", "imageFNO": "FNO", "objectNA": "NA"}
-FIELDS = {"angle": "angle", "object_height": "object", "paraxial_image_height": "image", "real_image_height": "image",
-          "AngleField": "angle", "ObjectHeightField": "object", "ParaxialImageHeightField": "image",
-          "RealImageHeightField": "image"}
+APERTURES = {"EPD": ApertureKind.PUPIL_DIAMETER, "imageFNO": ApertureKind.F_NUMBER,
+             "objectNA": ApertureKind.OBJECT_NA, "float_by_stop_size": ApertureKind.STOP_SIZE}
+FIELDS = {"angle": FieldKind.ANGLE, "object_height": FieldKind.OBJECT_HEIGHT,
+          "paraxial_image_height": FieldKind.IMAGE_HEIGHT, "real_image_height": FieldKind.REAL_IMAGE_HEIGHT,
+          "AngleField": FieldKind.ANGLE, "ObjectHeightField": FieldKind.OBJECT_HEIGHT,
+          "ParaxialImageHeightField": FieldKind.IMAGE_HEIGHT, "RealImageHeightField": FieldKind.REAL_IMAGE_HEIGHT}
+UNITS = {"nm": -3, "um": 0, "mm": 3, "cm": 4, "m": 6}          # powers of ten, in µm
 PLAIN_INTERACTION = ("", "RefractiveReflectiveModel")
 
 
@@ -69,22 +74,37 @@ def read(text: str, path: str) -> Lens:
 
 
 def _system(design: Design, data: dict[str, Any]) -> None:
-    """Aperture and field."""
+    """Aperture, fields and wavelengths."""
     aperture = table(data, "aperture")
     kind = aperture.get("type")
     if kind in APERTURES:
-        design.aperture = (APERTURES[kind], value(aperture, "value"))
-    elif kind == "float_by_stop_size":
-        for row in design.rows:
-            if row.is_stop:
-                row.semi_diameter = value(aperture, "value") / 2.0
+        size = value(aperture, "value")
+        design.state_aperture(APERTURES[kind], size / 2.0 if kind == "float_by_stop_size" else size)
+    elif kind is not None:
+        design.found(Kind.LEFT_OUT, f"the aperture {str(kind)[:40]} is left out")
     fields = table(data, "fields")
     points = [table(point) for point in items(fields.get("fields"))]
-    sizes = [hypot(value(point, "x", 0.0), value(point, "y", 0.0)) for point in points]
     named = fields.get("field_type") or table(fields, "field_definition").get("field_type") or next(
         (point.get("field_type") for point in points), None)
-    if isinstance(named, str) and named in FIELDS and any(sizes):
-        design.field_of_view = (FIELDS[named], max(sizes))
+    if isinstance(named, str) and named in FIELDS:
+        made = []
+        for point in points:
+            vx, vy = (value(point, name, 0.0) for name in ("vx", "vy"))
+            made += design.field_point(value(point, "x", 0.0), value(point, "y", 0.0), value(point, "weight", 1.0),
+                                       (vx, vx, vy, vy))
+        design.state_fields(FIELDS[named], made)
+    elif points:
+        design.found(Kind.LEFT_OUT, f"the fields of the type {str(named)[:40]} are left out")
+    waves = [table(wave) for wave in items(table(data, "wavelengths").get("wavelengths"))]
+    pairs = []
+    for wave in waves:
+        unit = str(wave.get("unit") or "um")
+        if unit not in UNITS:
+            raise RowError(f"a wavelength in {unit[:20]!r}: it must be in {', '.join(UNITS)}")
+        micrometres = float(exact_value(wave, "value").scaleb(UNITS[unit], EXACT))
+        pairs.append((micrometres, value(wave, "weight", 1.0)))
+    if pairs:
+        design.state_wavelengths(pairs, next((i for i, wave in enumerate(waves) if wave.get("is_primary")), 0))
 
 
 def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end: bool) -> Decimal:
@@ -165,7 +185,11 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     remarks: list[Finding] = []
     air = _material(AIR)
     place, before = Decimal(0), air
-    surfaces = [{"type": "ObjectSurface", "geometry": {"type": "Plane", "cs": _frame(-inf), "radius": inf},
+    system = written_system(lens, [], lambda kind, distance: kind in APERTURES.values())
+    remarks += system.findings
+    distance = system.data.object_distances[0]
+    far = -inf if isinf(distance) else EXACT.minus(exact(distance))
+    surfaces = [{"type": "ObjectSurface", "geometry": {"type": "Plane", "cs": _frame(far), "radius": inf},
                  "material_post": air, "comment": ""}]
     for i, s in enumerate(lens.surfaces):
         after = _material(s.glass)
@@ -175,17 +199,33 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         place, before = EXACT.add(place, exact(s.thickness)), after
     image = {"type": "Plane", "cs": _frame(place), "radius": inf}
     surfaces.append(_surface(image, before, before, 0.0, False))
-    lines = [{"value": line, "is_primary": line == D_LINE, "unit": "um"} for line in (F_LINE, D_LINE, C_LINE)]
     data = {
-        "version": 1.0, "name": lens.name,
-        "aperture": {"type": "float_by_stop_size", "value": 2.0 * lens.stop.semi_diameter,
-                     "object_space_telecentric": False},
-        "fields": {"fields": [{"field_type": "angle", "x": 0.0, "y": 0.0, "vx": 0.0, "vy": 0.0}],
-                   "telecentric": False, "field_type": "angle", "object_space_telecentric": False},
-        "wavelengths": {"wavelengths": lines, "polarization": "ignore"},
+        "version": 1.0, "name": lens.name, **_system_data(system, 2.0 * lens.stop.semi_diameter, remarks),
         "pickups": [], "solves": {"solves": []}, "surface_group": {"surfaces": surfaces}}
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     return text_of(data) + "\n", remarks
+
+
+def _system_data(system: WrittenSystem, stop: float, remarks: list[Finding]) -> dict[str, Any]:
+    """Aperture, fields and wavelengths; what they lose is added to `remarks`. stop: its diameter (mm)."""
+    data, aperture = system.data, system.aperture or Aperture(ApertureKind.STOP_SIZE, (0.5 * stop,))
+    size = aperture.values[0]
+    if aperture.kind is ApertureKind.STOP_SIZE:
+        size = 2.0 * size or stop
+    if any(point.vignetting[0] != point.vignetting[1] or point.vignetting[2] != point.vignetting[3]
+           for point in data.fields):
+        remarks.append(note(Kind.LEFT_OUT, "of its vignetting factors only the mean of both sides is written"))
+    kind = next(name for name, own in FIELDS.items() if own is data.field_kind)
+    fields = [{"field_type": kind, "x": point.x, "y": point.y,
+               "vx": 0.5 * (point.vignetting[0] + point.vignetting[1]),
+               "vy": 0.5 * (point.vignetting[2] + point.vignetting[3]), "weight": point.weight}
+              for point in data.fields]
+    waves = [{"value": wave.micrometres, "is_primary": i == data.primary, "unit": "um", "weight": wave.weight}
+             for i, wave in enumerate(data.wavelengths)]
+    return {"aperture": {"type": next(name for name, own in APERTURES.items() if own is aperture.kind), "value": size,
+                         "object_space_telecentric": False},
+            "fields": {"fields": fields, "telecentric": False, "field_type": kind, "object_space_telecentric": False},
+            "wavelengths": {"wavelengths": waves, "polarization": "ignore"}}
 
 
 def _surface(geometry: dict[str, Any], before: dict[str, Any], after: dict[str, Any], thickness: float,

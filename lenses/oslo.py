@@ -2,6 +2,7 @@
 
     LEN NEW "A singlet" 100 3           name, focal length, number of the image surface
     EBR 10; ANG 5                       radius of the entrance beam, field angle; UNI: mm a unit
+    WV 0.58756 0.48613; WW 1 1          wavelengths (µm), the primary one first, and their weights
     TH 1e20                             the object's distance
     NXT                                 the next surface
     GLA N-BK7                           glass behind it; a number: its index; AIR
@@ -18,11 +19,14 @@ and CVX turn the section y–z about an axis along y, to this radius or curvatur
 separate commands; // begins a comment. GLA MOD name n1 n2 … has an index for each
 wavelength of WV. Behind the surfaces, CFG n begins the configuration n of a zoom:
 TH 4 12.5 is its gap behind surface 4 (0: the object), AP 9 6.1 its semi-diameter.
-Mirrors, tilts, decentres, gratings and ideal lenses are refused.
+The aperture may also be NAO or NAP, the numerical aperture of object or image, FNO or
+FNB, the f-number at infinity or at work; the field OBH or GIH, the height of the object
+or of the paraxial image. Mirrors, tilts, decentres, gratings and ideal lenses are refused.
 Sources of the keywords: OSLO's manual, and programs that read its files.
 """
 
 import re
+from math import isinf
 
 from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
@@ -38,9 +42,11 @@ from lensbench.lenses.encoding import (
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, radius_text
 from lensbench.lenses.stations import Station, stations_of
+from lensbench.lenses.written_system import WrittenSystem, written_system
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.system import Aperture, ApertureKind, FieldKind, FieldPoint
 
 TERMS = {"AD": 4, "AE": 6, "AF": 8, "AG": 10}
 REFUSED = {
@@ -54,9 +60,12 @@ REFUSED = {
 HARMLESS_AT_ZERO = ("TLA", "TLB", "TLC", "DCX", "DCY", "DCZ", "GSP", "CCX")
 # Labels, wavelengths, colours, tolerances, drawing and evaluation
 HARMLESS = frozenset("""
-    WW WR DES SDES NOTE SNO1 SNO2 SNO3 SNO4 SNO5 DLNR DRW APDX AMO CBK TEM PRE CSD AFO EVZ IMS PFM WRSP SASD
+    WR DES SDES NOTE SNO1 SNO2 SNO3 SNO4 SNO5 DLNR DRW APDX AMO CBK TEM PRE CSD AFO EVZ IMS PFM WRSP SASD
     LME
 """.split())
+APERTURES = {"EBR": ApertureKind.PUPIL_DIAMETER, "NAO": ApertureKind.OBJECT_NA, "NAP": ApertureKind.IMAGE_NA,
+             "FNO": ApertureKind.F_NUMBER, "FNB": ApertureKind.WORKING_F_NUMBER}
+FIELDS = {"ANG": FieldKind.ANGLE, "OBH": FieldKind.OBJECT_HEIGHT, "GIH": FieldKind.IMAGE_HEIGHT}
 POWERS = {"ASR": 2, "ARA": 1}           # kinds of ASP: r^(2i), r^i
 LEAST_ABBE = 5.0                        # a smaller number behind an index is another index
 WAVELENGTHS = [0.58756, 0.48613, 0.65627]
@@ -75,6 +84,9 @@ def read(text: str, path: str) -> Lens:
             raise LensFileError(path, line, f"SRF {len(file.design.rows) - 1}, {words[0]}: {error}") from None
     if not file.begun:
         raise LensFileError(path, None, "there is no command LEN NEW: this is no OSLO lens")
+    if file.wavelengths != WAVELENGTHS or file.weights:
+        weights = file.weights + [1.0] * len(file.wavelengths)
+        file.design.state_wavelengths(list(zip(file.wavelengths, weights, strict=False)), 0)
     rows = file.design.rows
     stop = next((i for i, row in enumerate(rows) if row.is_stop), None)
     file.design.stations = file.zoom.stations(lambda i: i, stop, rows[0].thickness)
@@ -106,6 +118,7 @@ class _File:
         self.design = Design(path, [Row(None, thickness=float("inf"))])
         self.begun = self.ended = False
         self.wavelengths = list(WAVELENGTHS)
+        self.weights: list[float] = []
         self.general: dict[int, str] = {}
         self.zoom = configurations.Configurations()
         self.configuration = 0                      # the current configuration; 0: before the first CFG
@@ -131,14 +144,14 @@ class _File:
             design.unit = first_number(values)
             if not 0.0 < design.unit <= 1e6:
                 raise RowError(f"the unit is {design.unit:g} mm: it must be positive, and at most 1e6 mm")
-        elif key == "EBR":
-            design.aperture = ("EPD", 2.0 * first_number(values))
-        elif key in ("NAO", "FNO"):
-            design.aperture = ({"NAO": "NA"}.get(key, key), first_number(values))
-        elif key in ("ANG", "OBH", "GIH"):
-            design.field_of_view = ({"ANG": "angle", "OBH": "object", "GIH": "image"}[key], abs(first_number(values)))
+        elif key in APERTURES:
+            design.state_aperture(APERTURES[key], first_number(values) * (2.0 if key == "EBR" else 1.0))
+        elif key in FIELDS:
+            design.state_fields(FIELDS[key], design.field_point(0.0, first_number(values)))
         elif key == "WV":
             self.wavelengths = [file_number(word, "WV") for word in values]
+        elif key == "WW":
+            self.weights = [file_number(word, "WW") for word in values]
         elif key in ("SNO1", "NOTE") and values:
             design.notes = " ".join(" ".join(values).split())
         elif key == "AP" and len(design.rows) == 1:
@@ -150,7 +163,9 @@ class _File:
         """Store a quantity of a surface in the current configuration."""
         rows = self.design.rows
         index = int(first_number(values[:1])) if key in ("TH", "AP") else -1
-        if key == "TH" and len(values) > 1 and 0 <= index < len(rows):
+        if key in APERTURES:
+            self.zoom.put("aperture", 0, self.configuration, first_number(values) * (2.0 if key == "EBR" else 1.0))
+        elif key == "TH" and len(values) > 1 and 0 <= index < len(rows):
             self.zoom.put("gap", index, self.configuration, first_number(values[1:], infinite=True))
         elif key == "AP" and len(values) > 1 and 0 <= index < len(rows) and rows[index].is_stop:
             self.zoom.put("stop", index, self.configuration, first_number(values[1:]))
@@ -249,16 +264,21 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     lens = lens.at(zoom=0.0, close=0.0)
     words = [word for word in lens.name.replace('"', " ").replace("\\", " ").split() if not is_number(word)]
     name = " ".join(words)[:LONGEST_NAME].strip()
-    lines = ["// OSLO 6.6", f'LEN NEW "{name}" {lens.stated_efl or 100.0!r} {len(lens.surfaces) + 1}', "UNI 1.0",
-              "// SRF 0", "AIR", "TH 1.0e20"]
+    system = written_system(lens, stations, lambda kind, distance: kind in APERTURES.values())
+    remarks += system.findings
+    distance = system.data.object_distances[0]
+    lines = ["// OSLO 6.6", f'LEN NEW "{name}" {lens.stated_efl or 100.0!r} {len(lens.surfaces) + 1}',
+             *_system_lines(system, remarks), "UNI 1.0", "// SRF 0", "AIR",
+             f"TH {'1.0e20' if isinf(distance) else repr(distance)}"]
     for i, s in enumerate(lens.surfaces):
         lines.append(f"NXT  // SRF {i + 1}")
         lines.append(_glass_line(s.glass, i, remarks))
         lines += _shape_lines(s)
         lines += [f"TH {s.thickness!r}", f"AP {s.semi_diameter!r}"]
         lines += ["AST"] if i == lens.stop_index else []
-    lines += [f"NXT  // SRF {len(lens.surfaces) + 1}", "AIR", "WV 0.58756 0.48613 0.65627", "WW 1.0 1.0 1.0",
-              *_configuration_lines(lens, stations), f"END {len(lens.surfaces) + 1}", ""]
+    lines += [f"NXT  // SRF {len(lens.surfaces) + 1}", "AIR",
+              *_wavelength_lines(system, bool(lens.system.wavelengths), remarks),
+              *_configuration_lines(lens, stations, system.aperture), f"END {len(lens.surfaces) + 1}", ""]
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if name != lens.name:
         remarks.append(note(Kind.TEXT, "the name is written short, without quotes and without words that are numbers, "
@@ -267,13 +287,48 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     return "\n".join(lines), remarks
 
 
-def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
+def _system_lines(system: WrittenSystem, remarks: list[Finding]) -> list[str]:
+    """Lines of the aperture and the largest field; what is lost is added to `remarks`."""
+    lines = [_aperture_line(system.aperture.kind, system.aperture.values[0])] if system.aperture else []
+    data = system.data
+    key = next((key for key, kind in FIELDS.items() if kind is data.field_kind), None)
+    if key is None:
+        remarks.append(note(Kind.LEFT_OUT, f"left out of its system data: the fields by {data.field_kind}"))
+        return lines
+    if data.fields != (FieldPoint(0.0, data.fields[0].y),):
+        remarks.append(note(Kind.LEFT_OUT, "of its fields the largest alone is written, as if it lay along y, without "
+                                           "weight and vignetting"))
+        return [*lines, f"{key} {data.largest_field!r}"]
+    return [*lines, f"{key} {data.fields[0].y!r}"]
+
+
+def _aperture_line(kind: ApertureKind, value: float) -> str:
+    """Line of an aperture; EBR is a radius."""
+    key = next(key for key, own in APERTURES.items() if own is kind)
+    return f"{key} {value / 2.0 if key == 'EBR' else value!r}"
+
+
+def _wavelength_lines(system: WrittenSystem, is_stated: bool, remarks: list[Finding]) -> list[str]:
+    """Lines of the wavelengths, the primary one first; a finding about another order is added to `remarks`."""
+    waves = list(system.data.wavelengths)
+    waves.insert(0, waves.pop(system.data.primary))
+    if is_stated and system.data.primary:
+        remarks.append(note(Kind.TEXT, "its wavelengths are written in another order: the primary one first"))
+    return [f"WV {' '.join(repr(wave.micrometres) for wave in waves)}",
+            f"WW {' '.join(repr(wave.weight) for wave in waves)}"]
+
+
+def _configuration_lines(lens: Lens, stations: list[Station], aperture: Aperture | None) -> list[str]:
     """Lines of the differences in the configurations from the second on."""
-    rows = configurations.rows(lens, stations, 1e20)
+    rows = configurations.rows(lens, stations, 1e20, aperture)
     lines = []
     for k in range(1, len(stations)):
         lines.append(f"CFG {k + 1}")
-        lines += [f"{'AP' if quantity == 'stop' else 'TH'} {i} {values[k]!r}" for quantity, i, values in rows]
+        for quantity, i, values in rows:
+            if quantity == "aperture" and aperture is not None:
+                lines.append(_aperture_line(aperture.kind, values[k]))
+            else:
+                lines.append(f"{'AP' if quantity == 'stop' else 'TH'} {i} {values[k]!r}")
     return lines
 
 

@@ -9,7 +9,11 @@ from collections.abc import Sequence
 from math import inf, sqrt
 from typing import Any
 
+from lensbench.optics.glass import D_LINE, Glass, GlassError
 from lensbench.optics.prescription import Surface
+from lensbench.optics.system import SystemData
+
+FAR = 1e8               # mm or units of a file: an object beyond it is at infinity
 
 
 def axial_heights(surfaces: Sequence[Surface]) -> list[float]:
@@ -23,10 +27,10 @@ def focal_length(surfaces: Sequence[Any]) -> float:
     return -1.0 / slope if slope else inf
 
 
-def image_distance(surfaces: Sequence[Surface], distance: float) -> float:
-    """Last vertex → paraxial d-line image (mm) of the axis point `distance` mm before the first vertex (or inf)."""
+def image_distance(surfaces: Sequence[Surface], distance: float, wavelength: float = D_LINE) -> float:
+    """Last vertex → paraxial image (mm) of the axis point `distance` mm before the first vertex (or inf)."""
     start = (distance, 1.0) if abs(distance) < 1.0 else (1.0, 1.0 / distance)
-    heights, slope = ray(surfaces, *start)
+    heights, slope = ray(surfaces, *start, wavelength)
     return -heights[-1] / slope if slope else inf
 
 
@@ -45,22 +49,35 @@ def f_number(surfaces: Sequence[Surface], stop_index: int) -> float:
     return abs(focal_length(surfaces) * height) / (2.0 * surfaces[stop_index].semi_diameter)
 
 
-def entrance_pupil_diameter(surfaces: Sequence[Surface], stop_index: int) -> float:
-    """Paraxial diameter (mm) of the entrance pupil; inf if the stop lies in the front focus of what is before it."""
-    height = axial_heights(surfaces)[stop_index]
-    return 2.0 * surfaces[stop_index].semi_diameter / abs(height) if height else inf
+def ray(surfaces: Sequence[Any], height: float = 1.0, slope: float = 0.0,
+        wavelength: float = D_LINE) -> tuple[list[float], float]:
+    """Heights of a paraxial ray at the surfaces of a lens or the rows of a file, and the slope behind them.
 
-
-def ray(surfaces: Sequence[Any], height: float = 1.0, slope: float = 0.0) -> tuple[list[float], float]:
-    """Heights of a paraxial d-line ray at the surfaces of a lens or the rows of a file, and the slope behind them."""
+    wavelength: µm. GlassError: a glass is not known there.
+    """
     n, heights = 1.0, []
     for surface in surfaces:
         heights.append(height)
-        after = surface.glass.n_d
+        after = index_of(surface.glass, wavelength)
         slope = (n * slope - height * surface.vertex_curvature * (after - n)) / after
         height += slope * surface.thickness
         n = after
     return heights, slope
+
+
+def index_of(glass: Glass, wavelength: float) -> float:
+    """Index of a glass: n_d as stated at the d line, and that of its dispersion elsewhere (µm)."""
+    return glass.n_d if wavelength == D_LINE else glass.index(wavelength)
+
+
+def reference_wavelength(surfaces: Sequence[Any], system: SystemData) -> float:
+    """The primary wavelength of the system data (µm); the d line if a glass is not known at the primary one."""
+    try:
+        for surface in surfaces:
+            index_of(surface.glass, system.primary_wavelength)
+    except GlassError:
+        return D_LINE
+    return system.primary_wavelength
 
 
 def count_faults(surfaces: Sequence[Surface]) -> int:

@@ -9,7 +9,7 @@ Mirrors, tilts, decentres, gratings and ideal lenses are refused.
 
 import re
 from decimal import Decimal
-from math import isfinite
+from math import isinf
 from typing import Any
 
 from lensbench.lenses import media
@@ -28,14 +28,23 @@ from lensbench.lenses.json_text import (
     text_value,
     value,
 )
-from lensbench.lenses.paraxial import entrance_pupil_diameter
+from lensbench.lenses.paraxial import FAR
 from lensbench.lenses.rows import RowError, number
+from lensbench.lenses.written_system import WrittenSystem, written_system
 from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass
+from lensbench.optics.glass import AIR, Glass
 from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.system import Aperture, ApertureKind, FieldKind
 
 UNITS = {"mm": 1.0, "cm": 10.0, "meters": 1000.0, "m": 1000.0, "in": 25.4, "inches": 25.4}        # lower case
-APERTURES = {("object", "epd"): "EPD", ("object", "pupil"): "EPD", ("image", "f/#"): "FNO", ("object", "NA"): "NA"}
+APERTURES = {                   # an f-number is at work, which for an object at infinity is the same
+    ("object", "epd"): ApertureKind.PUPIL_DIAMETER, ("object", "pupil"): ApertureKind.PUPIL_DIAMETER,
+    ("image", "f/#"): ApertureKind.F_NUMBER, ("object", "NA"): ApertureKind.OBJECT_NA,
+    ("image", "NA"): ApertureKind.IMAGE_NA}
+FIELDS = {("object", "angle"): FieldKind.ANGLE, ("object", "height"): FieldKind.OBJECT_HEIGHT,
+          ("image", "height"): FieldKind.IMAGE_HEIGHT, ("image", "real height"): FieldKind.REAL_IMAGE_HEIGHT}
+COLOURS = ("#268bd2", "#859900", "#dc322f")
+VIGNETTING = ("vux", "vlx", "vuy", "vly")
 MISSING_RIM = 1.0           # the rim that rayoptics writes if none was computed
 FAR_OBJECT = 1e10
 CLASSES = {                 # of catalogue glasses, and the formula with which rayoptics reckons their six coefficients
@@ -88,21 +97,43 @@ def read(text: str, path: str) -> Lens:
 
 
 def _system(design: Design, spec: dict[str, Any]) -> None:
-    """Aperture and field."""
+    """Aperture, fields and wavelengths."""
     pupil = table(spec, "pupil")
-    key = [str(word) for word in items(pupil.get("_key") or pupil.get("key"))]
-    kind = APERTURES.get((key[-2], key[-1])) if len(key) > 1 else None
+    kind = APERTURES.get(_key(pupil))
+    if kind is ApertureKind.F_NUMBER and abs(design.rows[0].thickness) < FAR:
+        kind = ApertureKind.WORKING_F_NUMBER
     if kind:
-        design.aperture = (kind, value(pupil, "value"))
+        design.state_aperture(kind, value(pupil, "value"))
+    elif pupil:
+        design.found(Kind.LEFT_OUT, f"the aperture {' '.join(_key(pupil))} is left out")
+    region = table(spec, "spectral_region")
+    waves = [float(EXACT.divide(exact(w), Decimal(1000))) for w in items(region.get("wavelengths"))
+             if number(w, "wavelengths") is not None]
+    weights = [number(weight, "spectral_wts") for weight in items(region.get("spectral_wts"))] + [1.0] * len(waves)
+    if waves:
+        design.state_wavelengths(list(zip(waves, weights, strict=False)), int(value(region, "reference_wvl", 0.0)))
     field = table(spec, "field_of_view")
-    key = [str(word) for word in items(field.get("_key") or field.get("key"))]
+    field_kind = FIELDS.get(_key(field))
     points = [table(point) for point in items(field.get("fields"))]
-    size = max((abs(value(point, "_y" if "_y" in point else "y", 0.0)) for point in points), default=0.0)
-    if field.get("is_relative"):
-        size *= abs(value(field, "_value" if "_value" in field else "value", 0.0))
-    if size and len(key) > 1:
-        where = "angle" if key[-1] == "angle" else "object" if key[-2] == "object" else "image"
-        design.field_of_view = (where, size)
+    if field_kind is None:
+        if points:
+            design.found(Kind.LEFT_OUT, f"the fields by {' '.join(_key(field))} are left out")
+        return
+    largest = value(field, "_value" if "_value" in field else "value", 0.0)
+    scale = exact(largest) if field.get("is_relative") else Decimal(1)
+    made = []
+    for point in points:
+        x, y = (float(EXACT.multiply(exact_value(point, f"_{axis}" if f"_{axis}" in point else axis, 0.0), scale))
+                for axis in "xy")
+        vux, vlx, vuy, vly = (value(point, name, 0.0) for name in VIGNETTING)
+        made += design.field_point(x, y, value(point, "wt", 1.0), (vux, vlx, vuy, vly))
+    design.state_fields(field_kind, made)
+
+
+def _key(specification: dict[str, Any]) -> tuple[str, str]:
+    """The side and the quantity of an aperture or a field."""
+    words = ["", "", *(str(word) for word in items(specification.get("_key") or specification.get("key")))]
+    return words[-2], words[-1]
 
 
 def _class_of(wrapped: Any) -> str:
@@ -197,7 +228,10 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     flat = ("Spherical", {"cv": 0.0})
     indices = [1.0, *(s.glass.n_d for s in lens.surfaces)]
     ifcs, profiles = [_interface(0, "dummy", 0.0, MISSING_RIM, "Obj")], [flat]
-    gaps = [_gap(FAR_OBJECT, AIR)]
+    system = written_system(lens, [], _holds)
+    remarks += system.findings
+    distance = system.data.object_distances[0]
+    gaps = [_gap(FAR_OBJECT if isinf(distance) else distance, AIR)]
     for i, s in enumerate(lens.surfaces):
         refracts = s.glass.n_d != indices[i] or s.curvature != 0.0 or not s.is_spherical
         ifcs.append(_interface(i + 1, "transmit" if refracts else "dummy", s.glass.n_d - indices[i], s.semi_diameter,
@@ -216,7 +250,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         "seq_model": _wrapped("rayoptics.seq.sequential", "SequentialModel", {
             "ifcs": ifcs, "gaps": gaps, "z_dir": [1] * len(gaps), "do_apertures": False,
             "stop_surface": lens.stop_index + 1, "cur_surface": len(gaps) - 1}),
-        "optical_spec": _specification(lens),
+        "optical_spec": _specification(system, 2.0 * lens.stop.semi_diameter),
         "profile_dict": {str(i): _wrapped("rayoptics.elem.profiles", *profile) for i, profile in enumerate(profiles)},
         "parts_dict": {}}
     remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
@@ -284,22 +318,35 @@ def _medium(glass: Glass) -> dict[str, Any]:
         "label": glass.name, "_catalog_name": "user", "n": glass.n_d, "v": glass.v_d})
 
 
-def _specification(lens: Lens) -> dict[str, Any]:
-    """Wavelengths, entrance pupil and a field on the axis."""
-    diameter = entrance_pupil_diameter(lens.surfaces, lens.stop_index)
+def _specification(system: WrittenSystem, spare: float) -> dict[str, Any]:
+    """Wavelengths, aperture and fields. spare: diameter for a lens without an entrance pupil (mm)."""
+    data, aperture = system.data, system.aperture or Aperture(ApertureKind.PUPIL_DIAMETER, (spare,))
+    kind = ApertureKind.F_NUMBER if aperture.kind is ApertureKind.WORKING_F_NUMBER else aperture.kind
     module = "rayoptics.raytr.opticalspec"
-    axis = _wrapped(module, "Field", {"x": 0.0, "y": 0.0, "vux": 0.0, "vuy": 0.0, "vlx": 0.0, "vly": 0.0, "wt": 1.0,
-                                      "aim_pt": [0.0, 0.0]})
+    fields = [_wrapped(module, "Field", {
+        "x": point.x, "y": point.y, **dict(zip(VIGNETTING, point.vignetting, strict=True)), "wt": point.weight,
+        "aim_pt": [0.0, 0.0]}) for point in data.fields]
+    key = next(key for key, own in FIELDS.items() if own is data.field_kind)
     return _wrapped(module, "OpticalSpecs", {
         "spectral_region": _wrapped(module, "WvlSpec", {
-            "wavelengths": [1000.0 * line for line in (F_LINE, D_LINE, C_LINE)], "spectral_wts": [1.0, 1.0, 1.0],
-            "render_colors": ["#268bd2", "#859900", "#dc322f"], "reference_wvl": 1, "coating_wvl": 550.0}),
+            "wavelengths": [EXACT.multiply(exact(wave.micrometres), Decimal(1000)) for wave in data.wavelengths],
+            "spectral_wts": [wave.weight for wave in data.wavelengths],
+            "render_colors": [COLOURS[i % len(COLOURS)] for i in range(len(data.wavelengths))],
+            "reference_wvl": data.primary, "coating_wvl": 550.0}),
         "pupil": _wrapped(module, "PupilSpec", {
-            "_key": ["aperture", "object", "epd"],
-            "value": diameter if isfinite(diameter) else 2.0 * lens.stop.semi_diameter,
+            "_key": ["aperture", *next(key for key, own in APERTURES.items() if own is kind)],
+            "value": aperture.values[0],
             "pupil_rays": [[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]],
             "ray_labels": ["00", "+X", "-X", "+Y", "-Y"]}),
         "field_of_view": _wrapped(module, "FieldSpec", {
-            "key": ["field", "object", "angle"], "value": 0.0, "is_relative": False, "index_labels": ["axis"],
-            "fields": [axis]}),
+            "key": ["field", *key], "value": data.largest_field, "is_relative": False,
+            "index_labels": ["axis" if point.x == point.y == 0.0 else f"{i}" for i, point in enumerate(data.fields)],
+            "fields": fields}),
         "defocus": _wrapped(module, "FocusRange", {"focus_shift": 0.0, "defocus_range": 0.0})})
+
+
+def _holds(kind: ApertureKind, distance: float) -> bool:
+    """Whether a file states this aperture: an f-number at work, that of an object at infinity as well."""
+    if kind in (ApertureKind.F_NUMBER, ApertureKind.WORKING_F_NUMBER):
+        return (kind is ApertureKind.WORKING_F_NUMBER) == (abs(distance) < FAR)
+    return kind in APERTURES.values()

@@ -5,12 +5,14 @@ from dataclasses import replace
 from lensbench.optics.finding import Kind, note
 from lensbench.optics.glass import AIR
 from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.system import SystemData
 
 
 def reversed_lens(lens: Lens) -> Lens:
     """The reversed lens: surfaces in reverse order, curvatures and aspheric terms negated.
 
-    Its back focus is unknown (0). Only the present zoom and focus position is kept, and a finding reports this.
+    Its back focus is unknown (0). Only the present zoom and focus position is kept, and of the system data only the
+    wavelengths; findings report this.
     LensError if the medium behind the lens is not air.
     """
     if lens.surfaces[-1].glass.n_d != 1.0:
@@ -18,7 +20,11 @@ def reversed_lens(lens: Lens) -> Lens:
                         "a lens is air")
     gaps = [(s.thickness, s.glass) for s in lens.surfaces[:-1]][::-1] + [(0.0, AIR)]
     surfaces = tuple(surface.reversed(*gap) for surface, gap in zip(reversed(lens.surfaces), gaps, strict=True))
-    lost = () if lens.positions is None else (
-        note(Kind.POSITION, "its zoom and focus positions are left out: it is turned round in the present one"),)
+    lost = [] if lens.positions is None else [
+        note(Kind.POSITION, "its zoom and focus positions are left out: it is turned round in the present one")]
+    system = SystemData(wavelengths=lens.system.wavelengths, primary=lens.system.primary)
+    if system != lens.system:
+        lost.append(note(Kind.LEFT_OUT, "the aperture, the fields and the object distance that it was designed for are "
+                                        "left out: they belong to its other end"))
     return replace(lens, surfaces=surfaces, stop_index=len(surfaces) - 1 - lens.stop_index, positions=None,
-                   findings=(*lens.findings, *lost))
+                   system=system, findings=(*lens.findings, *lost))

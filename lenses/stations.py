@@ -7,21 +7,25 @@ settings at infinity first, then all at each nearer distance, or all distances o
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import inf, isfinite, log, nextafter
+from math import inf, isclose, isfinite, log, nextafter
 
-from lensbench.lenses.paraxial import focal_length, image_distance, object_distance
+from lensbench.lenses.paraxial import FAR, focal_length, image_distance, object_distance
 from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.system import SystemData
 from lensbench.optics.zoom_positions import Positions, PositionsError
 
-FAR = 1e8               # mm: an object beyond it is at infinity
 MOST_STATIONS = 200     # configurations read from a file
 SAME = 1e-6             # share of a gap: the solve of another program differs from ours by less
 
 
 @dataclass
 class Station:
-    """One configuration: gaps by surface, object distance before the first vertex, and stated figures."""
+    """One configuration: gaps by surface, object distance before the first vertex, and stated figures.
+
+    aperture: value of the lens's stated aperture in this configuration; None: that of the lens.
+    """
 
     gaps: dict[int, float] = field(default_factory=dict)
     distance: float = inf
@@ -29,6 +33,7 @@ class Station:
     focal_length: float | None = None
     f_number: float | None = None
     name: str = ""
+    aperture: float | None = None
 
     @property
     def is_far(self) -> bool:
@@ -50,8 +55,9 @@ class Solve:
     total: float = 0.0
 
 
-def solved(lens: Lens, stations: list[Station], solves: Sequence[Solve]) -> list[Station]:
-    """Configurations with the gaps that their file leaves to solves.
+def solved(lens: Lens, stations: list[Station], solves: Sequence[Solve],
+           wavelength: float = D_LINE) -> list[Station]:
+    """Configurations with the gaps that their file leaves to solves, by rays of a wavelength (µm).
 
     A gap stays if a configuration states it, if no ray finds it, and in the first configuration if the file agrees
     within SAME.
@@ -63,7 +69,7 @@ def solved(lens: Lens, stations: list[Station], solves: Sequence[Solve]) -> list
         for solve in sorted(solves, key=lambda solve: solve.surface):
             i, first = solve.surface, solve.start
             if solve.kind == "image":
-                gap = image_distance(with_gaps(lens.surfaces, range(len(gaps)), gaps), station.distance)
+                gap = image_distance(with_gaps(lens.surfaces, range(len(gaps)), gaps), station.distance, wavelength)
             else:
                 gap = solve.total - (sum(gaps[first:i]) if solve.kind == "sum" else gaps[first])
             if i in station.gaps or not isfinite(gap):
@@ -116,7 +122,9 @@ def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Findi
         other.gaps.get(i, lens.surfaces[i].thickness) != station.gaps[i] for other in stations)})
     stops = {station.stop for station in stations}
     if len(stations) < 2 or not (varying or len(stops) > 1):
-        return lens, []
+        alike = len({station.distance for station in stations}) < 2
+        return lens, [] if alike else [note(Kind.POSITION, "its configurations differ in the object distance alone: "
+                                                           "that of the first is kept")]
     findings = []
     gaps = tuple(varying) or (len(lens.surfaces) - 1,)
 
@@ -151,9 +159,30 @@ def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Findi
             if len(stops) > 1 else ())
     except PositionsError as error:
         return lens, [*findings, note(Kind.POSITION, f"its positions are left out: {error}")]
+    system, told = _system_of(lens.system, grid)
+    findings += told
     if len(grid) == len(grid[0]) == 1:
-        return lens, findings
-    return replace(lens, positions=positions).at(zoom=0.0, close=0.0), findings
+        return replace(lens, system=system), findings
+    return replace(lens, positions=positions, system=system).at(zoom=0.0, close=0.0), findings
+
+
+def _system_of(system: SystemData, grid: list[list[Station]]) -> tuple[SystemData, list[Finding]]:
+    """System data with an aperture and an object distance for each zoom setting, where they vary."""
+    findings = []
+    aperture = system.aperture
+    if aperture is not None and any(station.aperture is not None for along in grid for station in along):
+        rows = [[aperture.values[0] if s.aperture is None else s.aperture for s in along] for along in grid]
+        if any(len(set(row)) > 1 for row in rows):
+            findings.append(note(Kind.POSITION, f"the stated {aperture.kind} differs between infinity and near: kept "
+                                                "is that at infinity, and the stop of each position"))
+        aperture = replace(aperture, values=_alike([row[0] for row in rows]))
+    distances = _alike([inf if along[0].is_far else along[0].distance for along in grid])
+    return replace(system, aperture=aperture, object_distances=distances), findings
+
+
+def _alike(values: Sequence[float]) -> tuple[float, ...]:
+    """The values, or one if all are the same."""
+    return (values[0],) if len(set(values)) == 1 else tuple(values)
 
 
 def zoom_names(stations: list[Station]) -> tuple[str, ...]:
@@ -205,13 +234,16 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[Finding]]:
         return [], []
     stations: list[Station] = []
     remarks: list[Finding] = []
+    objects = lens.system.object_distances
     for j in range(len(positions.focus_stations)):
         for i in range(len(positions.zoom_stations)):
             gaps = positions.thicknesses[i][j]
             if positions.distances:
                 distance = _before(positions.distances[i][j], _track(lens, positions.gaps, gaps))
+                if j == 0 and isclose(distance, objects[i % len(objects)], rel_tol=SAME):
+                    distance = objects[i % len(objects)]
             elif j == 0:
-                distance = inf
+                distance = objects[i % len(objects)]
             else:
                 distance = object_distance(with_gaps(lens.surfaces, positions.gaps, gaps))
                 remarks.append(note(Kind.POSITION, "the distances of the close positions are not stated: their "
@@ -231,6 +263,22 @@ def stations_of(lens: Lens) -> tuple[list[Station], list[Finding]]:
         remarks.append(note(Kind.POSITION, "the places of its stations between 0 and 1 are left out: a reader finds "
                                            "them by focal length and distance"))
     return stations, list(dict.fromkeys(remarks))
+
+
+def at_one_position(lens: Lens) -> Lens:
+    """The lens in its present position, without the others; its system data are those of the zoom station there.
+
+    Between two stations no aperture is stated: the stop says it.
+    """
+    positions, system = lens.positions, lens.system
+    if positions is None:
+        return lens
+    place = positions.zoom_stations.index(positions.zoom) if positions.zoom in positions.zoom_stations else None
+    aperture, objects = system.aperture, system.object_distances
+    if aperture is not None and len(aperture.values) > 1:
+        aperture = None if place is None else replace(aperture, values=(aperture.values[place % len(aperture.values)],))
+    return replace(lens, positions=None, system=replace(system, aperture=aperture,
+                                                        object_distances=(objects[(place or 0) % len(objects)],)))
 
 
 def _before(distance: float, track: float) -> float:

@@ -27,7 +27,8 @@ medium are those *after* the surface. Radius 0 or inf is a plane, V_d 0 is unkno
 surfaces have, by the number of the surface from 0: `aspheric`, the coefficients of r^p
 (mm^(1−p)); `radius_x`, the radius of a cylinder or toroid in the section x–z (`radius`
 is that of y–z); `dispersion`, the formula of a glass. `positions` holds the gaps of a
-zoom lens, or of a lens that moves groups to focus (see `position_table`). `front_index`
+zoom lens, or of a lens that moves groups to focus (see `position_table`), `system` what
+the lens was designed for (see `system_table`). `front_index`
 is the index of the medium in front of the lens, such as water. The table `stop`
 describes an iris that is no circle: blades, their rotation in radians (`rotation_deg`:
 in degrees) and roundness. All digits are kept: a saved lens loads equal to the last
@@ -40,7 +41,7 @@ from dataclasses import replace
 from math import radians
 from typing import Any
 
-from lensbench.lenses import position_table, toml_header
+from lensbench.lenses import position_table, system_table, toml_header
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
 from lensbench.lenses.toml_header import line_of, parse
@@ -84,6 +85,12 @@ def read(text: str, path: str) -> Lens:
             lens = replace(lens, **_stop(data["stop"]))
         except ValueError as error:
             raise LensFileError(path, line_of(text, "stop"), f"stop: {error}") from None
+    if "system" in data:
+        try:
+            lens = replace(lens, system=system_table.read(data["system"]))
+        except position_table.TableError as error:
+            line = _entry_line(text, "system", error.key) if error.key else line_of(text, "system")
+            raise LensFileError(path, line, f"system: {error}") from None
     if "positions" not in data:
         return lens
     try:
@@ -252,6 +259,8 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     for table, entries in _entries(lens).items():
         if entries:
             lines += ["", f"[{table}]", *(f"{i} = {entry}" for i, entry in entries.items())]
+    if system := system_table.lines(lens.system):
+        lines += ["", *system]
     if lens.positions is not None:
         lines += ["", *position_table.lines(lens.positions)]
     return "\n".join([*lines, ""]), []

@@ -24,17 +24,18 @@ surface that is neither a body of revolution nor a toroid are refused.
 """
 
 import re
-from math import inf, isinf
+from math import inf
 
-from lensbench.lenses import configurations, media
+from lensbench.lenses import configurations, media, zemax_system
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.rows import RowError, radius_text
-from lensbench.lenses.stations import Solve, Station, stations_of
-from lensbench.optics.finding import Finding, Kind, note
+from lensbench.lenses.rows import RowError
+from lensbench.lenses.stations import Solve
+from lensbench.lenses.zemax_system import number_in
+from lensbench.optics.finding import Kind
 from lensbench.optics.glass import Glass
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.prescription import Lens
 
 UNITS = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
 SURFACES = ("STANDARD", "EVENASPH", "ODDASPHE", "XASPHERE", "XODDASPH", "TOROIDAL", "BICONICX")
@@ -43,14 +44,14 @@ REFUSED = {"COORDBRK": "a coordinate break (tilt or decentre)", "DGRATING": "a d
            "QED_TYPE": "a Q-type asphere", "BINARY_2": "a diffractive surface", "GRADIUM": "a gradient index",
            "TILTSURF": "a tilted surface", "FZERNSAG": "a Zernike surface", "SZERNSAG": "a Zernike surface"}
 LEFTOVERS = {(0.0, 0.0), (1.0, 0.0), (1.5, 40.0), (1.55, 55.0)}     # meaningless beside a catalogue name
+GLASS_COMMENT = "glass "                             # before the name of a model glass, which Zemax has none for
 READ = ("SURF", "TYPE", "CURV", "DISZ", "CONI", "STOP", "DIAM", "CLAP", "SQAP", "ELAP", "OBSC", "UDAP", "OBDC", "GLAS")
 HARMLESS = frozenset("""
     COMM HIDE MIRR POPS FIMP SLAB SSID MEMA OEMA FLAP COAT SCOL OPDX RSCE PPAR PZUP CPUP CNUP MAZH MAZA CHZA TCOM TOLE
     VDSZ VPAR VCON VCUR VDIA VGLA
 """.split())
 FIRST = {"THIC": "DISZ", "CRVT": "CURV", "CONN": "CONI", "SDIA": "DIAM"}    # of the first configuration
-CONFIGURED = ("MNUM", "LTTL", *FIRST, "APER", "GLSS", "PRAM", "STPS", "IGNR")
-FAR_OBJECT = "1e10"                             # where a configuration gives the object distance
+CONFIGURED = ("MNUM", "LTTL", *FIRST, "APER", "GLSS", "PRAM", "STPS", "IGNR", "XFIE", "YFIE", "WAVE", "PRWV", "FLTP")
 EVEN_POWERS = range(2, 17, 2)
 ODD_POWERS = range(1, 9)
 
@@ -73,11 +74,13 @@ def read(text: str, path: str) -> Lens:
         elif key == "NOTE":
             notes.append(rest.partition(" ")[2].strip())
         elif surfaces and key in ("PARM", "XDAT"):
-            index = _number(path, line, key, words, 0)
+            index = number_in(path, line, key, words, 0)
             if len(words) > 1 and index == int(index):
                 numbered[-1][key, int(index)] = (line, words[1])
         elif surfaces and key:
             surfaces[-1].setdefault(key, (line, words))
+        elif key in ("WAVM", "WAVL"):
+            header.setdefault(f"{key} {words[0] if key == 'WAVM' and words else ''}", (line, words))
         elif key:
             header.setdefault(key, (line, words if key != "NAME" else [rest]))
     if not surfaces:
@@ -91,7 +94,7 @@ def read(text: str, path: str) -> Lens:
         row_of[i] = len(design.rows)
         kind = (keys.get("TYPE", (0, []))[1] or [""])[0].upper()
         if kind == "COORDBRK" and 0 < i < len(surfaces) - 1 and not any(
-                _number(path, line, "PARM", [word], 0) for (key, n), (line, word) in values.items()
+                number_in(path, line, "PARM", [word], 0) for (key, n), (line, word) in values.items()
                 if key == "PARM" and n <= 5):
             design.rows[-1].thickness += _value(path, keys, "DISZ") if "DISZ" in keys else 0.0
             del row_of[i]
@@ -104,6 +107,9 @@ def read(text: str, path: str) -> Lens:
                                         "left out")
         else:
             design.add(_row(design, i, keys, values, i == len(surfaces) - 1))
+    first = listed.first("aperture", 0)
+    if first is not None and design.system.aperture is not None:
+        design.state_aperture(design.system.aperture.kind, first)
     stop = next((i for i, keys in enumerate(surfaces) if "STOP" in keys), None)
     design.stations = listed.stations(row_of.get, stop, design.rows[0].thickness)
     if design.stations:
@@ -134,7 +140,7 @@ def _solves(design: Design, index: int, keys: dict, row_of: dict[int, int], is_l
 
 
 def _read_header(design: Design, header: dict, first: dict) -> None:
-    """Unit, aperture and field."""
+    """Unit, aperture, fields and wavelengths."""
     path = design.path
     if "MODE" in header and header["MODE"][1][:1] not in (["SEQ"], []):
         raise LensFileError(path, header["MODE"][0], f"MODE {header['MODE'][1][0]}: only sequential lenses are read")
@@ -143,26 +149,14 @@ def _read_header(design: Design, header: dict, first: dict) -> None:
     if unit not in UNITS:
         raise LensFileError(path, line, f"UNIT {unit}: lengths must be in {', '.join(UNITS)}")
     design.unit = UNITS[unit]
-    for key, kind in (("ENPD", "EPD"), ("FNUM", "FNO"), ("OBNA", "NA")):
-        if key in header and header[key][1]:
-            design.aperture = (kind, _value(path, header, key))
-    if "FLOA" in header:
-        design.aperture = ("stop", 0.0)
-    if "YFLN" in header:
-        line, words = header["YFLN"]
-        sizes = [abs(_number(path, line, "YFLN", words, i)) for i in range(len(words))]
-        kinds = {0: "angle", 1: "object", 2: "image", 3: "image"}
-        line, words = header.get("FTYP", (None, []))
-        field_kind = kinds.get(int(_number(path, line, "FTYP", words, 0))) if words else "angle"
-        if field_kind and any(sizes):
-            design.field_of_view = (field_kind, max(sizes))
+    zemax_system.read(design, header)
 
 
 def _configure(listed: configurations.Configurations, path: str, line: int, key: str, words: list[str],
                surfaces: list[dict]) -> None:
     """Process a line of the configurations; values of the first one replace those of the current one."""
     if key == "MNUM":
-        listed.count = int(_number(path, line, key, words, 0))
+        listed.count = int(number_in(path, line, key, words, 0))
         return
     if len(words) < 3 or not words[0].isdecimal() or not words[1].isdecimal() or len(words[0] + words[1]) > 12:
         return
@@ -171,13 +165,16 @@ def _configure(listed: configurations.Configurations, path: str, line: int, key:
         quoted = re.match(r'"([^"]*)"', " ".join(words[2:]))
         listed.names[number] = quoted[1] if quoted else words[2]
         return
+    if key == "APER":
+        listed.put("aperture", 0, number, number_in(path, line, key, words, 2))
+        return
     if key not in FIRST:
         listed.differs(f"{key} {index}", words[2])
         return
     if key == "THIC" and index < len(surfaces) - 1:
-        listed.put("gap", index, number, _number(path, line, key, words, 2, infinite=index == 0))
+        listed.put("gap", index, number, number_in(path, line, key, words, 2, infinite=index == 0))
     elif key == "SDIA" and 0 <= index < len(surfaces) and "STOP" in surfaces[index]:
-        listed.put("stop", index, number, _number(path, line, key, words, 2))
+        listed.put("stop", index, number, number_in(path, line, key, words, 2))
     elif key != "THIC":
         listed.differs(f"{key} {index}", words[2])
     if number == 1 and index < len(surfaces):
@@ -220,7 +217,7 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool)
         except RowError as error:
             raise LensFileError(path, kind_line, f"SURF {index}, TYPE {kind}: {error}") from None
     if "GLAS" in keys and keys["GLAS"][1] and not is_image:
-        row.glass = _glass(design, index, *keys["GLAS"])
+        row.glass = _glass(design, index, keys["GLAS"][0], keys["GLAS"][1], " ".join(keys.get("COMM", (0, []))[1]))
     return row
 
 
@@ -260,15 +257,17 @@ def _shape(row: Row, kind: str, numbered: dict, path: str) -> None:
         raise RowError(f"a term in r^{max(row.aspheric)} is not traced: powers go to 20")
 
 
-def _glass(design: Design, index: int, line: int, words: list[str]) -> Glass:
-    """The medium of a GLAS line."""
+def _glass(design: Design, index: int, line: int, words: list[str], comment: str) -> Glass:
+    """The medium of a GLAS line; the comment of the surface may name a model glass."""
     path, name = design.path, words[0]
     if name.upper() == "MIRROR":
         raise LensFileError(path, line, f"SURF {index} is a mirror (GLAS MIRROR): only lenses are traced")
     flag = words[1] if len(words) > 1 else "0"
-    n_d = _number(path, line, "GLAS", words, 3) if len(words) > 3 else 0.0
-    v_d = _number(path, line, "GLAS", words, 4) if len(words) > 4 else 0.0
+    n_d = number_in(path, line, "GLAS", words, 3) if len(words) > 3 else 0.0
+    v_d = number_in(path, line, "GLAS", words, 4) if len(words) > 4 else 0.0
     shown = "" if name.startswith("___") else name
+    if not shown and comment.startswith(GLASS_COMMENT):
+        shown = comment.removeprefix(GLASS_COMMENT)
     try:
         if flag == "1" or not shown:
             return media.stated(shown, n_d, v_d)
@@ -282,87 +281,4 @@ def _glass(design: Design, index: int, line: int, words: list[str]) -> Glass:
 
 def _value(path: str, keys: dict, key: str, place: int = 0, infinite: bool = False) -> float:
     """A number of a keyword in the block."""
-    return _number(path, keys[key][0], key, keys[key][1], place, infinite)
-
-
-def _number(path: str, line: int | None, key: str, words: list[str], place: int, infinite: bool = False) -> float:
-    try:
-        if place >= len(words):
-            raise RowError(f"{key} needs a value")
-        return file_number(words[place], key, infinite=infinite)
-    except RowError as error:
-        raise LensFileError(path, line, str(error)) from None
-
-
-def write(lens: Lens) -> tuple[str, list[Finding]]:
-    """Text of a .zmx file, and findings about what it cannot hold, other than shapes."""
-    stations, remarks = stations_of(lens)
-    lens = lens.at(zoom=0.0, close=0.0)
-    lines = ["VERS 140000 0 0", "MODE SEQ", f"NAME {' '.join(lens.name.split())}"]
-    lines += [f"NOTE 0 {' '.join(lens.notes.split())}"] if lens.notes.strip() else []
-    lines += ["UNIT MM X W X CM MR CPMM", "FLOA", "FTYP 0 0 1 3 0 0 0", "YFLN 0", "WAVM 1 0.4861327 1",
-              "WAVM 2 0.5875618 1", "WAVM 3 0.6562725 1", "PWAV 2"]
-    lines += ["SURF 0", "  TYPE STANDARD", "  CURV 0", "  DISZ INFINITY"]
-    for i, surface in enumerate(lens.surfaces):
-        lines.append(f"SURF {i + 1}")
-        if i == lens.stop_index:
-            lines.append("  STOP")
-        lines += _surface_lines(surface)
-        glass = surface.glass
-        remarks += media.glass_loss(glass, i)
-        if glass.n_d != 1.0:
-            name = re.sub(r"\s+", "_", glass.name.strip()).lstrip("_")
-            name = "___BLANK" if name.upper() in {*media.MIRROR_NAMES, ""} else name
-            flag = 0 if media.is_known(glass) else 1
-            lines.append(f"  GLAS {name} {flag} 0 {glass.n_d!r} {glass.v_d or 0.0!r}")
-            if glass.name and name != glass.name:
-                remarks.append(note(Kind.GLASS, f"the glass {glass.name!r} is written as {name}", i))
-        lines.append(f"  DIAM {surface.semi_diameter!r} 1 0 0 1 \"\"")
-    lines += [f"SURF {len(lens.surfaces) + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0",
-              *_configuration_lines(lens, stations), ""]
-    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number")
-    if lens.name != " ".join(lens.name.split()).strip('"') or lens.notes != " ".join(lens.notes.split()):
-        remarks.append(note(Kind.TEXT, "name and notes are written in one line each"))
-    remarks += configurations.lost_positions(stations, _plain)
-    return "\n".join(lines), remarks
-
-
-def _configuration_lines(lens: Lens, stations: list[Station]) -> list[str]:
-    """Lines of the configurations, one quantity after the other, as Zemax requires."""
-    if not stations:
-        return []
-    lines = [f"MNUM {len(stations)} 1"]
-    if any(station.name for station in stations):
-        lines += [f'LTTL 0 {k} "{_plain(s.name)}" 0 0 0 1 1 0 0.0 "" 0' for k, s in enumerate(stations, start=1)]
-    for quantity, i, values in configurations.rows(lens, stations, inf):
-        name = "SDIA" if quantity == "stop" else "THIC"
-        lines += [f'{name} {i} {k} {FAR_OBJECT if isinf(value) else repr(value)} 0 0 0 1 1 1 0 0 "" 0'
-                  for k, value in enumerate(values, start=1)]
-    return lines
-
-
-def _plain(text: str) -> str:
-    return " ".join(text.replace('"', "'").split())
-
-
-def _surface_lines(surface: Surface) -> list[str]:
-    """Type, curvature, parameters, gap and conic of a surface."""
-    terms = dict(surface.aspheric)
-    if surface.curvature_x is not None:
-        kind = "BICONICX"
-        radius = radius_text(surface.curvature_x)
-        values = [f"PARM 1 {'0' if radius == 'inf' else radius}"]
-    elif not terms:
-        kind, values = "STANDARD", []
-    elif set(terms) <= set(EVEN_POWERS):
-        kind, values = "EVENASPH", [f"PARM {p // 2} {terms[p]!r}" for p in EVEN_POWERS if p in terms]
-    elif set(terms) <= set(ODD_POWERS):
-        kind, values = "ODDASPHE", [f"PARM {p} {terms[p]!r}" for p in ODD_POWERS if p in terms]
-    else:
-        step = 1 if any(p % 2 for p in terms) else 2
-        kind = "XODDASPH" if step == 1 else "XASPHERE"
-        values = [f"XDAT 1 {max(terms) // step}", "XDAT 2 1"]
-        values += [f"XDAT {p // step + 2} {a!r}" for p, a in terms.items()]
-    lines = [f"  TYPE {kind}", f"  CURV {surface.curvature!r}", *(f"  {value}" for value in values),
-             f"  DISZ {surface.thickness!r}"]
-    return lines + ([f"  CONI {surface.conic!r}"] if surface.conic else [])
+    return number_in(path, keys[key][0], key, keys[key][1], place, infinite)

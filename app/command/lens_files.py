@@ -12,7 +12,6 @@ import os
 import re
 import sys
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -41,11 +40,12 @@ def convert(arguments: argparse.Namespace) -> int:
     from lensbench import lenses
     from lensbench.app.state.zoom import positioned
     from lensbench.lenses.reversal import reversed_lens
+    from lensbench.lenses.stations import at_one_position
 
     source, target = arguments.source, Path(arguments.target)
     lens = lenses.load(source)
     if arguments.zoom is not None or arguments.close is not None:
-        lens = replace(positioned(lens, arguments), positions=None)         # only this position is converted
+        lens = at_one_position(positioned(lens, arguments))                 # only this position is converted
     with suppress(OSError):
         if target.exists() and target.samefile(source):
             raise lenses.LensFileError(target, None, "this is the file to be converted: name another one to write")

@@ -7,6 +7,8 @@ Lengths in mm, surfaces numbered from 0. The thresholds pass forty published des
 with their rounded figures and estimated rims; each has its reason beside it. One idea a file.
 """
 
+from math import isfinite
+
 import numpy as np
 
 from lensbench.lenses.check.digits import digit_findings
@@ -46,7 +48,7 @@ def check(lens: Lens) -> list[Finding]:
     except GlassError as error:         # a glass of the infrared, say: nothing can be traced at the d line
         return [Finding(Kind.GLASS, None, str(error))]
     table = [*digit_findings(lens), *glass_findings(lens), *geometry_findings(lens)]
-    if any(finding.kind is Kind.NEAR_OBJECT for finding in lens.findings):
+    if isfinite(lens.system.object_distances[0]):
         return [*table, *position_findings(lens), *lens.findings]
     return [*with_proposal(lens, figure_findings(lens)), *table, *ray_findings(lens), *position_findings(lens),
             *stop_findings(lens), *lens.findings]

@@ -10,8 +10,7 @@ from lensbench.lenses.check.figures import figure_findings
 from lensbench.lenses.check.geometry import geometry_findings
 from lensbench.lenses.check.rays import ray_findings
 from lensbench.lenses.check.stop import stop_findings
-from lensbench.lenses.paraxial import object_distance
-from lensbench.lenses.stations import FAR
+from lensbench.lenses.paraxial import FAR, object_distance
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens

@@ -2,6 +2,7 @@
 
 import json
 from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 
 from hypothesis import strategies as st
@@ -25,6 +26,11 @@ def changed_sample(sample, folder, *changes):
         assert old in text
         text = text.replace(old, new, 1)
     return loaded(folder, f"lens{Path(sample).suffix}", text)
+
+
+def bare(lens, like):
+    """The lens with the system data of another: a writer states an aperture, a field and lines for a lens without."""
+    return replace(lens, system=like.system)
 
 
 def changed_json(model, keys, value):

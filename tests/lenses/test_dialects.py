@@ -56,5 +56,7 @@ def test_a_file_in_another_unit_is_the_scaled_lens_with_a_finding(tmp_path, name
     assert old in text
     for unit, mm in units.items():
         lens = loaded(tmp_path, name, text.replace(old, new.format(unit)))
-        assert lens == whole.scaled(mm)
+        same = whole.scaled(mm)
+        assert lens.stop.semi_diameter == pytest.approx(same.stop.semi_diameter, rel=1e-14)     # from the aperture
+        assert lens.with_stop_radius(1.0) == same.with_stop_radius(1.0)
         assert any(f"{mm:g} mm" in finding.message for finding in lens.findings)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import lensbench as lb
 from lensbench import AIR, Glass, Lens, Surface, lenses
 from lensbench.lenses.reversal import reversed_lens
+from lensbench.optics.system import Aperture, ApertureKind, FieldPoint, SystemData, Wavelength
 
 ODD = Lens((Surface(0.02, 6.0, 12.0, Glass(1.62, 60.0), -0.7, ((3, 2e-5), (4, -1e-6))),
             Surface(-0.015, 2.0, 12.0, Glass(1.7, 30.0)), Surface(0.004, 5.0, 12.0, AIR, 2.0, ((6, 1e-9),)),
@@ -31,6 +32,15 @@ def rays(lens, seed):
     origins = np.column_stack([rng.uniform(-height, height, (20, 2)), np.full(20, -5.0)])
     directions = np.column_stack([rng.uniform(-0.05, 0.05, (20, 2)), np.ones(20)])
     return origins, directions / np.linalg.norm(directions, axis=1)[:, None]
+
+
+def test_of_the_system_data_a_reversed_lens_keeps_the_wavelengths():
+    system = SystemData(Aperture(ApertureKind.PUPIL_DIAMETER, (8.0,)), fields=(FieldPoint(0.0, 5.0),),
+                        wavelengths=(Wavelength(0.5), Wavelength(0.6)), primary=1, object_distances=(200.0,))
+    back = reversed_lens(replace(ODD, system=system))
+    assert back.system == SystemData(wavelengths=system.wavelengths, primary=1)
+    assert any("belong to its other end" in str(finding) for finding in back.findings)
+    assert not reversed_lens(ODD).findings
 
 
 def turned(vectors, length=0.0):

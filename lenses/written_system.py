@@ -1,0 +1,111 @@
+"""System data as a writer states them: what the lens has, and what a file needs beside it.
+
+A design program needs an aperture, a field and a wavelength. Where the lens states none, a writer takes the diameter of
+the entrance pupil that the stop gives, a point on the axis, and the lines F, d and C.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from lensbench.lenses.aperture import SAME, pupil_diameter, stop_radius
+from lensbench.lenses.paraxial import reference_wavelength
+from lensbench.lenses.stations import Station, with_gaps
+from lensbench.optics.finding import Finding, Kind, Severity, note
+from lensbench.optics.glass import C_LINE, D_LINE, F_LINE
+from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.system import Aperture, ApertureKind, FieldPoint, SystemData, Wavelength
+
+AXIS = (FieldPoint(0.0, 0.0),)
+WHOLE = frozenset({"aperture", "fields", "wavelengths", "object distance"})
+LINES = (Wavelength(F_LINE), Wavelength(D_LINE), Wavelength(C_LINE))
+Holds = Callable[[ApertureKind, float], bool]       # kind of aperture, object distance → whether the format states it
+
+
+@dataclass(frozen=True)
+class WrittenSystem:
+    """System data with at least one field and one wavelength; apertures: one value, or one a configuration.
+
+    aperture is None if the stop has no entrance pupil and the format no other way to state its size.
+    """
+
+    data: SystemData
+    aperture: Aperture | None
+    findings: tuple[Finding, ...]
+
+
+def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> WrittenSystem:
+    """System data of a lens for a format.
+
+    Parameters
+    ----------
+    lens : Lens
+        At the position in which it is written, in mm.
+    stations : sequence of Station
+        Its configurations, from `stations_of`; empty for a format or a lens without.
+    holds : callable
+        Whether the format states a kind of aperture for an object at a distance (mm).
+
+    Returns
+    -------
+    WrittenSystem
+        What is to be written; findings say where the aperture is stated in another way than the lens has it.
+    """
+    data = lens.system
+    if not data.wavelengths:
+        data = replace(data, wavelengths=LINES, primary=1)
+    if not data.fields:
+        data = replace(data, fields=AXIS)
+    wavelength = reference_wavelength(lens.surfaces, data)
+    positions, stated = lens.positions, data.aperture
+    zooms = 1 if positions is None else len(positions.zoom_stations)
+    now = 0
+    if positions is not None and not stations:
+        now = positions.zoom_stations.index(positions.zoom) if positions.zoom in positions.zoom_stations else -1
+    cases = [(with_gaps(lens.surfaces, list(s.gaps), list(s.gaps.values())), s.stop or lens.stop.semi_diameter,
+              s.distance) for s in stations] or [(list(lens.surfaces), lens.stop.semi_diameter,
+                                                  data.object_distances[max(now, 0) % len(data.object_distances)])]
+    data = replace(data, object_distances=(cases[0][2],))
+    if stated is not None:
+        values = stated.values if len(stated.values) == zooms else stated.values[:1] * zooms
+        asked = [values[(now if not stations else k) % zooms] for k in range(len(cases))]
+        held = all(holds(stated.kind, distance) for _, _, distance in cases)
+        if now >= 0 and held and all(_agrees(case, lens.stop_index, stated.kind, value, wavelength)
+                                     for case, value in zip(cases, asked, strict=True)):
+            return WrittenSystem(data, replace(stated, values=_alike(asked)), ())
+    diameters = [pupil_diameter(surfaces, lens.stop_index, radius, wavelength) for surfaces, radius, _ in cases]
+    findings = []
+    if stated is not None:
+        why = "it cannot be stated here" if not held else "the stop has another size"
+        findings.append(note(Kind.STOP, f"the {stated.kind} {stated.values[0]:.6g} is left out, as {why}: the "
+                                        f"entrance-pupil diameter {diameters[0]:.6g} mm is written"))
+    if all(1e-300 < diameter < 1e300 for diameter in diameters):
+        return WrittenSystem(data, Aperture(ApertureKind.PUPIL_DIAMETER, _alike(diameters)), tuple(findings))
+    if holds(ApertureKind.STOP_SIZE, cases[0][2]):
+        return WrittenSystem(data, Aperture(ApertureKind.STOP_SIZE, (0.0,)), tuple(findings[:0]))
+    findings = [Finding(Kind.STOP, lens.stop_index, "its entrance pupil lies at infinity: no aperture is written",
+                        severity=Severity.WARNING)]
+    return WrittenSystem(data, None, tuple(findings))
+
+
+def _agrees(case: tuple[Sequence[Surface], float, float], stop: int, kind: ApertureKind, value: float,
+            wavelength: float) -> bool:
+    """Whether the stop of a configuration is the one that an aperture asks for."""
+    surfaces, radius, distance = case
+    if kind is ApertureKind.STOP_SIZE and not value:
+        return True
+    asked = stop_radius(surfaces, stop, kind, value, distance, wavelength)
+    return asked is not None and abs(asked - radius) <= SAME * radius
+
+
+def _alike(values: Sequence[float]) -> tuple[float, ...]:
+    """The values, or one if all are the same."""
+    return (values[0],) if len(set(values)) == 1 else tuple(values)
+
+
+def lost_system(system: SystemData, held: frozenset[str]) -> list[Finding]:
+    """The finding about system data of a lens that a format does not hold; held: of the words of WHOLE."""
+    none = SystemData()
+    has = {"aperture": system.aperture is not None, "fields": bool(system.fields),
+           "wavelengths": bool(system.wavelengths), "object distance": system.object_distances != none.object_distances}
+    lost = [word for word, is_stated in has.items() if is_stated and word not in held]
+    return [note(Kind.LEFT_OUT, f"left out of its system data: {', '.join(lost)}")] if lost else []

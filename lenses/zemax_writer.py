@@ -1,0 +1,94 @@
+"""Writer of Zemax files (.zmx); `zemax` and `zemax_system` describe the format."""
+
+from math import inf, isinf
+
+from lensbench.lenses import configurations, media, zemax_system
+from lensbench.lenses.rows import radius_text
+from lensbench.lenses.stations import Station, stations_of
+from lensbench.lenses.written_system import written_system
+from lensbench.lenses.zemax import EVEN_POWERS, GLASS_COMMENT, ODD_POWERS
+from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.system import Aperture, ApertureKind
+
+FAR_OBJECT = "1e10"                             # where a configuration gives the object distance
+
+
+def write(lens: Lens) -> tuple[str, list[Finding]]:
+    """Text of a .zmx file, and findings about what it cannot hold, other than shapes."""
+    stations, remarks = stations_of(lens)
+    lens = lens.at(zoom=0.0, close=0.0)
+    lines = ["VERS 140000 0 0", "MODE SEQ", f"NAME {' '.join(lens.name.split())}"]
+    lines += [f"NOTE 0 {' '.join(lens.notes.split())}"] if lens.notes.strip() else []
+    system = written_system(lens, stations, lambda kind, distance: kind in zemax_system.HELD)
+    remarks += system.findings
+    makers = [maker for maker in dict.fromkeys(media.maker_of(surface.glass) for surface in lens.surfaces) if maker]
+    lines += ["UNIT MM X W X CM MR CPMM", *([f"GCAT {' '.join(makers)}"] if makers else []),
+              *zemax_system.lines(system.data, system.aperture or Aperture(ApertureKind.STOP_SIZE, (0.0,)))]
+    distance = system.data.object_distances[0]
+    lines += ["SURF 0", "  TYPE STANDARD", "  CURV 0", f"  DISZ {'INFINITY' if isinf(distance) else repr(distance)}"]
+    for i, surface in enumerate(lens.surfaces):
+        lines.append(f"SURF {i + 1}")
+        if i == lens.stop_index:
+            lines.append("  STOP")
+        lines += _surface_lines(surface)
+        glass = surface.glass
+        remarks += media.glass_loss(glass, i)
+        if glass.n_d != 1.0:
+            name = " ".join(glass.name.split())
+            is_known = media.is_known(glass) and name == glass.name and " " not in name
+            if name and not is_known:                       # a model glass has no name
+                lines.insert(-len(_surface_lines(surface)), f"  COMM {GLASS_COMMENT}{name}")
+            lines.append(f"  GLAS {name if is_known else '___BLANK'} {0 if is_known else 1} 0 {glass.n_d!r} "
+                         f"{glass.v_d or 0.0!r} 0 0 0 0 0 0")
+            if name != glass.name:
+                remarks.append(note(Kind.GLASS, f"the name of the glass {glass.name!r} is written as {name!r}", i))
+        lines.append(f"  DIAM {surface.semi_diameter!r} 1 0 0 1 \"\"")
+    lines += [f"SURF {len(lens.surfaces) + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0",
+              *_configuration_lines(lens, stations, system.aperture), ""]
+    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number")
+    if lens.name != " ".join(lens.name.split()).strip('"') or lens.notes != " ".join(lens.notes.split()):
+        remarks.append(note(Kind.TEXT, "name and notes are written in one line each"))
+    remarks += configurations.lost_positions(stations, _plain)
+    return "\n".join(lines), remarks
+
+
+def _configuration_lines(lens: Lens, stations: list[Station], aperture: Aperture | None) -> list[str]:
+    """Lines of the configurations, one quantity after the other, as Zemax requires."""
+    if not stations:
+        return []
+    lines = [f"MNUM {len(stations)} 1"]
+    if any(station.name for station in stations):
+        lines += [f'LTTL 0 {k} "{_plain(s.name)}" 0 0 0 1 1 0 0.0 "" 0' for k, s in enumerate(stations, start=1)]
+    for quantity, i, values in configurations.rows(lens, stations, inf, aperture):
+        name = {"stop": "SDIA", "gap": "THIC", "aperture": "APER"}[quantity]
+        lines += [f'{name} {i} {k} {FAR_OBJECT if isinf(value) else repr(value)} 0 0 0 1 1 1 0 0 "" 0'
+                  for k, value in enumerate(values, start=1)]
+    return lines
+
+
+def _plain(text: str) -> str:
+    return " ".join(text.replace('"', "'").split())
+
+
+def _surface_lines(surface: Surface) -> list[str]:
+    """Type, curvature, parameters, gap and conic of a surface."""
+    terms = dict(surface.aspheric)
+    if surface.curvature_x is not None:
+        kind = "BICONICX"
+        radius = radius_text(surface.curvature_x)
+        values = [f"PARM 1 {'0' if radius == 'inf' else radius}"]
+    elif not terms:
+        kind, values = "STANDARD", []
+    elif set(terms) <= set(EVEN_POWERS):
+        kind, values = "EVENASPH", [f"PARM {p // 2} {terms[p]!r}" for p in EVEN_POWERS if p in terms]
+    elif set(terms) <= set(ODD_POWERS):
+        kind, values = "ODDASPHE", [f"PARM {p} {terms[p]!r}" for p in ODD_POWERS if p in terms]
+    else:
+        step = 1 if any(p % 2 for p in terms) else 2
+        kind = "XODDASPH" if step == 1 else "XASPHERE"
+        values = [f"XDAT 1 {max(terms) // step}", "XDAT 2 1"]
+        values += [f"XDAT {p // step + 2} {a!r}" for p, a in terms.items()]
+    lines = [f"  TYPE {kind}", f"  CURV {surface.curvature!r}", *(f"  {value}" for value in values),
+             f"  DISZ {surface.thickness!r}"]
+    return lines + ([f"  CONI {surface.conic!r}"] if surface.conic else [])
