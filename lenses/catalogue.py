@@ -127,6 +127,20 @@ def _card(name: str) -> Card:
                 **header.get("counts", {}))
 
 
+def one_of_each_kind() -> list[str]:
+    """Names of library lenses of different kinds, for charts and sweeps that take long for each lens.
+
+    Returns
+    -------
+    list of str
+        The first name of each kind, in alphabetical order.
+    """
+    first: dict[str, str] = {}
+    for card in describe():
+        first.setdefault(card.kind, card.name)
+    return sorted(first.values())
+
+
 def suggestion(name: str) -> str:
     """Library names nearest to an unknown one, as the end of a sentence."""
     typed = name.strip().lower()[:80]

@@ -3,7 +3,7 @@
     for finding in lenses.check(lenses.load("mine.zmx")):
         print(finding.surface, finding.message, finding.proposal)
 
-Lengths in mm, surfaces numbered from 0. The thresholds pass forty published designs,
+Lengths in mm, surfaces numbered from 0. The thresholds pass the designs of the library,
 with their rounded figures and estimated rims; each has its reason beside it. One idea a file.
 """
 

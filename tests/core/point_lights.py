@@ -19,6 +19,7 @@ from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.optics.glass import D_LINE
 from lensbench.pupils.radial_sampler import SECTORS, PupilTable
+from tests.library import CLASSICS
 
 FIELDS = np.array([0.03, 0.3, 0.55, 0.8, 0.97])     # of half the diagonal, or of its lit part; the first: the axis
 COARSE, ZOOMS, FINE = 56, 2, 96                     # a side of the grid before the lens, while it is aimed, and then
@@ -241,7 +242,7 @@ def _inside(table, film, rear, cell) -> np.ndarray:
 def setting(seed):
     """A camera and the depths of a scene at random: a lens of the library, zoom, stop, focus, film, pixels."""
     random = np.random.default_rng(seed)
-    names = [name for name in lenses.names() if "anamorphic" not in name]
+    names = [name for name in CLASSICS if "anamorphic" not in name]
     name = names[random.integers(len(names))]
     lens = lenses.load(name)
     lens = lens.at(zoom=random.random()) if lens.zooms else lens

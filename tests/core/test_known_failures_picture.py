@@ -13,6 +13,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.cameras.environment import LAYOUTS
 from lensbench.cameras.fisheye import PROJECTIONS
+from tests.library import CLASSICS
 
 DGAUSS = lenses.load("pbrt-dgauss-50mm")
 FILM = lb.Film(36.0, 24.0, 90, 60)
@@ -171,7 +172,7 @@ def test_pbrt_v4_102_points_are_reconstructed_from_two_pictures_by_their_calibra
         np.testing.assert_allclose(eyes[0] + s * a, point, atol=1e-8)
 
 
-@pytest.mark.parametrize("name", lenses.names())
+@pytest.mark.parametrize("name", CLASSICS)
 def test_pbrt_v3_331_and_v4_349_no_weight_is_no_number_and_none_is_a_firefly(name):
     """At every stop, from the axis to beyond the light, at every corner of the unit square."""
     lens = lenses.load(name)

@@ -4,12 +4,13 @@ import pytest
 
 from lensbench import lenses
 from tests.lenses.mishaps import by_bytes, by_lines, outlive
+from tests.library import CLASSICS
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mutate", [by_bytes, by_lines], ids=lambda mutate: mutate.__name__)
 @pytest.mark.parametrize("suffix", [".toml", ".dat"])
-@pytest.mark.parametrize("name", [*lenses.names()[::3], "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"])
+@pytest.mark.parametrize("name", [*CLASSICS[::3], "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"])
 def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, name, suffix, mutate):
     path = tmp_path / f"lens{suffix}"
     lenses.save(lenses.load(name), path)

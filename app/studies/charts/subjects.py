@@ -1,4 +1,4 @@
-"""Lenses to chart, each in front of a film: from the arguments of the command, or the whole library. Lengths in mm."""
+"""Lenses to chart, each in front of a film: from the arguments of the command, or one of each kind. Lengths in mm."""
 
 import argparse
 import math
@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import lensbench as lb
-from lensbench import lenses
 from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.zoom import asked_zoom
+from lensbench.lenses.catalogue import one_of_each_kind
 
 PIXELS = (6000, 4000)
 FILM = (36.0, 24.0)
@@ -28,7 +28,7 @@ class Subject:
 
 
 def subjects(arguments: argparse.Namespace) -> tuple[list[Subject], list[str]]:
-    """The requested lenses, or the whole library; and a line for each lens that is left out, with the reason.
+    """The requested lenses, or a library lens of each kind; and a line for each lens that is left out, with the reason.
 
     Of several lenses, each is limited to its widest stop and to its nearest focus. A single lens raises the errors of a
     camera: ValueError, OSError.
@@ -36,7 +36,7 @@ def subjects(arguments: argparse.Namespace) -> tuple[list[Subject], list[str]]:
     if len(arguments.lens) == 1:
         return [subject(arguments.lens[0], arguments, exactly=True)], []
     found, left_out = [], []
-    for name in arguments.lens or lenses.names():
+    for name in arguments.lens or one_of_each_kind():
         try:
             found.append(subject(name, arguments, exactly=False))
         except (ValueError, OSError) as error:

