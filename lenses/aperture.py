@@ -12,6 +12,7 @@ from dataclasses import replace
 from math import asin, hypot, inf, isfinite, sqrt, tan
 from typing import Any
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.paraxial import FAR, index_of, ray
 from lensbench.lenses.rows import RowError, check_sizes
 from lensbench.lenses.stations import Station, with_gaps
@@ -150,7 +151,7 @@ def with_stated_aperture(lens: Lens, stations: list[Station],
         if aperture.kind is ApertureKind.STOP_SIZE and not value:
             return rim
         asked = stop_radius(surfaces, stop, aperture.kind, value, distance, wavelength)
-        stated = f"the stated {aperture.kind}, {value:.6g},"
+        stated = f"the stated {aperture.kind}, {significant(value, 6)},"
         try:
             if asked is not None:
                 check_sizes(replace(surfaces[stop], semi_diameter=asked))
@@ -158,13 +159,15 @@ def with_stated_aperture(lens: Lens, stations: list[Station],
             asked = None
         if asked is None:
             findings.append(Finding(Kind.RIM, stop, f"{stated} fits no stop of this lens: the stop's semi-diameter "
-                                                    f"of the file, {rim:.5g} mm, is kept"))
+                                                    f"of the file, {significant(rim, 5)} mm, is kept"))
             return rim
         if abs(asked - rim) <= SAME * rim:
             return rim
         if abs(asked - rim) > PRINTED * rim:
-            findings.append(note(Kind.RIM, f"{stated} sizes the stop: its semi-diameter is {asked:.5g} mm, and not the "
-                                           f"{rim:.5g} mm of the rim in the file", stop, aperture=asked, rim=rim))
+            findings.append(note(Kind.RIM, f"{stated} sizes the stop: its semi-diameter is {significant(asked, 5)} mm, "
+                                           f"and not the "
+                                           f"{significant(rim, 5)} mm of the rim "
+                                           f"in the file", stop, aperture=asked, rim=rim))
         return asked
 
     rim, value = lens.stop.semi_diameter, aperture.values[0]

@@ -21,6 +21,7 @@ import re
 from dataclasses import replace
 from decimal import Decimal
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses import codev_system, configurations, glass_catalogue, media
 from lensbench.lenses.codev_system import SYSTEM
 from lensbench.lenses.design import Design, Row
@@ -321,7 +322,7 @@ class _Sequence:
         elif qualifier == "HOL":
             self.design.found(Kind.LEFT_OUT, f"S{index}: a central hole (CIR HOL) is left out", index - 1)
         elif sizes[0] <= 0.0:
-            raise RowError(f"semi-diameter is {sizes[0]:g}: it must be positive")
+            raise RowError(f"semi-diameter is {significant(sizes[0])}: it must be positive")
         elif qualifier == "EDG":
             self.edges[index] = sizes[0]
         else:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import inf, isfinite, isinf
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses import toroids
 from lensbench.lenses.aperture import axial_ray, with_stated_aperture
 from lensbench.lenses.file_error import LensFileError
@@ -89,7 +90,7 @@ class Design:
         try:
             self.system = replace(self.system, aperture=Aperture(kind, (value,)))
         except SystemDataError as error:
-            self.found(Kind.LEFT_OUT, f"{error}: {value:g} is left out", severity=Severity.WARNING)
+            self.found(Kind.LEFT_OUT, f"{error}: {significant(value)} is left out", severity=Severity.WARNING)
 
     def state_fields(self, kind: FieldKind, points: Sequence[FieldPoint]) -> None:
         """Store the field points."""
@@ -172,7 +173,7 @@ class Design:
             except (LensError, RowError, ArithmeticError) as error:
                 raise self.refuse(row, f"surface {surfaces.index(row)}: {error}") from None
         if self.unit != 1.0:
-            self.found(Kind.UNIT, f"lengths were converted to mm: one unit of the file is {self.unit:g} mm",
+            self.found(Kind.UNIT, f"lengths were converted to mm: one unit of the file is {significant(self.unit)} mm",
                        unit=self.unit)
         if self.unknown:
             keywords = [f"{key} (line {line})" for key, line in self.unknown.items()]
@@ -195,7 +196,8 @@ class Design:
         """Wavelength (µm) of the paraxial rays: the primary one if all glasses are known there."""
         wavelength, primary = reference_wavelength(surfaces, self.system), self.system.primary_wavelength
         if wavelength != primary:
-            self.found(Kind.GLASS, f"a glass is not known at the primary wavelength, {primary:g} µm: first-order data "
+            self.found(Kind.GLASS, f"a glass is not known at the primary wavelength, {significant(primary)} µm: "
+                                   f"first-order data "
                                    "are those of the d line", severity=Severity.WARNING, primary=primary)
         return wavelength
 
@@ -244,7 +246,7 @@ class Design:
         source = self.rows[0]
         if source.glass.n_d == 1.0:
             return False
-        what = source.glass.name or f"a medium of index {source.glass.n_d:g}"
+        what = source.glass.name or f"a medium of index {significant(source.glass.n_d)}"
         if not 0.0 < source.thickness < FAR:
             raise self.refuse(source, f"the object lies in {what} at no finite distance: a lens must have air in "
                                       "front of it")
@@ -253,7 +255,8 @@ class Design:
             size = max(size, self.system.largest_field)
         cover = Row(source.line, thickness=source.thickness, glass=source.glass, semi_diameter=size or None)
         self.findings = [f if f.surface is None else replace(f, surface=f.surface + 1) for f in self.findings]
-        self.found(Kind.NEAR_OBJECT, f"designed for an object that lies in {what}, {source.thickness * self.unit:g} mm "
+        self.found(Kind.NEAR_OBJECT, f"designed for an object that lies in {what}, "
+                                     f"{significant(source.thickness * self.unit)} mm "
                    "before the first surface of the file: a plane that touches the object is added as surface 0; the "
                    "stored back focus is that of the object's image", 0, distance=source.thickness * self.unit)
         source.glass, source.thickness = AIR, 0.0
@@ -264,7 +267,8 @@ class Design:
         """Check object and image: their distances, and the media in front of the lens and behind it."""
         distance = self.rows[0].thickness
         if abs(distance) < FAR and not covered:
-            self.found(Kind.NEAR_OBJECT, f"designed for an object {distance * self.unit:g} mm before the first "
+            self.found(Kind.NEAR_OBJECT, f"designed for an object {significant(distance * self.unit)} mm "
+                                         f"before the first "
                        "surface; the stored back focus is that of its image", distance=distance * self.unit)
         for row in surfaces[:-1]:
             if isinf(row.thickness):
@@ -274,7 +278,8 @@ class Design:
             last.thickness = 0.0
             self.found(Kind.IMAGE, "its image lies at infinity: no back focus is stored")
         if last.glass.n_d != 1.0:
-            self.found(Kind.IMAGE, f"the image lies in {last.glass.name or 'a medium'} of index {last.glass.n_d:g}",
+            self.found(Kind.IMAGE, f"the image lies in {last.glass.name or 'a medium'} of index "
+                                   f"{significant(last.glass.n_d)}",
                        index=last.glass.n_d)
 
     def _estimate_rims(self, surfaces: list[Row], marked: list[int], wavelength: float) -> None:

@@ -17,6 +17,7 @@ from math import hypot
 from pathlib import Path
 from typing import NamedTuple
 
+from lensbench.kernels.figures import fixed
 from lensbench.lenses import agf
 from lensbench.lenses.file_error import LensFileError
 from lensbench.optics.glass import Glass, GlassError, from_formula
@@ -53,8 +54,9 @@ class Entry:
         return self.obsolete, MAKERS.index(self.maker) if self.maker in MAKERS else -1
 
     def __str__(self) -> str:
-        numbers = "" if self.n_d is None or self.v_d is None else f" (n_d {self.n_d:.5f}, V_d {self.v_d:.2f})"
-        return f"{self.maker} {self.name}{numbers}"
+        if self.n_d is None or self.v_d is None:
+            return f"{self.maker} {self.name}"
+        return f"{self.maker} {self.name} (n_d {fixed(self.n_d, 5)}, V_d {fixed(self.v_d, 2)})"
 
 
 class Resolved(NamedTuple):

@@ -20,6 +20,7 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
@@ -99,7 +100,7 @@ def _provenance(data: dict[str, Any], design: Design) -> dict[str, Any]:
         design.found(Kind.LEFT_OUT, f"its stated projection, {str(name)[:40]}, is left out: the rays give it")
     blades = value(data, "aperture_blades", 0.0)
     if 0.0 < blades < FEWEST_BLADES:
-        design.found(Kind.LEFT_OUT, f"a stop of {blades:g} blades cannot be drawn: it is taken as a circle")
+        design.found(Kind.LEFT_OUT, f"a stop of {significant(blades)} blades cannot be drawn: it is taken as a circle")
         blades = 0.0
     return {
         "kind": text_value(data, "type").replace("?", ""), "source": ", ".join(filter(None, (patent, example))),

@@ -5,6 +5,7 @@ import re
 from contextlib import suppress
 from pathlib import Path
 
+from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses import catalogue
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
@@ -121,7 +122,8 @@ def _content(path: Path) -> str:
             raise LensFileError(path, None, "this is not an ordinary file")
         size = path.stat().st_size
         if size > LARGEST_FILE:
-            raise LensFileError(path, None, f"{size / 1e6:.1f} MB is no lens file: at most {LARGEST_FILE / 1e6:g} MB")
+            raise LensFileError(path, None, f"{fixed(size / 1e6, 1)} MB is no lens file: at most "
+                                            f"{significant(LARGEST_FILE / 1e6)} MB")
         data = path.read_bytes()
     except OSError as error:
         raise LensFileError(path, None, f"cannot be read: {error.strerror or error}") from None

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses import glass_catalogue
 from lensbench.lenses.encoding import file_number, is_number
 from lensbench.lenses.rows import HIGHEST_INDEX, RowError
@@ -35,12 +36,13 @@ def model(n_d: float, v_d: float, name: str = "") -> Glass:
     if n_d == 1.0:
         return AIR
     if 1.0 - GAS <= n_d < 1.0:
-        return Glass(name=f"{name or 'the gas'} of index {n_d:.6f}")
+        return Glass(name=f"{name or 'the gas'} of index {fixed(n_d, 6)}")
     if not 1.0 < n_d <= HIGHEST_INDEX:
-        raise RowError(f"index n_d is {n_d:g}: it must be at least 1 (air), and no lens is made of more than "
-                       f"{HIGHEST_INDEX:g}")
+        raise RowError(f"index n_d is {significant(n_d)}: it must be at least 1 (air), and no lens is made "
+                       f"of more than "
+                       f"{significant(HIGHEST_INDEX)}")
     if v_d < 0.0:
-        raise RowError(f"Abbe number V_d is {v_d:g}: it must be positive, or 0 where it is not known")
+        raise RowError(f"Abbe number V_d is {significant(v_d)}: it must be positive, or 0 where it is not known")
     return Glass(n_d, v_d or None, name)
 
 
@@ -60,10 +62,10 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
             return exact, glass_catalogue.resolve(name, maker).note if maker else glass_catalogue.doubt(name)
         if name.upper() in OTHERS:
             n_d, v_d = OTHERS[name.upper()]
-            return Glass(n_d, v_d, name), f"{name} was taken as n_d {n_d:g} and V_d {v_d:g}"
+            return Glass(n_d, v_d, name), f"{name} was taken as n_d {significant(n_d)} and V_d {significant(v_d)}"
         if spare and spare[0] > 1.0 and spare[1] >= 0.0:
-            return model(*spare, name), (f"the glass {name} is in no catalogue: n_d {spare[0]:g} and V_d "
-                                         f"{spare[1]:g}, which the file keeps beside it, were taken")
+            return model(*spare, name), (f"the glass {name} is in no catalogue: n_d {significant(spare[0])} and V_d "
+                                         f"{significant(spare[1])}, which the file keeps beside it, were taken")
         near = glass_catalogue.resolve(name, maker)
         return near.glass, near.note
     except GlassError as error:
@@ -189,7 +191,8 @@ def beyond_surfaces(lens: Lens) -> list[Finding]:
         remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as the circle about them",
                             lens.stop_index))
     if lens.front_index != 1.0:
-        remarks.append(note(Kind.LEFT_OUT, f"the index {lens.front_index:g} before the lens is left out: it is written "
+        remarks.append(note(Kind.LEFT_OUT, f"the index {significant(lens.front_index)} before the lens is left out: it "
+                                           f"is written "
                                            "as in air", index=lens.front_index))
     return remarks
 

@@ -20,6 +20,7 @@ have no positions of their own.
 import re
 from math import inf, isinf
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number, is_number
@@ -97,11 +98,14 @@ def _size_stop(design: Design, distances: dict) -> None:
         distances.pop(STOP)
         return
     if not 0.0 < size < inf:
-        raise LensFileError(design.path, distances[STOP][0], f"Aperture Diameter is {size:g}: it must be positive")
+        raise LensFileError(design.path, distances[STOP][0], f"Aperture Diameter is {significant(size)}: it must "
+                                                             f"be positive")
     row = design.rows[stops[0]]
     if row.semi_diameter is not None and abs(2.0 * row.semi_diameter - size) > SAME_STOP * size:
-        design.found(Kind.RIM, f"the diameter of the stop in [lens data], {2.0 * row.semi_diameter:g} mm, differs from "
-                               f"that in its row Aperture Diameter, {size:g} mm, which is used", stops[0] - 1,
+        design.found(Kind.RIM, f"the diameter of the stop in [lens data], {significant(2.0 * row.semi_diameter)} mm, "
+                               f"differs from "
+                               f"that in its row Aperture Diameter, {significant(size)} mm, "
+                               f"which is used", stops[0] - 1,
                      left_out=2.0 * row.semi_diameter, used=size)
     row.semi_diameter = size / 2.0
 
@@ -121,7 +125,8 @@ def _stations(distances: dict, names: dict[int, str], path: str) -> list[Station
         gaps = {row: _cell(distances, name, k, path) for row, name in names.items()}
         stop = _cell(distances, STOP, k, path, words=True)
         if stop is not None and not 0.0 < stop < inf:
-            raise LensFileError(path, distances[STOP][0], f"Aperture Diameter is {stop:g}: it must be positive")
+            raise LensFileError(path, distances[STOP][0], f"Aperture Diameter is {significant(stop)}: it must "
+                                                          f"be positive")
         distance = _cell(distances, "d0", k, path)
         stations.append(Station({row: gap for row, gap in gaps.items() if gap is not None and not isinf(gap)},
                                 inf if distance is None else distance, None if stop is None else stop / 2.0,
@@ -194,7 +199,7 @@ def _row(design: Design, line: int, cells: list[str], distances: dict) -> Row:
         place = _first(distances, diameter)
         size = file_number(diameter, "diameter") if place is None else _number(design.path, *place, diameter)
         if size < 0.0:
-            raise RowError(f"diameter is {size:g}: it must be positive")
+            raise RowError(f"diameter is {significant(size)}: it must be positive")
         row.semi_diameter = size / 2.0 or None
     if n_d:
         row.glass = media.stated(glass, file_number(n_d, "index n_d"),

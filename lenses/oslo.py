@@ -28,6 +28,7 @@ Sources of the keywords: OSLO's manual, and programs that read its files.
 import re
 from math import isinf
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses import configurations, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import (
@@ -143,7 +144,7 @@ class _File:
         elif key == "UNI":
             design.unit = first_number(values)
             if not 0.0 < design.unit <= 1e6:
-                raise RowError(f"the unit is {design.unit:g} mm: it must be positive, and at most 1e6 mm")
+                raise RowError(f"the unit is {significant(design.unit)} mm: it must be positive, and at most 1e6 mm")
         elif key in APERTURES:
             design.state_aperture(APERTURES[key], first_number(values) * (2.0 if key == "EBR" else 1.0))
         elif key in FIELDS:
@@ -184,7 +185,7 @@ class _File:
         elif key == "AP":
             size = first_number([word for word in values if word.upper() != "CHK"])
             if size < 0.0:
-                raise RowError(f"semi-diameter is {size:g}: it must be positive")
+                raise RowError(f"semi-diameter is {significant(size)}: it must be positive")
             row.semi_diameter = size or None
         elif key == "AST":
             row.is_stop = True
@@ -344,7 +345,8 @@ def _glass_line(glass: Glass, i: int, remarks: list[Finding]) -> str:
         remarks.append(note(Kind.GLASS, f"the glass {glass.name!r} is written as G{label}", i))
         label = f"G{label}"
     if glass.v_d and glass.v_d <= LEAST_ABBE:
-        remarks.append(note(Kind.GLASS, f"surface {i}: an Abbe number of {glass.v_d:g} is left out, it would be read "
+        remarks.append(note(Kind.GLASS, f"surface {i}: an Abbe number of {significant(glass.v_d)} is left out, it "
+                                        f"would be read "
                                         "as an index", i, v_d=glass.v_d))
     dispersion = f" {glass.v_d!r}" if glass.v_d and glass.v_d > LEAST_ABBE else ""
     return f"GLA MOD {label} {glass.n_d!r}{dispersion}"

@@ -15,6 +15,7 @@ with fewer faults.
 import re
 from dataclasses import replace
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.media import beyond_surfaces
 from lensbench.lenses.paraxial import count_faults, sag
@@ -131,7 +132,7 @@ def _surfaces(rows: list[list[float]], lines: list[int], path: str) -> tuple[Sur
             index = 1.0
         try:
             if diameter <= 0.0:
-                raise RowError(f"diameter is {diameter:g}: it must be positive")
+                raise RowError(f"diameter is {significant(diameter)}: it must be positive")
             made.append(surface(repr(radius), gap, index, diameter / 2.0))
         except RowError as error:
             raise LensFileError(path, line, f"surface {i}: {error}") from None

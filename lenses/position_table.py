@@ -19,6 +19,7 @@ import re
 from dataclasses import replace
 from typing import Any
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.paraxial import focal_length
 from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.stations import focus_fractions, with_gaps, zoom_fractions
@@ -93,8 +94,10 @@ def _at_stated_position(lens: Lens, moved: Lens) -> Lens:
     positions = moved.positions
     assert positions is not None
     off = [i for i in positions.gaps if lens.surfaces[i].thickness != moved.surfaces[i].thickness]
-    findings = [note(Kind.POSITION, f"surface {i}: the thickness of its row, {lens.surfaces[i].thickness:g} mm, is not "
-                                    f"that of its position, {moved.surfaces[i].thickness:g} mm, which is taken", i)
+    findings = [note(Kind.POSITION, f"surface {i}: the thickness of its row, {significant(lens.surfaces[i].thickness)} "
+                                    f"mm, is not "
+                                    f"that of its position, {significant(moved.surfaces[i].thickness)} mm, "
+                                    f"which is taken", i)
                 for i in off]
     return replace(lens, positions=positions, findings=(*lens.findings, *findings)).at()
 

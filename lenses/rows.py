@@ -6,6 +6,7 @@ Lengths in mm. Every reader uses these functions, so that the same mistake gives
 from decimal import Context, Decimal
 from math import isinf
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.numbers import RowError, number
 from lensbench.lenses.paraxial import axial_heights
 from lensbench.optics.finding import Finding, Kind, note
@@ -24,7 +25,8 @@ def curvature(radius: object) -> float:
     if size == 0.0 or isinf(size):
         return 0.0
     if abs(size) < SMALLEST_RADIUS:
-        raise RowError(f"radius is {size:g} mm: it must be at least {SMALLEST_RADIUS:g} mm (0 or inf: a plane)")
+        raise RowError(f"radius is {significant(size)} mm: it must be at least {significant(SMALLEST_RADIUS)} mm (0 or "
+                       f"inf: a plane)")
     return float(1 / Decimal(radius)) if isinstance(radius, str | Decimal) else 1.0 / size
 
 
@@ -45,13 +47,13 @@ def surface(radius: object, thickness: object, n_d: object, semi_diameter: objec
     """A surface from the values of its row; v_d 0 or None: unknown dispersion. RowError: an invalid value."""
     n = number(n_d, "index n_d")
     if n < 1.0:
-        raise RowError(f"index n_d is {n:g}: it must be at least 1 (air)")
+        raise RowError(f"index n_d is {significant(n)}: it must be at least 1 (air)")
     abbe = None if v_d is None else number(v_d, "Abbe number V_d") or None
     if abbe is not None and abbe < 0.0:
-        raise RowError(f"Abbe number V_d is {abbe:g}: it must be positive, or 0 where it is not known")
+        raise RowError(f"Abbe number V_d is {significant(abbe)}: it must be positive, or 0 where it is not known")
     rim = number(semi_diameter, "semi-diameter")
     if rim <= 0.0:
-        raise RowError(f"semi-diameter is {rim:g} mm: it must be positive")
+        raise RowError(f"semi-diameter is {significant(rim)} mm: it must be positive")
     made = Surface(curvature(radius), number(thickness, "thickness"), rim, Glass(n, abbe, glass))
     check_sizes(made)
     return made
@@ -61,18 +63,23 @@ def check_sizes(surface: Surface) -> None:
     """Raise RowError for a surface (mm) whose sizes can only be a mistake of the file."""
     for name, c in (("radius", surface.curvature), ("radius of the section x–z", surface.curvature_x or 0.0)):
         if abs(c) > 1.0 / SMALLEST_RADIUS:
-            raise RowError(f"{name} is {1.0 / c:g} mm: it must be at least {SMALLEST_RADIUS:g} mm (0 or inf: a plane)")
+            raise RowError(f"{name} is {significant(1.0 / c)} mm: it must be at least {significant(SMALLEST_RADIUS)} "
+                           f"mm (0 or inf: a plane)")
     if surface.glass.n_d > HIGHEST_INDEX:
-        raise RowError(f"index n_d is {surface.glass.n_d:g}: no lens is made of more than {HIGHEST_INDEX:g}")
+        raise RowError(f"index n_d is {significant(surface.glass.n_d)}: no lens is made of more than "
+                       f"{significant(HIGHEST_INDEX)}")
     if not SMALLEST_RIM <= surface.semi_diameter <= LARGEST:
-        raise RowError(f"semi-diameter is {surface.semi_diameter:g} mm: it must lie between {SMALLEST_RIM:g} and "
-                       f"{LARGEST:g} mm")
+        raise RowError(f"semi-diameter is {significant(surface.semi_diameter)} mm: it must lie between "
+                       f"{significant(SMALLEST_RIM)} and "
+                       f"{significant(LARGEST)} mm")
     if abs(surface.thickness) > LARGEST:
-        raise RowError(f"thickness is {surface.thickness:g} mm: no lens has gaps of more than {LARGEST:g} mm")
+        raise RowError(f"thickness is {significant(surface.thickness)} mm: no lens has gaps of more than "
+                       f"{significant(LARGEST)} mm")
     for power, a in surface.aspheric:
         if abs(a) * surface.semi_diameter ** power > HIGHEST_TERM:
-            raise RowError(f"the aspheric coefficient of r^{power} is {a:g}: it would raise the rim by more than "
-                           f"{HIGHEST_TERM:g} mm")
+            raise RowError(f"the aspheric coefficient of r^{power} is {significant(a)}: it would raise the rim "
+                           f"by more than "
+                           f"{significant(HIGHEST_TERM)} mm")
 
 
 def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tuple[Finding, ...]]:
@@ -82,7 +89,7 @@ def stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tupl
     if not marked:
         index = min(range(len(surfaces)), key=lambda i: surfaces[i].semi_diameter)
         return index, (Finding(Kind.NO_STOP, None, f"no stop is marked: the smallest rim limits, surface {index} "
-                                                   f"(semi-diameter {surfaces[index].semi_diameter:g} mm)",
+                                                   f"(semi-diameter {significant(surfaces[index].semi_diameter)} mm)",
                                figures={"semi_diameter": surfaces[index].semi_diameter}),)
     heights = axial_heights(surfaces)
     index = max(marked, key=lambda i: abs(heights[i]) / surfaces[i].semi_diameter)

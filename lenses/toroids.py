@@ -10,6 +10,7 @@ They agree in both sections, and everywhere where one of them is straight: a cyl
 
 from math import cos, pi, sin, sqrt
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.paraxial import sag
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.prescription import Surface
@@ -24,7 +25,7 @@ def finding(kind: str, surface: Surface, i: int) -> Finding | None:
         return None
     away = departure(kind, surface)
     return note(Kind.SHAPE, f"surface {i}: {NAMES[kind]} in the file, it is traced as the biconic toroid of the same "
-                            f"two curvatures, {away:.2g} mm from it at the rim", i, departure=away)
+                            f"two curvatures, {significant(away, 2)} mm from it at the rim", i, departure=away)
 
 
 def departure(kind: str, surface: Surface) -> float:

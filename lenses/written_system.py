@@ -7,6 +7,7 @@ the entrance pupil that the stop gives, a point on the axis, and the lines F, d 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.aperture import SAME, pupil_diameter, stop_radius
 from lensbench.lenses.paraxial import reference_wavelength
 from lensbench.lenses.stations import Station, with_gaps
@@ -76,8 +77,9 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
     findings = []
     if stated is not None:
         why = "it cannot be stated here" if not held else "the stop has another size"
-        findings.append(note(Kind.STOP, f"the {stated.kind} {stated.values[0]:.6g} is left out, as {why}: the "
-                                        f"entrance-pupil diameter {diameters[0]:.6g} mm is written"))
+        findings.append(note(Kind.STOP, f"the {stated.kind} {significant(stated.values[0], 6)} is left out, as "
+                                        f"{why}: the "
+                                        f"entrance-pupil diameter {significant(diameters[0], 6)} mm is written"))
     if all(1e-300 < diameter < 1e300 for diameter in diameters):
         return WrittenSystem(data, Aperture(ApertureKind.PUPIL_DIAMETER, _alike(diameters)), tuple(findings))
     if holds(ApertureKind.STOP_SIZE, cases[0][2]):

@@ -26,6 +26,7 @@ surface that is neither a body of revolution nor a toroid are refused.
 import re
 from math import inf
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses import configurations, media, zemax_system
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number
@@ -236,7 +237,7 @@ def _shape(row: Row, kind: str, numbered: dict, path: str) -> None:
         step = 2 if kind == "XASPHERE" else 1
         radius = values.get(("XDAT", 2), 1.0)
         if radius <= 0.0:
-            raise RowError(f"XDAT 2, the radius of normalisation, is {radius:g}: it must be positive")
+            raise RowError(f"XDAT 2, the radius of normalisation, is {significant(radius)}: it must be positive")
         terms = int(min(values.get(("XDAT", 1), 0.0), 300.0))
         for index in range(1, terms + 1):
             row.aspheric[step * index] = values.get(("XDAT", index + 2), 0.0) / radius ** (step * index)

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 from math import radians, sin
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.design import Design
 from lensbench.lenses.encoding import file_number, plain_number
 from lensbench.lenses.file_error import LensFileError
@@ -57,7 +58,8 @@ def _read_aperture(design: Design, key: str, line: int, words: list[str]) -> Non
     value = number_in(design.path, line, key, words, 0) if key != "FLOA" else 0.0
     is_flagged = len(words) > 1 and words[1] == "1"
     if key == "OBNA" and is_flagged:
-        design.found(Kind.CONVENTION, f"the half angle of the object's cone, {value:g}°, is kept as its sine")
+        design.found(Kind.CONVENTION, f"the half angle of the object's cone, {significant(value)}°, is kept "
+                                      f"as its sine")
         value = sin(radians(value))
     design.state_aperture(kinds[-1] if is_flagged else kinds[0], value)
 

@@ -8,6 +8,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
 
+from lensbench.kernels.figures import fixed
+
 
 def add_chart_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench chart`."""
@@ -40,7 +42,7 @@ def chart(arguments: argparse.Namespace) -> int:
     start = perf_counter()
     with progress() as show:
         made = _models(arguments, show) if arguments.of == "models" else _others(arguments, show)
-    heading = f"{machine()}, {time.strftime('%Y-%m-%d')}; {perf_counter() - start:.0f} s"
+    heading = f"{machine()}, {time.strftime('%Y-%m-%d')}; {fixed(perf_counter() - start, 0)} s"
     data = {"machine": machine(), "date": time.strftime("%Y-%m-%d"), "of": arguments.of, "left out": made.left_out,
             "charts": made.data}
     if arguments.json:

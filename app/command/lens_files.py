@@ -15,6 +15,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from lensbench.kernels.figures import fixed
+
 COLUMNS = ("x", "y", "z", "l", "m", "n")
 NAMES = {"dx": "l", "dy": "m", "dz": "n", "origin_x": "x", "origin_y": "y", "origin_z": "z"}
 OUT = (*COLUMNS, "fate", "surface")
@@ -118,7 +120,7 @@ def read_rays(path: str) -> list[list[float]]:
     """
     try:
         if path != "-" and os.path.getsize(path) > LARGEST_TABLE:
-            raise RaysError(f"{path}: {os.path.getsize(path) / 1e6:.0f} MB are too many rays for one table")
+            raise RaysError(f"{path}: {fixed(os.path.getsize(path) / 1e6, 0)} MB are too many rays for one table")
         data = sys.stdin.buffer.read() if path == "-" else Path(path).read_bytes()
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lensbench.app.command.capture_options import prepare_capture, read_views
 from lensbench.app.command.output import progress
+from lensbench.kernels.figures import fixed, significant
 
 if TYPE_CHECKING:
     from lensbench.app.state.light_field_query import Recording
@@ -78,8 +79,9 @@ def _capture(arguments: argparse.Namespace) -> int:
     recording = _by_microlenses(arguments, settings) if arguments.microlenses else _by_lens(arguments, settings)
     save_light_field(path, recording)
     near, far = recording.field.clear_range
-    print(f"{path}: {perf_counter() - begin:.1f} s; can be focused without gaps from {near / 1000.0:.3g} m to "
-          f"{far / 1000.0:.3g} m")
+    print(f"{path}: {fixed(perf_counter() - begin, 1)} s; can be focused without gaps from "
+          f"{significant(near / 1000.0, 3)} m to "
+          f"{significant(far / 1000.0, 3)} m")
     return 0
 
 
@@ -90,7 +92,7 @@ def _by_lens(arguments: argparse.Namespace, settings: "Settings") -> "Recording"
 
     size = lb.light_field_bytes(settings.film, arguments.views, moments=arguments.moments)
     print(f"{arguments.views[0]} × {arguments.views[1]} views of {settings.pixels_x} × {settings.pixels_y} pixels: "
-          f"{size / 1e6:,.0f} MB of memory")
+          f"{fixed(size / 1e6, 0, grouped=True)} MB of memory")
     with progress() as show:
         return Recording(lb.capture_light_field(*prepare(settings), arguments.views, settings.samples, settings.seed,
                                                 progress=show, moments=arguments.moments), settings)
@@ -104,9 +106,11 @@ def _by_microlenses(arguments: argparse.Namespace, settings: "Settings") -> "Rec
     camera, scene = prepare(settings)
     plenoptic = lb.PlenopticCamera(camera, arguments.microlenses, arguments.microlens_f_number)
     across, down = plenoptic.sensor
-    print(f"{settings.pixels_x} × {settings.pixels_y} microlenses of f/{plenoptic.microlens_f_number:.3g} (f/"
-          f"{plenoptic.matched_f_number:.3g} matches), {across} × {down} pixels: {100.0 * plenoptic.used:.0f} % of "
-          f"them used, {100.0 * plenoptic.spilled:.0f} % of the light spilled")
+    print(f"{settings.pixels_x} × {settings.pixels_y} microlenses of "
+          f"f/{significant(plenoptic.microlens_f_number, 3)} (f/"
+          f"{significant(plenoptic.matched_f_number, 3)} matches), {across} × {down} pixels: "
+          f"{fixed(100.0 * plenoptic.used, 0)} % of "
+          f"them used, {fixed(100.0 * plenoptic.spilled, 0)} % of the light spilled")
     with progress() as show:
         raw = plenoptic.expose(scene, settings.samples, settings.seed, progress=show)
     return Recording(raw.decoded(), settings, raw)
@@ -129,10 +133,11 @@ def _refocus(arguments: argparse.Namespace) -> int:
     picture = field.refocus(distance, arguments.f_number, arguments.view)
     save_picture(arguments.output, picture, replace(settings, focus_distance=distance,
                                                     f_number=arguments.f_number or settings.f_number))
-    note = "" if distance == wanted else f", the nearest distance in place of {wanted / 1000.0:.4g} m"
+    note = "" if distance == wanted else f", the nearest distance in place of {significant(wanted / 1000.0, 4)} m"
     near, far = field.clear_range
     if not near <= distance <= far:
-        note += (f"; outside {near / 1000.0:.3g} to {far / 1000.0:.3g} m neighbouring views differ by more than a "
+        note += (f"; outside {significant(near / 1000.0, 3)} to {significant(far / 1000.0, 3)} m neighbouring views "
+                 f"differ by more than a "
                  "pixel: record more views")
-    print(f"{arguments.output}: focused at {distance / 1000.0:.4g} m{note}")
+    print(f"{arguments.output}: focused at {significant(distance / 1000.0, 4)} m{note}")
     return 0

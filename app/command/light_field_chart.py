@@ -3,6 +3,8 @@
 import argparse
 import time
 
+from lensbench.kernels.figures import fixed, significant
+
 
 def add_field_chart_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield chart`."""
@@ -49,17 +51,19 @@ def _chart(arguments: argparse.Namespace) -> int:
         print_json(data)
     else:
         print("decibels against a camera focused at:")
-        print("views   " + " ".join(f"{distance / 1000.0:7.3g} m" for distance in curves[0].distances))
+        print("views   " + " ".join(f"{significant(distance / 1000.0, 3):>7} m" for distance in curves[0].distances))
         for curve in curves:
-            ends = f"a pixel apart at {curve.near / 1000.0:.3g} m and {curve.far / 1000.0:.3g} m"
-            figures = " ".join(f"{value:9.1f}" for value in curve.decibels)
+            ends = (f"a pixel apart at {significant(curve.near / 1000.0, 3)} m and "
+                    f"{significant(curve.far / 1000.0, 3)} m")
+            figures = " ".join(f"{fixed(value, 1):>9}" for value in curve.decibels)
             print(f"{curve.views:2} × {curve.views:2} {figures}  {ends}")
     if path is None:
         return 0
     if is_json(path):
         save_json(path, data)
         return 0
-    title = f"Light fields focused afterwards: {settings.scene}, recorded at {settings.focus_distance / 1000.0:g} m"
+    title = (f"Light fields focused afterwards: {settings.scene}, recorded at "
+             f"{significant(settings.focus_distance / 1000.0)} m")
     draw(curves, settings.focus_distance, title,
          f"{settings.lens}, {settings.lens_model} model, {settings.pixels_x} × {settings.pixels_y} pixels, as many "
          "rays for each field. Dashed: where neighbouring views lie a pixel apart; dotted beyond.", path)

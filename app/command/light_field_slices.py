@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
+
 if TYPE_CHECKING:
     from lensbench.app.state.light_field_query import Recording
 
@@ -77,7 +79,7 @@ def _view(arguments: argparse.Namespace) -> int:
 def _format(value: Any) -> str:
     if isinstance(value, list):
         return " ".join(_format(part) for part in value)
-    return f"{value:.4g}" if isinstance(value, float) else f"{value}"
+    return significant(value, 4) if isinstance(value, float) else f"{value}"
 
 
 def _of_depth(arguments: argparse.Namespace, recording: "Recording", path: Path | None):
@@ -107,8 +109,9 @@ def _of_rays(arguments: argparse.Namespace, recording: "Recording", large: bool)
     if arguments.at is not None:
         place = np.array(arguments.at)
         if not np.isfinite(place).all() or np.abs(place).max() > field.reach:
-            raise UsageError(f"--at {place[0]:g} {place[1]:g}: the recorded cells reach from {-field.reach:.3g} to "
-                             f"{field.reach:.3g}, in radii of the pupil")
+            raise UsageError(f"--at {significant(place[0])} {significant(place[1])}: the recorded cells reach from "
+                             f"{significant(-field.reach, 3)} to "
+                             f"{significant(field.reach, 3)}, in radii of the pupil")
         j, i = (int(k) for k in np.unravel_index(np.argmin(((field.places - place) ** 2).sum(-1)), (down, across)))
         covered = field.coverage[j, i].astype(float)
         return field.view(i, j), {

@@ -5,6 +5,8 @@ import math
 from dataclasses import replace
 from time import perf_counter
 
+from lensbench.kernels.figures import fixed, significant
+
 
 def add_lumigraph_options(kinds) -> None:
     """Add the commands `array` and `novel` to `lensbench lightfield`."""
@@ -54,15 +56,17 @@ def _array(arguments: argparse.Namespace) -> int:
     settings, path = prepare_capture(arguments)
     across, down = arguments.views
     size = lb.light_field_bytes(settings.film, arguments.views)
-    print(f"{across} × {down} pinholes of {settings.pixels_x} × {settings.pixels_y} pixels: {size / 1e6:,.0f} MB")
+    print(f"{across} × {down} pinholes of {settings.pixels_x} × {settings.pixels_y} pixels: "
+          f"{fixed(size / 1e6, 0, grouped=True)} MB")
     begin = perf_counter()
     with progress() as show:
         made = lb.capture_lumigraph(camera(settings), find_scene(settings.scene), arguments.views, arguments.spacing,
                                     arguments.plane, settings.samples, settings.seed, progress=show)
     save_lumigraph(path, made, settings)
-    print(f"{path}: {perf_counter() - begin:.1f} s; the pinholes are {made.spacing:g} mm apart over "
-          f"{made.spacing * (across - 1):g} × {made.spacing * (down - 1):g} mm, and share a plane at "
-          f"{made.distance / 1000.0:.4g} m")
+    print(f"{path}: {fixed(perf_counter() - begin, 1)} s; the pinholes are {significant(made.spacing)} mm apart over "
+          f"{significant(made.spacing * (across - 1))} × {significant(made.spacing * (down - 1))} mm, and share "
+          f"a plane at "
+          f"{significant(made.distance / 1000.0, 4)} m")
     return 0
 
 
@@ -85,6 +89,6 @@ def _novel(arguments: argparse.Namespace) -> int:
     save_picture(arguments.output, view.picture, replace(settings, pixels_x=across, pixels_y=down))
     share = float(view.covered.mean())
     note = "the whole view was recorded" if share == 1.0 else (
-        f"{100.0 * share:.0f} % of the view was recorded, the rest is black: move nearer to the array's middle")
+        f"{fixed(100.0 * share, 0)} % of the view was recorded, the rest is black: move nearer to the array's middle")
     print(f"{arguments.output}: {across} × {down} pixels; {note}")
     return 0

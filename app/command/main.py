@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 
 from lensbench.app.command.errors import UsageError
 from lensbench.app.command.output import print_json, progress
+from lensbench.kernels.figures import f_number_text, fixed, significant
 
 SCREENSHOT = "lensbench-window.png"     # where there is no display
 LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libXext.so.6")
@@ -217,7 +218,7 @@ def _render(arguments: argparse.Namespace) -> int:
                     "chosen": record(chosen[0]) if chosen else None})
     else:
         each = f"{settings.samples} sample{'s' if settings.samples > 1 else ''} each"
-        print(f"{arguments.output}: {across} × {down} pixels, {each}, {seconds:.1f} s")
+        print(f"{arguments.output}: {across} × {down} pixels, {each}, {fixed(seconds, 1)} s")
         if chosen:
             print(", ".join(choice_summary(chosen[0], None)))
     return 0
@@ -237,33 +238,40 @@ def _info(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
         return 0
-    rows = [(label, form.format(data[key]) if data[key] is not None else "not known") for key, label, form in (
-        ("efl", "Effective focal length", "{:.3f} mm"),
-        *([("efl_across", "  across, in the section x–z", "{:.3f} mm")] if data["efl_across"] is not None else []),
-        ("stated_efl", "  as published", "{:g} mm"),
-        ("f_number", "f-number", "f/{:.2f}"), ("t_number", "T-number, uncoated", "T/{:.2f}"),
-        ("bfl", "Back focus", "{:.3f} mm"),
-        *([("bfl_across", "  across, in the section x–z", "{:.3f} mm")] if data["bfl_across"] is not None else []),
-        ("ffl", "Front focus", "{:.3f} mm"),
-        ("front_principal", "Front principal plane, from the first vertex", "{:.3f} mm"),
-        ("rear_principal", "Rear principal plane, from the last vertex", "{:.3f} mm"))]
-    rows += [(label, f"{data[key]['z']:.3f} mm, radius {data[key]['radius']:.3f} mm") for key, label in (
+    rows = [(label, text(data[key]) if data[key] is not None else "not known") for key, label, text in (
+        ("efl", "Effective focal length", _mm),
+        *([("efl_across", "  across, in the section x–z", _mm)] if data["efl_across"] is not None else []),
+        ("stated_efl", "  as published", lambda length: f"{significant(length)} mm"),
+        ("f_number", "f-number", lambda number: f_number_text(number, 2)),
+        ("t_number", "T-number, uncoated", lambda number: f_number_text(number, 2, "T/")),
+        ("bfl", "Back focus", _mm),
+        *([("bfl_across", "  across, in the section x–z", _mm)] if data["bfl_across"] is not None else []),
+        ("ffl", "Front focus", _mm),
+        ("front_principal", "Front principal plane, from the first vertex", _mm),
+        ("rear_principal", "Rear principal plane, from the last vertex", _mm))]
+    rows += [(label, f"{_mm(data[key]['z'])}, radius {_mm(data[key]['radius'])}") for key, label in (
         ("entrance_pupil", "Entrance pupil, from the first vertex"),
         ("exit_pupil", "Exit pupil, from the first vertex"))]
     view = data["field_of_view"]
-    rows += [("Petzval radius", f"{data['petzval_radius']:.1f} mm"),
+    rows += [("Petzval radius", f"{fixed(data['petzval_radius'], 1)} mm"),
              ("Nearest focus, from the film", "none: it forms no real image" if data["nearest_focus"] is None
-              else f"{data['nearest_focus'] / 1000.0:.3f} m"),
+              else f"{fixed(data['nearest_focus'] / 1000.0, 3)} m"),
              ("Field of view on 36 × 24, h × v, diagonal",
-              f"{view['horizontal']:.1f}° × {view['vertical']:.1f}°, {view['diagonal']:.1f}°")]
+              f"{fixed(view['horizontal'], 1)}° × {fixed(view['vertical'], 1)}°, {fixed(view['diagonal'], 1)}°")]
     if data["intrinsics"]:
         pixels = data["intrinsics"]
         rows.append((f"Intrinsics at {pixels['width']} × {pixels['height']} pixels of that film",
-                     f"fx {pixels['fx']:.2f}, fy {pixels['fy']:.2f}, cx {pixels['cx']:.2f}, cy {pixels['cy']:.2f}"))
+                     f"fx {fixed(pixels['fx'], 2)}, fy {fixed(pixels['fy'], 2)}, cx {fixed(pixels['cx'], 2)}, cy "
+                     f"{fixed(pixels['cy'], 2)}"))
     print(", ".join(str(word) for word in (data["name"] or arguments.lens, data["kind"], data["year"]) if word))
     print("\n".join([*(f"{label:46}{text}" for label, text in rows), *station_lines(data["positions"])]))
     print("".join(f"Found: {finding}\n" for finding in data["findings"]), end="")
     return 0
+
+
+def _mm(length: float) -> str:
+    """A length in mm to the micrometre."""
+    return f"{fixed(length, 3)} mm"
 
 
 def _lens_data(lens) -> dict[str, Any]:
@@ -323,7 +331,7 @@ def _lenses(arguments: argparse.Namespace) -> int:
                       "efl": card.efl, "tele_efl": card.tele_efl, "f_number": card.f_number} for card in cards])
         return 0
     table = [("Name", "EFL", "f/", "Year", "Kind", "Title")]
-    table += [(card.name, _focal_lengths(card), f"{card.f_number:.3g}" if card.f_number else "",
+    table += [(card.name, _focal_lengths(card), significant(card.f_number, 3) if card.f_number else "",
                str(card.year or ""), card.kind, card.title) for card in cards]
     widths = [max(len(row[column]) for row in table) for column in range(5)]
     for row in table:
@@ -334,7 +342,7 @@ def _lenses(arguments: argparse.Namespace) -> int:
 
 def _focal_lengths(card) -> str:
     ends = [length for length in (card.efl, card.tele_efl) if length]
-    return "–".join(f"{length:.1f}" for length in ends)
+    return "–".join(fixed(length, 1) for length in ends)
 
 
 if __name__ == "__main__":

@@ -31,6 +31,7 @@ from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import PICTURES, Settings, SettingsError
 from lensbench.app.state.text_values import read_angle, read_aperture
 from lensbench.app.state.zoom import asked_zoom, read_close, read_zoom
+from lensbench.kernels.figures import fixed
 
 
 def read_size(text: str) -> tuple[int, int]:
@@ -279,7 +280,8 @@ def _framed(settings: Settings, fov: float | None, keep_zoom: bool) -> Settings:
         return with_field_of_view(settings, fov).checked()
     whole = full_view(settings)[0] if keep_zoom else ends_of_view(settings)[1]
     if 0.0 < whole < fov:
-        raise SettingsError(f"field of view {math.degrees(fov):.1f}°: this film behind this lens sees "
-                            f"{math.degrees(whole):.1f}° along its shorter side: take a larger --film or a shorter "
+        raise SettingsError(f"field of view {fixed(math.degrees(fov), 1)}°: this film behind this lens sees "
+                            f"{fixed(math.degrees(whole), 1)}° along its shorter side: take a larger --film "
+                            f"or a shorter "
                             "--focal-length")
     return with_field_of_view(replace(settings, fov=fov).checked(), fov, keep_zoom)

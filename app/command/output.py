@@ -9,6 +9,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from lensbench.kernels.figures import fixed
+
 WIDTH = 30                      # of the progress bar, in characters
 
 
@@ -23,8 +25,8 @@ def progress() -> Iterator[Callable[[float], bool]]:
     def show(fraction: float) -> bool:
         done = round(WIDTH * fraction)
         passed = perf_counter() - began
-        left = f"{passed / fraction - passed:5.0f} s left" if fraction > 0.02 else ""
-        print(f"\r[{'#' * done}{'.' * (WIDTH - done)}] {100 * fraction:3.0f} %  {left:12}",
+        left = f"{fixed(passed / fraction - passed, 0):>5} s left" if fraction > 0.02 else ""
+        print(f"\r[{'#' * done}{'.' * (WIDTH - done)}] {fixed(100 * fraction, 0):>3} %  {left:12}",
               end="", file=sys.stderr, flush=True)
         return True
 

@@ -19,6 +19,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, pieces, text
+from lensbench.kernels.figures import significant
 
 NEAR_END = 0.7                  # of the plot's width: with the focus beyond it, lines have their names at the left
 THIN, THICK = (1.5, 3.0), (6.0, 3.0)             # dashes and gaps, pixels
@@ -118,9 +119,9 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, got: Readin
                              theme.packed(colour.amber, 0.16))
 
     # Lines across: limit, pixel, Airy disk; and the hyperfocal distance
-    across = [(limit, f"limit {limit:.3g} µm", 5.0, 4.0), (pitch, "pixel", 1.5, 3.0)]
+    across = [(limit, f"limit {significant(limit, 3)} µm", 5.0, 4.0), (pitch, "pixel", 1.5, 3.0)]
     if abs(math.log(max(limit, 1e-9) / pitch)) < 1e-6:
-        across = [(limit, f"limit 1 px, {limit:.3g} µm", 5.0, 4.0)]
+        across = [(limit, f"limit 1 px, {significant(limit, 3)} µm", 5.0, 4.0)]
     if got.airy is not None:
         across.append((1000.0 * got.airy, "Airy", 1.5, 3.0))
     rows = [math.floor(plot.at(1.0, value).y) + 0.5 for value, *_ in across]
@@ -296,5 +297,5 @@ def _tooltip(plot: PlotMap, settings: Settings, shown: Curves) -> None:
         for name, diameters in (("real", shown.real), ("thick", shown.thick), ("thin", shown.thin)):
             if diameters is not None:
                 value = float(np.exp(np.interp(math.log(distance), np.log(shown.distances), np.log(diameters))))
-                imgui.text_disabled(f"{name} lens  {value:.3g} µm  {value / pitch:.2g} px")
+                imgui.text_disabled(f"{name} lens  {significant(value, 3)} µm  {significant(value / pitch, 2)} px")
         imgui.end_tooltip()

@@ -24,6 +24,7 @@ from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
+from lensbench.kernels.figures import fixed, significant, true_minus
 
 FIELDS = (("axis", 0.0), ("0.7", 0.7), ("full", 1.0))   # parts of the illuminated film
 UPWARDS = "Film points up the picture, in the section y–z"
@@ -130,7 +131,7 @@ def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
     step = max(round_length(max(span, 1e-6) / 4.0), 0.02 * rear)
     count = math.ceil(3.0 * rear / step)
     values = [i * step for i in range(-count, count + 1)]
-    return values, [f"{value:g}".replace("-", "−") for value in values]
+    return values, [true_minus(significant(value)) for value in values]
 
 
 def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Region], seen: Region,
@@ -214,12 +215,13 @@ def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colou
 
 def _words(seen: Region, samples: BoxSamples, hovering: bool, traced: bool, reach: float) -> None:
     """One line above the plot: area, share of samples that pass, and the film point if it is under the mouse."""
-    where = f"Mouse at {seen.film_radius:.1f} mm:  " if hovering else ""
+    where = f"Mouse at {fixed(seen.film_radius, 1)} mm:  " if hovering else ""
     if seen.area <= 0.0:
-        what = f"no light beyond {reach:.1f} mm" if hovering else f"No light beyond {reach:.1f} mm off the axis"
+        beyond = f"light beyond {fixed(reach, 1)} mm"
+        what = f"no {beyond}" if hovering else f"No {beyond} off the axis"
     else:
         part = "passes" if hovering else "of the box passes"
-        what = f"{format_area(seen.area)},  {100.0 * samples.rate:.0f} % {part}"
+        what = f"{format_area(seen.area)},  {fixed(100.0 * samples.rate, 0)} % {part}"
     theme.small()
     imgui.text_colored(theme.colours().text, where + what)
     imgui.pop_font()
@@ -239,7 +241,7 @@ def _tooltip(plot: PlotMap, lens: lb.Lens, film_distance: float, seen: Region) -
     ray = lb.trace(lens, film, np.array([x, y, lens.length]) - film)
     fate, surface = lb.Fate(int(ray.fate[0])), int(ray.surface[0])
     if imgui.begin_tooltip():
-        imgui.text_unformatted(f"x {x:.2f}, y {y:.2f} mm")
+        imgui.text_unformatted(f"x {fixed(x, 2)}, y {fixed(y, 2)} mm")
         if fate == lb.Fate.PASSED:
             imgui.text_disabled("Light passes here")
         elif fate == lb.Fate.CLIPPED:

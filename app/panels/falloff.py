@@ -22,6 +22,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, pieces, polyline, text
 from lensbench.app.widgets.toggles import toggles
+from lensbench.kernels.figures import fixed, significant, true_minus
 
 RADII = 49
 WIDE = math.radians(55.0)       # from the axis: a wider lens is compared with a fisheye projection
@@ -94,7 +95,7 @@ def falloff_panel(settings: Settings, state: FalloffState) -> None:
 
 def _stops(part: float) -> str:
     """A part of the light in stops."""
-    return "dark" if part <= 0.0 else f"{math.log2(part):+.1f} EV".replace("-", "−").replace("+0.0", "0.0")
+    return "dark" if part <= 0.0 else true_minus(f"{fixed(math.log2(part), 1, signed=True)} EV")
 
 
 def _words(found: Falling) -> None:
@@ -108,9 +109,9 @@ def _words(found: Falling) -> None:
     largest = float(percent[np.argmax(np.abs(percent))]) if percent.size else 0.0
     kind = "No distortion"
     if shape.kind != "none":
-        kind = f"{shape.kind.capitalize()} {largest:+.2g} %".replace("-", "−")
+        kind = true_minus(f"{shape.kind.capitalize()} {significant(largest, 2, signed=True)} %")
     imgui.text_disabled(kind if shape.projection == "rectilinear" else
-                        f"{kind} against {shape.projection}, f {shape.focal_length:.1f} mm")
+                        f"{kind} against {shape.projection}, f {fixed(shape.focal_length, 1)} mm")
     imgui.set_item_tooltip("The largest distortion on this film: chief rays followed to the plane in focus, against\n"
                            "the picture that keeps lines straight, or of a fisheye the rule that it follows best")
 
@@ -141,8 +142,8 @@ def _light_plot(light: Falloff, size: ImVec2) -> None:
         total, natural, rims = (float(np.interp(radius, light.radii, part))
                                 for part in (light.total, light.natural, light.vignetting))
         if imgui.begin_tooltip():
-            imgui.text_unformatted(f"{radius:.1f} mm off the axis: {100.0 * total:.0f} %, {_stops(total)}")
-            imgui.text_disabled(f"natural {100.0 * natural:.0f} %, vignetting {100.0 * rims:.0f} %")
+            imgui.text_unformatted(f"{fixed(radius, 1)} mm off the axis: {fixed(100.0 * total, 0)} %, {_stops(total)}")
+            imgui.text_disabled(f"natural {fixed(100.0 * natural, 0)} %, vignetting {fixed(100.0 * rims, 0)} %")
             imgui.end_tooltip()
     implot.end_plot()
 
@@ -164,8 +165,8 @@ def _shape_plot(found: Falling, size: ImVec2) -> None:
         radius = min(max(plot.x_at(imgui.get_mouse_pos().x), 0.0), float(shape.radii[-1]))
         here, angle = (float(np.interp(radius, shape.radii, values)) for values in (percent, shape.angles))
         if imgui.begin_tooltip():
-            imgui.text_unformatted(f"{radius:.1f} mm off the axis: {here:+.2f} %".replace("-", "−"))
-            imgui.text_disabled(f"seen {math.degrees(angle):.1f}° off the axis")
+            imgui.text_unformatted(f"{fixed(radius, 1)} mm off the axis: {true_minus(fixed(here, 2, signed=True))} %")
+            imgui.text_disabled(f"seen {fixed(math.degrees(angle), 1)}° off the axis")
             imgui.end_tooltip()
     implot.end_plot()
 
@@ -180,7 +181,7 @@ def _begin(name: str, size: ImVec2, label: str, x: tuple[float, float], y: tuple
     implot.setup_axis_limits(implot.ImAxis_.x1, *x, implot.Cond_.always)
     implot.setup_axis_limits(implot.ImAxis_.y1, *y, implot.Cond_.always)
     values = [i * step for i in range(math.ceil(y[0] / step), math.floor(y[1] / step) + 1)]
-    implot.setup_axis_ticks(implot.ImAxis_.y1, values, [f"{value:g}".replace("-", "−") for value in values], False)
+    implot.setup_axis_ticks(implot.ImAxis_.y1, values, list(map(true_minus, map(significant, values))), False)
     return True
 
 

@@ -18,6 +18,7 @@ from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, text
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.chart_worker import ChartWorker, charted
+from lensbench.kernels.figures import fixed, significant
 
 TOLERANCE = {"rms": 0.5, "worst": 0.5, "light": 0.05}       # of the automatic model: pixels, stops
 ERRORS = {"rms": ("RMS", "rms, px", "Error, rms (px)"), "worst": ("Worst ray", "worst, px", "Error, worst ray (px)"),
@@ -138,7 +139,7 @@ def _set_axes(room: ImVec2, chart: Chart, marks: list[Mark], label: str) -> None
         implot.setup_axis_scale(axis, implot.Scale_.log10)
         implot.setup_axis_limits(axis, low, high, implot.Cond_.always)
         values = [value for value in log_ticks(low, high, length, space)[0] if value > 0.99 * FLOOR]
-        implot.setup_axis_ticks(axis, values, [f"{value:.5f}".rstrip("0").rstrip(".") for value in values], False)
+        implot.setup_axis_ticks(axis, values, [fixed(value, 5).rstrip("0").rstrip(".") for value in values], False)
 
 
 def _draw(plot: PlotMap, chart: Chart, tolerance: float, present: str,
@@ -229,7 +230,8 @@ def _clicked(settings: Settings, mark: Mark, boxes: list[tuple[ImVec2, ImVec2]])
 
 def _mark_tooltip(mark: Mark, usable: bool) -> str:
     figures = mark.figures
-    lines = [mark.name, f"{figures['streamed, ns']:.2f} ns a ray; median run {figures['spread, %']:.0f} % slower"]
+    lines = [mark.name, f"{fixed(figures['streamed, ns'], 2)} ns a ray; median run "
+                        f"{fixed(figures['spread, %'], 0)} % slower"]
     if mark.kind == "scalar":
         lines.append("The reference for the errors of all other models")
     else:
@@ -242,4 +244,4 @@ def _mark_tooltip(mark: Mark, usable: bool) -> str:
 
 
 def _digits(value: float) -> str:
-    return f"{value:.3g}" if value >= FLOOR else "0.00001"
+    return significant(value, 3) if value >= FLOOR else "0.00001"

@@ -17,6 +17,7 @@ from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, polyline, text
+from lensbench.kernels.figures import fixed, true_minus
 
 FARTHEST = 1e6                  # mm: the plane in focus is not drawn beyond it
 
@@ -195,9 +196,10 @@ def _tooltip(plot: PlotMap, shown: Plan) -> None:
                       plot.y0 + (plot.bottom - mouse.y) / max(plot.bottom - plot.top, 1e-6) * (plot.y1 - plot.y0)])
     length = float(np.hypot(*shown.ahead))
     if imgui.begin_tooltip():
-        imgui.text_unformatted(f"x {point[0]:.2f} m, z {-point[1]:.2f} m".replace("-", "−"))
+        imgui.text_unformatted(true_minus(f"x {fixed(point[0], 2)} m, z {fixed(-point[1], 2)} m"))
         if length > 0.05:
             along = float((point - shown.place) @ shown.ahead) / length
-            imgui.text_disabled(f"{along:.2f} m ahead of the camera, {math.hypot(*(point - shown.place)):.2f} m away"
+            imgui.text_disabled(f"{fixed(along, 2)} m ahead of the camera, "
+                                f"{fixed(math.hypot(*(point - shown.place)), 2)} m away"
                                 .replace("-", "−"))
         imgui.end_tooltip()

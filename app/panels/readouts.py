@@ -12,6 +12,7 @@ from lensbench.app.state.settings import LIMITS, Settings
 from lensbench.app.state.text_values import format_angle, format_distance, format_length
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
+from lensbench.kernels.figures import f_number_text, fixed, significant
 
 NONE = "–"
 
@@ -99,7 +100,7 @@ def own(settings: Settings, table: list[Row]) -> list[Row]:
 
 def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
     """The table: optics, field, sharpness, places, then the progress of the rendering."""
-    limit = NONE if got.limit is None else f"{1000.0 * got.limit:.1f} µm"
+    limit = NONE if got.limit is None else f"{fixed(1000.0 * got.limit, 1)} µm"
     field = NONE if got.fov_horizontal is None or got.fov_vertical is None else \
         f"{format_angle(got.fov_horizontal)} × {format_angle(got.fov_vertical)}"
     return [
@@ -112,7 +113,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
                                                      "for an object at infinity"),
         Row("Working f-number", _f_number(got.working_f_number), "",
             "1 / (2 sin θ′) of the real marginal ray at the present focus: every rim and the magnification count"),
-        Row("T-stop", NONE if got.t_number is None else f"T {got.t_number:.1f}", "",
+        Row("T-stop", NONE if got.t_number is None else f"T {fixed(got.t_number, 1)}", "",
             "Estimate: the f-number of a lens without losses that would be as bright, N / √transmission, with the "
             "reflections of uncoated glass"),
         _colours(settings),
@@ -130,7 +131,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
         Row("Depth of field", *_range(got.near_limit, got.far_limit),
             f"From the near to the far limit, measured from the film: the circle of confusion (CoC) stays below "
             f"{limit}, {LIMITS.get(settings.limit, settings.limit).lower()}", gap=True, amber=True),
-        Row("Blur in focus", NONE if got.focusing.blur is None else f"{1000.0 * got.focusing.blur:.3g}", "µm",
+        Row("Blur in focus", NONE if got.focusing.blur is None else significant(1000.0 * got.focusing.blur, 3), "µm",
             f"Of a point in focus on the axis: 2√2 × the rms radius of its real rays. {focus_text(got.focusing)}",
             amber=True),
         Row("Hyperfocal", *_distance(got.hyperfocal), "Focused here, all is sharp from half this distance to infinity"),
@@ -142,11 +143,11 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
         Row("Film distance", *_length(got.film_distance, 2), "From the last vertex to the film", gap=True),
         Row("Entrance pupil", *_diameter(got.entrance_pupil), "Diameter of the stop as the scene sees it, E"),
         Row("Exit pupil", *_diameter(got.exit_pupil), "Diameter of the stop as the film sees it, E′"),
-        Row("Airy disk", NONE if got.airy is None else f"{1000.0 * got.airy:.1f}", "µm",
+        Row("Airy disk", NONE if got.airy is None else fixed(1000.0 * got.airy, 1), "µm",
             "Diameter of the first dark ring of a point of light, 2.44 λ N: what diffraction alone does"),
-        Row("Rays", NONE if status.rays_per_second <= 0.0 else f"{status.rays_per_second / 1e6:.3g}", "M/s",
+        Row("Rays", NONE if status.rays_per_second <= 0.0 else significant(status.rays_per_second / 1e6, 3), "M/s",
             "Camera rays traced into the scene a second", gap=True),
-        Row("Frames", NONE if status.fps <= 0.0 else f"{status.fps:.0f}", "fps", "Frames of the window a second"),
+        Row("Frames", NONE if status.fps <= 0.0 else fixed(status.fps, 0), "fps", "Frames of the window a second"),
         Row("Samples", f"{status.samples}", "", "Samples of every pixel so far"),
     ]
 
@@ -155,7 +156,8 @@ def _across(got: Readings) -> list[Row]:
     """The additional rows of a lens with cylinders."""
     if got.foci is None:
         return []
-    squeeze = f". Objects are {got.across / got.efl:.3g} times as wide on the film" if got.across and got.efl else ""
+    squeeze = (f". Objects are {significant(got.across / got.efl, 3)} times as wide on the film"
+               if got.across and got.efl else "")
     return [
         Row("Focal length across", *_length(got.across),
             f"Across the picture, in the section x–z; the focal length above is that of y–z, up the picture{squeeze}"),
@@ -168,7 +170,7 @@ def _across(got: Readings) -> list[Row]:
 def _signed(length: float) -> str:
     if not math.isfinite(length):
         return "∞"
-    return f"{'−' if length < 0.0 else '+'}{abs(length):.2f}"
+    return f"{'−' if length < 0.0 else '+'}{fixed(abs(length), 2)}"
 
 
 def _colours(settings: Settings) -> Row:
@@ -185,7 +187,7 @@ def _length(length: float | None, digits: int | None = None) -> tuple[str, str]:
     if length is None:
         return NONE, "mm"
     if digits is not None:
-        return f"{length:.{digits}f}", "mm"
+        return fixed(length, digits), "mm"
     sign = "−" if length < 0.0 else ""
     return sign + format_length(abs(length)).removesuffix(" mm"), "mm"
 
@@ -203,22 +205,19 @@ def _range(near: float | None, far: float | None) -> tuple[str, str]:
     if near is None or far is None:
         return NONE, "m"
     digits = 3 if near < 9995.0 else 2 if near < 99950.0 else 1
-    while digits < 6 and f"{near / 1000.0:.{digits - 1}f}" == f"{far / 1000.0:.{digits - 1}f}":
+    while digits < 6 and fixed(near / 1000.0, digits - 1) == fixed(far / 1000.0, digits - 1):
         digits += 1
-    end = "∞" if math.isinf(far) else f"{far / 1000.0:.{digits}f}"
-    return f"{near / 1000.0:.{digits}f} – {end}", "m"
+    return f"{fixed(near / 1000.0, digits)} – {fixed(far / 1000.0, digits)}", "m"
 
 
 def _exposure_value(settings: Settings, got: Readings) -> str:
     f_number = got.working_f_number or got.f_number
-    return NONE if f_number is None else f"{lb.Exposure(f_number, settings.shutter, settings.iso).ev100:.1f}"
+    return NONE if f_number is None else fixed(lb.Exposure(f_number, settings.shutter, settings.iso).ev100, 1)
 
 
 def _f_number(f_number: float | None) -> str:
     """Two digits after the point, so that f-numbers can be compared."""
-    if f_number is None:
-        return NONE
-    return f"f/{f_number:.2f}" if f_number < 9.995 else f"f/{f_number:.1f}"
+    return NONE if f_number is None else f_number_text(f_number, 2 if f_number < 9.995 else 1)
 
 
 def _magnification(magnification: float | None) -> str:
@@ -226,4 +225,5 @@ def _magnification(magnification: float | None) -> str:
         return NONE
     if magnification <= 0.0:
         return "1 : ∞"
-    return f"1 : {1.0 / magnification:.3g}" if magnification < 1.0 else f"{magnification:.3g} : 1"
+    ratio = significant(1.0 / magnification if magnification < 1.0 else magnification, 3)
+    return f"1 : {ratio}" if magnification < 1.0 else f"{ratio} : 1"

@@ -17,6 +17,7 @@ from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import VIEWS, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
+from lensbench.kernels.figures import fixed, significant, true_minus
 from lensbench.scenery.objects import displaced
 
 fa = icons_fontawesome_6
@@ -110,15 +111,15 @@ def _screen_z(of: lb.Camera, z: float) -> list[Row]:
         spaces = of.spaces(NEAR, FAR)
     except lb.CameraError:
         return []
-    meaning = (f"Depth as the perspective matrix has it: 0 at {NEAR / 1000.0:g} m from the eye, 1 at "
-               f"{FAR / 1000.0:g} m; and the smallest step that 32 bits resolve here")
+    meaning = (f"Depth as the perspective matrix has it: 0 at {significant(NEAR / 1000.0)} m from the eye, 1 at "
+               f"{significant(FAR / 1000.0)} m; and the smallest step that 32 bits resolve here")
     depth = spaces.eye - z
     if not NEAR <= depth <= FAR:
         return [("Screen z", (NONE,), "", meaning)]
     if not spaces.perspective:
         return [("Screen z", (number((depth - NEAR) / (FAR - NEAR), 5),), "", meaning)]
     value, step = (1.0 - NEAR / depth) / (1.0 - NEAR / FAR), 1000.0 * lb.depth_resolution(depth, NEAR, FAR)
-    return [("Screen z", (number(value, 5), f"{step:.2g}"), "µm", meaning)]
+    return [("Screen z", (number(value, 5), significant(step, 2)), "µm", meaning)]
 
 
 def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> float | None:
@@ -138,7 +139,7 @@ def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | N
 
 def number(value: float, digits: int) -> str:
     """With a true minus, and no minus zero."""
-    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−") if math.isfinite(value) else NONE
+    return true_minus(fixed(value, digits)) if math.isfinite(value) else NONE
 
 
 def _values(settings: Settings, at: tuple[float, float], image: NDArray[np.float32] | None) -> list[Row]:
@@ -146,7 +147,7 @@ def _values(settings: Settings, at: tuple[float, float], image: NDArray[np.float
     if image is None or not (0 <= at[1] < image.shape[0] and 0 <= at[0] < image.shape[1]):
         return []
     name = "Light" if settings.view == "picture" else VIEWS[settings.view]
-    return [(name, tuple(f"{value:.3g}".replace("-", "−") for value in image[int(at[1]), int(at[0])].tolist()), "",
+    return [(name, tuple(true_minus(significant(value, 3)) for value in image[int(at[1]), int(at[0])].tolist()), "",
              "Red, green and blue of the pixel, linear, as it was rendered" if settings.view == "picture" else
              "The quantity that this view shows, as an EXR file stores it")]
 

@@ -19,6 +19,7 @@ from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, pieces, text
 from lensbench.app.widgets.toggles import angle
 from lensbench.app.workers.stability_worker import Key, StabilityWorker
+from lensbench.kernels.figures import significant
 
 DASH = (5.0, 3.0)               # dashes and gaps of single-precision curves, pixels
 LIST = 25.0                     # em: width of the column beside the plot
@@ -207,7 +208,7 @@ def _ticks(axis: int, first: float, last: float, pixels: float, room: float, swe
     begin = math.floor(first / step) - 2
     marks = [step * k for k in range(begin, math.ceil(last / step) + 3)]
     values = [-mark if falling else mark for mark in marks]
-    labels = [f"{value:g}" if linear else quantity_text(10.0**value, "") for value in values]
+    labels = [significant(value) if linear else quantity_text(10.0**value, "") for value in values]
     implot.setup_axis_ticks(axis, marks, labels, False)
 
 

@@ -8,6 +8,7 @@ restarts the picture.
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lensbench.app.state.settings import Settings
+from lensbench.kernels.figures import fixed, significant
 
 if TYPE_CHECKING:
     from lensbench.analysis.model_choice import Choice
@@ -67,10 +68,11 @@ def choice_summary(choice: "Choice", speeds: tuple[float, float] | None) -> list
     """
     words = [f"Auto: {choice.name}"]
     if choice.model != "trace":
-        words.append(f"off by {choice.error_px:.2g} px")
+        words.append(f"off by {significant(choice.error_px, 2)} px")
         if speeds is not None:
             saved = speeds[1] - speeds[0]
-            words.append(f"{saved:.0f} ns a ray saved ({speeds[1] / speeds[0]:.2g} ×)" if saved >= 0.5 else
+            words.append(f"{fixed(saved, 0)} ns a ray saved "
+                         f"({significant(speeds[1] / speeds[0], 2)} ×)" if saved >= 0.5 else
                          "no faster than the full trace here")
     if choice.reason:
         words.append(f"not {choice.reason}")
@@ -85,7 +87,8 @@ def choice_details(choice: "Choice", speeds: tuple[float, float] | None) -> str:
         lines.append(f"{rung.name[0].upper()}{rung.name[1:]}: {rung.worst}")
     last = choice.table[-1]
     lines.append(f"{last.name[0].upper()}{last.name[1:]}: chosen" + (
-        "" if last.model == "trace" else f", off by {last.error_px:.2g} px and {last.error_stops:.2g} stops"))
+        "" if last.model == "trace" else f", off by {significant(last.error_px, 2)} px and "
+                                         f"{significant(last.error_stops, 2)} stops"))
     if speeds is not None and last.model != "trace":
-        lines += ["", f"A ray takes {speeds[0]:.0f} ns; traced in full it would take {speeds[1]:.0f} ns"]
+        lines += ["", f"A ray takes {fixed(speeds[0], 0)} ns; traced in full it would take {fixed(speeds[1], 0)} ns"]
     return "\n".join(lines)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.kernels.figures import significant
 from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
 if TYPE_CHECKING:
@@ -164,7 +165,8 @@ def focus_text(found: FocusPosition) -> str:
     method, blur = "by the least blur" if found.method == "real" else "paraxially", found.blur or 0.0
     other_method, other_blur = (("paraxially", found.paraxial_blur) if found.method == "real"
                                 else ("by the least blur", found.least_blur))
-    return (f"Focused {method}: a point in focus is {1000.0 * blur:.3g} µm wide on the axis, {1000.0 * other_blur:.3g} "
+    return (f"Focused {method}: a point in focus is {significant(1000.0 * blur, 3)} µm wide on the axis, "
+            f"{significant(1000.0 * other_blur, 3)} "
             f"µm {other_method}. The difference is spherical aberration, which grows with the aperture")
 
 

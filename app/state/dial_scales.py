@@ -31,6 +31,7 @@ from lensbench.app.state.text_values import (
     read_percent,
     read_time,
 )
+from lensbench.kernels.figures import fixed, significant
 
 F_NUMBERS = (0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 3.5, 4.0, 4.5, 5.0, 5.6, 6.3, 7.1,
              8.0, 9.0, 10.0, 11.0, 13.0, 14.0, 16.0, 18.0, 20.0, 22.0, 25.0, 29.0, 32.0, 36.0, 40.0, 45.0, 51.0, 57.0,
@@ -65,7 +66,7 @@ def focus_scale(nearest: float, reset: float | None = None) -> Scale:
 
     bare = Scale(n, math.inf, warp, unwarp, format_distance, read_distance, ())
     series = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
-    figures = spaced([(d, f"{d / 1000:g}") for d in decades(n, 40.0 * k, series)] + [(math.inf, "∞")], bare.to_unit)
+    figures = spaced([(d, significant(d / 1000)) for d in (*decades(n, 40.0 * k, series), math.inf)], bare.to_unit)
     minor = decades(n, 40.0 * k, (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5,
                                    5.0, 6.0, 7.0, 8.0, 9.0))
     return Scale(n, math.inf, warp, unwarp, format_distance, read_distance, figures, tuple(minor),
@@ -79,7 +80,7 @@ def aperture_scale(widest: float, reset: float | None = None) -> Scale:
     high = max(high, 2.0 * widest)
     bare = Scale(widest, high, math.log, math.exp, format_f_number, read_f_number, ())
     snaps = tuple(n for n in F_NUMBERS if widest * 1.02 < n <= high)
-    figures = [(n, f"{n:g}") for n in WHOLE_STOPS if widest * 0.99 <= n <= high]
+    figures = [(n, significant(n)) for n in WHOLE_STOPS if widest * 0.99 <= n <= high]
     if not figures or bare.to_unit(figures[0][0]) > FIGURE_GAP:
         figures.insert(0, (widest, format_f_number(widest).removeprefix("f/")))
     return Scale(widest, high, math.log, math.exp, format_f_number, read_f_number, tuple(figures),
@@ -102,7 +103,8 @@ def fov_scale(narrowest: float, widest: float, reset: float | None = None) -> Sc
     low, high = math.degrees(narrowest), math.degrees(widest)
     bare = Scale(narrowest, widest, math.log, math.exp, format_angle, read_angle, ())
     series = decades(low, high, (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 9.0))
-    figures = spaced([(math.radians(d), f"{d:g}") for d in (*series, 120.0, 180.0) if low <= d <= high], bare.to_unit)
+    figures = spaced([(math.radians(d), significant(d)) for d in (*series, 120.0, 180.0) if low <= d <= high],
+                     bare.to_unit)
     minor = tuple(math.radians(d) for d in decades(low, high, tuple(1.0 + 0.25 * i for i in range(4))
                                                     + tuple(2.0 + 0.5 * i for i in range(16))))
     return Scale(narrowest, widest, math.log, math.exp, format_angle, read_angle, figures, minor, reset=reset)
@@ -112,7 +114,7 @@ def fov_scale(narrowest: float, widest: float, reset: float | None = None) -> Sc
 def focal_length_scale(low: float = 8.0, high: float = 800.0, reset: float | None = None) -> Scale:
     """Focal lengths (mm) on a logarithmic dial, snapping to those usually engraved."""
     snaps = tuple(float(f) for f in FOCAL_LENGTHS if low <= f <= high)
-    figures = tuple((f, f"{f:g}") for f in snaps)
+    figures = tuple((f, significant(f)) for f in snaps)
     minor = tuple(decades(low, high, (1.0, 1.2, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0, 8.0, 9.0)))
     return Scale(low, high, math.log, math.exp, format_length, read_length, figures, minor, snaps, reset)
 
@@ -127,7 +129,7 @@ def zoom_scale(engraved: tuple[float, ...]) -> Scale:
     bare = Scale(low, high, math.log, math.exp, format_length, read_length, ())
 
     def figure(length: float) -> Figure:
-        return length, f"{length:.0f}" if length >= 9.995 else f"{length:.1f}".removesuffix(".0")
+        return length, fixed(length, 0) if length >= 9.995 else fixed(length, 1).removesuffix(".0")
 
     figures = [figure(length) for length in engraved]
     for between in decades(low, high, (1.0, 1.2, 1.35, 1.5, 2.0, 2.4, 2.8, 3.5, 4.0, 5.0, 6.0, 7.0, 8.5)):
@@ -142,15 +144,15 @@ def zoom_scale(engraved: tuple[float, ...]) -> Scale:
 def radius_scale(high: float, reset: float | None = None) -> Scale:
     """Radii on the film (mm) from the axis to `high`."""
     step = next(s * 10.0**e for e in range(-3, 5) for s in (1.0, 2.0, 5.0) if high / (s * 10.0**e) <= 7.0)
-    figures = tuple((i * step, f"{i * step:g}") for i in range(int(high / step + 1e-9) + 1))
+    figures = tuple((i * step, significant(i * step)) for i in range(int(high / step + 1e-9) + 1))
     minor = tuple(i * step / 5.0 for i in range(int(5.0 * high / step + 1e-9) + 1))
-    return Scale(0.0, high, float, float, lambda r: f"{r:.1f} mm", read_length, figures, minor, reset=reset)
+    return Scale(0.0, high, float, float, lambda r: f"{fixed(r, 1)} mm", read_length, figures, minor, reset=reset)
 
 
 @lru_cache(maxsize=1)
 def iso_scale() -> Scale:
     """From ISO 25 to 102400, snapping to third stops."""
-    figures = tuple((float(iso), f"{iso}" if iso < 1000 else f"{float(f'{iso / 1000:.3g}'):g}k") for iso in ISOS[0::3])
+    figures = tuple((float(iso), f"{iso}" if iso < 1000 else f"{significant(iso / 1000, 3)}k") for iso in ISOS[0::3])
     return Scale(ISOS[0], ISOS[-1], math.log, math.exp, format_iso, read_iso, figures, tuple(map(float, ISOS)),
                  tuple(map(float, ISOS)), 100.0, anchor=2)
 
@@ -158,7 +160,7 @@ def iso_scale() -> Scale:
 @lru_cache(maxsize=1)
 def full_well_scale() -> Scale:
     """Electrons on a logarithmic dial."""
-    figures = tuple((n, f"{n / 1000:g}k") for n in decades(500.0, 200_000.0, (1.0, 2.0, 5.0)))
+    figures = tuple((n, f"{significant(n / 1000)}k") for n in decades(500.0, 200_000.0, (1.0, 2.0, 5.0)))
     return Scale(500.0, 200_000.0, math.log, math.exp, format_electrons, read_electrons, figures,
                  tuple(decades(500.0, 200_000.0, tuple(float(i) for i in range(1, 10)))), reset=50_000.0)
 
@@ -176,7 +178,7 @@ def turn_scale(blades: int) -> Scale:
     """Rotation (radians) of an iris with this many blades, from one blade to the next."""
     whole = 360.0 / max(blades, 3)
     step = next(s for s in (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0) if whole / s <= 7.0)
-    figures = tuple((math.radians(i * step), f"{i * step:g}") for i in range(int(whole / step + 1e-9) + 1))
+    figures = tuple((math.radians(i * step), significant(i * step)) for i in range(int(whole / step + 1e-9) + 1))
     minor = tuple(math.radians(i * step / 5.0) for i in range(int(5.0 * whole / step + 1e-9) + 1))
     return Scale(0.0, math.radians(whole), float, float, format_angle, read_angle, figures, minor, reset=0.0)
 
@@ -184,7 +186,7 @@ def turn_scale(blades: int) -> Scale:
 @lru_cache(maxsize=8)
 def hole_scale(best: float) -> Scale:
     """Diameters of a pinhole (mm) on a logarithmic dial; a double click restores the sharpest."""
-    figures = tuple((d, f"{d:g}") for d in decades(0.02, 10.0, (1.0, 2.0, 5.0)))
+    figures = tuple((d, significant(d)) for d in decades(0.02, 10.0, (1.0, 2.0, 5.0)))
     return Scale(0.02, 10.0, math.log, math.exp, format_hole, read_length, figures,
                  tuple(decades(0.02, 10.0, tuple(float(i) for i in range(1, 10)))), reset=best)
 
@@ -192,7 +194,7 @@ def hole_scale(best: float) -> Scale:
 @lru_cache(maxsize=2)
 def shutter_scale(reset: float | None = None) -> Scale:
     """From 30 s to 1/8000 s, snapping to third stops."""
-    figures = tuple((s, f"{s:g}″" if s >= 0.3 else f"{1.0 / s:.0f}") for s in SHUTTERS[0::3])
+    figures = tuple((s, f"{significant(s)}″" if s >= 0.3 else fixed(1.0 / s, 0)) for s in SHUTTERS[0::3])
     return Scale(SHUTTERS[0], SHUTTERS[-1], lambda s: -math.log(s), lambda w: math.exp(-w), format_time, read_time,
                  figures, SHUTTERS, SHUTTERS, reset, anchor=SHUTTERS[0::3].index(1.0))
 
@@ -211,7 +213,7 @@ def readout_scale(reset: float = 0.0) -> Scale:
 def moment_scale(duration: float, reset: float | None = 0.0) -> Scale:
     """The scrub bar of two keyframes: from the first to the second."""
     step = next(s * 10.0**e for e in range(-6, 5) for s in (1.0, 2.0, 5.0) if duration / (s * 10.0**e) <= 5.001)
-    figures = tuple((i * step, f"{i * step:g}") for i in range(int(duration / step + 1e-9) + 1))
+    figures = tuple((i * step, significant(i * step)) for i in range(int(duration / step + 1e-9) + 1))
     minor = tuple(i * step / 5.0 for i in range(int(5.0 * duration / step + 1e-9) + 1))
     return Scale(0.0, duration, float, float, format_duration, read_time, figures, minor, reset=reset)
 
@@ -220,7 +222,7 @@ def moment_scale(duration: float, reset: float | None = 0.0) -> Scale:
 def duration_scale(reset: float = 1.0) -> Scale:
     """From 10 ms to a minute, on a logarithmic dial."""
     bare = Scale(0.01, 60.0, math.log, math.exp, format_duration, read_time, ())
-    figures = spaced([(s, f"{s:g}") for s in decades(0.01, 60.0, (1.0, 2.0, 5.0))], bare.to_unit)
+    figures = spaced([(s, significant(s)) for s in decades(0.01, 60.0, (1.0, 2.0, 5.0))], bare.to_unit)
     return Scale(0.01, 60.0, math.log, math.exp, format_duration, read_time, figures,
                  tuple(decades(0.01, 60.0, tuple(float(i) for i in range(1, 10)))), reset=reset)
 
@@ -230,21 +232,22 @@ def part_scale(most: float = 0.5, reset: float = 0.0) -> Scale:
     """From nothing to a part of 1, in percent."""
     tenths = tuple(i / 10.0 for i in range(int(10.0 * most + 1e-9) + 1))
     minor = tuple(i / 50.0 for i in range(int(50.0 * most + 1e-9) + 1))
-    return Scale(0.0, most, float, float, format_part, read_percent, tuple((t, f"{100.0 * t:.0f}") for t in tenths),
+    return Scale(0.0, most, float, float, format_part, read_percent, tuple((t, fixed(100.0 * t, 0)) for t in tenths),
                  minor, reset=reset)
 
 
 @lru_cache(maxsize=1)
 def light_scale() -> Scale:
     """Radiances from 0 to 2."""
-    return Scale(0.0, 2.0, float, float, format_light, read_light, tuple((i / 4.0, f"{i / 4.0:g}") for i in range(9)),
+    return Scale(0.0, 2.0, float, float, format_light, read_light, 
+                 tuple((i / 4.0, significant(i / 4.0)) for i in range(9)),
                  tuple(i / 20.0 for i in range(41)), reset=0.5)
 
 
 @lru_cache(maxsize=4)
 def visibility_scale(high: float = 1e6) -> Scale:
     """Visibilities (mm; people read metres) on a logarithmic dial."""
-    figures = tuple((w, f"{w / 1000.0:g}") for w in decades(500.0, high, (1.0, 3.0)))
+    figures = tuple((w, significant(w / 1000.0)) for w in decades(500.0, high, (1.0, 3.0)))
     minor = tuple(decades(500.0, high, tuple(float(i) for i in range(1, 10))))
     return Scale(500.0, high, math.log, math.exp, format_distance, read_distance, figures, minor, reset=10_000.0)
 
@@ -252,7 +255,7 @@ def visibility_scale(high: float = 1e6) -> Scale:
 @lru_cache(maxsize=4)
 def width_scale(low: float = 10.0, high: float = 100_000.0, reset: float | None = None) -> Scale:
     """Widths of scene (mm; people read metres) on a logarithmic dial."""
-    figures = tuple((w, f"{w / 1000.0:g}") for w in decades(low, high, (1.0, 3.0)))
+    figures = tuple((w, significant(w / 1000.0)) for w in decades(low, high, (1.0, 3.0)))
     minor = tuple(decades(low, high, tuple(float(i) for i in range(1, 10))))
     return Scale(low, high, math.log, math.exp, format_distance, read_distance, figures, minor, reset=reset)
 

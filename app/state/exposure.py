@@ -6,7 +6,6 @@ ISO of the settings; with automatic ISO, at the ISO that a meter chooses for f-n
 records the picture with its noise. None of this restarts the render.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +15,7 @@ import lensbench as lb
 from lensbench.app.state.figures import readings
 from lensbench.app.state.settings import Settings
 from lensbench.imaging.exposure import SATURATION
+from lensbench.kernels.figures import fixed, significant, true_minus
 
 
 @dataclass(frozen=True)
@@ -69,12 +69,5 @@ def exposure_text(found: AppliedExposure) -> str:
     if found.triangle is None:
         return "No f-number, no exposure value"
     exposure = found.triangle
-    return (f"EV {exposure.ev:.1f}   at ISO 100 {exposure.ev100:.1f}\n"
-            f"H {_three(exposure.lux_seconds)} lx s = {_three(1e3 * exposure.joules)} mJ/m²")
-
-
-def _three(value: float) -> str:
-    """Three digits, with a power of ten only for very small and large values."""
-    if value == 0.0 or not 1e-4 <= value < 1e5:
-        return f"{value:.2e}"
-    return f"{float(f'{value:.3g}'):.{max(0, 2 - math.floor(math.log10(value)))}f}"
+    return (true_minus(f"EV {fixed(exposure.ev, 1)}   at ISO 100 {fixed(exposure.ev100, 1)}\n")
+            + f"H {significant(exposure.lux_seconds, 3)} lx s = {significant(1e3 * exposure.joules, 3)} mJ/m²")

@@ -18,12 +18,13 @@ from lensbench.app.state.camera_kinds import LENS_MODELS
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.tone import linear
+from lensbench.kernels.figures import significant
 
 NOTES = {
     "direction": "(d + 1) / 2 of the ray's direction in the world: right is red, up green, backwards blue",
     "origin": "Where the ray leaves the lens: right is red, up green; blue along the axis, one lens radius for ½",
     "time": "When the sample was taken: black at the opening of the shutter, white at its closing",
-    "depth": "Nearness: white at {near:.2g} m, ½ at twice that, black for the sky",
+    "depth": "Nearness: white at {near} m, ½ at twice that, black for the sky",
     "weight": "Weight of the samples: white for the unvignetted axis",
     "fate": "Rays from all over the rear opening: white where they arrive, coloured by the surface that ends them",
 }
@@ -55,7 +56,7 @@ def nearest(settings: Settings) -> float:
 def aov_note(settings: Settings) -> str:
     """The meaning of the colours of the AOV."""
     near = nearest(settings) / 1000.0 if settings.view == "depth" else 0.0
-    return NOTES[settings.view].format(near=near)
+    return NOTES[settings.view].format(near=significant(near, 2))
 
 
 def _front(settings: Settings) -> tuple[float, float]:

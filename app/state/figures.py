@@ -17,6 +17,7 @@ import lensbench as lb
 from lensbench.app.state.build import FocusPosition, design, setup
 from lensbench.app.state.ray_fans import lit_radius
 from lensbench.cameras.real_lens import missing_dispersion
+from lensbench.kernels.figures import fixed
 from lensbench.pupils.image_circle import edge_of_light
 from lensbench.pupils.ray_aiming import Aim
 
@@ -207,10 +208,10 @@ def dark_corners(settings: "Settings") -> str:
     reach, diagonal = 2.0 * lit(settings), settings.film.diagonal
     share = _towards_the_corner(settings)
     if share is not None:
-        return f"Light ends at {100.0 * share:.0f} % of the film's diagonal" if share < NARROW else ""
+        return f"Light ends at {fixed(100.0 * share, 0)} % of the film's diagonal" if share < NARROW else ""
     if reach >= NARROW * diagonal:
         return ""
-    return f"Image circle ø {reach:.1f} mm, film diagonal {diagonal:.1f} mm"
+    return f"Image circle ø {fixed(reach, 1)} mm, film diagonal {fixed(diagonal, 1)} mm"
 
 
 def _towards_the_corner(settings: "Settings") -> float | None:

@@ -16,6 +16,7 @@ import lensbench as lb
 from lensbench.app.state.build import place_and_shutter
 from lensbench.app.state.figures import Readings, airy_diameter, angles, blur_limit, readings
 from lensbench.app.state.setting import SettingsError
+from lensbench.kernels.figures import significant
 
 if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
@@ -54,8 +55,10 @@ def perspective(settings: "Settings") -> lb.PerspectiveCamera:
     focal_length = perspective_focal_length(settings)
     radius = 0.0 if settings.f_number is None else focal_length / settings.f_number / 2.0
     if radius > 0.0 and settings.focus_distance < 2.0 * focal_length:
-        raise SettingsError(f"focus at {settings.focus_distance / 1000.0:.6g} m: the nearest distance of this "
-                            f"camera is {math.ceil(2.0 * focal_length) / 1000.0:g} m, twice its focal length")
+        raise SettingsError(f"focus at {significant(settings.focus_distance / 1000.0, 6)} m: the nearest "
+                            f"distance of this "
+                            f"camera is {significant(math.ceil(2.0 * focal_length) / 1000.0)} m, twice its "
+                            f"focal length")
     return lb.PerspectiveCamera(settings.film, fov=settings.fov, fov_axis=settings.fov_axis, lens_radius=radius,
                                 focus_distance=settings.focus_distance, **_stop(settings),
                                 **place_and_shutter(settings))

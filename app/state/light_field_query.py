@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 import lensbench as lb
 from lensbench.app.state.false_colours import confidence_codes, depth_codes
 from lensbench.app.state.settings import Settings
-from lensbench.app.state.text_values import format_distance, format_f_number
+from lensbench.app.state.text_values import format_distance, format_f_number, format_part
+from lensbench.kernels.figures import f_number_text, fixed, true_minus
 
 SHOWN = {"camera": "Camera", "focus": "Focus", "view": "View", "rays": "Rays", "depth": "Depth"}
 ELSEWHERE = {"camera": "Camera", "novel": "Another place"}      # for an array of pinholes
@@ -197,17 +198,18 @@ def picture_settings(recording: Recorded, look: Look) -> Settings:
 
 def format_place(view: tuple[float, float]) -> str:
     """A point of the pupil in pupil radii, as text: +0.20, −0.50."""
-    return f"{view[0]:+.2f}, {view[1]:+.2f}".replace("-", "−")
+    return true_minus(f"{fixed(view[0], 2, signed=True)}, {fixed(view[1], 2, signed=True)}")
 
 
 def note(recording: Recorded, look: Look) -> str:
     """Short description of the picture."""
     if isinstance(recording, ArrayRecording):
-        right, up, forwards = (f"{mm:+.0f} mm".replace("-", "−") for mm in look.place)
+        right, up, forwards = (true_minus(f"{fixed(mm, 0, signed=True)} mm") for mm in look.place)
         return f"By the array: {right} to the right, {up} up, {forwards} forwards"
     if look.show == "view" and look.sensor and recording.raw is not None:
         film, lenses = recording.settings.film, recording.raw.camera
-        return (f"Sensor: {film.pixels_x} × {film.pixels_y} microlenses of f/{lenses.microlens_f_number:.2f} with "
+        return (f"Sensor: {film.pixels_x} × {film.pixels_y} microlenses of "
+                f"f/{fixed(lenses.microlens_f_number, 2)} with "
                 f"{lenses.pixels} × {lenses.pixels} pixels each")
     if look.show == "view":
         u, v = recording.field.places[look.cell[1], look.cell[0]]
@@ -267,10 +269,12 @@ def ray(recording: Recording, pixel: tuple[int, int], cell: tuple[int, int]) -> 
 def f_number_match(of: lb.PlenopticCamera) -> tuple[tuple[str, str, str], ...]:
     """Match of the f-numbers of microlenses and main lens: names, values, meanings."""
     return (
-        ("Main", f"f/{of.main_f_number:.2f}", "f-number of the cone of light that the microlenses see on the axis"),
-        ("Match", f"f/{of.matched_f_number:.2f}", "f-number of microlenses whose pictures of the pupil just touch"),
-        ("Fill", f"{of.fill:.2f}", "Diameter of the pupil's picture over the distance to the next:\n"
+        ("Main", f_number_text(of.main_f_number, 2),
+         "f-number of the cone of light that the microlenses see on the axis"),
+        ("Match", f_number_text(of.matched_f_number, 2),
+         "f-number of microlenses whose pictures of the pupil just touch"),
+        ("Fill", fixed(of.fill, 2), "Diameter of the pupil's picture over the distance to the next:\n"
                                    "more than 1 overlaps, less leaves the sensor dark"),
-        ("Used", f"{100.0 * of.used:.0f} %", "Part of the sensor that receives light: π/4 where round pictures touch"),
-        ("Spilled", f"{100.0 * of.spilled:.0f} %", "Part of the light that falls beside the pixels of its microlens:\n"
+        ("Used", format_part(of.used), "Part of the sensor that receives light: π/4 where round pictures touch"),
+        ("Spilled", format_part(of.spilled), "Part of the light that falls beside the pixels of its microlens:\n"
                                                    "it mixes with the light of the neighbours"))

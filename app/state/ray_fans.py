@@ -13,6 +13,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.build import Setup
+from lensbench.kernels.figures import fixed
 
 FIELDS = (("axis", 0.0), ("0.7 field", 0.7), ("full field", 1.0))
 EDGE = "edge of light"          # name of the full field if the film is larger than the image circle
@@ -221,7 +222,7 @@ def _fate(lens: lb.Lens, fate: lb.Fate, surface: int) -> str:
     if fate == lb.Fate.CLIPPED and surface == lens.stop_index:
         return "is stopped by the stop"
     radius = lens.surfaces[surface].semi_diameter
-    rim = f" (semi-diameter {radius:.2f} mm)" if fate == lb.Fate.CLIPPED else ""
+    rim = f" (semi-diameter {fixed(radius, 2)} mm)" if fate == lb.Fate.CLIPPED else ""
     return f"{WHY[fate]} surface {surface + 1} of {len(lens.surfaces)}{rim}"
 
 

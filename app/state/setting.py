@@ -10,6 +10,8 @@ from dataclasses import Field, dataclass, field
 from types import UnionType
 from typing import Any, NamedTuple, get_args, get_origin
 
+from lensbench.kernels.figures import significant
+
 PICTURE, MOTION, NOTHING = "picture", "moving picture", "nothing"       # what a change restarts
 
 
@@ -81,7 +83,7 @@ class Spec:
     def shown(self, value: float) -> str:
         """A number with its unit, as a person reads it."""
         if self.unit == "°":
-            return f"{math.degrees(value):g}°"
+            return f"{significant(math.degrees(value))}°"
         return f"{value if isinstance(value, int) else format(value, 'g')} {self.unit}".rstrip()
 
 

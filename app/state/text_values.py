@@ -7,90 +7,87 @@ such a value, or raises a ValueError that says what to type.
 import math
 import re
 
+from lensbench.kernels.figures import INFINITE, f_number_text, fixed, significant, true_minus
+
 NUMBER = r"([-+−]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?)"
 
 
 def format_distance(distance: float) -> str:
     """A distance in mm, written as on a focus scale: 0.205 m, 1.20 m, 12.5 m, 250 m, ∞."""
     if math.isinf(distance):
-        return "∞"
+        return INFINITE
     metres = distance / 1000.0
     for limit, digits in ((0.0995, 4), (0.5, 3), (9.995, 2), (99.95, 1)):
         if abs(metres) < limit:
-            return f"{metres:.{digits}f} m"
-    return f"{metres:.0f} m"
+            return f"{fixed(metres, digits)} m"
+    return f"{fixed(metres, 0)} m"
 
 
 def format_f_number(f_number: float) -> str:
-    """f/0.95, f/2, f/2.8, f/11."""
-    if f_number < 0.995:
-        return f"f/{f_number:.2f}"
-    return f"f/{f_number:.1f}".removesuffix(".0") if f_number < 9.95 else f"f/{f_number:.0f}"
+    """f/0.95, f/2, f/2.8, f/11; "none" for a camera without one."""
+    return f_number_text(f_number)
 
 
 def format_exposure(stops: float) -> str:
     """+0.3 EV, 0 EV, −1 EV."""
-    tenths = round(stops * 10)
-    sign = "+" if tenths > 0 else "−" if tenths < 0 else ""
-    return f"{sign}{abs(tenths) / 10:g} EV"
+    return true_minus(f"{significant(round(stops * 10) / 10, signed=True)} EV")
 
 
 def format_angle(angle: float) -> str:
     """Radians as degrees: 47.2°, 4.72°."""
     degrees = math.degrees(angle)
-    return f"{degrees:.2f}°" if degrees < 9.995 else f"{degrees:.1f}°"
+    return f"{fixed(degrees, 2 if degrees < 9.995 else 1)}°"
 
 
 def format_length(length: float) -> str:
     """A length in mm: 4.25 mm, 50.4 mm, 250 mm."""
     digits = 2 if length < 9.995 else 1 if length < 99.95 else 0
-    return f"{length:.{digits}f} mm"
+    return f"{fixed(length, digits)} mm"
 
 
 def format_area(area: float) -> str:
     """An area in mm² with three digits, without a power of ten: 2.23 mm², 123 mm², 1670 mm²."""
-    digits = max(0, 2 - math.floor(math.log10(area))) if area > 0.0 else 0
-    return f"{float(f'{area:.3g}'):.{min(digits, 6)}f} mm²"
+    return f"{significant(area, 3)} mm²"
 
 
 def format_iso(iso: float) -> str:
     """ISO 100."""
-    return f"ISO {iso:.0f}"
+    return f"ISO {fixed(iso, 0)}"
 
 
 def format_electrons(count: float) -> str:
     """3.0 e, 50000 e."""
-    return f"{count:.1f} e" if count < 99.95 else f"{float(f'{count:.3g}'):.0f} e"
+    return f"{fixed(count, 1) if count < 99.95 else significant(count, 3)} e"
 
 
 def format_hole(diameter: float) -> str:
     """ø 0.32 mm."""
-    return f"{diameter:.3g} mm" if diameter < 1.0 else format_length(diameter)
+    return f"{significant(diameter, 3)} mm" if diameter < 1.0 else format_length(diameter)
 
 
 def format_time(seconds: float) -> str:
     """A shutter time: 30 s, 1.3 s, 1/125 s."""
     if seconds >= 0.295:
-        return f"{seconds:.1f}".removesuffix(".0") + " s"
-    return f"1/{1.0 / seconds:.0f} s" if seconds > 0.0 else "0 s"
+        return fixed(seconds, 1).removesuffix(".0") + " s"
+    return f"1/{fixed(1.0 / seconds, 0)} s" if seconds > 0.0 else "0 s"
 
 
 def format_duration(seconds: float) -> str:
     """A span of time: 0 s, 350 µs, 2.5 ms, 20 ms, 1.25 s."""
     for least, gain, unit in ((0.9995, 1.0, "s"), (0.9995e-3, 1e3, "ms"), (0.0, 1e6, "µs")):
         if seconds >= least:
-            return f"{float(f'{seconds * gain:.3g}'):g} {unit}" if seconds > 0.0 else "0 s"
+            return f"{significant(seconds * gain, 3)} {unit}" if seconds > 0.0 else "0 s"
     return f"−{format_duration(-seconds)}"
 
 
 def format_part(part: float) -> str:
     """25 %."""
-    return f"{100.0 * part:.0f} %"
+    return f"{fixed(100.0 * part, 0)} %"
 
 
 def format_light(radiance: float) -> str:
     """A radiance beside that of a white wall under an even sky: 0.50."""
-    return f"{radiance:.2f}"
+    return fixed(radiance, 2)
 
 
 def read_number(pattern: str, text: str, example: str) -> tuple[float, str]:

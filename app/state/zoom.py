@@ -11,6 +11,7 @@ from typing import Any
 
 import lensbench as lb
 from lensbench.app.state.text_values import format_distance, read_length
+from lensbench.kernels.figures import f_number_text, fixed, significant
 from lensbench.kernels.root_finding import find_root
 
 SAMPLES = 33            # of the focal length along the dial, to find it again
@@ -70,9 +71,9 @@ def stations(lens: lb.Lens) -> list[dict[str, Any]]:
 def station_lines(figures: list[dict[str, Any]]) -> list[str]:
     """The stations as a table."""
     rows = [("Positions", "EFL", "f-number", "Length", "Back focus", "In focus at")]
-    rows += [(f"  {row['name']}", f"{row['efl']:.3f} mm",
-              f"f/{row['f_number']:.2f}" if row["f_number"] is not None else "", f"{row['length']:.3f} mm",
-              f"{row['back_focus']:.3f} mm", format_distance(row["in_focus"])) for row in figures]
+    rows += [(f"  {row['name']}", f"{fixed(row['efl'], 3)} mm",
+              "" if row["f_number"] is None else f_number_text(row["f_number"], 2), f"{fixed(row['length'], 3)} mm",
+              f"{fixed(row['back_focus'], 3)} mm", format_distance(row["in_focus"])) for row in figures]
     widths = [max(len(row[k]) for row in rows) for k in range(6)]
     return ["   ".join([row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:],
                                                                                            strict=True))])
@@ -89,7 +90,8 @@ def asked_zoom(lens: lb.Lens, asked: tuple[str, float] | None) -> float | None:
         return value
     shortest, longest = focal_length(lens, 0.0), focal_length(lens, 1.0)
     if not shortest * (1.0 - 5e-3) <= value <= longest * (1.0 + 5e-3):      # engraved ends are rounded
-        raise lb.LensError(f"zoom to {value:g} mm: this lens zooms from {shortest:.4g} to {longest:.4g} mm")
+        raise lb.LensError(f"zoom to {significant(value)} mm: this lens zooms from {significant(shortest, 4)} to "
+                           f"{significant(longest, 4)} mm")
     return zoom_of(lens, value)
 
 

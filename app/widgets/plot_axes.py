@@ -7,6 +7,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.widgets import theme
+from lensbench.kernels.figures import significant
 
 PLOT_FLAGS = (implot.Flags_.no_title | implot.Flags_.no_legend | implot.Flags_.no_menus | implot.Flags_.no_box_select
               | implot.Flags_.no_mouse_text)
@@ -119,4 +120,4 @@ def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list
     per_decade = pixels / max(np.log10(high / low), 1e-6)
     series = (1.0, 2.0, 5.0) if per_decade >= 3.4 * room else (1.0, 3.0) if per_decade >= 2.1 * room else (1.0,)
     values = [m * 10.0**e for e in decades for m in series]
-    return values, [f"{value:g}" if value < 1e5 else f"{value:.0e}" for value in values]
+    return values, [significant(value) for value in values]

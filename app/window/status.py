@@ -12,6 +12,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
 from lensbench.app.workers.render_update import RenderUpdate
+from lensbench.kernels.figures import fixed
 
 
 def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> None:
@@ -64,11 +65,11 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
 
 def _progress(update: RenderUpdate | None) -> list[str]:
     """Samples and speeds."""
-    frames = f"{hello_imgui.frame_rate():.0f} fps"
+    frames = f"{fixed(hello_imgui.frame_rate(), 0)} fps"
     if update is None:
         return [frames]
     samples = f"{update.samples} sample{'s' if update.samples > 1 else ''}"
-    return [samples, f"{update.rate / 1e6:.0f} Msamples/s", frames]
+    return [samples, f"{fixed(update.rate / 1e6, 0)} Msamples/s", frames]
 
 
 def _lens(settings: Settings) -> str:

@@ -14,6 +14,7 @@ from math import atan2, copysign, cos, hypot, inf, isinf, isnan, nan, pi, sin, s
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.kernels.root_finding import find_minimum, find_root
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order, ray_matrix
@@ -106,7 +107,7 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
     """
     _check_symmetry(lens)
     if not abs(field_angle) < 0.5 * pi:
-        raise LensError(f"field angle {np.degrees(field_angle):.4g}°: it must lie below 90°")
+        raise LensError(f"field angle {significant(np.degrees(field_angle), 4)}°: it must lie below 90°")
     for i, surface in enumerate(lens.surfaces):
         if dict(surface.aspheric).get(3):
             raise LensError(f"surface {i} has an r³ term: its aberration is of the second order, which Seidel sums "
@@ -175,7 +176,7 @@ def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: 
     """
     _check_symmetry(lens)
     if not abs(field_angle) < pi:
-        raise LensError(f"field angle {np.degrees(field_angle):.4g}°: it must lie below 180°")
+        raise LensError(f"field angle {significant(np.degrees(field_angle), 4)}°: it must lie below 180°")
     if isinf(first_order(lens, wavelength).entrance_pupil.z):
         raise LensError("the entrance pupil of this lens lies at infinity: it has no chief ray from a far object")
     ray = _chief_ray(lens, field_angle, wavelength, clip)
@@ -186,7 +187,8 @@ def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: 
         middle = 0.5 * (end + dark)
         ray = _chief_ray(lens, middle, wavelength, clip)
         end, dark, why = (middle, dark, why) if isinstance(ray, ChiefRay) else (end, middle, ray)
-    raise LensError(f"no chief ray at {np.degrees(field_angle):.4g}°: beyond {np.degrees(end):.4g}° it would {why}")
+    raise LensError(f"no chief ray at {significant(np.degrees(field_angle), 4)}°: beyond "
+                    f"{significant(np.degrees(end), 4)}° it would {why}")
 
 
 def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) -> tuple[float, float]:

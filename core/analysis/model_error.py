@@ -19,6 +19,7 @@ from lensbench.cameras.rays import CameraError
 from lensbench.cameras.real_lens import LensCamera
 from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import BLUE, CLEARANCE, RED, U0, U1, WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import Polynomial
 from lensbench.optics.block_trace import trace_steps
@@ -272,7 +273,7 @@ class ModelErrors:
                 depth, field = divmod(int(np.argmax(error)), error.shape[1])
                 pixels = float(error[depth, field]) / self.camera.film.pitch
                 if not pixels <= (2.0 * worst_px if k else worst_px):
-                    said = f"{what} {BETWEEN[0] * pixels:.2g} px {self._place(field)}"
+                    said = f"{what} {significant(BETWEEN[0] * pixels, 2)} px {self._place(field)}"
                 if not pixels <= worst_px:
                     worst_px = pixels
         # Of a wall, which is as bright as the film is lit; and of a light, which is as much brighter as it is larger
@@ -285,7 +286,7 @@ class ModelErrors:
         if math.isnan(worst_px) or math.isnan(worst_stops):
             return Rung(model, degree, math.inf, math.inf, "some rays are lost")
         if worst_px <= 10.0 * worst_stops:
-            said = f"brightness off by {worst_stops:.2g} stops {self._place(int(np.argmax(stops)))}"
+            said = f"brightness off by {significant(worst_stops, 2)} stops {self._place(int(np.argmax(stops)))}"
         return Rung(model, degree, worst_px, worst_stops, said)
 
     def _stretched(self, shift: np.ndarray) -> np.ndarray:
@@ -300,7 +301,7 @@ class ModelErrors:
 
     def _place(self, field: int) -> str:
         part = self._radii[field] / (self.camera.film.diagonal / 2.0)
-        return "on the axis" if part == 0.0 else "at the corner" if part > 0.95 else f"at {part:.1f} of the field"
+        return "on the axis" if part == 0.0 else "at the corner" if part > 0.95 else f"at {fixed(part, 1)} of the field"
 
 
 def _within(rung: Rung, limits: tuple[float, float]) -> bool:

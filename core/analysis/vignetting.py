@@ -11,6 +11,7 @@ from math import cos, inf, isinf, pi, sin
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens, LensError
 from lensbench.optics.scalar_trace import MISSED, PASSED, trace
@@ -98,14 +99,14 @@ def vignetting(lens: Lens, field_angle: float, distance: float = inf, wavelength
         Where no light passes, for an angle from 180° on, and for a distance that is not positive.
     """
     if not abs(field_angle) < pi:
-        raise LensError(f"field angle {np.degrees(field_angle):.4g}°: it must lie below 180°")
+        raise LensError(f"field angle {significant(np.degrees(field_angle), 4)}°: it must lie below 180°")
     if not distance > 0.0:
-        raise LensError(f"distance {distance:g} mm: it must be positive, or math.inf")
+        raise LensError(f"distance {significant(distance)} mm: it must be positive, or math.inf")
 
     beam = _Beam(lens, field_angle, distance, wavelength)
     heights, passing = beam.scan()
     if not passing.size:
-        raise LensError(f"no light of a point at {np.degrees(field_angle):.4g}° passes this lens")
+        raise LensError(f"no light of a point at {significant(np.degrees(field_angle), 4)}° passes this lens")
     piece = max(np.split(passing, np.flatnonzero(np.diff(passing) > 1) + 1), key=len)
     spacing = float(heights[1] - heights[0])
     (_, low), low_surface = beam.edge(np.array([0.0, heights[piece[0]]]), np.array([0.0, -spacing]))
@@ -187,5 +188,5 @@ def _shadow(lens: Lens, field_angle: float, distance: float) -> tuple[float, flo
         towards = 1.0 + (y * sin(field_angle) + z * cos(field_angle)) / distance
         height = height[towards > 0.0] / towards[towards > 0.0]
     if not height.size:
-        raise LensError(f"a point {distance:g} mm away lies within the first surface")
+        raise LensError(f"a point {significant(distance)} mm away lies within the first surface")
     return float(height.min()), float(height.max())

@@ -27,6 +27,7 @@ from lensbench.imaging.film import Film
 from lensbench.imaging.shutter import DIRECTIONS, shutter_step
 from lensbench.imaging.transform import checked_rigid, transform_steps
 from lensbench.kernels.block import TIME, U0, U1, WEIGHT, L, M, N, Step, X, Y, Z
+from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import unit_square
 from lensbench.optics.glass import D_LINE
@@ -92,13 +93,13 @@ class Camera:
         if not (math.isfinite(self.shutter_open) and math.isfinite(self.shutter_close)):
             raise CameraError("the shutter's times must be finite numbers of seconds")
         if self.shutter_close < self.shutter_open:
-            raise CameraError(f"the shutter closes at {self.shutter_close:g} s, "
-                              f"before it opens at {self.shutter_open:g} s")
+            raise CameraError(f"the shutter closes at {significant(self.shutter_close)} s, "
+                              f"before it opens at {significant(self.shutter_open)} s")
         if not 0.0 <= self.shutter_ramp <= self.exposure_time / 2.0:
-            raise CameraError(f"shutter ramp {self.shutter_ramp:g} s: it must lie between 0 and "
-                              f"{self.exposure_time / 2.0:g} s, half of the time that the shutter is open")
+            raise CameraError(f"shutter ramp {significant(self.shutter_ramp)} s: it must lie between 0 and "
+                              f"{significant(self.exposure_time / 2.0)} s, half of the time that the shutter is open")
         if not (math.isfinite(self.readout) and self.readout >= 0.0):
-            raise CameraError(f"readout {self.readout:g} s: it must be 0 (a global shutter) or positive")
+            raise CameraError(f"readout {significant(self.readout)} s: it must be 0 (a global shutter) or positive")
         if self.readout_direction not in DIRECTIONS:
             raise CameraError(f"readout direction {self.readout_direction!r}: choose one of {', '.join(DIRECTIONS)}")
 

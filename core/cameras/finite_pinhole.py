@@ -8,6 +8,7 @@ from lensbench.cameras.film_landing import FilmLanding, ideal_film_landing
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.cameras.rays import CameraError
 from lensbench.imaging.film import Film
+from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE
 
 RAYLEIGH = 1.9          # diameter of the sharpest hole over √(wavelength · distance)
@@ -46,7 +47,7 @@ class PinholeCamera(Camera):
         super().__post_init__()
         for name, value in (("film distance", self.distance), ("hole radius", self.radius)):
             if not (math.isfinite(value) and value > 0.0):
-                raise CameraError(f"{name} {value:g} mm: it must be a positive number")
+                raise CameraError(f"{name} {significant(value)} mm: it must be a positive number")
 
     @property
     def gaussian(self) -> Gaussian:
@@ -83,7 +84,7 @@ class PinholeCamera(Camera):
             A distance that is not positive.
         """
         if not object_distance > 0.0:
-            raise CameraError(f"object distance {object_distance:g} mm: it must be positive")
+            raise CameraError(f"object distance {significant(object_distance)} mm: it must be positive")
         return 2.0 * self.radius * (1.0 + self.distance / object_distance)
 
     def diffraction(self, wavelength: float = D_LINE) -> float:

@@ -14,6 +14,7 @@ from lensbench.cameras.importance import FilmImportance, point_importance
 from lensbench.cameras.rays import CameraError
 from lensbench.imaging.film import AXES, Film
 from lensbench.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.kernels.figures import significant
 from lensbench.kernels.rotation import sine_versine
 from lensbench.optics.glass import D_LINE
 
@@ -59,10 +60,11 @@ class FisheyeCamera(Camera):
         if self.fov_axis not in AXES:
             raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(AXES)}")
         if self.projection == "orthographic" and not 0.0 < self.fov <= math.pi:
-            raise CameraError(f"field of view {math.degrees(self.fov):g}°: of an orthographic fisheye it must lie "
+            raise CameraError(f"field of view {significant(math.degrees(self.fov))}°: of an orthographic fisheye "
+                              f"it must lie "
                               "between 0° and 180°, which it reaches")
         if not 0.0 < self.fov < 2.0 * math.pi:
-            raise CameraError(f"field of view {math.degrees(self.fov):g}°: of a fisheye it must lie between "
+            raise CameraError(f"field of view {significant(math.degrees(self.fov))}°: of a fisheye it must lie between "
                               "0° and 360°")
         if self.weights == "physical":
             raise CameraError("an ideal fisheye sees from a point, which has no area for light to pass: "

@@ -10,6 +10,7 @@ from lensbench.cameras.rays import CameraError
 from lensbench.imaging.coordinate_spaces import Window, window_step
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import Step
+from lensbench.kernels.figures import significant
 from lensbench.optics.iris import Iris
 
 
@@ -53,7 +54,7 @@ class OrthographicCamera(Camera):
     def __post_init__(self):
         super().__post_init__()
         if not (math.isfinite(self.width) and self.width > 0.0):
-            raise CameraError(f"width {self.width:g} mm of scene: it must be a positive number")
+            raise CameraError(f"width {significant(self.width)} mm of scene: it must be a positive number")
         check_lens(self.lens_radius, self.focus_distance)
         checked_iris(self.blades, self.blade_rotation, self.roundness)
         if self.weights == "physical" and self.gaussian.cone == 0.0:

@@ -10,6 +10,7 @@ from lensbench.cameras.rays import CameraError
 from lensbench.imaging.coordinate_spaces import Window, film_window, window_step
 from lensbench.imaging.film import AXES, Film
 from lensbench.kernels.block import Step
+from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.iris import Iris, IrisError
 
@@ -61,7 +62,7 @@ class PerspectiveCamera(Camera):
     def __post_init__(self):
         super().__post_init__()
         if not 0.0 < self.fov < math.pi:
-            raise CameraError(f"field of view {math.degrees(self.fov):g}°: it must lie between 0° and 180°")
+            raise CameraError(f"field of view {significant(math.degrees(self.fov))}°: it must lie between 0° and 180°")
         if self.fov_axis not in AXES:
             raise CameraError(f"field of view along {self.fov_axis!r}: choose one of {', '.join(AXES)}")
         check_lens(self.lens_radius, self.focus_distance)
@@ -112,9 +113,9 @@ class PerspectiveCamera(Camera):
 def check_lens(radius: float, focus_distance: float) -> None:
     """Raise CameraError for an invalid lens radius or focus distance (mm)."""
     if not (math.isfinite(radius) and radius >= 0.0):
-        raise CameraError(f"lens radius {radius:g} mm: it must be 0 (a pinhole) or positive")
+        raise CameraError(f"lens radius {significant(radius)} mm: it must be 0 (a pinhole) or positive")
     if not focus_distance > 0.0:
-        raise CameraError(f"focus distance {focus_distance:g} mm: it must be positive")
+        raise CameraError(f"focus distance {significant(focus_distance)} mm: it must be positive")
 
 
 def checked_iris(blades: int, rotation: float, roundness: float) -> Iris:

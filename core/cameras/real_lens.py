@@ -14,6 +14,7 @@ from lensbench.cameras.rays import CameraError
 from lensbench.imaging.film import Film
 from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import WEIGHT, L, M, N, Step, X, Y, Z
+from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
 from lensbench.optics.block_trace import trace_steps
@@ -103,11 +104,13 @@ class LensCamera(Camera):
         if self.f_number is not None:
             lens = stopped_down(lens, self.f_number)
         if lens.front_index != 1.0 and self.medium is not None and self.medium.index not in (1.0, lens.front_index):
-            raise CameraError(f"this lens is immersed in a medium of index {lens.front_index:g}, and the camera in "
-                              f"one of {self.medium.index:g}: give both the same")
+            raise CameraError(f"this lens is immersed in a medium of index {significant(lens.front_index)}, and "
+                              f"the camera in "
+                              f"one of {significant(self.medium.index)}: give both the same")
         object.__setattr__(self, "lens", focused(lens, self.focus_distance, self.focus_method))
         if not self.film_distance > 0.0:            # evaluated here, so that a lens without focus raises
-            raise FocusError(f"this lens forms its image {-self.film_distance:.4g} mm before its last vertex, "
+            raise FocusError(f"this lens forms its image {significant(-self.film_distance, 4)} mm before its "
+                             f"last vertex, "
                              "where there is no room for a film")
         if not self.follows_rays:
             _ = self.gaussian                       # evaluated here, so that an impossible ideal lens raises

@@ -15,6 +15,7 @@ import numpy as np
 
 from lensbench.imaging.transform import RIGID, TransformError, checked_affine, matrix_at, transform_steps
 from lensbench.kernels.block import TIME, B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.kernels.figures import significant
 from lensbench.kernels.rotation import sine_versine
 
 # Parameters of `transform_moving_rays`: R₀, R₀ [a] and R₀ [a]² (3 × 3 each); translation at the start and its change
@@ -135,8 +136,8 @@ class AnimatedTransform:
         if not (math.isfinite(self.start_time) and math.isfinite(self.end_time)):
             raise TransformError("the times of an animated transform must be finite numbers of seconds")
         if not self.start_time < self.end_time:
-            raise TransformError(f"an animated transform ends at {self.end_time:g} s: "
-                                 f"it must end after it starts, at {self.start_time:g} s")
+            raise TransformError(f"an animated transform ends at {significant(self.end_time)} s: "
+                                 f"it must end after it starts, at {significant(self.start_time)} s")
 
     @cached_property
     def _value(self) -> tuple:

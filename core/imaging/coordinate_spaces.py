@@ -21,6 +21,7 @@ import numpy as np
 
 from lensbench.imaging.film import Film, film_from_raster
 from lensbench.kernels.block import Step
+from lensbench.kernels.figures import significant
 
 Window = tuple[float, float, float, float]
 """Part of the screen that falls on the film: left, right, bottom, top."""
@@ -146,9 +147,11 @@ class Spaces:
 
     def __post_init__(self):
         if not self.near < self.far or not math.isfinite(self.near):
-            raise ValueError(f"near {self.near:g} mm and far {self.far:g} mm: the near plane must be the nearer")
+            raise ValueError(f"near {significant(self.near)} mm and far {significant(self.far)} mm: the near plane "
+                             f"must be the nearer")
         if self.perspective and not self.near > 0.0:
-            raise ValueError(f"near {self.near:g} mm: a perspective needs its near plane at more than 0 from the eye")
+            raise ValueError(f"near {significant(self.near)} mm: a perspective needs its near plane at more than 0 "
+                             f"from the eye")
         if not self.perspective and math.isinf(self.far):
             raise ValueError("an orthographic camera needs a far plane at a finite distance")
 
@@ -255,7 +258,8 @@ def depth_resolution(depth, near: float, far: float, dtype=np.float32):
     """
     d = np.asarray(depth, float)
     if not (0.0 < near < far and np.all((near <= d) & (d <= far))):
-        raise ValueError(f"near {near:g} mm and far {far:g} mm: they must be positive, with every depth between them")
+        raise ValueError(f"near {significant(near)} mm and far {significant(far)} mm: they must be positive, with "
+                         f"every depth between them")
     squeeze = 1.0 / (1.0 - near / far)
     stored = (squeeze * (1.0 - near / d)).astype(dtype)
     step = np.spacing(stored).astype(float) * d * d / (squeeze * near)

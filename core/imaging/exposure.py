@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lensbench.imaging.film import Film
+from lensbench.kernels.figures import significant
 
 LUMINANCE = 1000.0              # cd/m² of radiance 1
 EFFICACY = 683.0                # lm/W at 555 nm
@@ -246,5 +247,5 @@ def pixel_energy(image, film: Film) -> np.ndarray:
 def checked_positive(name: str, value: float) -> float:
     """The value; ExposureError if it is not positive and finite."""
     if not (math.isfinite(value) and value > 0.0):
-        raise ExposureError(f"{name} {value:g}: it must be a positive number")
+        raise ExposureError(f"{name} {significant(value)}: it must be a positive number")
     return value

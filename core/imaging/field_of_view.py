@@ -7,6 +7,7 @@ import math
 from typing import NamedTuple
 
 from lensbench.imaging.film import Film, FilmError
+from lensbench.kernels.figures import significant
 
 FULL_FRAME = Film(36.0, 24.0)
 
@@ -59,7 +60,7 @@ def field_of_view(focal_length: float, film: Film, axis: str = "diagonal") -> fl
         For a focal length that is not positive, or another axis.
     """
     if not focal_length > 0.0:
-        raise FilmError(f"focal length {focal_length:g}: it must be positive")
+        raise FilmError(f"focal length {significant(focal_length)}: it must be positive")
     return 2.0 * math.atan(film.extent(axis) / (2.0 * focal_length))
 
 
@@ -145,10 +146,10 @@ def equivalent(focal_length: float, film: Film, f_number: float | None = None, t
 
 def _check(name: str, value: float) -> None:
     if not (math.isfinite(value) and value > 0.0):
-        raise FilmError(f"{name} {value:g}: it must be a positive finite number")
+        raise FilmError(f"{name} {significant(value)}: it must be a positive finite number")
 
 
 def _checked_fov(fov: float) -> float:
     if not 0.0 < fov < math.pi:
-        raise FilmError(f"field of view {math.degrees(fov):g}°: it must lie between 0° and 180°")
+        raise FilmError(f"field of view {significant(math.degrees(fov))}°: it must lie between 0° and 180°")
     return fov

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from math import hypot, isfinite
 
 from lensbench.kernels.block import B, Step, X, Y, Z, rows, stage
+from lensbench.kernels.figures import significant
 
 AXES = ("shorter", "longer", "horizontal", "vertical", "diagonal")      # of a field of view
 MAX_PIXELS = 200_000_000
@@ -61,7 +62,7 @@ class Film:
     def __post_init__(self):
         for side, size in (("width", self.width), ("height", self.height)):
             if not (isfinite(size) and size > 0.0):
-                raise FilmError(f"film {side} {size:g} mm: it must be a positive number")
+                raise FilmError(f"film {side} {significant(size)} mm: it must be a positive number")
         for side, pixels in (("across", self.pixels_x), ("down", self.pixels_y)):
             if not (isfinite(pixels) and int(pixels) == pixels and 1 <= pixels <= MAX_SIDE):
                 raise FilmError(f"{pixels} pixels {side}: it must be a whole number from 1 to {MAX_SIDE}")

@@ -18,6 +18,7 @@ from numba import njit, uint32
 
 from lensbench.imaging.exposure import PHOTONS, SATURATION, ExposureError, checked_positive
 from lensbench.imaging.film import Film
+from lensbench.kernels.figures import significant
 from lensbench.kernels.sampling import mix
 
 CELLS = 4096            # of the table of the normal distribution
@@ -69,9 +70,10 @@ class Sensor:
         if self.pitch is not None:
             checked_positive("pixel pitch", self.pitch)
         if not 0.0 < self.quantum_efficiency <= 1.0:
-            raise ExposureError(f"quantum efficiency {self.quantum_efficiency:g}: it must lie between 0 and 1")
+            raise ExposureError(f"quantum efficiency {significant(self.quantum_efficiency)}: it must lie "
+                                f"between 0 and 1")
         if not (math.isfinite(self.read_noise) and self.read_noise >= 0.0):
-            raise ExposureError(f"read noise {self.read_noise:g} electrons: it must be 0 or positive")
+            raise ExposureError(f"read noise {significant(self.read_noise)} electrons: it must be 0 or positive")
         if self.bits not in range(8, 17):
             raise ExposureError(f"{self.bits} bits: a converter has 8 to 16 of them")
 

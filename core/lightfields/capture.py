@@ -13,6 +13,7 @@ import numpy as np
 from lensbench.cameras.base import Camera
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import Step
+from lensbench.kernels.figures import fixed
 from lensbench.lightfields.light_field import (
     LightField,
     LightFieldError,
@@ -174,7 +175,8 @@ def checked_views(film: Film, views: tuple[int, int], samples: int, dtype, momen
     size, free = light_field_bytes(film, (across, down), dtype, moments), free_memory()
     if size > MEMORY_SHARE * free:
         raise LightFieldError(f"{across} × {down} views of {film.pixels_x} × {film.pixels_y} pixels take "
-                              f"{size / 1e9:,.1f} GB, more than the {free / 1e9:,.1f} GB that are free: record "
+                              f"{fixed(size / 1e9, 1, grouped=True)} GB, more than the "
+                              f"{fixed(free / 1e9, 1, grouped=True)} GB that are free: record "
                               f"fewer views{' or moments' if moments > 1 else ''} or pixels")
     return across, down
 

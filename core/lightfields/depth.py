@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from lensbench.kernels.figures import significant
 from lensbench.lightfields.light_field import LightField, LightFieldError
 
 STEP = 0.5              # pixels by which the shift of the outermost view changes from one σ to the next
@@ -85,7 +86,8 @@ def find_depth(field: LightField, nearest: float | None = None, farthest: float 
         raise LightFieldError("a single view has no depth: record a light field of at least 3 × 3")
     near = max(_nearest(field, farthest) if nearest is None else nearest, field.nearest)
     if not 0.0 < near < farthest:
-        raise LightFieldError(f"depth between {near / 1000.0:g} and {farthest / 1000.0:g} m: the first must be nearer")
+        raise LightFieldError(f"depth between {significant(near / 1000.0)} and {significant(farthest / 1000.0)} m: the "
+                              f"first must be nearer")
     per_distance, shears = _table(field, near, farthest)
     farthest_view = float(np.abs(field.shifts(1.0) - field.shifts(0.0)).max())
     count = max(math.ceil((shears[-1] - shears[0]) * farthest_view / STEP) + 1, 3)

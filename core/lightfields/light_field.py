@@ -24,6 +24,7 @@ import numpy as np
 from lensbench.cameras.base import Camera
 from lensbench.cameras.ideal_lens import Gaussian
 from lensbench.imaging.film import Film
+from lensbench.kernels.figures import significant
 from lensbench.lightfields.refocus_kernel import rescaled, shift_and_add, spectral_gain
 
 SUBCELLS = 16           # across and down a cell, to find the share of the cell that a round aperture takes
@@ -300,15 +301,16 @@ class LightField:
         if f_number is None:
             radius = max(1.0 - off, 0.0)
         elif not (math.isfinite(f_number) and f_number > 0.0):
-            raise LightFieldError(f"f-number {f_number:g}: it must be a positive number")
+            raise LightFieldError(f"f-number {significant(f_number)}: it must be a positive number")
         elif f_number < self.f_number * (1.0 - 1e-9):
-            raise LightFieldError(f"f/{f_number:g} was not recorded: this light field was captured at "
-                                  f"f/{self.f_number:.3g}")
+            raise LightFieldError(f"f/{significant(f_number)} was not recorded: this light field was captured at "
+                                  f"f/{significant(self.f_number, 3)}")
         else:
             radius = self.f_number / f_number
         if off + radius > self.reach * math.sqrt(2.0) + 1e-9:
-            raise LightFieldError(f"an aperture about ({view[0]:g}, {view[1]:g}) leaves what was recorded: the pupil "
-                                  f"reaches from −1 to 1, and this aperture's radius is {radius:.3g}")
+            raise LightFieldError(f"an aperture about ({significant(view[0])}, {significant(view[1])}) leaves what was "
+                                  f"recorded: the pupil "
+                                  f"reaches from −1 to 1, and this aperture's radius is {significant(radius, 3)}")
         size = 2.0 * self.reach / np.array(self.views)
         fine = (np.arange(SUBCELLS) + 0.5) / SUBCELLS - 0.5
         x = (self.places[..., 0, None] + fine * size[0] - view[0])[..., None, :]

@@ -26,6 +26,7 @@ import numpy as np
 from lensbench.cameras.base import Camera
 from lensbench.cameras.perspective import PerspectiveCamera
 from lensbench.imaging.coordinate_spaces import film_window, transform_points
+from lensbench.kernels.figures import significant
 from lensbench.kernels.half_float import as_bits, scale_of
 from lensbench.lightfields.capture import HIGHEST, checked_views
 from lensbench.lightfields.light_field import LightFieldError, spread_offsets
@@ -208,7 +209,7 @@ class Lumigraph:
             return self._own, self._pinholes
         if surface is None or np.ndim(surface) == 0:
             if surface is not None and not float(surface) > 0.0:
-                raise LightFieldError(f"a surface at {float(surface):g} mm: its distance must be positive")
+                raise LightFieldError(f"a surface at {significant(float(surface))} mm: its distance must be positive")
             flat = 1.0 if surface is None else self.distance / float(surface)
             return Surface(NOTHING, 1, 0, 1.0, flat, flat), self._pinholes
         depths = np.asarray(surface, np.float32)
@@ -332,9 +333,10 @@ def capture_lumigraph(camera: Camera, scene: Scene, views: tuple[int, int] = (9,
         eye = np.linalg.inv(camera.placement()) @ middle.placement()
         distance = getattr(camera, "focus_distance", math.inf) + float(eye[2, 3])
     if not (math.isfinite(spacing) and spacing > 0.0):
-        raise LightFieldError(f"{spacing:g} mm between the pinholes: it must be a positive number")
+        raise LightFieldError(f"{significant(spacing)} mm between the pinholes: it must be a positive number")
     if not (math.isfinite(distance) and distance > 0.0):
-        raise LightFieldError(f"a plane at {distance:g} mm: the pinholes need one at a finite distance before them")
+        raise LightFieldError(f"a plane at {significant(distance)} mm: the pinholes need one at a finite distance "
+                              f"before them")
     across, down = checked_views(camera.film, views, samples, np.float16)
     h, w = camera.film.pixels_y, camera.film.pixels_x
     made = Lumigraph(middle, spacing, distance, np.zeros((down, across, h, w, 4), np.float16))

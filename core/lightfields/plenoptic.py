@@ -22,6 +22,7 @@ import numpy as np
 
 from lensbench.cameras.base import Camera
 from lensbench.kernels.block import U0, U1, B, Step, X, Y, rows, stage
+from lensbench.kernels.figures import significant
 from lensbench.lightfields.capture import HIGHEST, checked_views
 from lensbench.lightfields.light_field import LightField, LightFieldError
 from lensbench.lightfields.pupil_cells import Cell, cell_steps, pupil_reach
@@ -65,9 +66,10 @@ class PlenopticCamera:
     def __post_init__(self):
         film = self.camera.film
         if int(self.pixels) != self.pixels or self.pixels < 1:
-            raise LightFieldError(f"{self.pixels:g} pixels behind a microlens: it must be a whole number of at least 1")
+            raise LightFieldError(f"{significant(self.pixels)} pixels behind a microlens: it must be a whole number "
+                                  f"of at least 1")
         if self.f_number is not None and not (math.isfinite(self.f_number) and self.f_number > 0.0):
-            raise LightFieldError(f"f/{self.f_number:g} of the microlenses: it must be a positive number")
+            raise LightFieldError(f"f/{significant(self.f_number)} of the microlenses: it must be a positive number")
         if abs(film.width / film.pixels_x * film.pixels_y / film.height - 1.0) > SQUARE:
             raise LightFieldError("microlenses are square: give the film pixels that are as wide as high")
         _ = self.reach

@@ -11,6 +11,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lensbench.kernels.figures import significant
 from lensbench.optics.axial_bundle import pupil_rays
 from lensbench.optics.focus import FocusError
 from lensbench.optics.paraxial import ray_matrix
@@ -190,14 +191,16 @@ def _plain(values: np.ndarray):
 
 def _check_thin_lens(focal_length: float, f_number: float, focus_distance: np.ndarray) -> None:
     if not (isfinite(focal_length) and focal_length > 0.0):
-        raise LensError(f"focal length {focal_length:g} mm: it must be a positive finite number")
+        raise LensError(f"focal length {significant(focal_length)} mm: it must be a positive finite number")
     if not (isfinite(f_number) and f_number > 0.0):
-        raise LensError(f"f-number {f_number:g}: it must be a positive finite number")
+        raise LensError(f"f-number {significant(f_number)}: it must be a positive finite number")
     if not np.all(focus_distance > focal_length):
-        raise FocusError(f"focus at {np.min(focus_distance) / 1000.0:.4g} m: a thin lens of {focal_length:g} mm "
-                         f"focuses only beyond its focal length, {focal_length / 1000.0:.4g} m")
+        raise FocusError(f"focus at {significant(np.min(focus_distance) / 1000.0, 4)} m: a thin lens of "
+                         f"{significant(focal_length)} mm "
+                         f"focuses only beyond its focal length, {significant(focal_length / 1000.0, 4)} m")
 
 
 def _check_limit(limit: float) -> None:
     if not (isfinite(limit) and limit > 0.0):
-        raise LensError(f"limit {limit:g} mm of the circle of confusion: it must be a positive finite number")
+        raise LensError(f"limit {significant(limit)} mm of the circle of confusion: it must be a positive "
+                        f"finite number")

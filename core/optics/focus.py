@@ -22,6 +22,7 @@ from math import ceil, floor, inf, log10, sqrt
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.kernels.root_finding import find_minimum, find_root
 from lensbench.optics.axial_bundle import pupil_rays
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix
@@ -349,9 +350,10 @@ def _check_distance(focus_distance: float, nearest: float) -> None:
     """FocusError if the object is nearer than the nearest focus distance, both mm from the film."""
     if focus_distance >= nearest:
         return
-    limit = (f"{_rounded_up(nearest / 1000.0):.4g} m from the film" if nearest < inf else
+    limit = (f"{significant(_rounded_up(nearest / 1000.0), 4)} m from the film" if nearest < inf else
              "infinity: its focus groups reach no nearer object")
-    raise FocusError(f"focus at {focus_distance / 1000.0:.6g} m: the nearest distance of this lens is {limit}")
+    raise FocusError(f"focus at {significant(focus_distance / 1000.0, 6)} m: the nearest distance of this "
+                     f"lens is {limit}")
 
 
 def _rounded_up(value: float) -> float:

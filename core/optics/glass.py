@@ -10,6 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isfinite, sqrt
 
+from lensbench.kernels.figures import significant
+
 F_LINE = 0.4861327
 D_LINE = 0.5875618
 C_LINE = 0.6562725
@@ -163,12 +165,13 @@ class Glass:
         """Index at a wavelength (µm); GlassError outside the range of the glass."""
         if not self.disperses and self.wavelengths is None:
             return self.n_d
-        what = f"glass {self.name}" if self.name else f"the glass of index {self.n_d:g}"
+        what = f"glass {self.name}" if self.name else f"the glass of index {significant(self.n_d)}"
         if not (isfinite(wavelength) and wavelength > 0.0):
             raise GlassError(f"wavelength {wavelength} µm: it must be a positive number")
         low, high = self.wavelengths or (MODEL_RANGE if self.formula == "model" else (wavelength, wavelength))
         if not low <= wavelength <= high:
-            raise GlassError(f"{what} is known from {low:g} to {high:g} µm, and not at {wavelength:g} µm")
+            raise GlassError(f"{what} is known from {significant(low)} to {significant(high)} µm, and not at "
+                             f"{significant(wavelength)} µm")
         if self.formula == "model":
             return self.n_d if self.v_d is None else model_index(self.n_d, self.v_d, wavelength)
         try:
@@ -176,7 +179,7 @@ class Glass:
         except (ValueError, ZeroDivisionError, OverflowError):
             n = 0.0
         if not (isfinite(n) and n >= 1.0):
-            raise GlassError(f"{what} has no index at {wavelength:g} µm by its formula ({self.formula})")
+            raise GlassError(f"{what} has no index at {significant(wavelength)} µm by its formula ({self.formula})")
         return n
 
 

@@ -35,6 +35,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.figures import significant
 
 MOST_BLADES = 24
 CELLS = 32              # chords of one blade, for the map from the disk
@@ -75,12 +76,14 @@ class Iris:
     def __post_init__(self):
         if not (math.isfinite(self.blades) and int(self.blades) == self.blades
                 and (self.blades == 0 or 3 <= self.blades <= MOST_BLADES)):
-            raise IrisError(f"{self.blades:g} blades: a stop has 3 to {MOST_BLADES} of them, or 0 for a circle")
+            raise IrisError(f"{significant(self.blades)} blades: a stop has 3 to {MOST_BLADES} of them, or 0 "
+                            f"for a circle")
         object.__setattr__(self, "blades", int(self.blades))
         if not math.isfinite(self.rotation):
-            raise IrisError(f"blade rotation {self.rotation:g}: it must be a finite angle")
+            raise IrisError(f"blade rotation {significant(self.rotation)}: it must be a finite angle")
         if not 0.0 <= self.roundness <= 1.0:
-            raise IrisError(f"blade roundness {self.roundness:g}: it must lie between 0 (straight) and 1 (a circle)")
+            raise IrisError(f"blade roundness {significant(self.roundness)}: it must lie between 0 (straight) and "
+                            f"1 (a circle)")
 
     @property
     def is_round(self) -> bool:

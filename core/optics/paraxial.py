@@ -10,6 +10,7 @@ Source: Welford, Aberrations of Optical Systems, ch. 3.
 from dataclasses import dataclass
 from math import inf, isfinite, isinf
 
+from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens, LensError
 
@@ -168,14 +169,14 @@ def stopped_down(lens: Lens, f_number: float) -> Lens:
         If the f-number is not positive and finite, if the lens does not open that far, or if it has no f-number.
     """
     if not (isfinite(f_number) and f_number > 0.0):
-        raise LensError(f"f-number {f_number:g}: it must be a positive finite number")
+        raise LensError(f"f-number {significant(f_number)}: it must be a positive finite number")
     widest = first_order(lens.in_air).f_number
     if isinf(widest) or widest == 0.0:
         raise LensError("this lens is afocal or telecentric towards the scene: it has no f-number to stop down to")
     engraved = lens.stated_f_number
     limit = engraved if engraved is not None and widest * (1.0 - _ENGRAVED) <= engraved <= widest else widest
     if f_number < limit * (1.0 - 1e-6):
-        raise LensError(f"f/{f_number:g}: this lens opens no further than f/{widest:.4g}")
+        raise LensError(f"f/{significant(f_number)}: this lens opens no further than f/{significant(widest, 4)}")
     return lens.with_stop_radius(lens.stop.semi_diameter * min(1.0, widest / f_number))
 
 

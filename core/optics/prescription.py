@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding
 from lensbench.optics.glass import AIR, D_LINE, Glass
 from lensbench.optics.iris import Iris, IrisError
@@ -69,7 +70,7 @@ class Surface:
             if not isfinite(getattr(self, name)):
                 raise LensError(f"{name} is {getattr(self, name)}: it must be a finite number")
         if self.semi_diameter <= 0.0:
-            raise LensError(f"semi-diameter is {self.semi_diameter:g} mm: it must be positive")
+            raise LensError(f"semi-diameter is {significant(self.semi_diameter)} mm: it must be positive")
         object.__setattr__(self, "aspheric", _sound_terms(self.aspheric))
         if self.curvature_x is None:
             return
@@ -208,7 +209,7 @@ class Lens:
             raise LensError(f"the gap behind surface {self.positions.gaps[-1]} varies: this lens has surfaces 0 to "
                             f"{len(self.surfaces) - 1}")
         if not (isfinite(self.front_index) and 1.0 <= self.front_index <= 3.0):
-            raise LensError(f"index {self.front_index:g} before the lens: it must lie between 1 (air) and 3")
+            raise LensError(f"index {significant(self.front_index)} before the lens: it must lie between 1 (air) and 3")
         if self.film_size is not None and not all(0.0 < side < inf for side in self.film_size):
             raise LensError("film_size: width and height must be positive numbers")
         try:
@@ -282,7 +283,7 @@ class Lens:
     def scaled(self, factor: float) -> "Lens":
         """The lens scaled by `factor`; LensError if it is not positive."""
         if not (isfinite(factor) and factor > 0.0):
-            raise LensError(f"scale {factor:g}: it must be a positive number")
+            raise LensError(f"scale {significant(factor)}: it must be a positive number")
         return replace(self, surfaces=tuple(surface.scaled(factor) for surface in self.surfaces),
                        stated_efl=None if self.stated_efl is None else self.stated_efl * factor,
                        positions=None if self.positions is None else self.positions.scaled(factor),

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf, isfinite
 
+from lensbench.kernels.figures import significant
 from lensbench.optics.glass import D_LINE
 
 
@@ -104,7 +105,8 @@ class Wavelength:
 
     def __post_init__(self):
         if not (0.0 < self.micrometres < inf and 0.0 <= self.weight < inf):
-            raise SystemDataError(f"wavelength {self.micrometres:g} µm of weight {self.weight:g}: it must be positive "
+            raise SystemDataError(f"wavelength {significant(self.micrometres)} µm of weight "
+                                  f"{significant(self.weight)}: it must be positive "
                                   "and finite, its weight not negative")
 
 

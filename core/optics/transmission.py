@@ -5,6 +5,7 @@ Lengths in mm. The film is in air.
 
 from math import hypot, inf, pi, sqrt
 
+from lensbench.kernels.figures import significant
 from lensbench.optics.axial_bundle import marginal_height
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order
@@ -35,7 +36,7 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
         If the film is not behind the last vertex.
     """
     if not film_distance > 0.0:
-        raise LensError(f"film distance {film_distance:g} mm: the film must lie behind the last vertex")
+        raise LensError(f"film distance {significant(film_distance)} mm: the film must lie behind the last vertex")
     meridians = ((0.0, 1.0),) if lens.is_rotationally_symmetric else ((0.0, 1.0), (1.0, 0.0))
     sines = []
     for across, up in meridians:

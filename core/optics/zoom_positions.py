@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 
+from lensbench.kernels.figures import significant
 from lensbench.kernels.pchip import monotone_cubic
 
 
@@ -89,7 +90,7 @@ class Positions:
         for name, value, ends in (("zoom", self.zoom, "wide) and 1 (tele"), ("close", self.close,
                                                                             "infinity) and 1 (nearest")):
             if not 0.0 <= value <= 1.0:
-                raise PositionsError(f"{name} {value:g}: it must lie between 0 ({ends})")
+                raise PositionsError(f"{name} {significant(value)}: it must lie between 0 ({ends})")
         if (self.zoom and not self.zooms) or (self.close and not self.focuses):
             raise PositionsError("a zoom or focus position other than 0 needs more than one station")
 
@@ -138,11 +139,13 @@ class Positions:
         words = []
         if self.zooms:
             named = self.names[i] if self.names else ""
-            length = f"{self.focal_lengths[i]:g} mm" if self.focal_lengths else ""
-            end = {0: "wide", len(self.zoom_stations) - 1: "tele"}.get(i, f"zoom {self.zoom_stations[i]:.3g}")
+            length = f"{significant(self.focal_lengths[i])} mm" if self.focal_lengths else ""
+            between = f"zoom {significant(self.zoom_stations[i], 3)}"
+            end = {0: "wide", len(self.zoom_stations) - 1: "tele"}.get(i, between)
             words.append(named or length or end)
         if self.focuses:
-            end = {0: "infinity", len(self.focus_stations) - 1: "close"}.get(j, f"close {self.focus_stations[j]:.3g}")
+            between = f"close {significant(self.focus_stations[j], 3)}"
+            end = {0: "infinity", len(self.focus_stations) - 1: "close"}.get(j, between)
             words.append(end)
         return ", ".join(words)
 
@@ -161,4 +164,4 @@ class Positions:
 
 def _listed(values: Sequence[float]) -> str:
     """The values in a message."""
-    return ", ".join(f"{value:g}" for value in values) or "none"
+    return ", ".join(significant(value) for value in values) or "none"

@@ -7,6 +7,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from lensbench.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import unit_square
 from lensbench.optics.glass import D_LINE
@@ -122,7 +123,8 @@ class ExitPupil:
         """
         film_xy, uv = np.asarray(film_xy, float), unit_square(uv, np.float64)
         if not (np.hypot(film_xy[:, 0], film_xy[:, 1]) <= self.film_radii.max() * (1.0 + 1e-9)).all():
-            raise LensError(f"this pupil is solved for film points up to {self.film_radii.max():g} mm from the axis")
+            raise LensError(f"this pupil is solved for film points up to {significant(self.film_radii.max())} mm "
+                            f"from the axis")
         n = len(film_xy)
         x, y, l, m, n_, weight = Program([self._table.step(1.0)], np.float64).run(
             {X: film_xy[:, 0], Y: film_xy[:, 1], U0: uv[:, 0], U1: uv[:, 1], WEIGHT: np.ones(n)},

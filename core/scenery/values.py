@@ -6,6 +6,8 @@ from dataclasses import fields
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
+
 Triple = tuple[float, float, float]
 
 
@@ -21,7 +23,8 @@ def check(value, positive: Sequence[str] = ()) -> None:
             if isinstance(x, float | int) and not math.isfinite(x):
                 raise SceneError(f"{f.name} of a {type(value).__name__.lower()} is {x}: it must be a finite number")
         if f.name in positive and not numbers > 0:
-            raise SceneError(f"{f.name} of a {type(value).__name__.lower()} is {numbers:g}: it must be positive")
+            raise SceneError(f"{f.name} of a {type(value).__name__.lower()} is {significant(numbers)}: it must "
+                             f"be positive")
 
 
 def unit(v) -> np.ndarray:

@@ -1,5 +1,6 @@
 """A radius with more digits than a table prints: a program solved for it, which hides a mistake in another number."""
 
+from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens
 
@@ -17,7 +18,8 @@ def digit_findings(lens: Lens) -> list[Finding]:
     if len(long) != 1 or len(rest) < 3 or max(rest) > PUBLISHED or _digits(radii[long[0]], DOUBLE) < SOLVED:
         return []
     return [Finding(Kind.SOLVED_RADIUS, long[0],
-                    f"radius {radii[long[0]]:.10g} mm has many digits where no other has more than {max(rest)}: "
+                    f"radius {significant(radii[long[0]], 10)} mm has many digits where no other has more than "
+                    f"{max(rest)}: "
                     "it was solved for, to focus the lens, and is not that of the source; another number may be wrong")]
 
 

@@ -2,6 +2,7 @@
 
 from math import isinf
 
+from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import FirstOrder, first_order
 from lensbench.optics.prescription import Lens
@@ -24,8 +25,8 @@ def figure_findings(lens: Lens) -> list[Finding]:
     findings = []
     if len(sections) == 2 and not abs(sections[0].bfl - sections[1].bfl) <= FOCI * abs(sections[0].efl):
         findings.append(Finding(Kind.FOCI, None, "the two sections do not focus in one plane: y–z "
-                                              f"{sections[0].bfl:.5g} mm behind the last surface, x–z "
-                                              f"{sections[1].bfl:.5g} mm"))
+                                              f"{significant(sections[0].bfl, 5)} mm behind the last surface, x–z "
+                                              f"{significant(sections[1].bfl, 5)} mm"))
     return [*findings, *_back_focus(lens, sections[0]), *_focal_length(lens, sections), *_f_number(lens, sections[0])]
 
 
@@ -38,23 +39,26 @@ def _back_focus(lens: Lens, section: FirstOrder) -> list[Finding]:
     blur = abs(off) / section.f_number if section.f_number else 0.0
     if stored != 0.0 and abs(off) <= BACK_FOCUS * efl and blur <= BLUR * efl:
         return []
-    message = f"the paraxial focus lies {bfl:.5g} mm behind the last surface{inside}"
+    message = f"the paraxial focus lies {significant(bfl, 5)} mm behind the last surface{inside}"
     if stored != 0.0:
-        message += (f", the stored back focus is {stored:.5g} mm: a point on the axis becomes a disk of {blur:.2g} mm, "
-                    f"{blur / efl:.2g} focal lengths")
+        message += (f", the stored back focus is {significant(stored, 5)} mm: a point on the axis becomes a disk of "
+                    f"{significant(blur, 2)} mm, "
+                    f"{significant(blur / efl, 2)} focal lengths")
     return [Finding(Kind.BACK_FOCUS, len(lens.surfaces) - 1, message)]
 
 
 def _focal_length(lens: Lens, sections: list[FirstOrder]) -> list[Finding]:
     lengths = [section.efl for section in sections]
-    words = " and ".join(f"{efl:.5g}" for efl in lengths) + " mm" + (" (y–z and x–z)" if len(lengths) == 2 else "")
+    words = " and ".join(significant(efl, 5) for efl in lengths) + " mm"
+    words += " (y–z and x–z)" if len(lengths) == 2 else ""
     if lens.stated_efl is None or not lens.stated_efl:
         return [] if max(lengths) > 0.0 else [
             Finding(Kind.FOCAL_LENGTH, None, f"the focal length is {words}: the lens diverges")]
     errors = [abs(efl / lens.stated_efl - 1.0) for efl in lengths]
     if min(errors) <= FOCAL_LENGTH:
         return []
-    message = f"the focal length is {words}, {100.0 * min(errors):.3g} % from the stated {lens.stated_efl:g} mm"
+    message = (f"the focal length is {words}, {significant(100.0 * min(errors), 3)} % from the stated "
+               f"{significant(lens.stated_efl)} mm")
     if len(sections) == 1 and lens.surfaces[-1].thickness != 0.0 and not _back_focus(lens, sections[0]):
         message += "; yet the back focus is right, so that the stated length may be of another lens or scale"
     return [Finding(Kind.FOCAL_LENGTH, None, message)]
@@ -64,9 +68,10 @@ def _f_number(lens: Lens, section: FirstOrder) -> list[Finding]:
     stated = lens.stated_f_number
     if section.f_number < FASTEST:
         return [Finding(Kind.F_NUMBER, lens.stop_index,
-                        f"the stop opens the lens to f/{section.f_number:.3g}: "
-                        f"no lens in air is faster than f/{FASTEST:g}")]
+                        f"the stop opens the lens to f/{significant(section.f_number, 3)}: "
+                        f"no lens in air is faster than f/{significant(FASTEST)}")]
     if stated is None or stated <= 0.0 or abs(section.f_number / stated - 1.0) <= F_NUMBER:
         return []
     return [Finding(Kind.F_NUMBER, lens.stop_index,
-                    f"the stop opens the lens to f/{section.f_number:.3g}, where f/{stated:g} is stated")]
+                    f"the stop opens the lens to f/{significant(section.f_number, 3)}, where "
+                    f"f/{significant(stated)} is stated")]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens, Surface
 
@@ -18,8 +19,9 @@ def geometry_findings(lens: Lens) -> list[Finding]:
     for i, surface in enumerate(lens.surfaces):
         reach = _reach(surface)
         if surface.semi_diameter > HEMISPHERE * reach:
-            findings.append(Finding(Kind.HEMISPHERE, i, f"the rim has a radius of {surface.semi_diameter:.5g} mm, but "
-                                                     f"the surface ends at {reach:.5g} mm from the axis"))
+            findings.append(Finding(Kind.HEMISPHERE, i, f"the rim has a radius of "
+                                                        f"{significant(surface.semi_diameter, 5)} mm, but "
+                                                     f"the surface ends at {significant(reach, 5)} mm from the axis"))
         if i + 1 < len(lens.surfaces):
             findings += _gap(lens, i, n_before)
         n_before = surface.glass.n_d
@@ -32,9 +34,11 @@ def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
     in_glass = front.glass.n_d > 1.0
     beside_stop = _is_dummy(lens, i, n_before) or _is_dummy(lens, i + 1, front.glass.n_d)
     if in_glass and front.thickness <= 0.0:
-        return [Finding(Kind.THICKNESS, i, f"the element behind surface {i} has a thickness of {front.thickness:g} mm")]
+        return [Finding(Kind.THICKNESS, i, f"the element behind surface {i} has a thickness of "
+                                           f"{significant(front.thickness)} mm")]
     if front.thickness < 0.0 and not beside_stop:
-        return [Finding(Kind.THICKNESS, i, f"the air behind surface {i} has a thickness of {front.thickness:g} mm")]
+        return [Finding(Kind.THICKNESS, i, f"the air behind surface {i} has a thickness of "
+                                           f"{significant(front.thickness)} mm")]
     rim = min(front.semi_diameter, back.semi_diameter)
     gaps, heights = _gaps(front, back, rim)
     if beside_stop:                                                 # a stop may stand inside the bulge of a surface
@@ -42,7 +46,7 @@ def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
     narrow = int(np.argmin(gaps))
     if not gaps[narrow] < -(STOP if beside_stop else CROSSING) * rim:
         return []
-    where = f"{-gaps[narrow]:.3g} mm deep, {heights[narrow]:.4g} mm from the axis"
+    where = f"{significant(-gaps[narrow], 3)} mm deep, {significant(heights[narrow], 4)} mm from the axis"
     if in_glass:
         return [Finding(Kind.EDGE, i, f"the element between surfaces {i} and {i + 1} has a negative edge thickness: "
                                    f"{where}")]

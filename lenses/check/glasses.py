@@ -4,6 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses import glass_catalogue
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens
@@ -36,7 +37,8 @@ def glass_findings(lens: Lens) -> list[Finding]:
             continue
         where = f"surface{'s' if len(places) > 1 else ''} {', '.join(map(str, places))}"
         labels = list(dict.fromkeys(lens.surfaces[i].glass.name for i in places if lens.surfaces[i].glass.name))
-        message = f"no known glass is near n_d {n_d:g}, V_d {v_d:g} ({where}); the nearest is {name}"
+        message = (f"no known glass is near n_d {significant(n_d)}, V_d {significant(v_d)} ({where}); the nearest is "
+                   f"{name}")
         if len(labels) > 1:
             message += f". It is the glass of {', '.join(labels)} alike: a program may have replaced unknown names"
         findings.append(Finding(Kind.GLASS, places[0], message, next((f.proposal for f in wrong), None)))
@@ -53,8 +55,9 @@ def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
                 abs(known.n_d - glass.n_d) <= NAMED_N and abs(known.v_d / glass.v_d - 1.0) <= NAMED_V):
             continue
         findings.append(Finding(
-            Kind.GLASS, i, f"the glass is named {glass.name}, but has n_d {glass.n_d:g} and V_d {glass.v_d:g}",
-            f"{glass.name} of surface {i}: n_d {known.n_d:.6g}, V_d {known.v_d:.4g}"))
+            Kind.GLASS, i, f"the glass is named {glass.name}, but has n_d {significant(glass.n_d)} and V_d "
+                           f"{significant(glass.v_d)}",
+            f"{glass.name} of surface {i}: n_d {significant(known.n_d, 6)}, V_d {significant(known.v_d, 4)}"))
     return findings
 
 
@@ -63,7 +66,7 @@ def _nearest(n_d: float, v_d: float) -> tuple[str, float]:
     names, n, v = _map()
     away = np.hypot((n - n_d) / STEP_N, (v - v_d) / STEP_V)
     nearest = int(np.argmin(away))
-    return f"{names[nearest]}, {n[nearest]:.5g} and {v[nearest]:.3g}", float(away[nearest])
+    return f"{names[nearest]}, {significant(n[nearest], 5)} and {significant(v[nearest], 3)}", float(away[nearest])
 
 
 @lru_cache(maxsize=1)

@@ -6,6 +6,7 @@ Each station is checked as a lens of its own, except the first, which the other 
 from dataclasses import replace
 from math import isfinite
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.check.figures import figure_findings
 from lensbench.lenses.check.geometry import geometry_findings
 from lensbench.lenses.check.rays import ray_findings
@@ -68,8 +69,9 @@ def _distance(lens: Lens, off: float, stated: float | None) -> list[Finding]:
     distance = before + lens.length + film
     if stated is None or abs(distance / stated - 1.0) <= DISTANCE:
         return []
-    return [Finding(Kind.POSITION, None, f"it is in focus at {distance / 1000.0:.4g} m from the film, where "
-                                      f"{stated / 1000.0:g} m is stated")]
+    return [Finding(Kind.POSITION, None, f"it is in focus at {significant(distance / 1000.0, 4)} m from the "
+                                         f"film, where "
+                                      f"{significant(stated / 1000.0)} m is stated")]
 
 
 def _odd_sums(lens: Lens, positions: Positions) -> list[Finding]:
@@ -94,7 +96,8 @@ def _odd_sums(lens: Lens, positions: Positions) -> list[Finding]:
             total, others = sums[run][odd], "at the others" if by_station else "at infinity"
             behind = ", ".join(map(str, positions.gaps[run[0]:run[1]]))
             return [Finding(Kind.POSITION, None, f"at {positions.label(*odd)}: the gaps behind surfaces {behind} add "
-                            f"up to {total:.6g} mm, {others} to {total - values[odd] + usual:.6g} mm")]
+                            f"up to {significant(total, 6)} mm, {others} to "
+                            f"{significant(total - values[odd] + usual, 6)} mm")]
     return []
 
 

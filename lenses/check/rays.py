@@ -4,6 +4,7 @@ from math import isinf
 
 import numpy as np
 
+from lensbench.kernels.figures import fixed, significant
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
@@ -32,7 +33,8 @@ def ray_findings(lens: Lens) -> list[Finding]:
         first = failed[0]
         fate = Fate(rays.fate[first])
         ended = int(rays.surface[first]) + (fate == Fate.MISSED)
-        return [Finding(Kind.RAY, ended, f"a ray {heights[first]:.4g} mm from the axis, {100.0 * HEIGHTS[first]:.0f} % "
+        return [Finding(Kind.RAY, ended, f"a ray {significant(heights[first], 4)} mm from the axis, "
+                                         f"{fixed(100.0 * HEIGHTS[first], 0)} % "
                                       f"of the aperture's radius, {WORDS[fate].format(ended)}")]
     to_focus = lens.length + fo.bfl - rays.points[:, 2]
     miss = np.abs(rays.points[:, 1] + to_focus * rays.directions[:, 1] / rays.directions[:, 2])
@@ -40,5 +42,6 @@ def ray_findings(lens: Lens) -> list[Finding]:
     if not far.size:
         return []
     first = far[0]
-    return [Finding(Kind.RAY, None, f"a ray {heights[first]:.4g} mm from the axis, {100.0 * HEIGHTS[first]:.0f} % of "
-                                 f"the aperture's radius, lands {miss[first]:.3g} mm beside the focus")]
+    return [Finding(Kind.RAY, None, f"a ray {significant(heights[first], 4)} mm from the axis, "
+                                    f"{fixed(100.0 * HEIGHTS[first], 0)} % of "
+                                 f"the aperture's radius, lands {significant(miss[first], 3)} mm beside the focus")]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.check.geometry import geometry_findings
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import ray_matrix
@@ -74,8 +75,10 @@ def _proposal(lens: Lens) -> str | None:
         return None
     if len(geometry_findings(best.applied(lens))) > len(geometry_findings(lens)):
         return None
-    return (f"{best.quantity} of surface {best.surface}: {best.new:.7g} in place of {best.old:.7g} (one {best.kind}) "
-            f"gives a focal length of {efl[order[0]]:.5g} mm and a back focus of {bfl[order[0]]:.5g} mm")
+    return (f"{best.quantity} of surface {best.surface}: {significant(best.new, 7)} in place of "
+            f"{significant(best.old, 7)} (one {best.kind}) "
+            f"gives a focal length of {significant(efl[order[0]], 5)} mm and a back focus of "
+            f"{significant(bfl[order[0]], 5)} mm")
 
 
 def _figures(lens: Lens, both: bool) -> tuple[list[_Change], np.ndarray, np.ndarray]:

@@ -1,5 +1,6 @@
 """The aperture stop: whether it limits the light."""
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.paraxial import axial_heights
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens
@@ -17,5 +18,6 @@ def stop_findings(lens: Lens) -> list[Finding]:
         return []
     return [Finding(
         Kind.STOP, lens.stop_index, f"the stop does not limit the light: on the axis the rim of surface {narrowest} "
-        f"passes a beam of {2.0 * beams[narrowest]:.4g} mm, the stop one of {2.0 * beams[lens.stop_index]:.4g} mm",
+        f"passes a beam of {significant(2.0 * beams[narrowest], 4)} mm, the stop one of "
+        f"{significant(2.0 * beams[lens.stop_index], 4)} mm",
         figures={"beam": 2.0 * beams[narrowest], "stop_beam": 2.0 * beams[lens.stop_index]})]

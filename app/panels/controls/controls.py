@@ -35,6 +35,7 @@ from lensbench.app.state.settings import FOV_AXES, LAYOUTS, PROJECTIONS, Setting
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.padlock import padlock
 from lensbench.app.widgets.toggles import Key, angle
+from lensbench.kernels.figures import fixed, significant
 from lensbench.lens_models.polynomial import DEGREES
 
 FILM_SIDES = (0.1, 1000.0)      # mm, of a custom film
@@ -222,9 +223,9 @@ def _card(card: lenses.Card, selected: bool) -> bool:
     y = round(0.5 * (imgui.get_item_rect_min().y + imgui.get_item_rect_max().y - imgui.get_text_line_height()))
     left = imgui.get_window_pos().x
     dim = theme.packed(theme.colours().dim)
-    f_number = f"f/{card.f_number:.3g}" if card.f_number else ""
+    f_number = f"f/{significant(card.f_number, 3)}" if card.f_number else ""
     draw.add_text(ImVec2(round(left + right - theme.em(2.6)), y), dim, f_number)
-    efl = f"{card.efl:.0f}{f'–{card.tele_efl:.0f}' if card.tele_efl else ''} mm" if card.efl else ""
+    efl = f"{fixed(card.efl, 0)}{f'–{fixed(card.tele_efl, 0)}' if card.tele_efl else ''} mm" if card.efl else ""
     draw.add_text(ImVec2(round(left + right - theme.em(3.3) - imgui.calc_text_size(efl).x), y), dim, efl)
     return clicked
 
@@ -256,7 +257,7 @@ def film_title(width: float, height: float) -> str:
     for name, size in lb.FORMATS.items():
         if math.isclose(size[0], width) and math.isclose(size[1], height):
             return name
-    return f"{width:g} × {height:g} mm"
+    return f"{significant(width)} × {significant(height)} mm"
 
 
 def _film(settings: Settings, chooser: Chooser) -> Settings:
@@ -293,7 +294,7 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
         imgui.end_disabled()
         if not possible:
             imgui.text_colored(imgui.ImVec4(*theme.colours().warning),
-                               f"A side measures {FILM_SIDES[0]:g} to {FILM_SIDES[1]:g} mm")
+                               f"A side measures {significant(FILM_SIDES[0])} to {significant(FILM_SIDES[1])} mm")
 
     corner = imgui.get_cursor_screen_pos()
     _combo("Film", film_title(settings.film_width, settings.film_height), "The film's size", content)

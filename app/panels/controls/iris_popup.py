@@ -11,6 +11,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.toggles import toggles
+from lensbench.kernels.figures import fixed
 from lensbench.optics.iris import Iris
 
 BLADES = (0, 5, 6, 7, 8, 9, 11)
@@ -61,7 +62,7 @@ def _sketch(here: Iris) -> None:
     outline = [ImVec2(centre.x + radius * float(x), centre.y - radius * float(y)) for x, y in here.outline(12)]
     draw.add_convex_poly_filled(outline, theme.packed(colour.text, 0.25))
     draw.add_polyline(outline, theme.packed(colour.text), 1.5 * pixel, imgui.ImDrawFlags_.closed)
-    text = f"{100.0 * here.area / math.pi:.0f} %"
+    text = f"{fixed(100.0 * here.area / math.pi, 0)} %"
     size = imgui.calc_text_size(text)
     place = ImVec2(round(centre.x - 0.5 * size.x), round(centre.y - 0.5 * size.y))
     draw.add_text(place, theme.packed(colour.strong), text)

@@ -23,6 +23,7 @@ from lensbench.app.state.text_values import (
     format_time,
 )
 from lensbench.app.widgets import theme
+from lensbench.kernels.figures import significant
 
 PLATE = (0.07, 0.07, 0.07, 0.78)
 UNSAID = ("samples", "compare", "wipe", "overlay", "limit", "position", "yaw", "pitch",
@@ -83,7 +84,7 @@ def differences(a: Settings, b: Settings) -> tuple[str, str]:
 def _plainly(name: str, settings: Settings) -> str:
     """A setting by the name of its field."""
     value = getattr(settings, name)
-    words = "as designed" if value is None else f"{value:g}" if isinstance(value, float) else f"{value}"
+    words = "as designed" if value is None else significant(value) if isinstance(value, float) else f"{value}"
     return f"{name.replace('_', ' ')} {words}"
 
 
@@ -128,7 +129,7 @@ def draw_scale(draw: imgui.ImDrawList, found: Difference, corner: ImVec2) -> Non
                          theme.packed(PLATE), 3.0 * pixel)
     text = theme.packed(WORDS)
     title = "No difference" if found.largest == 0.0 else \
-        f"|B − A|, linear light   RMS {found.rms:.3g}   maximum {found.largest:.3g}"
+        f"|B − A|, linear light   RMS {significant(found.rms, 3)}   maximum {significant(found.largest, 3)}"
     draw.add_text(ImVec2(left, top), text, title)
     steps, y = 48, top + line + 2.0 * pixel
     for i in range(steps):
@@ -137,7 +138,7 @@ def draw_scale(draw: imgui.ImDrawList, found: Difference, corner: ImVec2) -> Non
         draw.add_rect_filled(ImVec2(left + i * width / steps, y), ImVec2(left + (i + 1) * width / steps, y + bar),
                              theme.packed((code, code, code, 1.0)))
     for part in (0.0, 0.25, 0.5, 0.75, 1.0):
-        name = f"{part * found.scale:.3g}"
+        name = significant(part * found.scale, 3)
         extent = imgui.calc_text_size(name).x
         x = min(max(left + part * width - 0.5 * extent, left), left + width - extent)
         draw.add_text(ImVec2(round(x), y + bar + 2.0 * pixel), text, name)

@@ -27,6 +27,7 @@ from lensbench.app.state.figures import dark_corners, readings
 from lensbench.app.state.pose import dollied, orbited, panned, pivot_distance
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.kernels.figures import fixed
 
 fa = icons_fontawesome_6
 CLICK = 4.0                     # pixels at a scale of 1: a press that moves farther is a drag
@@ -292,7 +293,7 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
     pixel, colour, draw = theme.scale(), theme.colours(), imgui.get_window_draw_list()
     text = "Preparing the picture"
     if picture.first and picture.waiting > 2.0:
-        text = f"Compiling the render kernels, once for this version · {picture.waiting:.0f} s"
+        text = f"Compiling the render kernels, once for this version · {fixed(picture.waiting, 0)} s"
     size = imgui.calc_text_size(text)
     width = max(size.x, theme.em(14.0))
     left, top = round(corner.x + 0.5 * (room.x - width)), round(corner.y + 0.5 * room.y - size.y)

@@ -9,6 +9,7 @@ from lensbench.app.panels.image.menu import comparison_menu, picture_menu, view_
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.kernels.figures import fixed
 
 fa = icons_fontawesome_6
 
@@ -123,7 +124,7 @@ def _below_tool(popup: str, width: float) -> bool:
 
 
 def _seconds(seconds: float) -> str:
-    return f"{seconds:.1f} s" if seconds < 60.0 else f"{int(seconds) // 60}:{int(seconds) % 60:02d} min"
+    return f"{fixed(seconds, 1)} s" if seconds < 60.0 else f"{int(seconds) // 60}:{int(seconds) % 60:02d} min"
 
 
 def _tool(label: str, tooltip: str, on: bool) -> bool:

@@ -16,6 +16,7 @@ from lensbench.app.state.ray_fans import Fan
 from lensbench.app.state.section_geometry import Sketch, elements
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
+from lensbench.kernels.figures import significant
 
 LIVE_ALPHA, DEAD_ALPHA = 0.55, 0.45
 CROSS = 3.0
@@ -254,7 +255,7 @@ def draw_scale_bar(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> No
     colour, pixel = theme.colours(), theme.scale()
     length = round_length(max(60.0 * pixel / canvas.view.scale, 1e-9))
     width = length * canvas.view.scale
-    text = f"{length:g} mm" if length < 1000.0 else f"{length / 1000.0:g} m"
+    text = f"{significant(length)} mm" if length < 1000.0 else f"{significant(length / 1000.0)} m"
     right, y = floor(canvas.x + canvas.width - 14.0 * pixel), floor(canvas.y + canvas.height - 9.0 * pixel)
     film, lowest = canvas.at(sketch.film_z, -sketch.film_height)
     name = imgui.calc_text_size("Film").x + 16.0 * pixel

@@ -23,6 +23,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
+from lensbench.kernels.figures import fixed
 
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
 FINE = 0.1
@@ -205,7 +206,7 @@ def _dragged_film(settings: Settings, shown: Sketch, canvas: Canvas, state: Sect
     if imgui.is_item_hovered() or imgui.is_item_active():
         imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
         _tooltip("Film plane: drag to focus", f"{format_distance(settings.focus_distance)} in focus, "
-                                           f"film {shown.film_z - shown.rear_z:.2f} mm behind the lens")
+                                           f"film {fixed(shown.film_z - shown.rear_z, 2)} mm behind the lens")
     if not imgui.is_item_active():
         return settings
     before = state.mouse
@@ -257,7 +258,7 @@ def _explain(shown: Sketch, canvas: Canvas, state: SectionState) -> None:
     for mark in shown.marks:
         at = canvas.at(mark.z, 0.0)
         if abs(at.x - mouse.x) < 4.0 * pixel and abs(at.y - mouse.y) < 7.0 * pixel:
-            _tooltip(f"{mark.sign}  {mark.meaning}", f"z = {mark.z:.2f} mm from the first vertex")
+            _tooltip(f"{mark.sign}  {mark.meaning}", f"z = {fixed(mark.z, 2)} mm from the first vertex")
             return
     found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, state.dead_rays)
     if found is not None:
@@ -267,13 +268,13 @@ def _explain(shown: Sketch, canvas: Canvas, state: SectionState) -> None:
         if ray.kind == "dead":
             _tooltip(f"{name}: this ray {ray.end}", "It never reaches the film")
         else:
-            _tooltip(f"{name}, {ray.end}", f"Lands {ray.path[-1][1]:.3f} mm off the axis")
+            _tooltip(f"{name}, {ray.end}", f"Lands {fixed(ray.path[-1][1], 3)} mm off the axis")
         return
     for number, element in enumerate(elements(shown.lens) if shown.lens is not None else (), start=1):
         if element.holds(z, y):
             glass = element.glass
-            abbe = f", V = {glass.v_d:.1f}" if glass.v_d is not None else ""
-            _tooltip(f"Element {number}  {glass.name}".rstrip(), f"n = {glass.n_d:.4f}{abbe} at the d line")
+            abbe = f", V = {fixed(glass.v_d, 1)}" if glass.v_d is not None else ""
+            _tooltip(f"Element {number}  {glass.name}".rstrip(), f"n = {fixed(glass.n_d, 4)}{abbe} at the d line")
             return
 
 

@@ -14,6 +14,7 @@ from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.light_field_worker import FieldPicture
+from lensbench.kernels.figures import fixed, significant, true_minus
 
 SHOWN_TIPS = {"camera": "The picture is the camera's",
               "novel": "The picture is that of a pinhole at the place below, computed from the array"}
@@ -31,11 +32,11 @@ def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPictur
     x, y, forwards = look.place
     covered = field_picture.covered if field_picture is not None and field_picture.look == look.asked else None
     figures((
-        ("Right", f"{x:+.1f} mm".replace("-", "−"), "From the middle of the array to the right"),
-        ("Up", f"{y:+.1f} mm".replace("-", "−"), "From the middle of the array upwards"),
-        ("Seen", "–" if covered is None else f"{100.0 * covered:.1f} %",
+        ("Right", true_minus(f"{fixed(x, 1, signed=True)} mm"), "From the middle of the array to the right"),
+        ("Up", true_minus(f"{fixed(y, 1, signed=True)} mm"), "From the middle of the array upwards"),
+        ("Seen", "–" if covered is None else f"{fixed(100.0 * covered, 1)} %",
          "Part of the pixels that some pinholes recorded; the others are black"),
-        ("Time", "–" if field_picture is None else f"{1000.0 * field_picture.seconds:.0f} ms",
+        ("Time", "–" if field_picture is None else f"{fixed(1000.0 * field_picture.seconds, 0)} ms",
          "To compute the picture")))
     forwards = dial("Forwards", forwards, _forwards(), "From the plane of the pinholes towards the scene, in mm")
     look = replace(look, place=(x, y, forwards),
@@ -47,7 +48,7 @@ def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPictur
     if covered is not None and covered < 0.9995:
         half = recording.half
         paragraph("The view leaves what was recorded: the pinholes reach "
-                  f"{half[0]:.3g} mm across and {half[1]:.3g} mm up", True)
+                  f"{significant(half[0], 3)} mm across and {significant(half[1], 3)} mm up", True)
     if look != before and look.show == before.show == "camera":
         look = replace(look, show="novel")
     return look
@@ -56,11 +57,11 @@ def array_body(look: Look, recording: ArrayRecording, field_picture: FieldPictur
 @lru_cache(maxsize=1)
 def _forwards() -> scales.Scale:
     """The cube root of mm along the dial, fine about the array's plane."""
-    figures_ = tuple((float(mm), f"{mm}".replace("-", "−")) for mm in (-500, -200, -50, 0, 50, 200, 500))
+    figures_ = tuple((float(mm), true_minus(f"{mm}")) for mm in (-500, -200, -50, 0, 50, 200, 500))
     minor = tuple(float(sign * mm) for sign in (-1, 1) for mm in (5, 10, 20, 100, 300, 400))
 
     def format_offset(mm: float) -> str:
-        return f"{mm:+.0f} mm".replace("-", "−")
+        return true_minus(f"{fixed(mm, 0, signed=True)} mm")
 
     return scales.Scale(-AHEAD, AHEAD, _root, _cube, format_offset, text_values.read_length, figures_, minor,
                        reset=0.0, anchor=3)

@@ -13,6 +13,7 @@ from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.task import Task
+from lensbench.kernels.figures import fixed
 
 fa = icons_fontawesome_6
 MOMENTS = (1, 2, 4, 8)
@@ -50,7 +51,7 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
                                 "middle of the camera's pupil") or 0.1
     else:
         _microlenses(settings, form)
-    paragraph(f"Takes {form.bytes(settings) / 1e6:,.0f} MB of memory", True)
+    paragraph(f"Takes {fixed(form.bytes(settings) / 1e6, 0, grouped=True)} MB of memory", True)
     if task is not None:
         task_progress(task)
     else:
@@ -81,7 +82,8 @@ def _microlenses(settings: Settings, form: Form) -> None:
         if turned != of.microlens_f_number:
             form.f_number = None if abs(turned / matched - 1.0) < 0.002 else turned
         theme.small()
-        paragraph(f"Fill {of.fill:.2f}   used {100.0 * of.used:.0f} %   spilled {100.0 * of.spilled:.0f} %", True)
+        paragraph(f"Fill {fixed(of.fill, 2)}   used {fixed(100.0 * of.used, 0)} %   spilled "
+                  f"{fixed(100.0 * of.spilled, 0)} %", True)
         imgui.set_item_tooltip("\n".join(f"{name} {value}: {meaning}" for name, value, meaning in f_number_match(of)))
         imgui.pop_font()
     except (ValueError, OSError) as error:

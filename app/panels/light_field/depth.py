@@ -18,6 +18,7 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.light_field_worker import LightFieldWorker
+from lensbench.kernels.figures import fixed
 
 fa = icons_fontawesome_6
 DEEP_TIPS = {
@@ -46,7 +47,7 @@ def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form:
     figures((
         ("Pixel", f"{x}, {y}", "Click in the picture to choose another, across and down"),
         ("Depth", format_distance(distance), "Distance of the object in this pixel, measured as the focus distance is"),
-        ("Sure", f"{100.0 * sure:.0f} %", "0 %: the views agree at any distance; 100 %: only at this one")))
+        ("Sure", f"{fixed(100.0 * sure, 0)} %", "0 %: the views agree at any distance; 100 %: only at this one")))
     if imgui.button("Focus there"):
         look = replace(look, show="focus", distance=max(distance, recording.field.nearest * MARGIN))
     imgui.set_item_tooltip("Focus the light field at this pixel's depth")

@@ -39,6 +39,7 @@ from lensbench.app.widgets.dial import dial
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.toggles import toggles
 from lensbench.app.workers.light_field_worker import LightFieldWorker
+from lensbench.kernels.figures import fixed, significant
 
 fa = icons_fontawesome_6
 SHOWN_TIPS = {
@@ -85,7 +86,7 @@ def _head(recording: Recorded, form: Form) -> None:
     imgui.align_text_to_frame_padding()
     imgui.text_unformatted(f"{across} × {down} views")
     imgui.set_item_tooltip(f"{film.pixels_x} × {film.pixels_y} pixels each, {recording.settings.samples} samples a "
-                           f"pixel: {recording.size / 1e6:,.0f} MB")
+                           f"pixel: {fixed(recording.size / 1e6, 0, grouped=True)} MB")
     imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
     width = theme.em(1.75)
     imgui.same_line(right - 4.0 * width)
@@ -139,9 +140,9 @@ def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None
     taken = float(field.shares(look.f_number, look.view).sum())
     figures((
         ("Centre", format_place(look.view), "The middle of the aperture in the pupil, in pupil radii: right and up"),
-        ("Views", f"{taken:.3g} of {field.places[..., 0].size}", "Number of views within the aperture"),
-        ("Shift", f"{apart:.2f} px", "Shift between neighbouring views"),
-        ("Time", "–" if field_picture is None else f"{1000.0 * field_picture.seconds:.0f} ms",
+        ("Views", f"{significant(taken, 3)} of {field.places[..., 0].size}", "Number of views within the aperture"),
+        ("Shift", f"{fixed(apart, 2)} px", "Shift between neighbouring views"),
+        ("Time", "–" if field_picture is None else f"{fixed(1000.0 * field_picture.seconds, 0)} ms",
          "To compute the picture")))
     if not near <= look.distance <= far:
         theme.small()
@@ -164,7 +165,7 @@ def _comparison(look: Look, recording: Recording, worker: LightFieldWorker, form
     psnr = worker.psnr(look.asked)
     if psnr is not None:
         imgui.same_line()
-        imgui.text_unformatted("identical" if math.isinf(psnr) else f"{psnr:.1f} dB")
+        imgui.text_unformatted("identical" if math.isinf(psnr) else f"{fixed(psnr, 1)} dB")
         imgui.set_item_tooltip("Peak signal to noise: linear light, clipped to 0 … 1. The camera's own picture is A")
 
 
@@ -199,7 +200,7 @@ def _view(look: Look, recording: Recording, settings: Settings) -> Look:
         ("Centre", format_place((u, v)), "The cell's middle in the pupil, in pupil radii"),
         ("", millimetres((u * recording.pupil_radius, v * recording.pupil_radius)),
          "The same in mm, on the plane of the exit pupil"),
-        ("Share", f"{100.0 * float(covered[y, x]):.1f} %",
+        ("Share", f"{fixed(100.0 * float(covered[y, x]), 1)} %",
          "Coverage: the part of a full cell's light that reaches the clicked pixel, times cos⁴θ"),
-        ("Most", f"{100.0 * float(covered.max()):.1f} %", "The greatest coverage of any pixel")))
+        ("Most", f"{fixed(100.0 * float(covered.max()), 1)} %", "The greatest coverage of any pixel")))
     return look

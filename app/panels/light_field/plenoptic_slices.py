@@ -27,6 +27,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.tone import develop
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.toggles import toggles
+from lensbench.kernels.figures import fixed, significant
 
 Strip = Callable[[NDArray[np.float32], Any, Settings], int]
 BANDS = {-1: "All", 0: "Red", 1: "Green", 2: "Blue"}
@@ -67,9 +68,10 @@ def rays_body(look: Look, recording: Recording, settings: Settings, strip: Strip
                                        "there stands upside down"),
         ("u, v", format_place((u, v)), "The chosen cell of the pupil, in radii of it: click in the map"),
         ("Pupil", millimetres(in_pupil), "Where the chosen ray meets the plane of the paraxial exit pupil (u, v)"),
-        ("Light", f"{red:.2f} {green:.2f} {blue:.2f}", "Radiance in the three bands, red, green and blue, over the "
+        ("Light", f"{fixed(red, 2)} {fixed(green, 2)} "
+                  f"{fixed(blue, 2)}", "Radiance in the three bands, red, green and blue, over the "
                                                          "whole of the exposure, or the moment that is chosen"),
-        ("Share", f"{100.0 * covered:.1f} %", "Coverage: the part of a full cell's light that passes")))
+        ("Share", f"{fixed(100.0 * covered, 1)} %", "Coverage: the part of a full cell's light that passes")))
     if len(over_time) > 1:
         _over_time(over_time[:, j, i], look.moment)
     return _epipolar(look, recording, settings, strip)
@@ -78,12 +80,13 @@ def rays_body(look: Look, recording: Recording, settings: Settings, strip: Strip
 def _over_time(seen: NDArray[np.float32], moment: int) -> None:
     """The radiance of the chosen ray in three bands (n, 3) over the moments; the chosen moment is strong."""
     theme.small()
-    imgui.text_disabled(f"Radiance of the ray over the exposure, 0 to {seen.max():.3g}")
+    imgui.text_disabled(f"Radiance of the ray over the exposure, 0 to {significant(seen.max(), 3)}")
     imgui.pop_font()
     corner, height = imgui.get_cursor_screen_pos(), round(theme.em(2.6))
     size = ImVec2(imgui.get_content_region_avail().x, height)
     imgui.invisible_button("Over time", size)
-    rows = [f"{k + 1}: {red:.3g} {green:.3g} {blue:.3g}" for k, (red, green, blue) in enumerate(seen.tolist())]
+    rows = [f"{k + 1}: {significant(red, 3)} {significant(green, 3)} "
+            f"{significant(blue, 3)}" for k, (red, green, blue) in enumerate(seen.tolist())]
     imgui.set_item_tooltip("From the opening of the shutter at the left to its end: red, green and blue\n"
                            + "\n".join(rows))
     colour, draw, pixel = theme.colours(), imgui.get_window_draw_list(), theme.scale()

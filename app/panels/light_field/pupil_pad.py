@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import lensbench as lb
 from lensbench.app.state.light_field_query import Look, Recording, radius, with_view
 from lensbench.app.widgets import theme
+from lensbench.kernels.figures import fixed, true_minus
 
 SIDE = 8.6                      # em
 REST = 0.06                     # of the pupil's radius: this close to the middle the aperture snaps to it
@@ -116,7 +117,7 @@ def figures(rows: tuple[tuple[str, str, str], ...]) -> None:
 
 def millimetres(place: tuple[float, float]) -> str:
     """A point of a plane as text: +4.10, −0.52 mm."""
-    return f"{place[0]:+.2f}, {place[1]:+.2f} mm".replace("-", "−")
+    return true_minus(f"{fixed(place[0], 2, signed=True)}, {fixed(place[1], 2, signed=True)} mm")
 
 
 def _pad(label: str, field: lb.LightField) -> Pad:

@@ -8,6 +8,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.picture_statistics import decibels
 from lensbench.app.studies.timing import LENS, least_times
+from lensbench.kernels.figures import significant
 
 FILM = lb.Film(36.0, 24.0, 640, 427)
 VIEWS, SAMPLES = (9, 9), 16
@@ -31,7 +32,7 @@ def light_fields() -> Iterator[tuple[str, float, str]]:
         for distance in DISTANCES:
             direct = lb.render(camera(distance), scene, 1024)
             inner = slice(EDGE, -EDGE), slice(EDGE, -EDGE)
-            yield f"focused at {distance / 1000.0:g} m against a camera that is, {model}", decibels(
+            yield f"focused at {significant(distance / 1000.0)} m against a camera that is, {model}", decibels(
                 field.refocus(distance)[inner], direct[inner]), "dB"
 
 

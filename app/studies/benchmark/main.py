@@ -27,6 +27,7 @@ from lensbench.cameras.environment import LAYOUTS
 from lensbench.cameras.fisheye import PROJECTIONS
 from lensbench.cameras.real_lens import MODELS
 from lensbench.kernels import block
+from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
 from lensbench.optics.block_trace import surface_steps
@@ -246,7 +247,7 @@ def main(argv: list[str] | None = None) -> int:
         for figure, value, unit in parts[name]():
             figures[figure] = {"value": value, "unit": unit}
             if not options.json:
-                print(f"{figure:<58}{value:>10.4g} {unit}", flush=True)
+                print(f"{figure:<58}{significant(value, 4):>10} {unit}", flush=True)
     if options.json:
         json.dump({"machine": machine(), "date": time.strftime("%Y-%m-%d"), "figures": figures}, sys.stdout, indent=1)
         print()

@@ -15,6 +15,7 @@ from lensbench.app.studies.charts.curves import Curve, Panel
 from lensbench.app.studies.stability.focus_baselines import bracketing_search, school_formula
 from lensbench.app.studies.stability.focusing import closed_form, least_blur, rms_radius, three_rays, whole_bundle
 from lensbench.app.studies.timing import report_progress, time_in_turn
+from lensbench.kernels.figures import significant
 
 DISTANCES = (500.0, 2000.0, 10_000.0)
 NOTHING = 0.01                  # µm: a smaller blur is drawn here
@@ -49,7 +50,7 @@ def focus_panel(key: str, lens: lb.Lens, progress: Callable[[float], bool] = lam
     report_progress(progress, 1.0)
     f_number, name = lb.first_order(lens).f_number, lens.name or key
     said = any(f"f/{f_number:.{digits}g}" in name for digits in (2, 3))
-    return Panel(key, name if said else f"{name}, f/{f_number:.3g}", "Time (µs)",
+    return Panel(key, name if said else f"{name}, f/{significant(f_number, 3)}", "Time (µs)",
                  "Blur beyond the least (µm)", tuple(curves), ((PIXEL, "a pixel of 4 µm"),))
 
 

@@ -18,6 +18,7 @@ from lensbench.app.studies.charts.curves import Curve, Panel
 from lensbench.app.studies.charts.samplers import white_noise
 from lensbench.app.studies.timing import report_progress
 from lensbench.kernels.block import Step
+from lensbench.kernels.figures import significant
 from lensbench.scenery.scene import Scene
 
 PIXELS = (180, 120)
@@ -65,10 +66,10 @@ def image_panel(key: str, camera: lb.LensCamera, scene: Scene, progress: Callabl
             runs[variant].append(_timed_errors(variant, camera, scene, truth, round, longest))
             report_progress(progress, 0.4 + 0.6 * (round + (i + 1) / len(VARIANTS)) / ROUNDS)
     curves = tuple(_curve(variant, runs[variant]) for variant in VARIANTS)
-    levels = tuple((goal, f"{goal:g} %") for goal in GOALS)
+    levels = tuple((goal, f"{significant(goal)} %") for goal in GOALS)
     return Panel(key, scene.name, "Time (s)", "Error, rms (% of white)", curves, levels, conditions=
                  f"{PIXELS[0]} × {PIXELS[1]} pixels, {camera.lens.name}; error of the reference "
-                 f"picture {known:.2g} %")
+                 f"picture {significant(known, 2)} %")
 
 
 def _clipped(image: np.ndarray) -> np.ndarray:
@@ -96,7 +97,7 @@ def _curve(variant: Variant, runs: list[list[tuple[float, float]]]) -> Curve:
     """Least time and mean error of the rounds, which differ in their seeds."""
     points = tuple((min(second for second, _ in same), 100.0 * math.sqrt(np.mean([error for _, error in same])))
                    for same in zip(*runs, strict=False))
-    figures = {f"to {goal:g} %, s": reached(points, goal) for goal in GOALS}
+    figures = {f"to {significant(goal)} %, s": reached(points, goal) for goal in GOALS}
     return Curve(variant.name, variant.tint, points, figures | {"at last, %": points[-1][1]}, variant.white)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.state.picture_statistics import decibels
 from lensbench.app.studies.plotting import AMBER, COLOURS, DIM, look, plot, save, sheet
+from lensbench.kernels.figures import significant
 
 VIEWS = (3, 5, 9, 17)
 NEARER = tuple(0.25 * k for k in range(1, 11))          # recorded focus distance over the distances tried
@@ -78,7 +79,7 @@ def draw(curves: list[Curve], focus: float, title: str, conditions: str, path: P
                   fontsize=8.5)
         ticks = [d for d in (0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0)
                  if x.min() <= 1.0 / d <= x.max()]
-        axes.set_xticks([1.0 / d for d in ticks], [f"{d:g}" for d in ticks])
+        axes.set_xticks([1.0 / d for d in ticks], [significant(d) for d in ticks])
         axes.legend(frameon=False, loc="best")
         figure.supxlabel(conditions, color=DIM, fontsize=8.0, x=0.01, ha="left")
         save(figure, path)

@@ -20,6 +20,7 @@ from lensbench.app.studies.charts.values import Chart, Mark
 from lensbench.app.studies.timing import BLOCKS, Time, idle, report_progress, streamed, time_in_turn
 from lensbench.kernels import block
 from lensbench.kernels.block import U0, U1, B, Step, X, Y
+from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
 from lensbench.optics.scalar_trace import surface_table, trace_rays
@@ -74,7 +75,8 @@ def chart(subject: Subject, progress: Callable[[float], bool] = lambda _: True, 
                       figures=_figures(Error(*[0.0] * 7), scalar, None)))
     if peers:
         marks += peer_marks(peers, truth)
-    note = (f"Of a streamed ray by table, polynomial or trace, {stream['aim'].least:.2g} ns are for aiming into the "
+    note = (f"Of a streamed ray by table, polynomial or trace, {significant(stream['aim'].least, 2)} ns are for "
+            f"aiming into the "
             "exit-pupil region; the scalar reference has its rays aimed")
     return Chart(subject.key, subject.title, STREAMED, ERROR, tuple(marks), conditions(camera, truth), (note,),
                  ALSO if in_the_renderer else ())
@@ -83,10 +85,12 @@ def chart(subject: Subject, progress: Callable[[float], bool] = lambda _: True, 
 def conditions(camera: lb.LensCamera, truth: Truth) -> str:
     """One line with the conditions that apply to all marks of a chart."""
     film, focus = camera.film, camera.focus_distance
-    at = "infinity" if math.isinf(focus) else f"{focus / 1000.0:.3g} m"
-    return (f"f/{lb.first_order(camera.lens.at(close=0.0)).f_number:.3g}, focused at {at}; "
-            f"film {film.width:.3g} × {film.height:.3g} mm, {film.pixels_x} × {film.pixels_y} pixels of "
-            f"{1000.0 * film.pitch:.3g} µm; {truth.rays} rays, objects in focus, at half the distance and far away")
+    at = "infinity" if math.isinf(focus) else f"{significant(focus / 1000.0, 3)} m"
+    return (f"f/{significant(lb.first_order(camera.lens.at(close=0.0)).f_number, 3)}, focused at {at}; "
+            f"film {significant(film.width, 3)} × {significant(film.height, 3)} mm, {film.pixels_x} × "
+            f"{film.pixels_y} pixels of "
+            f"{significant(1000.0 * film.pitch, 3)} µm; {truth.rays} rays, objects in focus, at half the distance "
+            f"and far away")
 
 
 def _mark(model: Model, truth: Truth, error: Error | None, stream: dict[str, Time], fused: dict[str, Time]) -> Mark:
@@ -94,9 +98,9 @@ def _mark(model: Model, truth: Truth, error: Error | None, stream: dict[str, Tim
     if error is None:
         return Mark(model.name, model.kind, why=why)
     if not model.aim and widest >= 0.5 * math.pi:
-        why = f"the lens sees {math.degrees(widest):.0f}° off the axis; the model {model.name} ends at 90°"
+        why = f"the lens sees {fixed(math.degrees(widest), 0)}° off the axis; the model {model.name} ends at 90°"
     elif error.lost > LOST:
-        why = f"loses {100.0 * error.lost:.2g} % of the rays that the lens passes"
+        why = f"loses {significant(100.0 * error.lost, 2)} % of the rays that the lens passes"
     time = stream[model.name]
     return Mark(model.name, model.kind, time.least, error.rms, time.spread, error.worst, why,
                 _figures(error, time, fused.get(model.name)))

@@ -12,6 +12,7 @@ from lensbench.analysis.model_choice import LADDER
 from lensbench.analysis.model_error import Rung
 from lensbench.app.studies.plotting import DIM, INK, look, save, sheet
 from lensbench.app.studies.stability.models import FOCUS, PIXELS, RUNGS, STOPS, angle, circle, film, judge, name
+from lensbench.kernels.figures import significant
 from lensbench.lenses.catalogue import one_of_each_kind
 
 if TYPE_CHECKING:
@@ -73,7 +74,8 @@ def save_domains(found: list[Domain], path: Path) -> None:
     lines = -(-len(found) // COLUMNS)
     with look():
         figure = sheet(WIDTH, HEIGHT * lines + 1.0)
-        figure.suptitle(f"The simplest model within {PIXELS:g} px of 6 µm and {STOPS:g} stops of the traced lens; "
+        figure.suptitle(f"The simplest model within {significant(PIXELS)} px of 6 µm and {significant(STOPS)} stops of "
+                        f"the traced lens; "
                         "across: half the field at the film's corner, down: f-number", color=INK, fontsize=10.5, x=0.01,
                         ha="left")
         for axes, each in zip(figure.subplots(lines, COLUMNS, squeeze=False).flat, found, strict=False):
@@ -101,8 +103,10 @@ def _draw(axes: "Axes", found: Domain) -> None:
         axes.text(j, i, SIGNS[rung], ha="center", va="center", fontsize=5.5,
                   color=INK if rung < 6 else "white")
     axes.set_title(found.lens, fontsize=7.0, color=INK)
-    axes.set_xticks(range(0, len(found.angles), 2), [f"{value:.2g}°" for value in found.angles[::2]], fontsize=6.0)
-    axes.set_yticks(range(0, len(found.f_numbers), 2), [f"{value:.3g}" for value in found.f_numbers[::2]], fontsize=6.0)
+    axes.set_xticks(range(0, len(found.angles), 2), [f"{significant(value, 2)}°" for value in found.angles[::2]],
+                    fontsize=6.0)
+    axes.set_yticks(range(0, len(found.f_numbers), 2), [significant(value, 3) for value in found.f_numbers[::2]],
+                    fontsize=6.0)
     axes.tick_params(length=0.0)
     for side in axes.spines.values():
         side.set_visible(False)

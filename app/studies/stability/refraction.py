@@ -9,6 +9,7 @@ import lensbench as lb
 from lensbench.app.studies.stability.high_precision import exact, exactly, floats, root
 from lensbench.app.studies.stability.sweep import LOST, PRECISIONS, Curve, Sweep, curves_of, with_progress
 from lensbench.kernels.block import WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.figures import fixed
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.scalar_trace import surface_table, trace_rays
@@ -132,7 +133,8 @@ def beyond_it() -> Sweep:
     angles = np.array([*np.arange(0.0, CRITICAL - 0.5, 1.0), *np.arange(math.ceil(CRITICAL), 89.0, 1.0), 89.0, 89.9])
     expected = tuple(TOTAL if angle > CRITICAL else "" for angle in angles)
     return Sweep("Incidence", "Angle of incidence", "°", angles, "Direction", "µrad", LIMIT, WHY, measured(angles),
-                  f"Out of glass of index {INDEX}: beyond {CRITICAL:.2f}° no ray exists, and the result is a fate.",
+                  f"Out of glass of index {INDEX}: beyond {fixed(CRITICAL, 2)}° no ray exists, and the "
+                  f"result is a fate.",
                   linear=True, expected=expected)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.kernels.block import GLASS, METAL
+from lensbench.kernels.figures import significant
 from lensbench.scenery.values import SceneError, Triple, check
 
 MATERIALS = ("matte", "coat", "metal", "glass", "light", "lamp")
@@ -138,7 +139,7 @@ class Material:
         if self.kind not in MATERIALS:
             raise SceneError(f"material {self.kind!r}: choose one of {', '.join(MATERIALS)}")
         if self.gloss > 1.0:
-            raise SceneError(f"gloss {self.gloss:g}: it must lie between 0 and 1")
+            raise SceneError(f"gloss {significant(self.gloss)}: it must lie between 0 and 1")
         if min(self.colour) < 0.0:
             raise SceneError(f"colour {self.colour}: no component can be negative")
         if not self.shines and max(self.colour) > 1.0:

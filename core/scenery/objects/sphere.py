@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.kernels.layout import Packed
 from lensbench.scenery.objects.material import Material
 from lensbench.scenery.objects.shape import Moving
@@ -50,7 +51,7 @@ class Sphere(Moving):
     @property
     def label(self) -> str:
         """Name shown to the user."""
-        return f"sphere of {2.0 * self.radius:.3g} mm"
+        return f"sphere of {significant(2.0 * self.radius, 3)} mm"
 
     @property
     def bounding_radius(self) -> float:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.scenery.values import SceneError, Triple, check
 
 
@@ -47,7 +48,7 @@ class Floor:
     def __post_init__(self):
         check(self, ("tile",))
         if not 0.0 <= self.gloss <= 1.0:
-            raise SceneError(f"gloss {self.gloss:g}: it must lie between 0 and 1")
+            raise SceneError(f"gloss {significant(self.gloss)}: it must lie between 0 and 1")
         if not np.any(self.normal):
             raise SceneError("the normal of a floor cannot be zero")
         if min(*self.light, *self.dark) < 0.0 or max(*self.light, *self.dark) > 1.0:
@@ -82,7 +83,7 @@ class Sun:
         if not np.any(self.direction):
             raise SceneError("the direction of the sun cannot be zero")
         if self.angular_radius > 1.0:
-            raise SceneError(f"angular radius of the sun {self.angular_radius:g}: at most 1 radian")
+            raise SceneError(f"angular radius of the sun {significant(self.angular_radius)}: at most 1 radian")
         if min(self.colour) < 0.0:
             raise SceneError(f"colour {self.colour}: no component can be negative")
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lensbench.kernels.block import A0, BLUE, DEPTH, GREEN, RED, SB, SG, SR, TB, TG, TR, B, Step, rows, stage
+from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.layout import offsets, pack, vector
 from lensbench.scenery.values import Triple
 
@@ -53,7 +54,7 @@ class Medium:
 
     def __post_init__(self):
         if not (math.isfinite(self.index) and 1.0 <= self.index <= 3.0):
-            raise MediumError(f"index {self.index:g} of a medium: it must lie between 1 (air) and 3")
+            raise MediumError(f"index {significant(self.index)} of a medium: it must lie between 1 (air) and 3")
         for name in ("absorption", "scattering", "light"):
             values = tuple(float(x) for x in getattr(self, name))
             if len(values) != 3 or not all(math.isfinite(x) and x >= 0.0 for x in values):
@@ -96,8 +97,8 @@ class Medium:
         absorption = tuple(1e-3 * x for x in WATER)
         scattering = _extinction(visibility) - absorption[1]
         if scattering < 0.0:
-            raise MediumError(f"visibility {visibility / 1e3:g} m: in pure water one sees "
-                              f"{-math.log(CONTRAST) / WATER[1]:.0f} m")
+            raise MediumError(f"visibility {significant(visibility / 1e3)} m: in pure water one sees "
+                              f"{fixed(-math.log(CONTRAST) / WATER[1], 0)} m")
         return cls(WATER_INDEX, (absorption[0], absorption[1], absorption[2]), (scattering,) * 3, light)
 
     @property
@@ -138,7 +139,7 @@ class Medium:
 
 def _extinction(visibility: float) -> float:
     if not (math.isfinite(visibility) and visibility > 0.0):
-        raise MediumError(f"visibility {visibility:g} mm: it must be a positive number")
+        raise MediumError(f"visibility {significant(visibility)} mm: it must be a positive number")
     return -math.log(CONTRAST) / visibility
 
 
