@@ -81,7 +81,7 @@ def _mistakes() -> tuple[type[Exception], ...]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    from lensbench.app.command import chart, check, lens_files, light_field
+    from lensbench.app.command import chart, check, lens_files, library, light_field
     from lensbench.app.command.options import (
         add_close_option,
         add_lens_options,
@@ -127,8 +127,7 @@ def _parser() -> argparse.ArgumentParser:
     add_close_option(info)
     info.add_argument("--json", action="store_true", help="print JSON: lengths in mm, angles in degrees")
 
-    library = command("lenses", _lenses, "List the lenses of the library.")
-    library.add_argument("--json", action="store_true", help="print JSON: lengths in mm")
+    library.add_library_options(command("lenses", library.library, "List the lenses of the library."))
 
     check.add_check_options(command("check", check.check, "Report what looks wrong in lens files."))
     lens_files.add_convert_options(command("convert", lens_files.convert,
@@ -320,29 +319,6 @@ def _intrinsics(lens, film) -> dict[str, float] | None:
     except (lb.FocusError, lb.CameraError):
         return None
     return {"width": film.pixels_x, "height": film.pixels_y, **found._asdict()}
-
-
-def _lenses(arguments: argparse.Namespace) -> int:
-    from lensbench import lenses
-
-    cards = lenses.describe()
-    if arguments.json:
-        print_json([{"name": card.name, "title": card.title, "kind": card.kind, "year": card.year,
-                      "efl": card.efl, "tele_efl": card.tele_efl, "f_number": card.f_number} for card in cards])
-        return 0
-    table = [("Name", "EFL", "f/", "Year", "Kind", "Title")]
-    table += [(card.name, _focal_lengths(card), significant(card.f_number, 3) if card.f_number else "",
-               str(card.year or ""), card.kind, card.title) for card in cards]
-    widths = [max(len(row[column]) for row in table) for column in range(5)]
-    for row in table:
-        numbers = "  ".join(text.rjust(width) for text, width in zip(row[1:4], widths[1:4], strict=True))
-        print(f"{row[0]:{widths[0]}}  {numbers}  {row[4]:{widths[4]}}  {row[5]}")
-    return 0
-
-
-def _focal_lengths(card) -> str:
-    ends = [length for length in (card.efl, card.tele_efl) if length]
-    return "–".join(fixed(length, 1) for length in ends)
 
 
 if __name__ == "__main__":

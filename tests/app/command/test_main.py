@@ -280,14 +280,6 @@ def test_the_data_of_a_lens_that_forms_no_image_are_printed_all_the_same(tmp_pat
     assert json.loads(capsys.readouterr().out)["nearest_focus"] is None
 
 
-def test_the_library_is_listed_whole_in_both_forms(capsys):
-    assert main(["lenses"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[1:]] == lenses.names()
-    assert main(["lenses", "--json"]) == 0
-    assert [card["name"] for card in json.loads(capsys.readouterr().out)] == lenses.names()
-
-
 @pytest.mark.parametrize("words", [["--help"], ["--version"], *([name, "--help"] for name in (
     "view", "render", "info", "lenses"))])
 def test_every_command_explains_itself(words, capsys):
