@@ -121,7 +121,7 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--threads", type=option(read_count), metavar="N", help="threads; one a core by default")
     render.add_argument("--json", action="store_true", help="print the result as JSON")
 
-    info = command("info", _info, "Print the first-order data of a lens.")
+    info = command("info", _info, "Print provenance, first-order data, glasses and check of a lens.")
     info.add_argument("lens", metavar="LENS", help="a lens of the library, or a lens file")
     add_lens_options(info)
     add_close_option(info)
@@ -225,15 +225,17 @@ def _render(arguments: argparse.Namespace) -> int:
 
 def _info(arguments: argparse.Namespace) -> int:
     import lensbench as lb
+    from lensbench.app.command import lens_card
     from lensbench.app.state.build import design
     from lensbench.app.state.settings import Settings
     from lensbench.app.state.zoom import positioned, station_lines, stations
 
     lens = design(replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked())
+    card = lens_card.lens_card(lens)
     lens = positioned(lens, arguments)
     if getattr(arguments, "f_number", None) is not None:
         lens = lb.stopped_down(lens, arguments.f_number)
-    data = {**_lens_data(lens), "positions": stations(lens)}
+    data = {**_lens_data(lens), **card, "positions": stations(lens)}
     if arguments.json:
         print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
         return 0
@@ -262,8 +264,11 @@ def _info(arguments: argparse.Namespace) -> int:
         rows.append((f"Intrinsics at {pixels['width']} × {pixels['height']} pixels of that film",
                      f"fx {fixed(pixels['fx'], 2)}, fy {fixed(pixels['fy'], 2)}, cx {fixed(pixels['cx'], 2)}, cy "
                      f"{fixed(pixels['cy'], 2)}"))
-    print(", ".join(str(word) for word in (data["name"] or arguments.lens, data["kind"], data["year"]) if word))
-    print("\n".join([*(f"{label:46}{text}" for label, text in rows), *station_lines(data["positions"])]))
+    year = f"{data['year']}{lens_card.star(card, 'year')}" if data["year"] else ""
+    print(", ".join(word for word in (data["name"] or arguments.lens, data["kind"], year) if word))
+    print("\n".join([*lens_card.card_lines(card, data["source"]),
+                     *(f"{label:{lens_card.WIDTH}}{text}{lens_card.star(card, label)}" for label, text in rows),
+                     *station_lines(data["positions"]), *lens_card.glass_lines(card)]))
     print("".join(f"Found: {finding}\n" for finding in data["findings"]), end="")
     return 0
 

@@ -1,0 +1,61 @@
+"""`lensbench info`: provenance, elements, glasses, what is estimated, and the result of the check."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from lensbench import lenses
+from lensbench.app.command.main import main
+
+ZOOM = "canon-ef-usm-28-200-f35"
+
+
+def lines(capsys, *arguments):
+    assert main(["info", *arguments]) == 0
+    return capsys.readouterr().out.splitlines()
+
+
+def value(printed, label):
+    return next((line[46:].strip() for line in printed if line.startswith(label)), None)
+
+
+def test_provenance_elements_and_check_are_printed(capsys):
+    printed = lines(capsys, ZOOM)
+    assert [value(printed, label) for label in ("Maker", "Designer", "Patent", "Made for", "Elements", "Check")] == [
+        "Canon", "Makoto Mitsusaka", "JP 2001-350095 A", "36 × 24 mm",
+        "16 in 12 groups, 2 aspheres, 1 focus group", "nothing found"]
+    assert value(printed, "Estimated").startswith("all rims")
+
+
+def test_figures_that_follow_from_estimates_have_a_star_and_others_have_none(capsys):
+    printed = lines(capsys, ZOOM)
+    assert value(printed, "Nearest focus").endswith("m*") and value(printed, "f-number").endswith("*")
+    assert "*" not in value(printed, "Effective focal length")
+    glasses = [line for line in printed if "S-TIH53WN" in line]
+    assert len(glasses) == 4 and all("1.84666  23.90" in line and "*" in line for line in glasses)
+    published = lines(capsys, "pbrt-dgauss-50mm")
+    assert not any("*" in line for line in published) and value(published, "Estimated") is None
+
+
+def test_json_has_glasses_counts_and_findings(capsys, tmp_path):
+    assert main(["info", "lv-nikon-z-58f095-noct", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert (data["elements"], data["groups"], data["maker"], data["film_size"]) == (17, 10, "Nikon", [36.0, 24.0])
+    lens = lenses.load("lv-nikon-z-58f095-noct")
+    assert [(glass["n_d"], glass["v_d"]) for glass in data["glasses"]] == [
+        (s.glass.n_d, s.glass.v_d) for s in lens.surfaces[:-1] if s.glass.n_d != 1.0]
+    assert data["check"] == []
+
+    # The check of a lens with an error: its sign of a radius lost
+    broken = list(lens.surfaces)
+    broken[0] = replace(broken[0], curvature=-broken[0].curvature)
+    lenses.save(replace(lens, surfaces=tuple(broken)), tmp_path / "broken.toml")
+    assert main(["info", str(tmp_path / "broken.toml"), "--json"]) == 0
+    assert any(finding["severity"] == "warning" for finding in json.loads(capsys.readouterr().out)["check"])
+    assert "lensbench check" in value(lines(capsys, str(tmp_path / "broken.toml")), "Check")
+
+
+@pytest.mark.parametrize("options", [("--f-number", "8"), ("--zoom", "1", "--close", "1")])
+def test_the_check_is_that_of_the_design_at_any_setting(capsys, options):
+    assert value(lines(capsys, ZOOM, *options), "Check") == "nothing found"
