@@ -51,7 +51,7 @@ def _code(report: dict[str, Any]) -> int:
 
 
 def _print(report: dict[str, Any]) -> None:
-    """Print a line for the file, and a line with kind, place and message for each finding."""
+    """Print a line for the file, then causes, findings and notes, each with its kind, place and message."""
     if report["error"] is not None:
         print(f"lensbench: {report['error']}", file=sys.stderr)
         return
@@ -61,8 +61,15 @@ def _print(report: dict[str, Any]) -> None:
         return
     print(f"{report['file']}: {len(findings)} finding{'s' if len(findings) > 1 else ''}")
     width = max(len(finding["kind"]) for finding in findings)
-    for finding in findings:
-        place = "" if finding["surface"] is None else f"surface {finding['surface']}"
-        print(f"  {finding['kind']:{width}}  {place:11}  {finding['message']}")
-        if finding["proposal"]:
-            print(f"  {'':{width}}  {'':11}  Proposal: {finding['proposal']}")
+    causes = [finding for finding in findings if finding["change"] is not None]
+    for heading, found in (
+            (f"Probable cause{'s, the most probable first' if len(causes) > 1 else ''}", causes),
+            ("Findings", [f for f in findings if f["change"] is None and f["severity"] == "warning"]),
+            ("Notes", [f for f in findings if f["change"] is None and f["severity"] == "note"])):
+        if found and len(found) < len(findings):
+            print(f" {heading}")
+        for finding in found:
+            place = "" if finding["surface"] is None else f"surface {finding['surface']}"
+            print(f"  {finding['kind']:{width}}  {place:11}  {finding['message']}")
+            if finding["proposal"]:
+                print(f"  {'':{width}}  {'':11}  Proposal: {finding['proposal']}")

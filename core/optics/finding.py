@@ -26,6 +26,17 @@ class Kind(StrEnum):
     CROSSING = "crossing"
     HEMISPHERE = "hemisphere"
     RAY = "ray"
+    BLUR = "blur"                           # of a point on the axis, traced at full aperture
+    FIELD = "field"                         # the stated field is not lit
+
+    # Causes that a check names: with the change, the lens is good
+    SIGN = "sign"                           # of a radius
+    DIGIT = "digit"                         # a digit misread, two swapped, a decimal point moved
+    CONIC = "conic"                         # constants given as 1 + k
+    ASPHERE = "asphere"                     # coefficients at other powers of the height
+    MEDIUM = "medium"                       # before the lens: water
+    COVER_GLASS = "cover-glass"             # left out of the table, as the stack of a sensor is
+    SCALE = "scale"
 
     # Of a check, of a reader or of a writer
     GLASS = "glass"
@@ -48,6 +59,28 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True)
+class Change:
+    """One change of a prescription that a check proposes.
+
+    Parameters
+    ----------
+    quantity : str
+        "radius", "thickness", "n_d", "V_d", "conic", "aspheric power", "semi_diameter", "stop_index", "front_index",
+        "scale", "cover glass".
+    surface : int or None
+        The surface, numbered from 0; None for all surfaces, or for the whole lens.
+    before, after : float
+        The value of the table, and the proposed one (mm, or without unit). For a quantity of several surfaces both are
+        those of the first; for a plate that is added its thickness.
+    """
+
+    quantity: str
+    surface: int | None
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
 class Finding:
     """One thing found in a lens prescription; its text is `str(finding)`.
 
@@ -64,7 +97,10 @@ class Finding:
     severity : Severity
         NOTE or WARNING.
     figures : mapping of str to float
-        The numbers of the sentence by their names; lengths in mm.
+        The numbers of the sentence by their names; lengths in mm. Those of a proposed change have its result under
+        the name and "_after".
+    change : Change or None
+        The proposal in numbers.
     """
 
     kind: Kind
@@ -73,6 +109,7 @@ class Finding:
     proposal: str | None = None
     severity: Severity = Severity.WARNING
     figures: Mapping[str, float] = field(default_factory=dict, hash=False)
+    change: Change | None = None
 
     def __str__(self) -> str:
         return self.message

@@ -11,19 +11,18 @@ from math import isfinite
 
 import numpy as np
 
+from lensbench.lenses.check.causes import cause_findings
 from lensbench.lenses.check.digits import digit_findings
-from lensbench.lenses.check.figures import figure_findings
 from lensbench.lenses.check.geometry import geometry_findings
+from lensbench.lenses.check.glass_digits import glass_causes
 from lensbench.lenses.check.glasses import glass_findings
 from lensbench.lenses.check.positions import position_findings
-from lensbench.lenses.check.rays import ray_findings
-from lensbench.lenses.check.single_change import with_proposal
-from lensbench.lenses.check.stop import stop_findings
-from lensbench.optics.finding import Finding, Kind, Severity
+from lensbench.lenses.check.symptoms import symptom_findings
+from lensbench.optics.finding import Change, Finding, Kind, Severity
 from lensbench.optics.glass import GlassError
 from lensbench.optics.prescription import Lens
 
-__all__ = ["Finding", "Kind", "Severity", "check"]
+__all__ = ["Change", "Finding", "Kind", "Severity", "check"]
 
 
 @np.errstate(all="ignore")          # an infinite or undefined figure fails every comparison
@@ -47,8 +46,10 @@ def check(lens: Lens) -> list[Finding]:
         lens.indices()
     except GlassError as error:         # a glass of the infrared, say: nothing can be traced at the d line
         return [Finding(Kind.GLASS, None, str(error))]
-    table = [*digit_findings(lens), *glass_findings(lens), *geometry_findings(lens)]
+    shapes = geometry_findings(lens)
+    table = [*digit_findings(lens), *glass_findings(lens), *shapes]
     if isfinite(lens.system.object_distances[0]):
         return [*table, *position_findings(lens), *lens.findings]
-    return [*with_proposal(lens, figure_findings(lens)), *table, *ray_findings(lens), *position_findings(lens),
-            *stop_findings(lens), *lens.findings]
+    symptoms = symptom_findings(lens)
+    causes = [*glass_causes(lens, table), *cause_findings(lens, [*symptoms, *shapes])]
+    return [*causes, *symptoms, *table, *position_findings(lens), *lens.findings]

@@ -3,11 +3,12 @@
 import numpy as np
 
 from lensbench.kernels.figures import significant
-from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.finding import Change, Finding, Kind, Severity
 from lensbench.optics.prescription import Lens, Surface
 
 HEMISPHERE = 1.01       # × the largest height that the surface has: tables round to three digits
 CROSSING = 0.01         # of the rim: neighbours that touch are drawn to a hair
+ESTIMATED = 0.05        # of the rim: estimated rims reach so deep into their neighbours
 STOP = 0.1              # of the rim: an iris is set where there is room, and its plane is nominal
 HEIGHTS = np.linspace(0.0, 1.0, 33)
 
@@ -19,9 +20,13 @@ def geometry_findings(lens: Lens) -> list[Finding]:
     for i, surface in enumerate(lens.surfaces):
         reach = _reach(surface)
         if surface.semi_diameter > HEMISPHERE * reach:
-            findings.append(Finding(Kind.HEMISPHERE, i, f"the rim has a radius of "
-                                                        f"{significant(surface.semi_diameter, 5)} mm, but "
-                                                     f"the surface ends at {significant(reach, 5)} mm from the axis"))
+            findings.append(Finding(
+                Kind.HEMISPHERE, i, f"the rim has a radius of {significant(surface.semi_diameter, 5)} mm, but the "
+                                    f"surface ends at "
+                f"{significant(reach, 5)} mm from the axis", f"rim of surface {i}: at most {significant(reach, 4)} mm "
+                                                             f"in place of "
+                f"{significant(surface.semi_diameter, 5)} "
+                f"mm", change=Change("semi_diameter", i, surface.semi_diameter, reach)))
         if i + 1 < len(lens.surfaces):
             findings += _gap(lens, i, n_before)
         n_before = surface.glass.n_d
@@ -46,11 +51,18 @@ def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
     narrow = int(np.argmin(gaps))
     if not gaps[narrow] < -(STOP if beside_stop else CROSSING) * rim:
         return []
+    slight = has_estimated_rims(lens) and gaps[narrow] > -ESTIMATED * rim
+    severity = Severity.NOTE if slight else Severity.WARNING
     where = f"{significant(-gaps[narrow], 3)} mm deep, {significant(heights[narrow], 4)} mm from the axis"
     if in_glass:
         return [Finding(Kind.EDGE, i, f"the element between surfaces {i} and {i + 1} has a negative edge thickness: "
-                                   f"{where}")]
-    return [Finding(Kind.CROSSING, i, f"surfaces {i} and {i + 1} cross inside their rims: {where}")]
+                                   f"{where}", severity=severity)]
+    return [Finding(Kind.CROSSING, i, f"surfaces {i} and {i + 1} cross inside their rims: {where}", severity=severity)]
+
+
+def has_estimated_rims(lens: Lens) -> bool:
+    """Whether rims of the lens are estimates of its source or of the reader."""
+    return "rim" in lens.estimates or any(finding.kind is Kind.RIM for finding in lens.findings)
 
 
 def _is_dummy(lens: Lens, i: int, n_before: float) -> bool:

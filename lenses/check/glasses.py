@@ -7,11 +7,14 @@ import numpy as np
 from lensbench.kernels.figures import significant
 from lensbench.lenses import glass_catalogue
 from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Lens
 
 STEP_N, STEP_V = 0.01, 2.0      # a glass of another melt, maker or century is about so far from one of today
 FAR = 4.0                       # such steps from every known glass: the first flints of 1890 are at 3.4
 NAMED_N, NAMED_V = 0.01, 0.08   # and between a glass and its name; V_d as a share: other kinds share old names
+RESIN_N, LEAST_V = (1.57, 1.78), 14.0       # resins: from polycarbonate to the densest for spectacles and telephones
+RESIN_V, RESIN_SLOPE = 36.0, 55.0           # V_d of the lightest, and its fall by n_d: flint glass lies above it
 
 OTHERS = {                      # (n_d, V_d), as published: plastics, and what is in no catalogue of glass
     "water": (1.3330, 55.8), "CaF2": (1.43384, 95.2),
@@ -32,17 +35,25 @@ def glass_findings(lens: Lens) -> list[Finding]:
     for (n_d, v_d), places in media.items():
         wrong = _misnamed(lens, places)
         name, away = _nearest(n_d, v_d)
-        if away <= FAR:
+        if away <= FAR or _is_resin(n_d, v_d):
             findings += wrong
             continue
         where = f"surface{'s' if len(places) > 1 else ''} {', '.join(map(str, places))}"
         labels = list(dict.fromkeys(lens.surfaces[i].glass.name for i in places if lens.surfaces[i].glass.name))
+        figures = {"n_d": n_d, "V_d": v_d, "steps": away}
         message = (f"no known glass is near n_d {significant(n_d)}, V_d {significant(v_d)} ({where}); the nearest is "
                    f"{name}")
         if len(labels) > 1:
+            figures["names"] = float(len(labels))
             message += f". It is the glass of {', '.join(labels)} alike: a program may have replaced unknown names"
-        findings.append(Finding(Kind.GLASS, places[0], message, next((f.proposal for f in wrong), None)))
+        findings.append(Finding(Kind.GLASS, places[0], message, next((f.proposal for f in wrong), None),
+                                figures=figures))
     return findings
+
+
+def _is_resin(n_d: float, v_d: float) -> bool:
+    """Whether these are numbers of a resin of high index: it disperses more than glass, and is in no catalogue."""
+    return RESIN_N[0] <= n_d <= RESIN_N[1] and LEAST_V <= v_d <= RESIN_V - RESIN_SLOPE * (n_d - RESIN_N[0])
 
 
 def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
@@ -50,7 +61,7 @@ def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
     findings = []
     for i in places:
         glass = lens.surfaces[i].glass
-        known = glass_catalogue.lookup(glass.name) if glass.name else None
+        known = (glass_catalogue.lookup(glass.name) or _other(glass.name)) if glass.name else None
         if known is None or known.v_d is None or glass.v_d is None or (
                 abs(known.n_d - glass.n_d) <= NAMED_N and abs(known.v_d / glass.v_d - 1.0) <= NAMED_V):
             continue
@@ -61,17 +72,29 @@ def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
     return findings
 
 
-def _nearest(n_d: float, v_d: float) -> tuple[str, float]:
+def _other(name: str) -> Glass | None:
+    """The plastic or crystal of `OTHERS` with this name."""
+    return next((Glass(*numbers, known) for known, numbers in OTHERS.items()
+                 if glass_catalogue.key(known) == glass_catalogue.key(name)), None)
+
+
+def distance_to_known(n_d: float, v_d: float, glass_only: bool = False) -> float:
+    """Steps from the nearest known glass, or plastic."""
+    return _nearest(n_d, v_d, glass_only)[1]
+
+
+def _nearest(n_d: float, v_d: float, glass_only: bool = False) -> tuple[str, float]:
     """The known glass nearest to these numbers, in words, and how many steps it is away."""
     names, n, v = _map()
-    away = np.hypot((n - n_d) / STEP_N, (v - v_d) / STEP_V)
+    count = len(names) - len(OTHERS) if glass_only else len(names)
+    away = np.hypot((n[:count] - n_d) / STEP_N, (v[:count] - v_d) / STEP_V)
     nearest = int(np.argmin(away))
     return f"{names[nearest]}, {significant(n[nearest], 5)} and {significant(v[nearest], 3)}", float(away[nearest])
 
 
 @lru_cache(maxsize=1)
 def _map() -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Names, n_d and V_d of every known glass and plastic."""
+    """Names, n_d and V_d of every known glass, then of the `OTHERS`."""
     known = [(entry.name, entry.n_d, entry.v_d) for entry in glass_catalogue.entries() if entry.n_d and entry.v_d]
     known += [(name, *numbers) for name, numbers in OTHERS.items()]
     names, n, v = zip(*known, strict=True)

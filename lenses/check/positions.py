@@ -7,12 +7,12 @@ from dataclasses import replace
 from math import isfinite
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.check.figures import figure_findings
+from lensbench.lenses.check.figures import BACK_FOCUS, figure_findings
 from lensbench.lenses.check.geometry import geometry_findings
 from lensbench.lenses.check.rays import ray_findings
 from lensbench.lenses.check.stop import stop_findings
 from lensbench.lenses.paraxial import FAR, object_distance
-from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.finding import Change, Finding, Kind, note
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
 from lensbench.optics.zoom_positions import Positions
@@ -27,7 +27,7 @@ def position_findings(lens: Lens) -> list[Finding]:
     positions = lens.positions
     if positions is None:
         return []
-    findings = []
+    findings = _film_gap(lens, positions)
     known = {(f.kind, f.surface) for f in geometry_findings(lens.at(zoom=0.0, close=0.0))}
     for i, zoom in enumerate(positions.zoom_stations):
         far = _figured(lens.at(zoom=zoom, close=0.0), first=i == 0)
@@ -41,8 +41,29 @@ def position_findings(lens: Lens) -> list[Finding]:
                 doubts += [*figure_findings(far), *ray_findings(far), *stop_findings(far)]
             else:
                 doubts += _distance(there, off, positions.distances[i][j] if positions.distances else None)
-            findings += [Finding(Kind.POSITION, f.surface, f"at {positions.label(i, j)}: {f.message}") for f in doubts]
+            findings += [Finding(Kind.POSITION, f.surface, f"at {positions.label(i, j)}: {f.message}", f.proposal,
+                                 f.severity, f.figures, f.change) for f in doubts]
     return findings + _odd_sums(lens, positions)
+
+
+def _film_gap(lens: Lens, positions: Positions) -> list[Finding]:
+    """Finding about a zoom in focus at its first station alone, whose gap before the film does not vary."""
+    last = len(lens.surfaces) - 1
+    if not positions.zooms or last in positions.gaps or not lens.surfaces[last].thickness > 0.0:
+        return []
+    stored = lens.surfaces[last].thickness
+    stations = [first_order(lens.at(zoom=zoom, close=0.0)) for zoom in positions.zoom_stations]
+    off = [abs(fo.bfl - stored) / abs(fo.efl) for fo in stations]
+    if not (off[0] <= BACK_FOCUS < min(off[1:]) and all(isfinite(fo.bfl) and fo.bfl > 0.0 for fo in stations)):
+        return []
+    foci = ", ".join(significant(fo.bfl, 5) for fo in stations)
+    return [Finding(
+        Kind.POSITION, last, f"the gap before the film is {significant(stored, 5)} mm at every station, which is in "
+                             f"focus at the "
+        "first alone: the lens moves as a whole when it zooms, and the table does not have this gap",
+        f"gap behind surface {last} at the stations: {foci} mm",
+        figures={f"back_focus_{i}": fo.bfl for i, fo in enumerate(stations)},
+        change=Change("thickness", last, stored, stations[-1].bfl))]
 
 
 def _figured(lens: Lens, first: bool) -> Lens:
@@ -55,8 +76,9 @@ def _figured(lens: Lens, first: bool) -> Lens:
 
 
 def _distance(lens: Lens, off: float, stated: float | None) -> list[Finding]:
-    """Finding about a near station whose focus is not at its stated distance.
+    """Note about a near station whose focus is not at its stated distance.
 
+    The stated one is often a catalogue's near limit, and the gaps those of a model: the lens itself is sound.
     off: distance from the stored film position to the focus at infinity, mm; the film is moved by it.
     """
     film = lens.surfaces[-1].thickness + off
@@ -65,13 +87,12 @@ def _distance(lens: Lens, off: float, stated: float | None) -> list[Finding]:
     surfaces = (*lens.surfaces[:-1], replace(lens.surfaces[-1], thickness=film))
     before = object_distance(surfaces)
     if not 0.0 < before < FAR:
-        return [Finding(Kind.POSITION, None, "it is in focus no nearer than infinity")]
+        return [note(Kind.POSITION, "it is in focus no nearer than infinity")]
     distance = before + lens.length + film
     if stated is None or abs(distance / stated - 1.0) <= DISTANCE:
         return []
-    return [Finding(Kind.POSITION, None, f"it is in focus at {significant(distance / 1000.0, 4)} m from the "
-                                         f"film, where "
-                                      f"{significant(stated / 1000.0)} m is stated")]
+    return [note(Kind.POSITION, f"it is in focus at {significant(distance / 1000.0, 4)} m from the film, where "
+                 f"{significant(stated / 1000.0)} m is stated", distance=distance, stated=stated)]
 
 
 def _odd_sums(lens: Lens, positions: Positions) -> list[Finding]:

@@ -1,47 +1,57 @@
-"""Real rays near the axis: they must pass, and meet where the paraxial ones do."""
-
-from math import isinf
-
-import numpy as np
+"""Real rays of the axial beam, at full aperture: they must pass, and meet as well as in lenses of the same kind."""
 
 from lensbench.kernels.figures import fixed, significant
+from lensbench.lenses.check.axial_beam import ON_THE_FILM, AxialBeam, allowed_blur, axial_beam
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens
-from lensbench.optics.scalar_trace import Fate, trace
+from lensbench.optics.scalar_trace import Fate
 
-HEIGHTS = np.array([0.02, 0.1, 0.2, 0.3, 0.4, 0.5])     # of the entrance pupil; near its rim good lenses clip
-SPREAD = 0.25                   # of the focal length, at half the aperture: a fast fisheye reaches a tenth of that
 WORDS = {
     Fate.MISSED: "misses surface {0}", Fate.CLIPPED: "falls outside the rim of surface {0}",
     Fate.TOTAL_REFLECTION: "is totally reflected at surface {0}", Fate.BACKWARD: "is bent backward at surface {0}",
 }
+OPEN = 0.75                     # of the aperture's radius: rims of published lenses, estimated or of a zoom, leave 0.8
 
 
 def ray_findings(lens: Lens) -> list[Finding]:
-    """The lowest ray parallel to the axis, up to half the aperture, that fails or lands far from the focus."""
-    fo = first_order(lens)
-    pupil = fo.entrance_pupil.radius
-    if isinf(fo.efl) or isinf(pupil):
+    """A ray parallel to the axis that fails within the aperture, or a beam that does not meet in a point."""
+    findings: list[Finding] = []
+    for section in lens.sections:
+        beam = axial_beam(section)
+        if beam is not None and not findings:
+            findings = _findings(section, beam)
+    return findings
+
+
+def _findings(lens: Lens, beam: AxialBeam) -> list[Finding]:
+    findings = []
+    if beam.fate != Fate.PASSED:
+        findings.append(_failure(Kind.RAY, beam, beam.fate, beam.failed_at, beam.failed_share))
+    if beam.cut_by is not None and beam.open_share < OPEN:
+        findings.append(_failure(Kind.RIM, beam, Fate.CLIPPED, beam.cut_by, beam.open_share))
+    return findings or _blur(lens, beam)
+
+
+def _blur(lens: Lens, beam: AxialBeam) -> list[Finding]:
+    efl = abs(first_order(lens).efl)
+    allowed = allowed_blur(lens, beam.f_number) * efl
+    if beam.blur > allowed:
+        blur, allowed, where = beam.blur, allowed, "in best focus"
+    elif lens.surfaces[-1].thickness != 0.0 and beam.film_blur > ON_THE_FILM * allowed:
+        blur, allowed, where = beam.film_blur, ON_THE_FILM * allowed, "on the film"
+    else:
         return []
-    heights = HEIGHTS * pupil
-    before = -sum(s.semi_diameter for s in lens.surfaces[:1]) - pupil
-    start = np.stack([0.0 * heights, heights, np.full_like(heights, before)], axis=1)
-    rays = trace(lens, start, [0.0, 0.0, 1.0])
-    failed = np.flatnonzero(rays.fate)
-    if failed.size:
-        first = failed[0]
-        fate = Fate(rays.fate[first])
-        ended = int(rays.surface[first]) + (fate == Fate.MISSED)
-        return [Finding(Kind.RAY, ended, f"a ray {significant(heights[first], 4)} mm from the axis, "
-                                         f"{fixed(100.0 * HEIGHTS[first], 0)} % "
-                                      f"of the aperture's radius, {WORDS[fate].format(ended)}")]
-    to_focus = lens.length + fo.bfl - rays.points[:, 2]
-    miss = np.abs(rays.points[:, 1] + to_focus * rays.directions[:, 1] / rays.directions[:, 2])
-    far = np.flatnonzero(miss > SPREAD * abs(fo.efl))
-    if not far.size:
-        return []
-    first = far[0]
-    return [Finding(Kind.RAY, None, f"a ray {significant(heights[first], 4)} mm from the axis, "
-                                    f"{fixed(100.0 * HEIGHTS[first], 0)} % of "
-                                 f"the aperture's radius, lands {significant(miss[first], 3)} mm beside the focus")]
+    return [Finding(Kind.BLUR, None, f"a point on the axis becomes a disk of {significant(blur, 3)} mm rms radius "
+                                     f"{where}, at full "
+                    f"aperture, f/{significant(beam.f_number, 3)}: {significant(100.0 * blur / efl, 2)} % of the "
+                    f"focal length, where lenses of "
+                    f"this speed and kind stay below {significant(100.0 * allowed / efl, 2)} %",
+                    figures={"blur": blur, "allowed": allowed, "f_number": beam.f_number})]
+
+
+def _failure(kind: Kind, beam: AxialBeam, fate: Fate, surface: int, share: float) -> Finding:
+    height = share * beam.radius
+    return Finding(
+        kind, surface, f"a ray {significant(height, 4)} mm from the axis, {fixed(100.0 * share, 0)} % of the "
+        f"aperture's radius, {WORDS[fate].format(surface)}", figures={"height": height, "share": share})

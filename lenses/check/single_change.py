@@ -1,9 +1,9 @@
-"""The single wrong sign or digit that explains a wrong focus or focal length, if there is only one candidate.
+"""One wrong sign or digit that explains a wrong focus or focal length.
 
 Every radius, gap and index is changed by the usual copying mistakes: sign lost, point
-moved, two digits swapped, one digit misread. A candidate must restore both the stated
+moved, two digits swapped, one digit misread. A change must restore both the stated
 focal length and the stored back focus. If only one of them is known, changed digits
-match it by chance, and only changes of a sign are candidates.
+match it by chance, and only changes of a sign are tried.
 """
 
 from collections.abc import Iterator
@@ -12,17 +12,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.check.geometry import geometry_findings
-from lensbench.optics.finding import Finding, Kind
+from lensbench.lenses.check.glasses import distance_to_known
+from lensbench.lenses.check.hypothesis import Hypothesis
+from lensbench.optics.finding import Change, Kind
 from lensbench.optics.paraxial import ray_matrix
 from lensbench.optics.prescription import Lens, Surface
 
-EXPLAINED = (Kind.FOCAL_LENGTH, Kind.BACK_FOCUS)
 BELIEVED = {"sign": 3e-3, "point": 2e-3, "swapped digits": 2e-3, "digit": 1e-3}     # misfit, of the focal length
+RARITY = {"sign": 1.0, "point": 2.0, "swapped digits": 3.0, "digit": 5.0}
+CAUSES = {"sign": "a radius has the wrong sign", "point": "a decimal point is misplaced",
+          "swapped digits": "two digits are swapped", "digit": "a digit is misread"}
 NOMINAL = 0.3           # weight of the stated focal length for a sign: there are few, and 50 mm is often 50.4
-RIVAL = 5.0             # × the best misfit: another change that fits nearly as well leaves both unproven
+MOST = 40               # changes that are traced, of those that restore the figures
 DIGITS = 7              # significant ones that are varied
 INDICES = (1.3, 2.2)
+KNOWN_GLASS = 1.5       # steps of the map of glasses: so near a known glass is the right index
+UNKNOWN_RARITY = 3.0    # × for an index of no known glass
 
 
 @dataclass(frozen=True)
@@ -39,24 +44,14 @@ class _Change:
         return replace(lens, surfaces=tuple(surfaces))
 
 
-def with_proposal(lens: Lens, findings: list[Finding]) -> list[Finding]:
-    """The findings, the first that one changed number explains with that number as its proposal."""
-    explained = [i for i, finding in enumerate(findings) if finding.kind in EXPLAINED]
-    proposal = _proposal(lens) if explained and lens.is_rotationally_symmetric else None
-    if proposal is None:
-        return findings
-    return [replace(finding, proposal=proposal) if i == explained[0] else finding
-            for i, finding in enumerate(findings)]
-
-
-def _proposal(lens: Lens) -> str | None:
-    """The only change that restores the figures, in words."""
+def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
+    """The changes that restore the figures, the likeliest first; only signs if but one figure is known."""
     stored, stated = lens.surfaces[-1].thickness, lens.stated_efl
     if not (stored > 0.0 or stated):
-        return None
+        return
     changes, efl, bfl = _figures(lens, both=stored > 0.0 and bool(stated))
     if not changes:
-        return None
+        return
     misfits = np.zeros(len(changes))
     if stated:
         weights = np.array([NOMINAL if change.kind == "sign" else 1.0 for change in changes])
@@ -64,21 +59,21 @@ def _proposal(lens: Lens) -> str | None:
     if stored > 0.0:
         misfits = np.maximum(misfits, np.abs((bfl - stored) / (stated or efl)))
     misfits = np.where(np.isfinite(misfits) & (efl > 0.0), misfits, np.inf)
-
-    # One change that fits, and no other nearly as well
-    order = np.argsort(misfits)
-    best = changes[order[0]]
-    if misfits[order[0]] > BELIEVED[best.kind]:
-        return None
-    rivals = (k for k in order[1:] if misfits[k] < RIVAL * max(misfits[order[0]], 1e-5))
-    if any(misfits[k] <= BELIEVED[changes[k].kind] for k in rivals):
-        return None
-    if len(geometry_findings(best.applied(lens))) > len(geometry_findings(lens)):
-        return None
-    return (f"{best.quantity} of surface {best.surface}: {significant(best.new, 7)} in place of "
-            f"{significant(best.old, 7)} (one {best.kind}) "
-            f"gives a focal length of {significant(efl[order[0]], 5)} mm and a back focus of "
-            f"{significant(bfl[order[0]], 5)} mm")
+    believed = [k for k in np.argsort(misfits) if misfits[k] <= BELIEVED[changes[k].kind]]
+    for k in believed[:MOST]:
+        change, surface = changes[k], lens.surfaces[changes[k].surface]
+        rarity = RARITY[change.kind]
+        if change.quantity == "n_d" and surface.glass.v_d is not None:
+            if distance_to_known(change.new, surface.glass.v_d) > KNOWN_GLASS:
+                rarity *= UNKNOWN_RARITY
+            elif distance_to_known(change.old, surface.glass.v_d) > KNOWN_GLASS:
+                rarity /= UNKNOWN_RARITY
+        yield Hypothesis(
+            Kind.SIGN if change.kind == "sign" else Kind.DIGIT,
+            Change(change.quantity, change.surface, change.old, change.new), CAUSES[change.kind],
+            f"{change.quantity} of surface {change.surface}: {significant(change.new, 7)} in place of "
+            f"{significant(change.old, 7)} "
+            f"(one {change.kind})", change.applied(lens), rarity)
 
 
 def _figures(lens: Lens, both: bool) -> tuple[list[_Change], np.ndarray, np.ndarray]:
@@ -129,22 +124,22 @@ def _changes(i: int, surface: Surface, both: bool, is_last: bool) -> Iterator[_C
     if surface.curvature != 0.0:
         radius = 1.0 / surface.curvature
         for kind in kinds:
-            for new in _slips(radius, kind):
+            for new in slips(radius, kind):
                 yield _Change(i, "radius", radius, new, kind)
     if surface.thickness != 0.0 and not is_last:
         for kind in kinds:
             if kind != "sign":                          # a gap has none
-                for new in _slips(surface.thickness, kind):
+                for new in slips(surface.thickness, kind):
                     yield _Change(i, "thickness", surface.thickness, new, kind)
     if surface.glass.n_d > 1.0:
         for kind in kinds:
             if kind in ("digit", "swapped digits"):
-                for new in _slips(surface.glass.n_d, kind):
+                for new in slips(surface.glass.n_d, kind):
                     if INDICES[0] < new < INDICES[1]:
                         yield _Change(i, "n_d", surface.glass.n_d, new, kind)
 
 
-def _slips(value: float, kind: str) -> set[float]:
+def slips(value: float, kind: str) -> set[float]:
     """Numbers that result from a number by this kind of copying mistake."""
     if kind == "sign":
         return {-value}

@@ -23,7 +23,7 @@ SUSPECTS = {
     "lib-bertele-sonnar-f15": {"solved-radius"},
     "lib-matsubara-1977": {"back-focus"},
     "lib-sonnefeld-1935": {"back-focus", "solved-radius"},
-    "lib-us4505553": {"glass", "back-focus", "f-number", "ray", "stop"},
+    "lib-us4505553": {"glass", "back-focus", "f-number", "blur", "stop"},
     "lv-nikon-fisheye-nikkor-6mm-f28": {"focal-length", "back-focus", "f-number"},
 }
 

@@ -30,6 +30,7 @@ def test_findings_end_with_1_and_say_where_and_what(capsys, spoiled):
     out = capsys.readouterr().out
     assert out.startswith(f"{spoiled}: ") and "focal-length" in out
     assert "Proposal: radius of surface 0: 29.475 in place of -29.475" in out
+    assert out.index("Probable cause\n") < out.index("Proposal") < out.index("Findings\n") < out.index("focal-length")
 
 
 def test_a_file_without_a_lens_ends_with_2_and_one_line_and_the_others_are_checked(capsys, spoiled, tmp_path):
@@ -43,7 +44,12 @@ def test_json_is_a_list_of_files_with_their_findings(capsys, spoiled, tmp_path):
     assert main(["check", "--json", NAME, spoiled, str(tmp_path / "none.toml")]) == 2
     clean, found, missing = json.loads(capsys.readouterr().out)
     assert clean == {"file": NAME, "error": None, "findings": []}
-    assert {"kind", "surface", "message", "proposal", "severity", "figures"} == found["findings"][0].keys()
+    assert {"kind", "surface", "message", "proposal", "severity", "figures", "change"} == found["findings"][0].keys()
+    first = found["findings"][0]
+    assert first["kind"] == "sign"
+    assert first["change"] == {"quantity": "radius", "surface": 0, "before": -29.475, "after": 29.475}
+    assert first["figures"]["focal_length"] < 0.0
+    assert first["figures"]["focal_length_after"] == pytest.approx(50.0, rel=0.01)
     assert missing["findings"] == [] and "no such file" in missing["error"]
 
 

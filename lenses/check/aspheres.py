@@ -1,0 +1,80 @@
+"""Aspheres that were copied under another convention: conics as 1 + k, coefficients at other powers of the height."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from lensbench.lenses.check.hypothesis import Hypothesis
+from lensbench.optics.finding import Change, Kind
+from lensbench.optics.prescription import Lens, Surface
+
+LOWEST, HIGHEST = 2, 20
+EVEN = 5.0                          # rarity of a change of one surface alone
+Terms = tuple[tuple[int, float], ...]
+
+POWERS: dict[str, Callable[[Terms], Terms]] = {
+    "one even power lower": lambda terms: tuple((power - 2, a) for power, a in terms),
+    "one even power higher": lambda terms: tuple((power + 2, a) for power, a in terms),
+    "one power lower": lambda terms: tuple((power - 1, a) for power, a in terms),
+    "one power higher": lambda terms: tuple((power + 1, a) for power, a in terms),
+    "at the powers 3, 4, 5 …": lambda terms: tuple((3 + i, a) for i, (_, a) in enumerate(terms)),
+    "at the powers 4, 5, 6 …": lambda terms: tuple((4 + i, a) for i, (_, a) in enumerate(terms)),
+    "at the powers 4, 6, 8 …": lambda terms: tuple((4 + 2 * i, a) for i, (_, a) in enumerate(terms)),
+}
+
+
+def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
+    """Other readings of all conics, of all coefficients, and of the coefficients of one surface."""
+    aspheric = [i for i, s in enumerate(lens.surfaces) if s.aspheric]
+    conic = [i for i, s in enumerate(lens.surfaces) if s.conic != 0.0]
+    both = sorted({*aspheric, *conic})
+    for places in (conic, both) if conic and both != conic else (both,):
+        if places:
+            yield from _conics(lens, places)
+    for words, moved in POWERS.items():
+        for places in (aspheric, *([i] for i in aspheric if len(aspheric) > 1)):
+            yield from _powers(lens, places, words, moved, 1.5 if places == aspheric else EVEN)
+    if aspheric:
+        yield _without(lens, aspheric)
+
+
+def _conics(lens: Lens, places: list[int]) -> Iterator[Hypothesis]:
+    """All conics one smaller, or one larger."""
+    first, where = lens.surfaces[places[0]].conic, places[0] if len(places) == 1 else None
+    yield Hypothesis(Kind.CONIC, Change("conic", where, first, first - 1.0),
+                     "the conic constants are given as κ = 1 + k", f"1 subtracted from the conic constant{_of(places)}",
+                     _changed(lens, places, lambda s: replace(s, conic=s.conic - 1.0)))
+    yield Hypothesis(Kind.CONIC, Change("conic", where, first, first + 1.0),
+                     "1 was subtracted from conic constants that were k already",
+                     f"1 added to the conic constant{_of(places)}",
+                     _changed(lens, places, lambda s: replace(s, conic=s.conic + 1.0)))
+
+
+def _powers(lens: Lens, places: list[int], words: str, moved: Callable[[Terms], Terms],
+            rarity: float) -> Iterator[Hypothesis]:
+    """The same coefficients at other powers, where these exist."""
+    terms = [lens.surfaces[i].aspheric for i in places]
+    after = [moved(row) for row in terms]
+    if not places or after == terms or not all(LOWEST <= power <= HIGHEST for row in after for power, _ in row):
+        return
+    yield Hypothesis(
+        Kind.ASPHERE, Change("aspheric power", places[0] if len(places) == 1 else None, float(terms[0][0][0]),
+                             float(after[0][0][0])), "the aspheric coefficients stand at other powers of the height",
+        f"the coefficients{_of(places)} {words} (the first at r^{after[0][0][0]} in place of r^{terms[0][0][0]})",
+        _changed(lens, places, lambda s: replace(s, aspheric=moved(s.aspheric))), rarity)
+
+
+def _without(lens: Lens, places: list[int]) -> Hypothesis:
+    """No coefficients: where the rays then pass, these are wrong in a way that is not known."""
+    first = lens.surfaces[places[0]].aspheric[0]
+    return Hypothesis(
+        Kind.ASPHERE, Change("aspheric power", None, float(first[0]), 0.0), "the aspheric coefficients are wrong",
+        f"without the coefficients{_of(places)} all rays pass; no other order of their powers makes the lens good",
+        _changed(lens, places, lambda s: replace(s, aspheric=())), 100.0, frozenset((Kind.BLUR,)))
+
+
+def _changed(lens: Lens, places: list[int], change: Callable[[Surface], Surface]) -> Lens:
+    return replace(lens, surfaces=tuple(change(s) if i in places else s for i, s in enumerate(lens.surfaces)))
+
+
+def _of(places: list[int]) -> str:
+    return f" of surface{'s' if len(places) > 1 else ''} {', '.join(map(str, places))}"

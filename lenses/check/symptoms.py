@@ -1,0 +1,13 @@
+"""What is wrong with a lens as a whole, of which a cause is then sought."""
+
+from lensbench.lenses.check.field import field_findings
+from lensbench.lenses.check.figures import figure_findings
+from lensbench.lenses.check.rays import ray_findings
+from lensbench.lenses.check.stop import stop_findings
+from lensbench.optics.finding import Finding
+from lensbench.optics.prescription import Lens
+
+
+def symptom_findings(lens: Lens) -> list[Finding]:
+    """Findings about the figures, the axial beam, the stop and the field."""
+    return [*figure_findings(lens), *ray_findings(lens), *stop_findings(lens), *field_findings(lens)]
