@@ -8,8 +8,9 @@ has its origin at the first vertex and light travels along +z, from the scene to
 the film; a camera looks along −z, x to the right and y up.
 
 The import has two effects on numba. lensbench's kernels, and no other functions, are cached in
-$XDG_CACHE_HOME/lensbench (by default ~/.cache/lensbench). On processors with AVX-512 this process compiles with
-512-bit registers; LENSBENCH_WIDE_REGISTERS=0 in the environment leaves numba's setting as it is. See `kernels.cache`.
+$XDG_CACHE_HOME/lensbench/kernels (by default ~/.cache/lensbench/kernels). On x86-64 all code that this process compiles
+is made for a level of that architecture, v3 or v4, in place of the exact processor; LENSBENCH_NATIVE=1 in the
+environment leaves numba's setting as it is. See `kernels.cache`.
 """
 
 from lensbench.kernels import cache as _cache  # noqa: F401 (sets numba up before any kernel is declared)

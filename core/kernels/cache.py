@@ -1,4 +1,4 @@
-"""The folder of compiled kernels, and the processor features that kernels are compiled for.
+"""Compiled kernels: the folder that keeps them, those shipped with the package, and the processor they are made for.
 
 `lensbench/__init__.py` imports this module before any kernel is declared. It has two effects on numba:
 
@@ -6,22 +6,29 @@
   ~/.cache/lensbench/kernels, or in a temporary folder where that is not writable. The name of a file has a hash of the
   function, of all that it calls and of the constants that it reads. So an edit compiles anew what it changes and
   nothing else, and several versions of lensbench share what they have in common.
-- On processors with AVX-512 all code that this process compiles, other libraries' too, uses 512-bit registers. LLVM
-  prefers 256-bit ones on some processors; lensbench's kernels are a fifth faster with 512. Numba has one setting for
-  the whole process. LENSBENCH_WIDE_REGISTERS=0 or any value of NUMBA_CPU_FEATURES leaves it as it is.
+- All code that this process compiles, other libraries' too, is made for the highest x86-64 level of the processor (v3,
+  or v4 with 512-bit registers) in place of its exact model: machine code of one computer then fits another. Numba has
+  one setting for the whole process. LENSBENCH_LEVEL names another level, to compile a wheel for. LENSBENCH_NATIVE=1,
+  or any value of NUMBA_CPU_NAME or NUMBA_CPU_FEATURES, leaves numba's setting as it is.
 
-Of each function the files used last are kept.
+A wheel may carry kernels that were compiled where it was built: `shipped/LEVEL.zip` beside this file holds files of the
+same names. A shipped kernel whose name does not fit (another source, numba or Python) is not used, and a warning says
+so once. Of each function the files used last are kept.
 """
 
 import atexit
 import hashlib
 import os
 import pickle
+import platform
 import re
 import shutil
 import sys
 import tempfile
 import time
+import warnings
+import zipfile
+from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache, cached_property
@@ -36,8 +43,13 @@ from llvmlite import binding
 from numba.core import caching, dispatcher, serialize
 from numba.extending import _Intrinsic
 
-KEPT = 24                               # files of one function: signatures times versions
+KEPT = 200                              # files of one function: signatures, versions, what its closure holds
 DAY = 24 * 3600.0                       # s; a file's time of last use is exact to a day
+SHIPPED = Path(__file__).parent / "shipped"     # a folder of archives, one for each level; absent in a source tree
+LEVELS = {                              # of x86-64: processor features that a level needs, and LLVM's options for it
+    "x86-64-v4": ("avx512f avx512bw avx512cd avx512dq avx512vl", "-prefer-256-bit"),    # else LLVM leaves half unused
+    "x86-64-v3": ("avx2 bmi bmi2 f16c fma lzcnt movbe", ""),
+}
 _PACKAGE = __name__.split(".")[0]
 _COMPILERS = f"{numba.__version__} {llvmlite.__version__} {sys.implementation.cache_tag}"
 
@@ -129,21 +141,18 @@ class KernelCache(caching.FunctionCache):
 
     def path(self, signature: Any, codegen: Any) -> Path:
         """The file for a signature and a processor."""
-        return folder / f"{self._stem}-{_digest(str(signature), str(codegen.magic_tuple()), self._version)}.kernel"
+        return folder / f"{self._stem}-{self._version}-{_digest(str(signature), str(codegen.magic_tuple()))}.kernel"
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         path = self.path(sig, target_context.codegen())
+        used[path.name] = self._py_func, sig
+        content = _kept(path) or _shipped(path.name)
         try:
-            data = pickle.loads(path.read_bytes())
-            if time.time() - path.stat().st_mtime > DAY:
-                os.utime(path)
-        except FileNotFoundError:
-            return None
+            return self._impl.rebuild(target_context, pickle.loads(content)) if content else None
         except Exception:                   # a damaged file, by whatever error pickle raises: compile again
             with suppress(OSError):
                 path.unlink()
             return None
-        return self._impl.rebuild(target_context, data)
 
     def _save_overload(self, sig: Any, data: Any) -> None:
         if not self._impl.check_cachable(data):
@@ -176,12 +185,67 @@ class _Reducer(caching.CompileResultCacheImpl):
         return not cres.library.has_dynamic_globals and all(lifted.can_cache for lifted in cres.lifted)
 
 
+def _kept(path: Path) -> bytes | None:
+    """Content of a file of the folder, which counts as used now; None where there is none."""
+    try:
+        if time.time() - path.stat().st_mtime > DAY:
+            os.utime(path)
+        return path.read_bytes()
+    except OSError:
+        return None
+
+
+@cache
+def _archive() -> zipfile.ZipFile | None:
+    """The kernels shipped for this processor."""
+    try:
+        return zipfile.ZipFile(SHIPPED / f"{level}.zip") if level else None
+    except FileNotFoundError:
+        return None
+    except (OSError, zipfile.BadZipFile) as error:
+        warnings.warn(f"the kernels shipped with lensbench cannot be read ({error}): they are compiled anew",
+                      stacklevel=1)
+        return None
+
+
+@cache
+def _shipped_names() -> dict[str, set[str]]:
+    """Names of the shipped kernels by function and version."""
+    archive = _archive()
+    names: dict[str, set[str]] = defaultdict(set)
+    for name in archive.namelist() if archive else ():
+        names[name.rpartition("-")[0]].add(name)
+    return names
+
+
+def _shipped(name: str) -> bytes | None:
+    """Content of a shipped kernel; None, with a warning the first time, where only another version of it is shipped."""
+    archive, kernel = _archive(), name.rpartition("-")[0]
+    if archive is None:
+        return None
+    if name in _shipped_names()[kernel]:
+        with suppress(OSError, zipfile.BadZipFile):
+            return archive.read(name)
+    elif not _shipped_names()[kernel] and any(
+            names and other.rpartition("-")[0] == kernel.rpartition("-")[0]
+            for other, names in _shipped_names().items()):
+        _warn_of_other_versions()
+    return None
+
+
+@cache
+def _warn_of_other_versions() -> None:
+    warnings.warn(f"the kernels shipped with lensbench were compiled from other sources, or with another numba or "
+                  f"Python than {_COMPILERS}: they are not used, and compiling takes longer", stacklevel=1)
+
+
 def is_compiled(kernel: Any, signature: Any) -> bool:
-    """Whether a kernel need not be compiled for this signature: this process or the folder has it."""
+    """Whether a kernel need not be compiled for this signature: this process, the folder or the package has it."""
     if signature.args in kernel.overloads:
         return True
     kernel.targetctx.refresh()
-    return kernel._cache.path(signature, kernel.targetctx.codegen()).exists()
+    path = kernel._cache.path(signature, kernel.targetctx.codegen())
+    return path.exists() or path.name in _shipped_names()[path.name.rpartition("-")[0]]
 
 
 def _last_use(path: Path) -> float:
@@ -216,14 +280,20 @@ def _cache_of(function: FunctionType) -> caching.FunctionCache:
     return caching.FunctionCache(function)
 
 
-def _prefer_wide_registers() -> None:
-    """Let LLVM use 512-bit registers where the processor has them and the user has not said otherwise."""
-    features = binding.get_host_cpu_features()
-    if (features.get("avx512f") and numba.config.CPU_FEATURES is None
-            and os.environ.get("LENSBENCH_WIDE_REGISTERS", "1") != "0"):
-        numba.config.CPU_FEATURES = features.flatten() + ",-prefer-256-bit"
+def _choose_level() -> str:
+    """Let numba compile for the highest level of x86-64 of this processor, and return it; "" leaves it as it is."""
+    if (os.environ.get("LENSBENCH_NATIVE", "0") != "0" or numba.config.CPU_NAME is not None
+            or numba.config.CPU_FEATURES is not None or platform.machine().lower() not in ("x86_64", "amd64")):
+        return ""
+    features, asked = binding.get_host_cpu_features(), os.environ.get("LENSBENCH_LEVEL")
+    for name, (needed, options) in LEVELS.items():
+        if name == asked or not asked and all(features.get(each) for each in needed.split()):
+            numba.config.CPU_NAME, numba.config.CPU_FEATURES = name, options
+            return name
+    return ""
 
 
 folder = _open_folder()
+level = _choose_level()                 # of x86-64 that kernels are compiled for; "" for this very processor
+used: dict[str, tuple[FunctionType, Any]] = {}      # file names asked for by this process: function and signature
 dispatcher.FunctionCache = _cache_of
-_prefer_wide_registers()

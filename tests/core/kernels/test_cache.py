@@ -1,14 +1,17 @@
 """The files of compiled kernels: found again where nothing that matters has changed, and lensbench's alone."""
 
+import functools
 import json
 import os
 import subprocess
 import sys
 import time
+import zipfile
+from contextlib import nullcontext
 from types import FunctionType, SimpleNamespace
 
 import pytest
-from numba import njit
+from numba import int64, njit, void
 
 from lensbench.kernels import cache
 
@@ -162,6 +165,74 @@ def test_loading_a_kernel_marks_its_file_as_used(kept):
     assert time.time() - file.stat().st_mtime < DAY
 
 
+@pytest.fixture
+def shipped(kept, monkeypatch):
+    """The kernel of `kept` in an archive of this level, and no file of it in the folder."""
+    kept.declared()(1)
+    file, = kept.folder.iterdir()
+    archive = kept.folder / "shipped" / "some-level.zip"
+    archive.parent.mkdir()
+    with zipfile.ZipFile(archive, "w") as packed:
+        packed.write(file, file.name)
+    file.unlink()
+    monkeypatch.setattr(cache, "SHIPPED", archive.parent)
+    monkeypatch.setattr(cache, "level", "some-level")
+    for cached in (cache._archive, cache._shipped_names, cache._warn_of_other_versions):
+        monkeypatch.setattr(cache, cached.__name__, functools.cache(cached.__wrapped__))
+    return SimpleNamespace(archive=archive, name=file.name, **vars(kept))
+
+
+def files(folder):
+    return [path.name for path in folder.iterdir() if path.suffix == ".kernel"]
+
+
+def test_a_shipped_kernel_is_loaded_and_not_compiled(shipped):
+    kernel = shipped.declared()
+    assert cache.is_compiled(kernel, void(int64)) is False
+    assert kernel(1) == 2 and counts(kernel) == (1, 0) and not files(shipped.folder)
+
+
+def test_a_shipped_kernel_for_another_signature_is_compiled_without_a_word(shipped):
+    kernel = shipped.declared()
+    assert kernel(1.0) == 2.0 and counts(kernel) == (0, 1) and len(files(shipped.folder)) == 1
+
+
+def test_a_shipped_kernel_of_another_source_is_refused_with_a_warning(shipped, monkeypatch):
+    monkeypatch.setattr(cache, "_COMPILERS", "another numba")
+    with pytest.warns(UserWarning, match="compiled from other sources, or with another numba"):
+        kernel = shipped.declared()
+        assert kernel(1) == 2 and counts(kernel) == (0, 1)
+    again = shipped.declared()              # warns once
+    assert again(1.0) == 2.0
+
+
+@pytest.mark.parametrize("damage", ["archive", "kernel"])
+def test_damaged_shipped_kernels_are_compiled_again(shipped, damage):
+    if damage == "archive":
+        shipped.archive.write_bytes(b"no archive")
+    else:
+        with zipfile.ZipFile(shipped.archive, "w") as packed:
+            packed.writestr(shipped.name, b"no kernel")
+    kernel = shipped.declared()
+    with pytest.warns(UserWarning, match="cannot be read") if damage == "archive" else nullcontext():
+        assert kernel(1) == 2 and counts(kernel) == (0, 1)
+    assert files(shipped.folder) == [shipped.name]
+
+
+def test_a_level_is_compiled_for_only_where_the_processor_has_it():
+    script = "from lensbench.kernels import cache; import numba; print(cache.level, numba.config.CPU_NAME)"
+
+    def chosen(**variables):
+        return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True,
+                              env={**os.environ, **variables}).stdout.split()
+
+    features = cache.binding.get_host_cpu_features()
+    fitting = [name for name, (needed, _) in cache.LEVELS.items() if all(features[each] for each in needed.split())]
+    assert chosen()[:1] == fitting[:1] or not fitting
+    assert chosen(LENSBENCH_LEVEL="x86-64-v4") == ["x86-64-v4", "x86-64-v4"]
+    assert chosen(LENSBENCH_NATIVE="1") == ["None"]
+
+
 @pytest.fixture(scope="module")
 def imported(tmp_path_factory):
     """What a process reports that imports lensbench beside another library, with cache folders of older versions."""
@@ -172,7 +243,7 @@ def imported(tmp_path_factory):
         os.utime(home / "lensbench" / name, (time.time() - age,) * 2)
     done = subprocess.run([sys.executable, "-c", IMPORT], capture_output=True, text=True, check=True,
                           env={**os.environ, "XDG_CACHE_HOME": str(home), "PYTHONPATH": str(elsewhere),
-                               "LENSBENCH_WIDE_REGISTERS": "0"})
+                               "LENSBENCH_NATIVE": "1"})
     return json.loads(done.stdout), home / "lensbench"
 
 

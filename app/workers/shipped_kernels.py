@@ -1,0 +1,164 @@
+"""Compile the kernels that a wheel carries: `python -m lensbench.app.workers.shipped_kernels FOLDER`.
+
+Small pictures of every camera kind, lens shape and scene, and the figures of every panel, ask for the kernels. They
+are compiled for every level of x86-64, also for those that this processor cannot run, and packed into FOLDER/LEVEL.zip,
+where `lensbench.kernels.cache` finds them in an installed package.
+"""
+
+import inspect
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.kernels import cache
+from lensbench.lens_models.polynomial import DEGREES
+
+LENSES = ("pbrt-dgauss-50mm",                       # spheres
+          "pbrt-fisheye-10mm",
+          "lv-nikon-z-58f095-noct",                 # conics and even powers
+          "lib-us7558005a",                         # a phone lens
+          "lib-us10281683",                         # odd powers
+          "lentil-schneider-anamorphic-31-2001",    # cylinders
+          "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed")
+SMALL = {"pixels_x": 48, "pixels_y": 32, "samples": 2}
+
+
+def pictures() -> Iterator[Any]:
+    """Settings of one small picture for each kind of camera, lens, scene and view."""
+    from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
+    from lensbench.app.state.constraints import with_camera
+    from lensbench.app.state.lens_choice import with_lens
+    from lensbench.app.state.settings import Settings
+
+    plain = Settings(**SMALL)
+    for name in CAMERA_KINDS:
+        yield with_camera(plain, name)
+    for model in LENS_MODELS:
+        yield replace(plain, lens_model=model)
+    for degree in DEGREES:
+        yield replace(plain, lens_model="polynomial", degree=degree)
+    for lens in LENSES:
+        opened = with_lens(plain, lens)
+        yield replace(opened, lens_model="trace")
+        yield opened
+    for scene in lb.SCENES:
+        yield replace(plain, scene=scene)
+        yield replace(plain, scene=scene, lens_model="trace", shutter=0.02, end_position=(20.0, 0.0, 0.0))
+    for view in lb.VIEWS:
+        yield replace(plain, view=view)
+    yield replace(plain, medium="fog")
+    yield replace(plain, medium="water", lens_model="trace")
+    yield replace(plain, blades=7, roundness=0.3)
+    yield replace(plain, dispersion="on", lens_model="trace")
+    yield replace(plain, light_tracing=False)
+
+
+def exercise(progress: Any = print) -> None:
+    """Ask for the kernels of every picture and panel."""
+    from lensbench.app.state.auto_model import choose, is_automatic
+    from lensbench.app.state.build import camera, setup
+    from lensbench.app.state.scene_file import find_scene
+    from lensbench.app.workers.warm_panels import prepare
+
+    shown = set()
+    for settings in pictures():
+        made, scene = camera(settings), find_scene(settings.scene)
+        if is_automatic(settings):
+            made = choose(settings, made, scene, None).choice.applied(made)
+        rendering = lb.Rendering(made, scene, view=settings.sample_view,
+                                 light_tracing=settings.light_tracing)
+        rendering.add(2, threads=2)
+        rendering.image()
+        lb.depth_map(made, scene)
+        if settings.has_lens and settings.lens not in shown:
+            shown.add(settings.lens)
+            prepare(settings)
+            built, radii = setup(settings), np.linspace(0.0, 20.0, 9)
+            if built.lens.is_rotationally_symmetric:
+                lb.falloff(built.lens, built.film_distance, radii)
+                lb.distortion(built.lens, built.film_distance, radii)
+                lb.distortion_grid(built.lens, built.film_distance, built.film)
+        progress(f"{len(cache.used)} kernels: {settings.camera} {settings.lens_model} {settings.lens} "
+                 f"{settings.scene} {settings.view}")
+    small, scene = lb.Film(36.0, 24.0, 24, 16), lb.builtin_scene("still-life")
+    view = lb.LensCamera(lenses.load(LENSES[0]), small, 1200.0, 2.8, model="trace")
+    field = lb.capture_light_field(view, scene, views=(3, 3), samples=2)
+    field.refocus(2000.0)
+    field.refocus(900.0, f_number=5.6)
+    lb.find_depth(field)
+    lb.PlenopticCamera(view, 5).expose(scene, 2, 0).decoded().refocus(1500.0)
+    progress(f"{len(cache.used)} kernels with those of light fields")
+
+
+class Kernel(NamedTuple):
+    """A kernel as another process finds it: an attribute of a module, or made by a function of one argument."""
+
+    module: str
+    name: str
+    argument: int | None
+    signature: Any
+
+    @classmethod
+    def of(cls, function: FunctionType, signature: Any) -> "Kernel":
+        """The kernel of this function; made in a factory, its closure has the factory's argument."""
+        name, _, inner = function.__qualname__.partition(".<locals>.")
+        if not inner:
+            return cls(function.__module__, name, None, signature)
+        parameter, = inspect.signature(getattr(import_module(function.__module__), name)).parameters
+        return cls(function.__module__, name, inspect.getclosurevars(function).nonlocals[parameter], signature)
+
+    def compile(self) -> None:
+        """Compile it in this process."""
+        found = getattr(import_module(self.module), self.name)
+        (found if self.argument is None else found(self.argument)).compile(self.signature)
+
+
+def compiled(kernels: list[Kernel], archive: Path) -> None:
+    """Compile these kernels for the level of this process, and pack all that it compiled into an archive."""
+    for kernel in kernels:
+        kernel.compile()
+    part = archive.with_suffix(".part")
+    with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
+        for file in sorted(cache.used):
+            packed.write(cache.folder / file, file)
+    part.replace(archive)
+
+
+def main(folder: Path) -> None:
+    """Compile and pack the kernels of every level."""
+    folder.mkdir(parents=True, exist_ok=True)
+    exercise()
+    with tempfile.TemporaryDirectory() as beside:
+        listed = Path(beside) / "kernels"
+        listed.write_bytes(pickle.dumps([Kernel.of(*each) for each in cache.used.values()]))
+        command = [sys.executable, "-m", "lensbench.app.workers.shipped_kernels"]
+        working = [subprocess.Popen([*command, str(folder / f"{level}.zip"), str(listed)],
+                                    env={**os.environ, "LENSBENCH_LEVEL": level}) for level in cache.LEVELS]
+        if any([process.wait() for process in working]):
+            sys.exit("the kernels could not be compiled")
+    for level in cache.LEVELS:
+        print(f"{folder / level}.zip: {(folder / f'{level}.zip').stat().st_size / 1e6:.1f} MB")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 2:
+        from lensbench.app.workers import shipped_kernels  # the pickle names this module, not __main__
+
+        shipped_kernels.compiled(pickle.loads(Path(sys.argv[2]).read_bytes()), Path(sys.argv[1]))
+    else:
+        from lensbench.app.workers import shipped_kernels
+
+        shipped_kernels.main(Path(sys.argv[1]))
