@@ -96,6 +96,11 @@ def _stop_radius(surfaces: Sequence[Any], stop: int, kind: ApertureKind, value: 
     return slope / abs(own) * abs(heights[stop])
 
 
+def f_number_kind(distance: float) -> ApertureKind:
+    """Kind of the f-number in programs whose f-number is the one at work: that of an object at infinity if it is."""
+    return ApertureKind.F_NUMBER if abs(distance) >= FAR else ApertureKind.WORKING_F_NUMBER
+
+
 def pupil_diameter(surfaces: Sequence[Any], stop: int, radius: float, wavelength: float = D_LINE) -> float:
     """Paraxial diameter of the entrance pupil; inf if the stop lies in the front focus of what is before it.
 

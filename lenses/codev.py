@@ -353,7 +353,7 @@ class _Sequence:
             self.private = False
         elif key == "PWL":
             self.wavelengths = [_micrometres(word) for word in values]
-        elif values:
+        elif values and media.code(words[0].strip("'\"")) is None:     # a code says n_d and V_d itself
             name = words[0].strip("'\"")
             kind = values[0].upper()
             if kind in ("LAU", "GMS", "GML", "HAR", "CAU", "SEL") or not is_number(values[0]):

@@ -14,9 +14,9 @@ from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from math import isfinite
 
+from lensbench.lenses.aperture import f_number_kind
 from lensbench.lenses.design import Design
 from lensbench.lenses.json_text import EXACT, exact
-from lensbench.lenses.paraxial import FAR
 from lensbench.optics.system import Aperture, ApertureKind, FieldKind, SystemData
 
 APERTURES = {"EPD": ApertureKind.PUPIL_DIAMETER, "FNO": ApertureKind.F_NUMBER, "NAO": ApertureKind.OBJECT_NA,
@@ -32,8 +32,8 @@ def read(design: Design, values: Mapping[str, Sequence[str]]) -> None:
     """Give the design, whose rows are complete, the system data of a file: numbers in text, by command."""
     for key, kind in APERTURES.items():
         if values.get(key):
-            near = kind is ApertureKind.F_NUMBER and abs(design.rows[0].thickness) < FAR
-            design.state_aperture(ApertureKind.WORKING_F_NUMBER if near else kind, float(values[key][0]))
+            design.state_aperture(f_number_kind(design.rows[0].thickness) if key == "FNO" else kind,
+                                  float(values[key][0]))
     lengths = [float(Decimal(word).scaleb(-3, EXACT)) for word in values.get("WL", ())]
     weights = [float(word) for word in values.get("WTW", ())]
     reference = float((values.get("REF") or ["1"])[0])
@@ -53,9 +53,7 @@ def read(design: Design, values: Mapping[str, Sequence[str]]) -> None:
 
 def is_held(kind: ApertureKind, distance: float) -> bool:
     """Whether the format states this aperture for an object at this distance."""
-    if kind in (ApertureKind.F_NUMBER, ApertureKind.WORKING_F_NUMBER):
-        return (kind is ApertureKind.WORKING_F_NUMBER) == (abs(distance) < FAR)
-    return kind in APERTURES.values()
+    return kind is f_number_kind(distance) or kind in APERTURES.values() and kind is not ApertureKind.F_NUMBER
 
 
 def aperture_key(kind: ApertureKind) -> str:

@@ -1,4 +1,8 @@
-"""Writer of CODE V sequence files (.seq); `codev` describes the format."""
+"""Writer of CODE V sequence files (.seq); `codev` describes the format.
+
+A glass that no catalogue has is written as n_d:V_d, which CODE V and Optiland read. rayoptics does not, and takes the
+private glass whose label is that text.
+"""
 
 from dataclasses import replace
 from decimal import Decimal
@@ -10,9 +14,11 @@ from lensbench.lenses.encoding import LONGEST_NAME, is_number
 from lensbench.lenses.stations import Station, stations_of
 from lensbench.lenses.written_system import written_system
 from lensbench.optics.finding import Finding, Kind, note
-from lensbench.optics.glass import Glass
+from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, Glass
 from lensbench.optics.prescription import Lens
 from lensbench.optics.system import Aperture
+
+SAMPLES = (0.4046561, 0.4358343, F_LINE, 0.5460740, D_LINE, C_LINE, 0.7065188)      # µm: h, g, F, e, d, C, r
 
 
 def write(lens: Lens) -> tuple[str, list[Finding]]:
@@ -27,7 +33,8 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     remarks += system.findings
     distance = system.data.object_distances[0]
     lines = ["RDM N; LEN", f"TITLE '{title}'", "DIM M", *codev_system.lines(system.data, system.aperture),
-             *_private_lines(private), f"SO 0.0 {'0.1e14' if isinf(distance) else repr(distance)}"]
+             *_private_lines(private), *_model_lines(lens, private),
+             f"SO 0.0 {'0.1e14' if isinf(distance) else repr(distance)}"]
     for i, s in enumerate(lens.surfaces):
         glass = s.glass
         words = [f"S {s.curvature!r} {s.thickness!r}"]
@@ -35,8 +42,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
             words.append(f"'{private[glass]}'")
         elif glass.n_d != 1.0:
             maker = media.maker_of(glass)
-            words.append(f"{glass_catalogue.key(glass.name)}_{maker}" if maker
-                         else f"{glass.n_d!r}:{glass.v_d or 0.0!r}")
+            words.append(f"{glass_catalogue.key(glass.name)}_{maker}" if maker else _code(glass))
             if glass.name and not maker:
                 words.append(f"! {' '.join(glass.name.split())[:LONGEST_NAME]}")
                 remarks.append(note(Kind.GLASS, f"surface {i}: no catalogue has its glass, which is written by n_d and "
@@ -100,6 +106,25 @@ def _private_lines(names: dict[Glass, str]) -> list[str]:
         indices = [repr(n) for _, n in glass.coefficients]
         lines += ["PRV", _cut("PWL", places), _cut(f"'{name}'", indices), "END"]
     return lines
+
+
+def _code(glass: Glass) -> str:
+    """A glass by n_d and V_d, 0 for an unknown one."""
+    return f"{glass.n_d!r}:{glass.v_d or 0.0!r}"
+
+
+def _model_lines(lens: Lens, private: dict[Glass, str]) -> list[str]:
+    """A block PRV … END for the glasses that are written as n_d:V_d, with their indices at a few lines."""
+    models = dict.fromkeys(_code(s.glass) for s in lens.surfaces
+                           if s.glass.n_d != 1.0 and s.glass not in private and not media.maker_of(s.glass))
+    if not models:
+        return []
+    lines = ["PRV", _cut("PWL", [str(Decimal(repr(w)).scaleb(3).normalize()) for w in SAMPLES])]
+    for code in models:
+        n_d, v_d = map(float, code.split(":"))
+        glass = Glass(n_d, v_d or None)
+        lines.append(_cut(f"'{code}'", [f"{glass.index(w)!r}" for w in SAMPLES]))
+    return [*lines, "END"]
 
 
 def _cut(name: str, words: list[str]) -> str:

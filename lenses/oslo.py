@@ -19,17 +19,22 @@ and CVX turn the section y–z about an axis along y, to this radius or curvatur
 separate commands; // begins a comment. GLA MOD name n1 n2 … has an index for each
 wavelength of WV. Behind the surfaces, CFG n begins the configuration n of a zoom:
 TH 4 12.5 is its gap behind surface 4 (0: the object), AP 9 6.1 its semi-diameter.
-The aperture may also be NAO or NAP, the numerical aperture of object or image, FNO or
-FNB, the f-number at infinity or at work; the field OBH or GIH, the height of the object
-or of the paraxial image. Mirrors, tilts, decentres, gratings and ideal lenses are refused.
+EBR is measured on the first surface, and so is not half of the entrance pupil for a near
+object. The aperture may also be NAO or NAP, the numerical aperture of object or image,
+or FNO, the f-number at work; the field OBH or GIH, the height of the object or of the
+paraxial image. Mirrors, tilts, decentres, gratings and ideal lenses are refused.
 Sources of the keywords: OSLO's manual, and programs that read its files.
 """
 
 import re
-from math import isinf
+from collections.abc import Sequence
+from dataclasses import replace
+from math import inf, isinf
+from typing import Any
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses import configurations, media
+from lensbench.lenses.aperture import f_number_kind
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import (
     LONGEST_NAME,
@@ -41,8 +46,9 @@ from lensbench.lenses.encoding import (
     is_number,
 )
 from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.paraxial import FAR, ray, reference_wavelength
 from lensbench.lenses.rows import RowError, radius_text
-from lensbench.lenses.stations import Station, stations_of
+from lensbench.lenses.stations import Station, stations_of, with_gaps
 from lensbench.lenses.written_system import WrittenSystem, written_system
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import AIR, Glass
@@ -65,7 +71,7 @@ HARMLESS = frozenset("""
     LME
 """.split())
 APERTURES = {"EBR": ApertureKind.PUPIL_DIAMETER, "NAO": ApertureKind.OBJECT_NA, "NAP": ApertureKind.IMAGE_NA,
-             "FNO": ApertureKind.F_NUMBER, "FNB": ApertureKind.WORKING_F_NUMBER}
+             "FNO": ApertureKind.F_NUMBER}
 FIELDS = {"ANG": FieldKind.ANGLE, "OBH": FieldKind.OBJECT_HEIGHT, "GIH": FieldKind.IMAGE_HEIGHT}
 POWERS = {"ASR": 2, "ARA": 1}           # kinds of ASP: r^(2i), r^i
 LEAST_ABBE = 5.0                        # a smaller number behind an index is another index
@@ -92,7 +98,42 @@ def read(text: str, path: str) -> Lens:
     stop = next((i for i, row in enumerate(rows) if row.is_stop), None)
     file.design.stations = file.zoom.stations(lambda i: i, stop, rows[0].thickness)
     file.design.findings += file.zoom.findings()
+    _place_aperture(file.design, stop or 1)
     return file.design.lens()
+
+
+def _place_aperture(design: Design, stop: int) -> None:
+    """Give the aperture of the rows, and of each configuration, the kind and the size that its object asks for.
+
+    stop: row of the stop, the first surface by default.
+    """
+    aperture, surfaces = design.system.aperture, design.rows[1:-1]
+    if aperture is None or len(design.rows) < 3 or stop > len(surfaces):
+        return
+    distance, size = design.rows[0].thickness, aperture.values[0]
+    if aperture.kind is ApertureKind.F_NUMBER:
+        design.state_aperture(f_number_kind(distance), size)
+    elif aperture.kind is ApertureKind.PUPIL_DIAMETER and any(
+            abs(place) < FAR for place in (distance, *(station.distance for station in design.stations))):
+        wavelength = reference_wavelength(surfaces, design.system)
+        for station in design.stations:
+            moved = {row - 1: gap for row, gap in station.gaps.items() if 0 < row <= len(surfaces)}
+            station.aperture = (station.aperture or size) / _beam_share(
+                with_gaps(surfaces, list(moved), list(moved.values())), stop - 1, station.distance, wavelength)
+        pupil = size / _beam_share(surfaces, stop - 1, distance, wavelength)
+        design.state_aperture(ApertureKind.PUPIL_DIAMETER, pupil)
+        design.found(Kind.CONVENTION, "the entrance beam (EBR), measured on the first surface, is kept as the diameter "
+                                      f"of the entrance pupil, {pupil:.6g}")
+
+
+def _beam_share(surfaces: Sequence[Any], stop: int, distance: float, wavelength: float) -> float:
+    """Height of the axial ray at the first surface over its height in the entrance pupil; 1 where there is none."""
+    try:
+        place = ray(surfaces, 0.0, 1.0, wavelength)[0][stop] / ray(surfaces, 1.0, 0.0, wavelength)[0][stop]
+        share = abs(distance / (distance + place)) if abs(distance) < FAR else 1.0
+    except ArithmeticError:
+        return 1.0
+    return share if 0.0 < share < inf else 1.0
 
 
 def _commands(text: str) -> list[tuple[int, list[str]]]:
@@ -265,9 +306,10 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     lens = lens.at(zoom=0.0, close=0.0)
     words = [word for word in lens.name.replace('"', " ").replace("\\", " ").split() if not is_number(word)]
     name = " ".join(words)[:LONGEST_NAME].strip()
-    system = written_system(lens, stations, lambda kind, distance: kind in APERTURES.values())
+    system = written_system(lens, stations, _holds)
     remarks += system.findings
     distance = system.data.object_distances[0]
+    system = _with_beams(system, lens, stations)
     lines = ["// OSLO 6.6", f'LEN NEW "{name}" {lens.stated_efl or 100.0!r} {len(lens.surfaces) + 1}',
              *_system_lines(system, remarks), "UNI 1.0", "// SRF 0", "AIR",
              f"TH {'1.0e20' if isinf(distance) else repr(distance)}"]
@@ -288,6 +330,24 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     return "\n".join(lines), remarks
 
 
+def _holds(kind: ApertureKind, distance: float) -> bool:
+    """Whether a file states this aperture: of f-numbers the one at work."""
+    return kind is f_number_kind(distance) or kind in APERTURES.values() and kind is not ApertureKind.F_NUMBER
+
+
+def _with_beams(system: WrittenSystem, lens: Lens, stations: list[Station]) -> WrittenSystem:
+    """The system data with twice the radius of the entrance beam in place of the diameter of the entrance pupil."""
+    aperture = system.aperture
+    if aperture is None or aperture.kind is not ApertureKind.PUPIL_DIAMETER:
+        return system
+    wavelength = reference_wavelength(lens.surfaces, system.data)
+    shares = [_beam_share(with_gaps(lens.surfaces, list(s.gaps), list(s.gaps.values())), lens.stop_index, s.distance,
+                          wavelength) for s in stations or [Station({}, system.data.object_distances[0])]]
+    values = aperture.values if len(aperture.values) == len(shares) else aperture.values[:1] * len(shares)
+    beams = tuple(value * share for value, share in zip(values, shares, strict=True))
+    return replace(system, aperture=replace(aperture, values=beams if len(set(beams)) > 1 else beams[:1]))
+
+
 def _system_lines(system: WrittenSystem, remarks: list[Finding]) -> list[str]:
     """Lines of the aperture and the largest field; what is lost is added to `remarks`."""
     lines = [_aperture_line(system.aperture.kind, system.aperture.values[0])] if system.aperture else []
@@ -305,7 +365,7 @@ def _system_lines(system: WrittenSystem, remarks: list[Finding]) -> list[str]:
 
 def _aperture_line(kind: ApertureKind, value: float) -> str:
     """Line of an aperture; EBR is a radius."""
-    key = next(key for key, own in APERTURES.items() if own is kind)
+    key = next((key for key, own in APERTURES.items() if own is kind), "FNO")
     return f"{key} {value / 2.0 if key == 'EBR' else value!r}"
 
 

@@ -6,13 +6,15 @@ figures for a lens.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf, sqrt
 from typing import Any
 
 from lensbench.optics.glass import D_LINE, Glass, GlassError
-from lensbench.optics.prescription import Surface
+from lensbench.optics.prescription import Lens, Surface
 from lensbench.optics.system import SystemData
 
+ROUNDING = 1e-4         # µm: 0.5876 and 0.58756 are the d line
 FAR = 1e8               # mm or units of a file: an object beyond it is at infinity
 
 
@@ -21,9 +23,9 @@ def axial_heights(surfaces: Sequence[Surface]) -> list[float]:
     return ray(surfaces)[0]
 
 
-def focal_length(surfaces: Sequence[Any]) -> float:
-    """Paraxial focal length at the d line, in the unit of the surfaces or rows; inf for an afocal system."""
-    slope = ray(surfaces)[1]
+def focal_length(surfaces: Sequence[Any], wavelength: float = D_LINE) -> float:
+    """Paraxial focal length in the unit of the surfaces or rows; inf for an afocal system. wavelength: µm."""
+    slope = ray(surfaces, wavelength=wavelength)[1]
     return -1.0 / slope if slope else inf
 
 
@@ -43,10 +45,10 @@ def object_distance(surfaces: Sequence[Surface]) -> float:
     return -on_film[1] / on_film[0] if on_film[0] else inf
 
 
-def f_number(surfaces: Sequence[Surface], stop_index: int) -> float:
+def f_number(surfaces: Sequence[Surface], stop_index: int, wavelength: float = D_LINE) -> float:
     """Focal length over the entrance-pupil diameter given by the stop alone; inf for an afocal system."""
-    height = axial_heights(surfaces)[stop_index]
-    return abs(focal_length(surfaces) * height) / (2.0 * surfaces[stop_index].semi_diameter)
+    height = ray(surfaces, wavelength=wavelength)[0][stop_index]
+    return abs(focal_length(surfaces, wavelength) * height) / (2.0 * surfaces[stop_index].semi_diameter)
 
 
 def ray(surfaces: Sequence[Any], height: float = 1.0, slope: float = 0.0,
@@ -78,6 +80,24 @@ def reference_wavelength(surfaces: Sequence[Any], system: SystemData) -> float:
     except GlassError:
         return D_LINE
     return system.primary_wavelength
+
+
+def at_reference(lens: Lens) -> tuple[Lens, float]:
+    """The lens as its reference wavelength sees it, without dispersion, and that wavelength (µm).
+
+    At the d line it is the lens itself. Its figures at any wavelength are those of the lens at the reference.
+    """
+    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    if is_d_line(wavelength):
+        return lens, wavelength
+    surfaces = tuple(replace(surface, glass=Glass(surface.glass.index(wavelength), None, surface.glass.name))
+                     for surface in lens.surfaces)
+    return replace(lens, surfaces=surfaces), wavelength
+
+
+def is_d_line(wavelength: float) -> bool:
+    """Whether a wavelength (µm) is the d line, or its rounding in a file."""
+    return abs(wavelength - D_LINE) < ROUNDING
 
 
 def count_faults(surfaces: Sequence[Surface]) -> int:

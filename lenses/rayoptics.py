@@ -13,6 +13,7 @@ from math import isinf
 from typing import Any
 
 from lensbench.lenses import media
+from lensbench.lenses.aperture import f_number_kind
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.json_text import (
@@ -28,7 +29,6 @@ from lensbench.lenses.json_text import (
     text_value,
     value,
 )
-from lensbench.lenses.paraxial import FAR
 from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.written_system import WrittenSystem, written_system
 from lensbench.optics.finding import Finding, Kind, note
@@ -100,8 +100,8 @@ def _system(design: Design, spec: dict[str, Any]) -> None:
     """Aperture, fields and wavelengths."""
     pupil = table(spec, "pupil")
     kind = APERTURES.get(_key(pupil))
-    if kind is ApertureKind.F_NUMBER and abs(design.rows[0].thickness) < FAR:
-        kind = ApertureKind.WORKING_F_NUMBER
+    if kind is ApertureKind.F_NUMBER:
+        kind = f_number_kind(design.rows[0].thickness)
     if kind:
         design.state_aperture(kind, value(pupil, "value"))
     elif pupil:
@@ -346,7 +346,5 @@ def _specification(system: WrittenSystem, spare: float) -> dict[str, Any]:
 
 
 def _holds(kind: ApertureKind, distance: float) -> bool:
-    """Whether a file states this aperture: an f-number at work, that of an object at infinity as well."""
-    if kind in (ApertureKind.F_NUMBER, ApertureKind.WORKING_F_NUMBER):
-        return (kind is ApertureKind.WORKING_F_NUMBER) == (abs(distance) < FAR)
-    return kind in APERTURES.values()
+    """Whether a file states this aperture: of f-numbers the one at work."""
+    return kind is f_number_kind(distance) or kind in APERTURES.values() and kind is not ApertureKind.F_NUMBER

@@ -8,11 +8,12 @@ settings at infinity first, then all at each nearer distance, or all distances o
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import inf, isclose, isfinite, log, nextafter
+from typing import Any
 
 from lensbench.lenses.paraxial import FAR, focal_length, image_distance, object_distance
 from lensbench.optics.finding import Finding, Kind, note
 from lensbench.optics.glass import D_LINE
-from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.prescription import Lens
 from lensbench.optics.system import SystemData
 from lensbench.optics.zoom_positions import Positions, PositionsError
 
@@ -105,8 +106,8 @@ def _even(count: int) -> tuple[float, ...]:
     return tuple(i / (count - 1) for i in range(count)) if count > 1 else (0.0,)
 
 
-def with_gaps(surfaces: Sequence[Surface], gaps: Sequence[int], thicknesses: Sequence[float]) -> list[Surface]:
-    """The surfaces with other gaps."""
+def with_gaps(surfaces: Sequence[Any], gaps: Sequence[int], thicknesses: Sequence[float]) -> list[Any]:
+    """The surfaces of a lens, or rows of a file, with other gaps."""
     moved = list(surfaces)
     for i, thickness in zip(gaps, thicknesses, strict=True):
         moved[i] = replace(moved[i], thickness=thickness)

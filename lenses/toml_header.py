@@ -125,7 +125,7 @@ def line_of(text: str, key: str) -> int | None:
 def lines(lens: "Lens") -> list[str]:
     """Lines of the header of a lens."""
     from lensbench.lenses.counts import counts
-    from lensbench.lenses.paraxial import f_number, focal_length
+    from lensbench.lenses.paraxial import f_number, focal_length, reference_wavelength
 
     written = [f"format = {FORMAT}"]
     for key, name in FIELDS.items():
@@ -133,9 +133,10 @@ def lines(lens: "Lens") -> list[str]:
         if (value is not None and value != "") or key in ALWAYS:
             written.append(f"{key} = {_text(value)}")
     notes = written.pop() if lens.notes else None
-    tele = focal_length(lens.at(zoom=1.0).surfaces) if lens.zooms else inf
-    for key, value in (("computed_efl", focal_length(lens.surfaces)), ("computed_tele_efl", tele),
-                       ("computed_f_number", f_number(lens.surfaces, lens.stop_index))):
+    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    tele = focal_length(lens.at(zoom=1.0).surfaces, wavelength) if lens.zooms else inf
+    for key, value in (("computed_efl", focal_length(lens.surfaces, wavelength)), ("computed_tele_efl", tele),
+                       ("computed_f_number", f_number(lens.surfaces, lens.stop_index, wavelength))):
         if isfinite(value):
             written.append(f"{key} = {digits(float(f'{value:.6g}'))}")
     written.append(f"counts = {{ {', '.join(f'{key} = {count}' for key, count in asdict(counts(lens)).items())} }}")

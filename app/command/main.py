@@ -229,6 +229,7 @@ def _info(arguments: argparse.Namespace) -> int:
     from lensbench.app.state.build import design
     from lensbench.app.state.settings import Settings
     from lensbench.app.state.zoom import positioned, station_lines, stations
+    from lensbench.lenses.paraxial import is_d_line
 
     lens = design(replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked())
     card = lens_card.lens_card(lens)
@@ -264,6 +265,8 @@ def _info(arguments: argparse.Namespace) -> int:
         rows.append((f"Intrinsics at {pixels['width']} × {pixels['height']} pixels of that film",
                      f"fx {fixed(pixels['fx'], 2)}, fy {fixed(pixels['fy'], 2)}, cx {fixed(pixels['cx'], 2)}, cy "
                      f"{fixed(pixels['cy'], 2)}"))
+    if not is_d_line(data["wavelength"]):
+        rows.insert(0, ("Figures at the primary wavelength", f"{significant(1000.0 * data['wavelength'])} nm"))
     year = f"{data['year']}{lens_card.star(card, 'year')}" if data["year"] else ""
     print(", ".join(word for word in (data["name"] or arguments.lens, data["kind"], year) if word))
     print("\n".join([*lens_card.card_lines(card, data["source"]),
@@ -281,20 +284,22 @@ def _mm(length: float) -> str:
 def _lens_data(lens) -> dict[str, Any]:
     """The figures of `lensbench info`: lengths in mm, angles in degrees (by efl, distortion left out)."""
     import lensbench as lb
+    from lensbench.lenses.paraxial import reference_wavelength
 
-    fo = lb.first_order(lens)
+    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    fo = lb.first_order(lens, wavelength)
     try:
         nearest = lb.nearest_focus(lens)
     except lb.FocusError:                               # it does not converge: the other figures stand
         nearest = None
-    across = None if lens.is_rotationally_symmetric else lb.first_order(lens.section("x"))
+    across = None if lens.is_rotationally_symmetric else lb.first_order(lens.section("x"), wavelength)
     squeeze = fo.efl / across.efl if across and math.isfinite(fo.efl) and math.isfinite(across.efl) else 1.0
     film = lb.Film(36.0 * abs(squeeze), 24.0)               # as wide as what a lens with cylinders squeezes into it
     return {
         "name": lens.name, "kind": lens.kind, "year": lens.year, "source": lens.source,
         "stated_efl": lens.stated_efl, "stated_f_number": lens.stated_f_number,
         "surfaces": len(lens.surfaces), "stop_index": lens.stop_index, "length": lens.length,
-        "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl, "f_number": fo.f_number,
+        "wavelength": wavelength, "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl, "f_number": fo.f_number,
         "efl_across": across and across.efl, "bfl_across": across and across.bfl,
         "t_number": lb.t_number(lens), "transmission": lb.transmission(lens),
         "front_principal": fo.front_principal, "rear_principal": fo.rear_principal,

@@ -13,6 +13,7 @@ from lensbench.app.state.text_values import format_angle, format_distance, forma
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.kernels.figures import f_number_text, fixed, significant
+from lensbench.lenses.paraxial import is_d_line
 
 NONE = "–"
 
@@ -106,6 +107,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
     return [
         Row("Focal length", *_length(got.efl), "Effective focal length (EFL), f: from the rear principal plane P′ "
                                                "to the rear focus F′"),
+        *_wavelength(got),
         *_across(got),
         Row("Back focal length", *_length(got.bfl), "Back focal length (BFL): from the last vertex "
                                                     "to the rear focus F′"),
@@ -150,6 +152,15 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
         Row("Frames", NONE if status.fps <= 0.0 else fixed(status.fps, 0), "fps", "Frames of the window a second"),
         Row("Samples", f"{status.samples}", "", "Samples of every pixel so far"),
     ]
+
+
+def _wavelength(got: Readings) -> list[Row]:
+    """The row of the primary wavelength of a lens that was not designed for the d line."""
+    if is_d_line(got.wavelength):
+        return []
+    return [Row("  at", significant(1000.0 * got.wavelength), "nm",
+                "The primary wavelength of the design: that of focal lengths, field, pupils and Airy disk. The film "
+                "lies where the d line, 587.6 nm, is in focus")]
 
 
 def _across(got: Readings) -> list[Row]:

@@ -16,6 +16,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.kernels.figures import significant
+from lensbench.lenses.paraxial import reference_wavelength
 from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
 if TYPE_CHECKING:
@@ -90,7 +91,8 @@ def design(settings: "Settings") -> lb.Lens:
     if settings.medium == "water" and settings.immersed:
         lens = replace(lens, front_index=WATER_INDEX)
     if settings.focal_length is not None:
-        lens = lens.scaled(settings.focal_length / lb.first_order(lens).efl)
+        efl = lb.first_order(lens, reference_wavelength(lens.surfaces, lens.system)).efl
+        lens = lens.scaled(settings.focal_length / efl)
     return lens.at(zoom=settings.zoom)
 
 

@@ -18,6 +18,7 @@ from lensbench.app.state.build import FocusPosition, design, setup
 from lensbench.app.state.ray_fans import lit_radius
 from lensbench.cameras.real_lens import missing_dispersion
 from lensbench.kernels.figures import fixed
+from lensbench.lenses.paraxial import reference_wavelength
 from lensbench.pupils.image_circle import edge_of_light
 from lensbench.pupils.ray_aiming import Aim
 
@@ -31,6 +32,8 @@ NARROW = 0.97                   # of the film's diagonal: a smaller image circle
 class Readings:
     """The read-outs; None where a figure has no meaning for the camera.
 
+    wavelength: of the focal lengths, the widest f-number, the pupils and the Airy disk (µm), the primary one of the
+    design; what depends on the focus of the picture is at the d line.
     f_number: in air, focused at infinity. widest_f_number: the same with the stop fully open. working_f_number: of the
     cone of light on the film, at the present focus. reason: why the lens cannot follow the settings, or "".
     """
@@ -55,7 +58,8 @@ class Readings:
     nearest_focus: float | None = None
     entrance_pupil: float | None = None         # diameters
     exit_pupil: float | None = None
-    airy: float | None = None                   # diameter of the first dark ring at the d line
+    airy: float | None = None                   # diameter of the first dark ring
+    wavelength: float = lb.D_LINE
     across: float | None = None                 # focal length of the section x–z of a lens with cylinders
     foci: tuple[float, float] | None = None     # of its sections x–z and y–z, mm behind the film
     focusing: FocusPosition = FocusPosition("paraxial")
@@ -110,13 +114,16 @@ def lens_readings(settings: "Settings") -> Readings:
 @lru_cache(maxsize=64)
 def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     lens_setup = setup(settings)
-    fo, designed, film, limit = lens_setup.first_order, lens_setup.at_infinity, lens_setup.film, blur_limit(settings)
+    fo, film, limit = lens_setup.first_order, lens_setup.film, blur_limit(settings)
+    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    designed = lb.first_order(lens, wavelength)
+    seen = lb.first_order(lens_setup.lens, wavelength)              # focused and stopped down
     plain = replace(
-        angles(film, designed.efl, _across(lens)),
+        angles(film, designed.efl, _across(lens, wavelength)), wavelength=wavelength,
         efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl), limit=limit,
-        widest_f_number=_finite(lb.first_order(lens.in_air).f_number), film_distance=lens_setup.film_distance,
-        focusing=lens_setup.focusing,
-        entrance_pupil=_finite(2.0 * fo.entrance_pupil.radius), exit_pupil=_finite(2.0 * fo.exit_pupil.radius),
+        widest_f_number=_finite(lb.first_order(lens.in_air, wavelength).f_number),
+        film_distance=lens_setup.film_distance, focusing=lens_setup.focusing,
+        entrance_pupil=_finite(2.0 * seen.entrance_pupil.radius), exit_pupil=_finite(2.0 * seen.exit_pupil.radius),
         reason=lens_setup.reason,
     )
     if not (math.isfinite(fo.efl) and fo.efl > 0.0):
@@ -127,7 +134,7 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     if not lens.is_rotationally_symmetric:
         foci = lb.section_foci(lens_setup.lens, max(settings.focus_distance, nearest), lens_setup.film_distance)
         behind = (foci[0] - lens_setup.film_distance, foci[1] - lens_setup.film_distance)
-        plain = replace(plain, across=_across(lens), foci=behind)
+        plain = replace(plain, across=_across(lens, wavelength), foci=behind)
     focus = max(settings.focus_distance, nearest) - offset
     plain = replace(plain, nearest_focus=nearest, magnification=fo.efl / (focus - fo.efl))
     if not settings.has_stop:
@@ -135,16 +142,16 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     near, far = lb.depth_of_field(fo.efl, fo.f_number, focus, limit)
     working = lb.working_f_number(lens_setup.lens, lens_setup.film_distance)
     return replace(
-        plain, f_number=lens_setup.f_number, working_f_number=_finite(working), airy=airy_diameter(working),
+        plain, f_number=lens_setup.f_number, working_f_number=_finite(working), airy=airy_diameter(working, wavelength),
         t_number=lb.t_number(lens_setup.lens.at(close=0.0)),
         near_limit=near + offset, far_limit=far + offset,
         hyperfocal=lb.hyperfocal(fo.efl, fo.f_number, limit) + offset,
     )
 
 
-def _across(lens: lb.Lens) -> float | None:
-    """The focal length (mm) of the section x–z of a lens with cylinders; None for other lenses."""
-    return None if lens.is_rotationally_symmetric else _finite(lb.first_order(lens.section("x")).efl)
+def _across(lens: lb.Lens, wavelength: float) -> float | None:
+    """The focal length (mm) of the section x–z of a lens with cylinders at a wavelength (µm); None for other lenses."""
+    return None if lens.is_rotationally_symmetric else _finite(lb.first_order(lens.section("x"), wavelength).efl)
 
 
 def angles(film: lb.Film, efl: float, across_efl: float | None = None) -> Readings:
@@ -162,9 +169,9 @@ def angles(film: lb.Film, efl: float, across_efl: float | None = None) -> Readin
                     equivalent=lb.equivalent(efl, film).focal_length)
 
 
-def airy_diameter(working_f_number: float) -> float | None:
-    """Diameter (mm) of the first dark ring of a point, 2.44 λ N."""
-    return _finite(2.44 * lb.D_LINE * 1e-3 * working_f_number)
+def airy_diameter(working_f_number: float, wavelength: float = lb.D_LINE) -> float | None:
+    """Diameter (mm) of the first dark ring of a point, 2.44 λ N; λ in µm."""
+    return _finite(2.44 * wavelength * 1e-3 * working_f_number)
 
 
 def _finite(value: float) -> float | None:

@@ -13,6 +13,7 @@ import lensbench as lb
 from lensbench.app.state.text_values import format_distance, read_length
 from lensbench.kernels.figures import f_number_text, fixed, significant
 from lensbench.kernels.root_finding import find_root
+from lensbench.lenses.paraxial import reference_wavelength
 
 SAMPLES = 33            # of the focal length along the dial, to find it again
 ROUNDING = 1e-13        # of a focal length
@@ -54,10 +55,11 @@ def stations(lens: lb.Lens) -> list[dict[str, Any]]:
     positions, found = lens.positions, []
     if positions is None:
         return []
+    wavelength = reference_wavelength(lens.surfaces, lens.system)
     for i, zoom in enumerate(positions.zoom_stations):
         for j, close in enumerate(positions.focus_stations):
             far, there = lens.at(zoom=zoom, close=0.0), lens.at(zoom=zoom, close=close)
-            fo, film = lb.first_order(there), there.surfaces[-1].thickness
+            fo, film = lb.first_order(there, wavelength), there.surfaces[-1].thickness
             off = lb.first_order(far).bfl - far.surfaces[-1].thickness
             found.append({
                 "name": positions.label(i, j), "zoom": zoom, "close": close, "efl": fo.efl,
@@ -97,8 +99,8 @@ def asked_zoom(lens: lb.Lens, asked: tuple[str, float] | None) -> float | None:
 
 @lru_cache(maxsize=256)
 def focal_length(lens: lb.Lens, zoom: float) -> float:
-    """Of the lens at a zoom setting, focused at infinity."""
-    return lb.first_order(lens.at(zoom=zoom, close=0.0)).efl
+    """Of the lens at a zoom setting, focused at infinity, at the primary wavelength of its design."""
+    return lb.first_order(lens.at(zoom=zoom, close=0.0), reference_wavelength(lens.surfaces, lens.system)).efl
 
 
 @lru_cache(maxsize=256)
@@ -112,7 +114,7 @@ def zoom_of(lens: lb.Lens, length: float) -> float:
     i = next(i for i in range(SAMPLES - 1) if (curve[i] - length) * (curve[i + 1] - length) <= 0.0)
     low, high, rising = i / (SAMPLES - 1), (i + 1) / (SAMPLES - 1), curve[i + 1] >= curve[i]
     sign = 1.0 if rising else -1.0
-    return find_root(lambda zoom: sign * (lb.first_order(lens.at(zoom=zoom, close=0.0)).efl - length), low, high,
+    return find_root(lambda zoom: sign * (focal_length(lens, zoom) - length), low, high,
                 ROUNDING * length)
 
 

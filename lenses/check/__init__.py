@@ -11,6 +11,7 @@ from math import isfinite
 
 import numpy as np
 
+from lensbench.kernels.figures import significant
 from lensbench.lenses.check.causes import cause_findings
 from lensbench.lenses.check.digits import digit_findings
 from lensbench.lenses.check.geometry import geometry_findings
@@ -18,7 +19,8 @@ from lensbench.lenses.check.glass_digits import glass_causes
 from lensbench.lenses.check.glasses import glass_findings
 from lensbench.lenses.check.positions import position_findings
 from lensbench.lenses.check.symptoms import symptom_findings
-from lensbench.optics.finding import Change, Finding, Kind, Severity
+from lensbench.lenses.paraxial import at_reference, is_d_line
+from lensbench.optics.finding import Change, Finding, Kind, Severity, note
 from lensbench.optics.glass import GlassError
 from lensbench.optics.prescription import Lens
 
@@ -32,8 +34,9 @@ def check(lens: Lens) -> list[Finding]:
     Parameters
     ----------
     lens : Lens
-        Any lens; a zoom is checked in its first position, then at each of its stations. One
-        that was designed for a near object is not held to a focus and to rays from infinity.
+        Any lens, which is judged at the primary wavelength of its design; a zoom is checked in its first position,
+        then at each of its stations. One that was designed for a near object is not held to a focus and to rays from
+        infinity.
 
     Returns
     -------
@@ -42,14 +45,18 @@ def check(lens: Lens) -> list[Finding]:
         where nothing looks wrong and nothing was assumed.
     """
     lens = lens.at(zoom=0.0, close=0.0)
+    seen, wavelength = at_reference(lens)
+    about = [] if is_d_line(wavelength) else [note(
+        Kind.CONVENTION, f"its focal lengths, f-number and rays are those at {significant(1000.0 * wavelength)} nm, "
+                         "the primary wavelength of its design", wavelength=wavelength)]
     try:
-        lens.indices()
+        seen.indices()
     except GlassError as error:         # a glass of the infrared, say: nothing can be traced at the d line
         return [Finding(Kind.GLASS, None, str(error))]
     shapes = geometry_findings(lens)
     table = [*digit_findings(lens), *glass_findings(lens), *shapes]
     if isfinite(lens.system.object_distances[0]):
-        return [*table, *position_findings(lens), *lens.findings]
-    symptoms = symptom_findings(lens)
-    causes = [*glass_causes(lens, table), *cause_findings(lens, [*symptoms, *shapes])]
-    return [*causes, *symptoms, *table, *position_findings(lens), *lens.findings]
+        return [*table, *position_findings(seen), *about, *lens.findings]
+    symptoms = symptom_findings(seen)
+    causes = [*glass_causes(lens, table), *cause_findings(seen, [*symptoms, *shapes])]
+    return [*causes, *symptoms, *table, *position_findings(seen), *about, *lens.findings]

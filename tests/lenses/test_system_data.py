@@ -1,5 +1,6 @@
 """System data in lens files: read, sizing the stop, written and read back equal, and its losses named."""
 
+import json
 from dataclasses import replace
 from math import asin, inf, sin, tan
 
@@ -10,6 +11,9 @@ from hypothesis import strategies as st
 import lensbench as lb
 from lensbench import Glass, Lens, Positions, Surface, lenses
 from lensbench.app.command.main import main
+from lensbench.app.panels.readouts import Status, rows
+from lensbench.app.state.figures import readings
+from lensbench.app.state.settings import Settings
 from lensbench.lenses import READERS, WRITERS, Kind
 from lensbench.optics.system import (
     Aperture,
@@ -90,12 +94,14 @@ def oracle(distance):
 @pytest.mark.parametrize("suffix", NEAR)
 @pytest.mark.parametrize("distance", [20.0, 60.0, 200.0, 1500.0, 1e20])
 def test_the_stated_entrance_pupil_is_read_back_at_every_object_distance(tmp_path, suffix, distance):
-    written = {".seq": "EPD 10", ".zmx": "ENPD 10", ".len": "EBR 5"}[suffix]
+    ratio, pupil, _ = oracle(distance)
+    beam = 5.0 * distance / (distance + pupil)          # OSLO: the height of the axial ray on the first surface
+    written = {".seq": "EPD 10", ".zmx": "ENPD 10", ".len": f"EBR {beam!r}"}[suffix]
     lens = loaded(tmp_path, f"a{suffix}", NEAR[suffix].format(aperture=written, distance=distance))
-    ratio, _, _ = oracle(distance)
     assert lens.stop.semi_diameter == pytest.approx(5.0 * ratio, rel=1e-12)
     assert 2.0 * lb.first_order(lens).entrance_pupil.radius == pytest.approx(10.0, rel=1e-12)
-    assert lens.system.aperture == Aperture(ApertureKind.PUPIL_DIAMETER, (10.0,))
+    assert lens.system.aperture.kind is ApertureKind.PUPIL_DIAMETER
+    assert lens.system.aperture.values == pytest.approx((10.0,), rel=1e-12 if suffix == ".len" else 0.0)
     assert lens.system.object_distances == (distance if distance < 1e8 else inf,)
 
 
@@ -111,7 +117,7 @@ def test_rims_that_are_not_stated_follow_the_chief_ray_of_a_near_object(tmp_path
 
 @pytest.mark.parametrize(("suffix", "text", "kind"), [
     (".zmx", "FNUM 8 1", ApertureKind.WORKING_F_NUMBER), (".seq", "FNO 8", ApertureKind.WORKING_F_NUMBER),
-    (".len", "FNB 8", ApertureKind.WORKING_F_NUMBER)])
+    (".len", "FNO 8", ApertureKind.WORKING_F_NUMBER)])
 def test_a_working_f_number_fixes_the_slope_behind_the_lens(tmp_path, suffix, text, kind):
     lens = loaded(tmp_path, f"a{suffix}", NEAR[suffix].format(aperture=text, distance=200.0))
     assert lens.system.aperture == Aperture(kind, (8.0,))
@@ -224,6 +230,9 @@ def test_system_data_that_are_written_read_back_equal(suffix, data):
     lens = sized(lens)
     text, remarks = WRITERS[suffix](lens)
     read = READERS[suffix](text, f"a{suffix}")
+    if suffix == ".len" and system.aperture.kind is ApertureKind.PUPIL_DIAMETER:        # written as a beam's height
+        assert read.system.aperture.values == pytest.approx(system.aperture.values, rel=1e-15)
+        read = replace(read, system=replace(read.system, aperture=system.aperture))
     assert remarks == () and read.system == system and read.surfaces == lens.surfaces
 
 
@@ -291,6 +300,72 @@ def test_a_mistake_in_the_table_of_a_toml_file_is_refused_with_its_line(tmp_path
     text, _ = WRITERS[".toml"](replace(lenses.load("lenshh-cooke-triplet-50"), system=SystemData()))
     error = refusal(tmp_path, "a.toml", f"{text}\n[system]\n{entry}\n")
     assert told in error.reason and error.line is not None
+
+
+SILICA = """\
+MODE SEQ
+NAME Lithography singlet
+UNIT MM
+FNUM 5 0
+FTYP 0 0 1 1 0 0 0
+YFLN 0
+WAVM 1 0.248 1
+PWAV 1
+SURF 0
+  DISZ INFINITY
+SURF 1
+  STOP
+  CURV 0.02
+  DISZ 5
+  GLAS F_SILICA 0 0 1.5 40
+  DIAM 12
+SURF 2
+  CURV -0.02
+  DISZ 48.2
+  DIAM 12
+SURF 3
+"""
+
+
+def test_a_design_for_248_nm_is_reported_at_248_nm(tmp_path, capsys):
+    lens = loaded(tmp_path, "a.zmx", SILICA)
+    # Malitson's index of fused silica at 0.248 µm is 1.50855; the thick lensmaker's equation
+    n, radius, thickness = 1.50855, 50.0, 5.0
+    efl = 1.0 / (2.0 * (n - 1.0) / radius - (n - 1.0) ** 2 * thickness / (n * radius**2))
+    assert lens.stop.semi_diameter == pytest.approx(efl / 10.0, rel=1e-4)         # f/5 at 248 nm, on the first surface
+    assert main(["info", str(tmp_path / "a.zmx"), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["efl"] == pytest.approx(efl, rel=1e-4) and data["f_number"] == pytest.approx(5.0, rel=1e-12)
+    assert data["wavelength"] == 0.248
+    assert main(["info", str(tmp_path / "a.zmx")]) == 0
+    assert "Figures at the primary wavelength" in capsys.readouterr().out
+    assert main(["info", "lenshh-cooke-triplet-50"]) == 0
+    assert "primary wavelength" not in capsys.readouterr().out
+    told = lenses.check(replace(lens, stated_efl=efl))
+    assert any("248 nm" in str(finding) for finding in told)
+    assert not any(finding.kind is Kind.FOCAL_LENGTH for finding in told)
+    assert any(finding.kind is Kind.FOCAL_LENGTH for finding in lenses.check(
+        replace(lens, stated_efl=lb.first_order(lens).efl)))                        # that of the d line, 10 % longer
+
+
+def test_a_glass_unknown_at_the_primary_wavelength_is_said_and_the_d_line_taken(tmp_path):
+    lens = loaded(tmp_path, "a.zmx", SILICA.replace("F_SILICA 0", "___BLANK 1 0 1.4585 67.8").replace(" 0 1.5 40", ""))
+    assert any("not known at the primary wavelength, 0.248" in str(finding) for finding in lens.findings)
+    assert lb.first_order(lens).f_number == pytest.approx(5.0, rel=1e-12)
+
+
+def test_the_read_outs_of_the_window_are_those_of_the_primary_wavelength(tmp_path):
+    loaded(tmp_path, "a.zmx", SILICA)
+    settings = replace(Settings(), lens=str(tmp_path / "a.zmx"))
+    got = readings(settings)
+    assert got.wavelength == 0.248 and got.efl == pytest.approx(lb.first_order(lenses.load(settings.lens), 0.248).efl)
+    assert got.widest_f_number == pytest.approx(5.0, rel=1e-12)
+    scaled = readings(replace(settings, focal_length=100.0))
+    assert scaled.efl == pytest.approx(100.0, rel=1e-12)
+    shown = {row.name.strip(): row for row in rows(settings, got, Status())}
+    assert (shown["at"].value, shown["at"].unit) == ("248", "nm")
+    plain = replace(Settings(), lens="lenshh-cooke-triplet-50")
+    assert "at" not in {row.name.strip() for row in rows(plain, readings(plain), Status())}
 
 
 def test_a_zoom_that_is_converted_in_one_position_states_the_aperture_of_that_position(tmp_path):
