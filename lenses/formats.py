@@ -6,7 +6,11 @@ from dataclasses import dataclass
 from lensbench.lenses import (
     codev,
     codev_writer,
+    deeplens,
+    flaresim,
     lens_explorer,
+    lenshh,
+    lensoptics,
     optical_bench,
     optiland,
     oslo,
@@ -67,9 +71,13 @@ FORMATS = (
            "only its section y–z is written", frozenset({"object distance"})),
     Format(".len", "OSLO", oslo.read, oslo.write, COMMON - {Shape.TOROID}, TORUS),
     Format(".json", "Lens Explorer", lens_explorer.read, recognises=lens_explorer.is_one),
+    Format(".json", "DeepLens", deeplens.read, recognises=deeplens.is_one),
     Format(".json", "Optiland", optiland.read, optiland.write, COMMON - {Shape.TOROID},
            "Optiland adds the arcs of its two sections", has_positions=False),
     Format(".roa", "rayoptics", rayoptics.read, rayoptics.write, COMMON - {Shape.TOROID}, TORUS, has_positions=False),
+    Format(".lhlt", "LensHH", lenshh.read),
+    Format(".fx", "lensoptics", lensoptics.read),
+    Format(".lens", "FlareSim", flaresim.read),
 )
 
 

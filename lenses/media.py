@@ -21,7 +21,11 @@ MISC_NAMES = {"SPECIAL", "MALITSON", "MISC"}        # what design programs call 
 GAS = 1e-3              # greatest difference of the index of a gas, or vacuum, from that of air
 
 # n_d and V_d of media of which no formula is known, by the names that design programs give them
-OTHERS = {"COC": (1.533732, 56.23), "WATER": (1.333041, 55.77), "SEAWATER": (1.339462, 54.90)}
+OTHERS = {
+    "COC": (1.533732, 56.23), "WATER": (1.333041, 55.77), "SEAWATER": (1.339462, 54.90), "COP": (1.5311, 56.0),
+    "APEL": (1.5445, 56.0), "OKP4": (1.6073, 27.0), "OKP1": (1.6422, 22.4), "EP5000": (1.6355, 23.9),
+    "EP7000": (1.6510, 21.5), "EP8000": (1.6610, 20.4), "EP10000": (1.6830, 18.4),
+}
 
 # Powers of the wavelength in the formulas of `optics.glass` that give n²
 POWERS = {"schott": (0, 2, -2, -4, -6, -8, -10, -12), "extended-2": (0, 2, -2, -4, -6, -8, 4, 6),

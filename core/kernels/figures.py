@@ -7,7 +7,7 @@ has no sign, and a value that does not exist is a word.
 from math import isinf, isnan
 
 LEAST, MOST = 1e-6, 1e7         # of figures without a power of ten
-UNDEFINED, INFINITE = "undefined", "∞"
+UNDEFINED, INFINITE = "nan", "∞"
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -17,7 +17,7 @@ def significant(value: float, digits: int = 6, signed: bool = False) -> str:
     Parameters
     ----------
     value : float
-        Any number, in the unit that the text after it names; inf is "∞", nan is "undefined".
+        Any number, in the unit that the text after it names; inf is "∞", nan is "nan".
     digits : int
         Significant digits, at least 1; zeros at the end of decimals are left out.
     signed : bool
@@ -49,7 +49,7 @@ def fixed(value: float, decimals: int, signed: bool = False, grouped: bool = Fal
     Parameters
     ----------
     value : float
-        Any number; inf is "∞", nan is "undefined".
+        Any number; inf is "∞", nan is "nan".
     decimals : int
         Digits behind the point.
     signed : bool

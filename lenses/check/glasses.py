@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses import glass_catalogue
+from lensbench.lenses import glass_catalogue, media
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Lens
@@ -16,12 +16,6 @@ NAMED_N, NAMED_V = 0.01, 0.08   # and between a glass and its name; V_d as a sha
 RESIN_N, LEAST_V = (1.57, 1.78), 14.0       # resins: from polycarbonate to the densest for spectacles and telephones
 RESIN_V, RESIN_SLOPE = 36.0, 55.0           # V_d of the lightest, and its fall by n_d: flint glass lies above it
 
-OTHERS = {                      # (n_d, V_d), as published: plastics, and what is in no catalogue of glass
-    "water": (1.3330, 55.8), "CaF2": (1.43384, 95.2),
-    "PMMA": (1.4918, 57.4), "COP": (1.5311, 56.0), "APEL": (1.5445, 56.0), "PC": (1.5855, 29.9), "PS": (1.5905, 30.9),
-    "OKP4": (1.6073, 27.0), "EP5000": (1.6355, 23.9), "OKP1": (1.6422, 22.4), "EP7000": (1.6510, 21.5),
-    "EP8000": (1.6610, 20.4), "EP10000": (1.6830, 18.4),
-}
 
 
 def glass_findings(lens: Lens) -> list[Finding]:
@@ -96,6 +90,6 @@ def _nearest(n_d: float, v_d: float, glass_only: bool = False) -> tuple[str, flo
 def _map() -> tuple[list[str], np.ndarray, np.ndarray]:
     """Names, n_d and V_d of every known glass, then of the `OTHERS`."""
     known = [(entry.name, entry.n_d, entry.v_d) for entry in glass_catalogue.entries() if entry.n_d and entry.v_d]
-    known += [(name, *numbers) for name, numbers in OTHERS.items()]
+    known += [(name, *numbers) for name, numbers in media.OTHERS.items()]
     names, n, v = zip(*known, strict=True)
     return list(names), np.array(n), np.array(v)

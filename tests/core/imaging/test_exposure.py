@@ -110,7 +110,7 @@ def test_metering_by_the_mean_and_by_the_highlights():
     (lambda: lb.Exposure(0.0, 0.01), "f-number 0"),
     (lambda: lb.Exposure(2.8, -1.0), "shutter time -1"),
     (lambda: lb.Exposure(2.8, 0.01, 0.0), "ISO 0"),
-    (lambda: lb.Exposure(2.8, math.inf), "shutter time inf"),
+    (lambda: lb.Exposure(2.8, math.inf), "shutter time ∞"),
     (lambda: lb.Exposure(math.nan, 1.0), "f-number nan"),
     (lambda: lb.Exposure(2.8, 0.01).brighter(math.nan), "finite"),
     (lambda: lb.Exposure(2.8, 0.01).brighter(1.0, "luck"), "time, iso, f_number"),

@@ -48,7 +48,7 @@ def test_fixed_decimals_are_rounded_and_have_no_minus_zero(value, decimals):
 @pytest.mark.parametrize(("value", "count", "text"), [
     (4900.0, 2, "4900"), (170.0, 2, "170"), (4932.0, 2, "4900"), (-0.0, 3, "0"), (1e-4, 2, "0.0001"), (2.5, 6, "2.5"),
     (1.5e-8, 3, "1.5×10⁻⁸"), (-2e12, 3, "-2×10¹²"), (999.96, 4, "1000"), (9.9996e-3, 4, "0.01"), (math.inf, 3, "∞"),
-    (-math.inf, 3, "-∞"), (math.nan, 3, "undefined"), (np.float32(0.5), 3, "0.5"), (36, 6, "36"),
+    (-math.inf, 3, "-∞"), (math.nan, 3, "nan"), (np.float32(0.5), 3, "0.5"), (36, 6, "36"),
     (Decimal("1.5"), 6, "1.5"),
 ])
 def test_significant_digits(value, count, text):
@@ -59,7 +59,7 @@ def test_signs_thousands_and_words():
     assert (significant(0.31, 2, signed=True), significant(0.0, 2, signed=True)) == ("+0.31", "0")
     assert (fixed(-0.0004, 3), fixed(-0.0006, 3), fixed(0.0004, 1, signed=True)) == ("0.000", "-0.001", "0.0")
     assert fixed(12345.67, 1, grouped=True) == "12,345.7"
-    assert (fixed(math.nan, 2), fixed(-math.inf, 2)) == ("undefined", "-∞")
+    assert (fixed(math.nan, 2), fixed(-math.inf, 2)) == ("nan", "-∞")
     assert true_minus("-0.5 EV") == "−0.5 EV"
 
 

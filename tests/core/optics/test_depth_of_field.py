@@ -80,7 +80,7 @@ def test_a_thin_lens_cannot_focus_within_its_focal_length(focus):
 
 
 @pytest.mark.parametrize(("f", "n", "limit", "message"), [
-    (0.0, 2.0, 0.03, "focal length 0 mm"), (nan, 2.0, 0.03, "focal length nan"), (inf, 2.0, 0.03, "focal length inf"),
+    (0.0, 2.0, 0.03, "focal length 0 mm"), (nan, 2.0, 0.03, "focal length nan"), (inf, 2.0, 0.03, "focal length ∞"),
     (50.0, 0.0, 0.03, "f-number 0"), (50.0, -2.0, 0.03, "f-number -2"), (50.0, nan, 0.03, "f-number nan"),
     (50.0, 2.0, 0.0, "limit 0 mm"), (50.0, 2.0, nan, "limit nan mm"),
 ])

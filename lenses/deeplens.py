@@ -1,0 +1,96 @@
+"""DeepLens files (.json): surfaces with their curvature, rim and the media on both sides.
+
+    {"info": "…", "foclen": 50.0, "fnum": 1.8, "r_sensor": 21.6, "d_sensor": 80.0, "sensor_size": [36.0, 24.0],
+     "surfaces": [{"type": "Spheric", "r": 16.5, "c": 0.0284, "roc": 35.2, "d": 0.0, "d_next": 1.57,
+                   "mat1": "air", "mat2": "1.51633/64.1"},
+                  {"type": "Aperture", "r": 8.7, "d": 30.99, "d_next": 3.4}, …]}
+
+Lengths in mm. r is the rim, roc the radius, or c its reciprocal; mat2 is the medium behind: a name, or n_d/V_d. d_next
+is the gap behind, else it follows from the places d and from d_sensor. An Aspheric has the conic k and ai, the
+coefficients of r², r⁴, r⁶ …, from r⁴ where use_ai2 is false.
+"""
+
+import re
+from dataclasses import replace
+from math import inf
+from typing import Any
+
+from lensbench.lenses import media
+from lensbench.lenses.design import Design, Row
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.json_text import item_lines, items, parse, table, text_value, value
+from lensbench.lenses.rows import RowError, curvature, number
+from lensbench.optics.finding import Kind
+from lensbench.optics.glass import AIR, Glass
+from lensbench.optics.prescription import Lens, LensError
+
+STOPS, SHAPES = ("Aperture", "Stop"), ("Spheric", "Aspheric", "Plane")
+MODEL = re.compile(r"([\d.]+)/([\d.]+)")
+
+
+def is_one(text: str) -> bool:
+    """Whether a JSON text is a DeepLens file."""
+    return '"d_sensor"' in text or '"mat2"' in text
+
+
+def read(text: str, path: str) -> Lens:
+    """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
+    data, lines = parse(text, path), item_lines(text, "surfaces")
+    surfaces = [table(surface) for surface in items(data.get("surfaces"))]
+    design = Design(path, [Row(None, thickness=inf)], name=text_value(data, "info"))
+    for i, surface in enumerate(surfaces):
+        row = Row(lines[i] if i < len(lines) else None)
+        try:
+            _fill(design, row, surface, i)
+            if "d_next" in surface:
+                row.thickness = value(surface, "d_next")
+            else:
+                behind = value(surfaces[i + 1], "d") if i + 1 < len(surfaces) else value(data, "d_sensor")
+                row.thickness = behind - value(surface, "d")
+        except (RowError, ArithmeticError) as error:
+            raise LensFileError(path, row.line, f"surface {i}: {error}") from None
+        design.add(row)
+    design.add(Row(None))
+    try:
+        design.stated_efl = value(data, "foclen", 0.0) or None
+        design.stated_f_number = value(data, "fnum", 0.0) or None
+        sides = [number(side, "sensor_size") for side in items(data.get("sensor_size"))]
+        return replace(design.lens(), film_size=(sides[0], sides[1]) if len(sides) == 2 else None)
+    except (RowError, LensError) as error:
+        raise LensFileError(path, None, str(error)) from None
+
+
+def _fill(design: Design, row: Row, data: dict[str, Any], index: int) -> None:
+    """Fill the row from a surface. RowError: invalid, or not traced."""
+    kind = text_value(data, "type")
+    if kind not in (*STOPS, *SHAPES):
+        raise RowError(f"the type {kind[:30] or 'is missing, or'} is not traced: it must be one of "
+                       f"{', '.join((*STOPS, *SHAPES))}")
+    row.is_stop = kind in STOPS
+    row.semi_diameter = value(data, "r")
+    if data.get("is_square") is True:
+        design.found(Kind.LEFT_OUT, f"surface {index}: its square rim is left out, the round one taken", index)
+    row.glass = _medium(design, data) if "mat2" in data or not row.is_stop else design.rows[-1].glass
+    if kind in ("Spheric", "Aspheric"):
+        row.curvature = curvature(data["roc"]) if data.get("roc") is not None else value(data, "c")
+    if kind == "Aspheric":
+        row.conic = value(data, "k", 0.0)
+        first = 4 if data.get("use_ai2") is False else 2
+        terms = [number(a, f"ai[{i}]") for i, a in enumerate(items(data.get("ai")))]
+        row.aspheric = {first + 2 * i: a for i, a in enumerate(terms) if a}
+        if max(row.aspheric, default=0) > 20:
+            raise RowError(f"a term in r^{max(row.aspheric)} is not traced: powers go to 20")
+
+
+def _medium(design: Design, data: dict[str, Any]) -> Glass:
+    """The medium behind a surface."""
+    name = text_value(data, "mat2")
+    if not name:
+        raise RowError("mat2, the medium behind it, is missing")
+    if found := MODEL.fullmatch(name):
+        return media.model(number(found[1], "n_d"), number(found[2], "V_d"))
+    if name.lower() in ("air", "vacuum", "occluder"):
+        return AIR
+    glass, assumed = media.named(name)
+    design.assume_glass(assumed)
+    return glass

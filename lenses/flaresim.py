@@ -1,0 +1,90 @@
+"""FlareSim lens files (.lens): a header and a table of surfaces.
+
+    # comment
+    name: Triplet 50 mm f/4
+    focal_length: 50.0
+    surfaces:
+    # radius  thickness  ior      abbe   semi_ap  coating  [type]  [radius_y]
+      48.5    4.0        1.62041  60.3   20.0     1
+      stop    2.0        1.00000  0.0    12.5     0
+      -140.0  3.0        1.75000  35.0   18.0     1        cyl_y
+
+Lengths in mm. Thickness and medium lie behind the surface; the last thickness is the back focus. Radius 0 or inf is a
+plane, "stop" the aperture stop. The column semi_ap holds diameters, as the published files come from the diameters of
+Optical Bench. type: sph; cyl_x, curved in the section y–z; cyl_y, curved in x–z; toric, with the radius of x–z first
+and that of y–z behind. Coatings and aspheric terms are not part of a lens file.
+"""
+
+import re
+from math import inf
+
+from lensbench.kernels.figures import significant
+from lensbench.lenses import media
+from lensbench.lenses.design import Design, Row
+from lensbench.lenses.encoding import check_lines, file_curvature, file_number
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.rows import RowError
+from lensbench.optics.finding import Kind
+from lensbench.optics.prescription import Lens
+
+TYPES = {"sph": "sph", "spherical": "sph", "cyl_x": "cyl_x", "cylinder_x": "cyl_x", "cyl_y": "cyl_y",
+         "cylinder_y": "cyl_y", "toric": "toric"}
+COLUMNS = ("radius", "thickness", "ior", "abbe", "semi_ap")
+
+
+def read(text: str, path: str) -> Lens:
+    """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
+    check_lines(text, path)
+    design = Design(path, [Row(None, thickness=inf)])
+    in_table = False
+    for line, content in enumerate(text.split("\n"), start=1):
+        content = content.partition("#")[0].strip()
+        key, colon, rest = content.partition(":")
+        try:
+            if in_table and content:
+                design.add(_row(line, content.split()))
+            elif content and colon and key.strip().lower() == "surfaces":
+                in_table = True
+            elif key.strip().lower() == "name":
+                design.name = rest.strip()
+            elif key.strip().lower() == "focal_length":
+                design.stated_efl = file_number(rest.strip(), "focal_length") or None
+            elif content:
+                design.not_read(key.split()[0] if key.split() else content, line)
+        except RowError as error:
+            where = f"surface {len(design.rows) - 1}: " if in_table else ""
+            raise LensFileError(path, line, f"{where}{error}") from None
+    if not in_table:
+        raise LensFileError(path, None, "there is no line “surfaces:”: this is no FlareSim lens")
+    design.add(Row(None))
+    design.found(Kind.CONVENTION, "the column semi_ap is read as diameters, as the published files of FlareSim have it")
+    return design.lens()
+
+
+def _row(line: int, words: list[str]) -> Row:
+    """The surface of a line. RowError: invalid, or not traced."""
+    if len(words) < len(COLUMNS):
+        raise RowError(f"the line has {len(words)} values: a surface needs {', '.join(COLUMNS)}")
+    row = Row(line, is_stop=words[0].lower() == "stop")
+    row.thickness = file_number(words[1], "thickness")
+    row.glass = media.model(file_number(words[2], "ior"), file_number(words[3], "abbe"))
+    size = file_number(words[4], "semi_ap")
+    if size <= 0.0:
+        raise RowError(f"semi_ap is {significant(size)}: it must be positive")
+    row.semi_diameter = size / 2.0
+    kind = TYPES.get(words[6].lower()) if len(words) > 6 else "sph"
+    if kind is None:
+        raise RowError(f"the type {words[6][:20]} is not traced: it must be one of sph, cyl_x, cyl_y, toric")
+    c = 0.0 if row.is_stop else _curvature(words[0])
+    if kind == "toric":
+        if len(words) < 8:
+            raise RowError("a toric surface needs the radius of the section y–z as its last value")
+        row.curvature, row.curvature_x, row.toroid = _curvature(words[7]), c, "torus"
+    else:
+        row.curvature, row.curvature_x = {"sph": (c, None), "cyl_x": (c, 0.0), "cyl_y": (0.0, c)}[kind]
+    return row
+
+
+def _curvature(word: str) -> float:
+    """Curvature of a radius; 0 and inf are a plane."""
+    return 0.0 if re.fullmatch(r"(?i)[+-]?inf(inity)?", word) else file_curvature(word)

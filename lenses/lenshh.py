@@ -1,0 +1,132 @@
+"""LensHH files (.lhlt): JSON with a list of surfaces from the object to the image, and the system data.
+
+    {"FormatVersion": 1, "Title": "…", "Designer": "…", "Aperture": {"Type": "EPD", "Value": 8.1},
+     "FieldType": "ObjectAngle", "Fields": [{"Y": 2, "Weight": 1}], "GlassCatalogs": ["SCHOTT"],
+     "Wavelengths": [{"Value": 0.5876, "Weight": 1, "IsPrimary": true}],
+     "Surfaces": [{"Type": "Standard", "Radius": "Infinity", "Thickness": "Infinity", "Material": ""}, …]}
+
+Lengths in mm. An EvenAsphere has AsphericCoefficients of r², r⁴, r⁶ …; a SemiDiameter of 0 is not known. The
+configurations of ConfigurationEditor are zoom positions: thicknesses are read, of other values those of the first.
+"""
+
+from dataclasses import replace
+from math import inf
+from typing import Any
+
+from lensbench.lenses import glass_catalogue, media
+from lensbench.lenses.configurations import Configurations
+from lensbench.lenses.design import Design, Row
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.json_text import coefficients, item_lines, items, parse, table, text_value, value
+from lensbench.lenses.paraxial import FAR
+from lensbench.lenses.rows import RowError, curvature, number
+from lensbench.optics.finding import Kind, Severity
+from lensbench.optics.glass import AIR, Glass
+from lensbench.optics.prescription import Lens
+from lensbench.optics.system import ApertureKind, FieldKind
+
+APERTURES = {"epd": ApertureKind.PUPIL_DIAMETER, "fnumber": ApertureKind.F_NUMBER,
+             "workingfnumber": ApertureKind.WORKING_F_NUMBER, "objectspacena": ApertureKind.OBJECT_NA}
+FIELDS = {"objectangle": FieldKind.ANGLE, "objectheight": FieldKind.OBJECT_HEIGHT,
+          "paraxialimageheight": FieldKind.IMAGE_HEIGHT, "imageheight": FieldKind.IMAGE_HEIGHT,
+          "realimageheight": FieldKind.REAL_IMAGE_HEIGHT}
+POWERS = list(range(2, 21, 2))
+
+
+def read(text: str, path: str) -> Lens:
+    """The lens of a file's text. LensFileError names `path`, the line and the mistake."""
+    data, lines = parse(text, path), item_lines(text, "Surfaces")
+    design = Design(path, name=text_value(data, "Title"), notes=text_value(data, "Notes"))
+    makers = [str(name).upper() for name in items(data.get("GlassCatalogs"))]
+    surfaces = [table(surface) for surface in items(data.get("Surfaces"))]
+    for i, surface in enumerate(surfaces):
+        row = Row(lines[i] if i < len(lines) else None)
+        try:
+            _fill(design, row, surface, makers, 0 < i < len(surfaces) - 1)
+        except (RowError, ArithmeticError) as error:
+            raise LensFileError(path, row.line, f"surface {i}: {error}") from None
+        design.add(row)
+    try:
+        _system(design, data)
+        _configurations(design, table(data, "ConfigurationEditor"))
+    except RowError as error:
+        raise LensFileError(path, None, str(error)) from None
+    if items(data.get("Pickups")):
+        design.found(Kind.LEFT_OUT, "its pickups are left out: the present values are read")
+    return replace(design.lens(), designer=text_value(data, "Designer"))
+
+
+def _fill(design: Design, row: Row, data: dict[str, Any], makers: list[str], traced: bool) -> None:
+    """Fill the row from a surface. traced: it is neither the object nor the image. RowError: not traced."""
+    kind = text_value(data, "Type") or "Standard"
+    if traced and kind not in ("Standard", "EvenAsphere"):
+        raise RowError(f"the type {kind[:30]} is not traced: it must be Standard or EvenAsphere")
+    row.curvature = curvature(data.get("Radius", inf))
+    row.conic = value(data, "Conic", 0.0)
+    row.thickness = value(data, "Thickness", 0.0, infinite=True)
+    row.semi_diameter = value(data, "SemiDiameter", 0.0) or None
+    row.is_stop = data.get("IsStop") is True
+    row.glass = _medium(design, text_value(data, "Material"), makers)
+    if kind == "EvenAsphere":
+        row.aspheric = coefficients(data, "AsphericCoefficients", POWERS)
+    if value(data, "InnerRadius", 0.0) or value(data, "ObscurationRadius", 0.0):
+        design.found(Kind.LEFT_OUT, "an obscuration is left out: the whole round rim is taken",
+                     len(design.rows) - 1, severity=Severity.WARNING)
+
+
+def _medium(design: Design, name: str, makers: list[str]) -> Glass:
+    """The medium of a name, of the first of the file's catalogues that has it."""
+    if name.upper() in media.AIR_NAMES:
+        return AIR
+    if name.upper() in media.MIRROR_NAMES:
+        raise RowError("a mirror is not traced")
+    coded = media.code(name)
+    if coded is not None:
+        return coded
+    known = glass_catalogue.makers(name)
+    glass, assumed = media.named(name, next((maker for maker in makers if maker in known), None))
+    design.assume_glass(assumed)
+    return glass
+
+
+def _system(design: Design, data: dict[str, Any]) -> None:
+    """Aperture, fields and wavelengths."""
+    aperture = table(data, "Aperture")
+    kind, size = text_value(aperture, "Type"), value(aperture, "Value", 0.0)
+    if kind.lower() in APERTURES:
+        design.state_aperture(APERTURES[kind.lower()], size)
+    elif aperture:
+        design.found(Kind.LEFT_OUT, f"an aperture of the type {kind[:30] or 'unknown'} is left out")
+    kind = text_value(data, "FieldType")
+    points = [table(point) for point in items(data.get("Fields"))]
+    if kind.lower() in FIELDS:
+        design.state_fields(FIELDS[kind.lower()], [made for point in points for made in design.field_point(
+            0.0, value(point, "Y", 0.0), value(point, "Weight", 1.0))])
+    elif points:
+        design.found(Kind.LEFT_OUT, f"fields of the type {kind[:30] or 'unknown'} are left out")
+    waves = [table(wave) for wave in items(data.get("Wavelengths"))]
+    design.state_wavelengths([(value(wave, "Value"), value(wave, "Weight", 1.0)) for wave in waves],
+                             next((i for i, wave in enumerate(waves) if wave.get("IsPrimary") is True), 0))
+
+
+def _configurations(design: Design, editor: dict[str, Any]) -> None:
+    """Thicknesses of the configurations, as zoom positions."""
+    operands = [table(operand) for operand in items(editor.get("Operands"))]
+    columns = [items(table(column).get("Values")) for column in items(editor.get("Configurations"))]
+    if len(columns) < 2 or not operands:
+        return
+    listed = Configurations(len(columns))
+    for i, operand in enumerate(operands):
+        kind, surface = text_value(operand, "Type"), int(value(operand, "SurfaceIndex", 0.0))
+        for k, column in enumerate(columns, start=1):
+            if i >= len(column):
+                raise RowError(f"configuration {k} has {len(column)} values for {len(operands)} operands")
+            found = number(column[i], "a value of a configuration", infinite=True)
+            if kind.lower().startswith("thi"):
+                listed.put("gap", surface, k, found)
+            else:
+                listed.differs(kind[:30], str(found))
+    design.findings += listed.findings()
+    distance = design.rows[0].thickness if design.rows else inf
+    design.stations = listed.stations(lambda surface: surface if 0 < surface < len(design.rows) - 1 else None, None,
+                                      inf if abs(distance) >= FAR else distance)
