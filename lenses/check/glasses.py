@@ -5,7 +5,8 @@ from functools import lru_cache
 import numpy as np
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses import glass_catalogue, media
+from lensbench.lenses import glass_catalogue
+from lensbench.lenses.media import MISC, OTHERS
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.glass import Glass
 from lensbench.optics.prescription import Lens
@@ -15,7 +16,6 @@ FAR = 4.0                       # such steps from every known glass: the first f
 NAMED_N, NAMED_V = 0.01, 0.08   # and between a glass and its name; V_d as a share: other kinds share old names
 RESIN_N, LEAST_V = (1.57, 1.78), 14.0       # resins: from polycarbonate to the densest for spectacles and telephones
 RESIN_V, RESIN_SLOPE = 36.0, 55.0           # V_d of the lightest, and its fall by n_d: flint glass lies above it
-
 
 
 def glass_findings(lens: Lens) -> list[Finding]:
@@ -79,17 +79,19 @@ def distance_to_known(n_d: float, v_d: float, glass_only: bool = False) -> float
 
 def _nearest(n_d: float, v_d: float, glass_only: bool = False) -> tuple[str, float]:
     """The known glass nearest to these numbers, in words, and how many steps it is away."""
-    names, n, v = _map()
-    count = len(names) - len(OTHERS) if glass_only else len(names)
+    names, n, v, glasses = _map()
+    count = glasses if glass_only else len(names)
     away = np.hypot((n[:count] - n_d) / STEP_N, (v[:count] - v_d) / STEP_V)
     nearest = int(np.argmin(away))
     return f"{names[nearest]}, {significant(n[nearest], 5)} and {significant(v[nearest], 3)}", float(away[nearest])
 
 
 @lru_cache(maxsize=1)
-def _map() -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Names, n_d and V_d of every known glass, then of the `OTHERS`."""
-    known = [(entry.name, entry.n_d, entry.v_d) for entry in glass_catalogue.entries() if entry.n_d and entry.v_d]
-    known += [(name, *numbers) for name, numbers in media.OTHERS.items()]
+def _map() -> tuple[list[str], np.ndarray, np.ndarray, int]:
+    """Names, n_d and V_d of every known glass, then of crystals and plastics; and the number of glasses."""
+    entries = sorted((entry for entry in glass_catalogue.entries() if entry.n_d and entry.v_d),
+                     key=lambda entry: entry.maker == MISC)
+    known = [(entry.name, entry.n_d, entry.v_d) for entry in entries]
+    known += [(name, *numbers) for name, numbers in OTHERS.items()]
     names, n, v = zip(*known, strict=True)
-    return list(names), np.array(n), np.array(v)
+    return list(names), np.array(n), np.array(v), sum(entry.maker != MISC for entry in entries)
