@@ -81,6 +81,11 @@ def own_film(name: str, lens: lb.Lens) -> tuple[float, float]:
     circle = image_circle(name, lens)
     if circle is None:
         return USUAL
+    return covered_format(circle)
+
+
+def covered_format(circle: float) -> tuple[float, float]:
+    """The largest usual film (width, height) under an image circle (mm); a 4 : 3 sensor if none is so small."""
     covered = [size for size in lb.FORMATS.values() if COVERED * math.hypot(*size) <= circle]
     if not covered:
         return (float(f"{0.8 * circle:.3g}"), float(f"{0.6 * circle:.3g}"))

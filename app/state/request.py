@@ -35,5 +35,6 @@ class Request(Enum):
     COMPARE = auto()                    # render the same picture with the camera
 
     # The window
+    BROWSE_LENSES = auto()
     RESET_LAYOUT = auto()
     SHOW_HELP = auto()

@@ -23,6 +23,7 @@ from lensbench.app.state.figures import lit
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
+from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
 
@@ -46,8 +47,8 @@ def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSp
 class Panels:
     """Draws the panels of a window; an error in one becomes a message, and never ends the window."""
 
-    def __init__(self, window: WindowState):
-        self._state = window
+    def __init__(self, window: WindowState, browsing: LensBrowsing):
+        self._state, self._browsing = window, browsing
         self._stability_worker: Any = None              # from when the panel is first looked at
         self._stability_state: Any = None
         self._coc_state, self._falloff_state, self._models_state = CocState(), FalloffState(), ModelsState()
@@ -138,7 +139,7 @@ class Panels:
         shown, _ = imgui.begin(name, None, flags)
         imgui.pop_style_var()
         imgui.pop_style_color()
-        if shown:
+        if shown and imgui.get_window_pos().x + imgui.get_window_width() > self._browsing.covers:
             draw()
         imgui.end()
 
@@ -148,6 +149,7 @@ class Panels:
         window.light_field.await_field_picture()
         window.presenter.take(window.view)    # the first picture of this frame's change may be there already
         picture = window.presenter.picture(window.edited, window.view)
+        self._beside_browser()
         window.edited = image_panel(window.edited, picture, window.view)
 
     def _controls(self) -> None:
@@ -171,7 +173,14 @@ class Panels:
     def _plan(self) -> None:
         self._state.edited = plan_panel(self._state.edited, self._plan_state)
 
+    def _beside_browser(self) -> None:
+        """Begin right of the lens browser, so that what changes with the lens stays in sight."""
+        corner = imgui.get_cursor_screen_pos()
+        if self._browsing.covers > corner.x:
+            imgui.set_cursor_screen_pos(ImVec2(self._browsing.covers, corner.y))
+
     def _section(self) -> None:
+        self._beside_browser()
         self._state.edited = lens_section_panel(self._state.edited, self._section_state,
                                                 self._field * lit(self._state.edited))
 

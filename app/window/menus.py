@@ -23,6 +23,7 @@ KEYS = (
     ("A · S · W · D", "pin the picture as A · compare side by side · by a wipe · their difference"),
     ("Space · R", "pause · restart the render"),
     ("Ctrl + Z · Ctrl + Shift + Z", "undo · redo"),
+    ("L", "lens browser: click or arrows try, Enter keeps, Escape returns"),
     ("Ctrl + O · Ctrl + E · Ctrl + S", "open a lens · export · save the picture"),
     ("On a dial", "drag, click, wheel; Ctrl + click types, double click resets"),
     ("In a plot", "drag to pan, wheel to zoom, double click to fit"),
@@ -41,6 +42,8 @@ def menus(state: WindowState) -> None:
 
 def _file_menu(state: WindowState) -> None:
     history = state.history
+    if _item("Lens browser…", "L"):
+        state.requests.add(Request.BROWSE_LENSES)
     for name, request, key in (("Open lens…", Request.OPEN_LENS, "Ctrl+O"), ("Open scene…", Request.OPEN_SCENE, ""),
                                ("Open picture…", Request.OPEN_PICTURE, ""),
                                ("Open settings…", Request.OPEN_SETTINGS, ""),
@@ -153,7 +156,8 @@ def shortcuts(state: WindowState) -> None:
         redo(state)
     view = state.view
     for chord, request in ((KEY.space, Request.PAUSE), (KEY.r, Request.RESTART), (CTRL | KEY.s, Request.SAVE_RENDER),
-                           (CTRL | KEY.e, Request.EXPORT), (CTRL | KEY.o, Request.OPEN_LENS), (KEY.a, Request.PIN)):
+                           (CTRL | KEY.e, Request.EXPORT), (CTRL | KEY.o, Request.OPEN_LENS), (KEY.a, Request.PIN),
+                           (KEY.l, Request.BROWSE_LENSES)):
         if pressed(chord):
             state.requests.add(request)
     if pressed(KEY.f):

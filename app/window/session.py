@@ -31,6 +31,7 @@ from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.docking import Panels, layout
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.file_watch import FileWatch, forget_derived, is_about
+from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.menus import NOTHING_PINNED, Help, shortcuts
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.task import Task
@@ -44,7 +45,8 @@ class Session(WindowState):
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
         super().__init__(settings, remember, threads)
         self.export, self.help, self.watch = ExportDialog(self.wake), Help(), FileWatch()
-        self.files, self.panels = Files(self, self.export), Panels(self)
+        self.browsing = LensBrowsing(self)
+        self.files, self.panels = Files(self, self.export), Panels(self, self.browsing)
         self.shots_taken = 0                            # screenshots of the window that have been saved
         self.shot_is_early = False                      # the screenshot was taken before the picture was ready
         self.shot_problem = ""                          # why the latest of them was not
@@ -74,6 +76,7 @@ class Session(WindowState):
                 self.recent = [Path(path) for path in json.loads(hello_imgui.load_lasting_pref("recent") or "[]")]
             self.chooser.locked.update(set(hello_imgui.load_lasting_pref("locked").split()) & set(LOCKS))
             self._locked = frozenset(self.chooser.locked)
+            self.browsing.load()
         theme.choose(self.dark)
         imgui.get_io().config_error_recovery_enable_tooltip = False     # a message above the picture says it
         glfw.set_drop_callback(glfw_window_hello_imgui(), self.dropped)
@@ -82,6 +85,7 @@ class Session(WindowState):
     def closed(self) -> None:
         """The window is about to close."""
         self.export.cancel()
+        self.browsing.closed()
         self.panels.closed()
         self.light_field.worker.stop()
         self.charts.stop()
@@ -135,7 +139,8 @@ class Session(WindowState):
         self._answer_requests()
 
     def dialogs(self) -> None:
-        """After the panels, over them: the export and the help."""
+        """After the panels, over them: the lens browser, the export and the help."""
+        self.browsing.draw()
         message = self.export.draw()
         if message is not None:
             self.view.say(*message)
@@ -149,7 +154,7 @@ class Session(WindowState):
         held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
         self.keep(held)
         self._keep_locks()
-        self.worker.hold(self.light_field.occupies_processor or self.export.busy)
+        self.worker.hold(self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor)
         self.apply()
 
     def _keep_locks(self) -> None:
@@ -182,6 +187,8 @@ class Session(WindowState):
             self.view.messages = [message for message in self.view.messages if message != NOTHING_PINNED]
         if Request.EXPORT in wanted:
             self.export.open(self.history.present)
+        if Request.BROWSE_LENSES in wanted:
+            self.browsing.toggle()
         if Request.RESET_LAYOUT in wanted:
             self._lay_out()
         if Request.SHOW_HELP in wanted:

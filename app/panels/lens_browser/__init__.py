@@ -1,0 +1,1 @@
+"""The lens browser: search, filters, and the grid of thumbnails."""

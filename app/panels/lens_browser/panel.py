@@ -1,0 +1,290 @@
+"""The panel of the lens browser: a grid of lenses, each with a picture taken through it and its section.
+
+A click tries a lens, a double click or Enter keeps it, Escape returns to the lens before. Only the rows in sight are
+drawn.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+
+from lensbench.app.panels.lens_browser.filters import filters, search
+from lensbench.app.panels.lens_browser.section import Drawing, draw_section, drawing
+from lensbench.app.state.lens_shelf import Shelf, film_name, film_of, shelved, short_title
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.memo import Memo
+from lensbench.kernels.figures import f_number_text, fixed
+from lensbench.lenses import Card
+
+CELL = 8.9                     # em, the least width of a cell
+PICTURE, SECTION = 2.0 / 3.0, 0.34      # heights, of the width
+NEW_SECTIONS = 2                # that are computed in one frame
+fa, Key = icons_fontawesome_6, imgui.Key
+
+Picture = tuple[int, tuple[int, int]]           # GL name of a texture, and its size in pixels
+
+
+@dataclass
+class BrowserState:
+    """What the browser shows, and what the user asked of the window."""
+
+    shelf: Shelf = Shelf()
+    selected: str = ""                          # a name of the library
+    favourites: list[str] = field(default_factory=list)
+    recent: list[str] = field(default_factory=list)
+    in_sight: tuple[str, ...] = ()              # names whose cells were drawn, then the rest of the shelf
+    tried: str = ""                             # a lens to be tried; the window takes these three
+    kept: bool = False
+    returned: bool = False
+    opens_file: bool = False
+    appearing: bool = True
+    in_grid: bool = False                       # the arrows left and right move in the grid, not in the text
+    scroll: bool = False                        # to the selected cell
+    found: Memo = field(default_factory=lambda: Memo(4))
+    drawings: dict[str, Drawing | None] = field(default_factory=dict)
+
+
+def lens_browser_panel(cards: tuple[Card, ...], state: BrowserState, pictures: Callable[[str], Picture | None],
+                       problems: Mapping[str, str], missing: int) -> None:
+    """Draw the browser into the current window.
+
+    pictures: the texture of a lens, None until it is there. problems: why there is none. missing: how many are being
+    made.
+    """
+    before = state.shelf
+    escape, enter = imgui.is_key_pressed(Key.escape, False), (imgui.is_key_pressed(Key.enter, False)
+                                                             or imgui.is_key_pressed(Key.keypad_enter, False))
+    popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id)
+    state.shelf = search(state.shelf, state.appearing)
+    shown = _shown(cards, state)
+    state.shelf = filters(state.shelf, cards, len(shown))
+    if state.shelf != before:
+        shown = _shown(cards, state)
+        state.in_grid = False
+        if state.shelf.search.strip() and shown:
+            state.selected, state.scroll = shown[0].name, True
+    footer = imgui.get_frame_height_with_spacing() + theme.em(0.2)
+    if imgui.begin_child("Grid", ImVec2(0.0, -footer)):
+        columns = _grid(shown, state, pictures, problems)
+    else:
+        columns = 1
+    imgui.end_child()
+    _footer(state, missing)
+    if not popup:
+        _keys(shown, state, columns)
+        if escape:
+            state.returned = True
+        elif enter and any(card.name == state.selected for card in shown):
+            state.tried, state.kept = state.selected, True
+    state.appearing = False
+
+
+def _shown(cards: tuple[Card, ...], state: BrowserState) -> tuple[Card, ...]:
+    key = (cards, state.shelf, tuple(state.favourites), tuple(state.recent))
+    return state.found.of(key, lambda: shelved(cards, state.shelf, state.favourites, state.recent))
+
+
+def _keys(shown: tuple[Card, ...], state: BrowserState, columns: int) -> None:
+    """Move the selection with the arrows, and try it."""
+    pressed = imgui.is_key_pressed
+    step = columns * (int(pressed(Key.down_arrow)) - int(pressed(Key.up_arrow)))
+    state.in_grid = state.in_grid or bool(step)
+    if state.in_grid or not state.shelf.search:
+        step += int(pressed(Key.right_arrow)) - int(pressed(Key.left_arrow))
+    if not step or not shown:
+        return
+    names = [card.name for card in shown]
+    at = names.index(state.selected) + step if state.selected in names else 0
+    if 0 <= at < len(names):
+        state.selected, state.tried, state.scroll = names[at], names[at], True
+
+
+def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Callable[[str], Picture | None],
+          problems: Mapping[str, str]) -> int:
+    """Draw the rows in sight; the number of columns."""
+    room, gap = imgui.get_content_region_avail(), theme.em(0.55)
+    columns = max(1, int((room.x + gap) / (theme.em(CELL) + gap)))
+    width = float(int((room.x - (columns - 1) * gap) / columns))
+    size = ImVec2(width, round(width * (PICTURE + SECTION) + 2.0 * imgui.get_text_line_height() + theme.em(0.7)))
+    if not shown:
+        imgui.text_disabled("No lens matches" + (": clear the filters" if state.shelf.is_filtered else ""))
+        if state.shelf.part == "favourites" and not state.favourites:
+            imgui.text_disabled(f"A click on {fa.ICON_FA_STAR} makes a lens a favourite")
+        state.in_sight = ()
+        return columns
+    rows = -(-len(shown) // columns)
+    if state.scroll:
+        place = next((i for i, card in enumerate(shown) if card.name == state.selected), 0) // columns
+        top, pitch = imgui.get_scroll_y(), size.y + gap
+        if not top <= place * pitch <= top + room.y - size.y:
+            imgui.set_scroll_y(max(0.0, place * pitch - 0.5 * (room.y - size.y)))
+        state.scroll = False
+    sight: list[str] = []
+    made = 0
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(gap, gap))
+    clipper = imgui.ListClipper()
+    clipper.begin(rows, size.y + gap)
+    while clipper.step():
+        for row in range(clipper.display_start, clipper.display_end):
+            for i in range(row * columns, min((row + 1) * columns, len(shown))):
+                card = shown[i]
+                if i % columns:
+                    imgui.same_line()
+                sight.append(card.name)
+                if card.name not in state.drawings and made < NEW_SECTIONS:
+                    state.drawings[card.name] = _drawing(card.name)
+                    made += 1
+                _cell(card, state, size, pictures(card.name), problems.get(card.name, ""))
+    clipper.end()
+    imgui.pop_style_var()
+    drawn = set(sight)
+    state.in_sight = (*sight, *(card.name for card in shown if card.name not in drawn))
+    return columns
+
+
+def _drawing(name: str) -> Drawing | None:
+    try:
+        return drawing(name)
+    except (ValueError, OSError):               # trying the lens says why
+        return None
+
+
+def _cell(card: Card, state: BrowserState, size: ImVec2, picture: Picture | None, problem: str) -> None:
+    """One lens: picture, section, title, and a line of its figures."""
+    colour, pixel, draw = theme.colours(), theme.scale(), imgui.get_window_draw_list()
+    corner = imgui.get_cursor_screen_pos()
+    end = ImVec2(corner.x + size.x, corner.y + size.y)
+    imgui.set_next_item_allow_overlap()
+    if imgui.invisible_button(card.name, size):
+        state.selected = state.tried = card.name
+        state.in_grid = True
+    hovered, selected = imgui.is_item_hovered(), card.name == state.selected
+    if hovered and imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
+        state.tried, state.kept = card.name, True
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        _explain(card, problem)
+
+    ground = colour.frame_active if selected else colour.frame if hovered else colour.well
+    draw.add_rect_filled(corner, end, theme.packed(ground), 3.0 * pixel)
+    below = ImVec2(end.x, round(corner.y + PICTURE * size.x))
+    if picture is not None:
+        _picture(draw, picture, corner, below)
+    else:
+        draw.add_rect_filled(corner, below, theme.packed(colour.ground), 3.0 * pixel)
+        if problem:
+            draw.add_text(ImVec2(corner.x + theme.em(0.5), corner.y + theme.em(0.5)), theme.packed(colour.warning),
+                          theme.shortened("No picture", size.x - theme.em(1.0)))
+    bottom = round(below.y + SECTION * size.x)
+    of = state.drawings.get(card.name)
+    if of is not None:
+        inset = theme.em(0.35)
+        draw_section(draw, of, ImVec2(corner.x + inset, below.y + inset), ImVec2(end.x - inset, bottom - 2.0 * pixel))
+    if selected:
+        draw.add_rect(corner, end, theme.packed(colour.strong), 3.0 * pixel, 1.5 * pixel)
+    margin = theme.em(0.5)
+    room = size.x - 2.0 * margin
+    draw.add_text(ImVec2(corner.x + margin, bottom + theme.em(0.15)),
+                  theme.packed(colour.strong if selected else colour.text), theme.shortened(short_title(card), room))
+    theme.small()
+    draw.add_text(ImVec2(corner.x + margin, bottom + theme.em(0.4) + imgui.get_text_line_height()),
+                  theme.packed(colour.dim), theme.shortened(_figures(card), room))
+    imgui.pop_font()
+    _star(card, state, ImVec2(end.x, corner.y), hovered)
+    imgui.set_cursor_screen_pos(corner)
+    imgui.dummy(size)                           # the whole cell again, for the place of the next one
+
+
+def _picture(draw: imgui.ImDrawList, picture: Picture, corner: ImVec2, end: ImVec2) -> None:
+    """The picture between two corners, whole and in the middle."""
+    texture, (across, down) = picture
+    draw.add_rect_filled(corner, end, theme.packed((0.0, 0.0, 0.0, 1.0)), 3.0 * theme.scale())
+    width, height = end.x - corner.x, end.y - corner.y
+    scale = min(width / across, height / down)
+    x, y = corner.x + 0.5 * (width - scale * across), corner.y + 0.5 * (height - scale * down)
+    draw.add_image(imgui.ImTextureRef(texture), ImVec2(round(x), round(y)),
+                   ImVec2(round(x + scale * across), round(y + scale * down)))
+
+
+def _star(card: Card, state: BrowserState, corner: ImVec2, hovered: bool) -> None:
+    """The star of a favourite; of the lens under the mouse too, to make it one."""
+    is_favourite = card.name in state.favourites
+    side = theme.em(1.5)
+    imgui.set_cursor_screen_pos(ImVec2(corner.x - side, corner.y))
+    if imgui.invisible_button(f"Star {card.name}", ImVec2(side, side)):
+        if is_favourite:
+            state.favourites.remove(card.name)
+        else:
+            state.favourites.append(card.name)
+    over = imgui.is_item_hovered()
+    imgui.set_item_tooltip("Remove from the favourites" if is_favourite else "Add to the favourites")
+    if not (is_favourite or hovered or over):
+        return
+    draw, white = imgui.get_window_draw_list(), theme.packed((1.0, 1.0, 1.0, 1.0 if is_favourite or over else 0.55))
+    size = imgui.calc_text_size(fa.ICON_FA_STAR)
+    at = ImVec2(corner.x - 0.5 * (side + size.x), corner.y + 0.5 * (side - size.y))
+    draw.add_circle_filled(ImVec2(corner.x - 0.5 * side, corner.y + 0.5 * side), 0.46 * side,
+                           theme.packed((0.0, 0.0, 0.0, 0.55)))
+    if is_favourite:
+        draw.add_text(at, white, fa.ICON_FA_STAR)
+    else:
+        draw.add_text(at, white, fa.ICON_FA_PLUS)
+
+
+def focal_text(card: Card) -> str:
+    """“50 mm”, of a zoom “71–196 mm”; "" where none is known."""
+    if card.efl is None:
+        return ""
+    digits = 0 if card.efl >= 9.95 else 1
+    tele = f"–{fixed(card.tele_efl, digits)}" if card.tele_efl else ""
+    return f"{fixed(card.efl, digits)}{tele} mm"
+
+
+def _figures(card: Card) -> str:
+    speed = f_number_text(card.f_number) if card.f_number else ""
+    return "  ".join(part for part in (focal_text(card), speed, str(card.year or "")) if part)
+
+
+def _explain(card: Card, problem: str) -> None:
+    if not imgui.begin_tooltip():
+        return
+    imgui.push_text_wrap_pos(theme.em(24.0))
+    imgui.text_unformatted(card.title)
+    theme.small()
+    film = film_of(card)
+    built = f"{card.elements} elements in {card.groups} groups" if card.elements else ""
+    for text in (", ".join(str(part) for part in (card.kind, card.maker, card.designer, card.year) if part),
+                 card.patent or card.source, built, film_name(film) if film else "",
+                 f"Estimated: {card.estimates}" if card.estimates else ""):
+        if text:
+            imgui.text_disabled(text)
+    if problem:
+        imgui.text_colored(imgui.ImVec4(*theme.colours().warning), f"No picture: {problem}")
+    imgui.pop_font()
+    imgui.pop_text_wrap_pos()
+    imgui.end_tooltip()
+
+
+def _footer(state: BrowserState, missing: int) -> None:
+    """Buttons, what the keys do, and how many pictures are being made."""
+    imgui.dummy(ImVec2(0.0, 0.0))
+    if imgui.button("Keep"):
+        state.kept = True
+    imgui.set_item_tooltip("Keep the lens that is tried (Enter, double click)")
+    imgui.same_line(0.0, theme.em(0.35))
+    if imgui.button("Back"):
+        state.returned = True
+    imgui.set_item_tooltip("Return to the lens before (Escape)")
+    imgui.same_line(0.0, theme.em(0.35))
+    if imgui.button("Open…"):
+        state.opens_file = True
+    imgui.set_item_tooltip("Open a lens file (Ctrl+O)")
+    text = f"Taking {missing} pictures" if missing > 1 else "Taking a picture" if missing else \
+        "Click to try, Enter keeps, Escape returns"
+    theme.small()
+    text = theme.shortened(text, imgui.get_window_pos().x + imgui.get_window_width() - imgui.get_item_rect_max().x
+                           - theme.em(1.5))
+    imgui.same_line(imgui.get_window_width() - imgui.get_style().window_padding.x - imgui.calc_text_size(text).x)
+    imgui.align_text_to_frame_padding()
+    imgui.text_disabled(text)
+    imgui.pop_font()

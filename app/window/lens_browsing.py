@@ -1,0 +1,174 @@
+"""The lens browser in the window: its place, its undo, its thumbnails and its preferences.
+
+Any number of lenses that are tried one after the other are one step of undo; Escape takes it back.
+"""
+
+import json
+from contextlib import suppress
+from functools import lru_cache
+
+from imgui_bundle import ImVec2, hello_imgui, imgui
+
+from lensbench import lenses
+from lensbench.app.display.small_textures import SmallTextures
+from lensbench.app.panels.lens_browser.panel import BrowserState, lens_browser_panel
+from lensbench.app.state.lens_choice import with_lens
+from lensbench.app.state.lens_shelf import noted
+from lensbench.app.state.request import Request
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.window.state import WindowState
+from lensbench.app.workers.lens_thumbnails import LensThumbnails, thumbnail_folder
+
+TITLE = "Lens browser"
+WIDTH = 0.47                    # of the window
+LEAST, MOST = 33.0, 66.0        # em
+RECENT = 24                     # lenses that are remembered
+ENOUGH = 24                     # samples of the window's picture, after which thumbnails are made
+
+
+@lru_cache(maxsize=1)
+def _cards() -> tuple[lenses.Card, ...]:
+    return tuple(lenses.describe())
+
+
+class LensBrowsing:
+    """Lives as long as the window."""
+
+    def __init__(self, state: WindowState):
+        self.state = BrowserState()
+        self.is_open = False
+        self._window = state
+        self._thumbnails: LensThumbnails | None = None  # from when the browser is first opened
+        self._textures: SmallTextures | None = None
+        self._before: Settings | None = None            # the settings at the opening
+        self._tried: Settings | None = None             # with the lens that is tried
+        self._saved = ""                                # favourites and recent lenses in the preferences
+
+    def load(self) -> None:
+        """Read favourites and recent lenses from the preferences."""
+        with suppress(ValueError, TypeError, AttributeError):
+            kept = json.loads(hello_imgui.load_lasting_pref("lenses") or "{}")
+            known = set(lenses.names())
+            self.state.favourites = [name for name in kept.get("favourites", []) if name in known]
+            self.state.recent = [name for name in kept.get("recent", []) if name in known]
+        self._saved = self._preferences
+
+    @property
+    def _preferences(self) -> str:
+        return json.dumps({"favourites": self.state.favourites, "recent": self.state.recent})
+
+    @property
+    def covers(self) -> float:
+        """The right edge of the browser on the screen (pixels); 0 while it is closed."""
+        return imgui.get_main_viewport().pos.x + self._width if self.is_open else 0.0
+
+    @property
+    def _width(self) -> float:
+        width = imgui.get_main_viewport().size.x
+        return round(min(max(WIDTH * width, theme.em(LEAST)), theme.em(MOST), 0.8 * width))
+
+    @property
+    def occupies_processor(self) -> bool:
+        """Whether the render has to leave the processor to the thumbnails; it first gets ENOUGH samples."""
+        return self.is_open and self._picture_is_ready and self._thumbnails is not None and self._thumbnails.missing > 0
+
+    @property
+    def _picture_is_ready(self) -> bool:
+        update, worker = self._window.presenter.update, self._window.worker
+        if update is None or update.generation != worker.generation:
+            return False
+        return worker.paused or update.samples >= min(ENOUGH, update.settings.samples)
+
+    def toggle(self) -> None:
+        """Open the browser, or close it and keep the lens."""
+        if self.is_open:
+            self._close()
+            return
+        self.is_open = True
+        self._before, self._tried = self._window.history.present, None
+        state = self.state
+        state.appearing = state.scroll = True
+        state.in_grid = False
+        state.selected = self._window.history.present.lens
+        if self._thumbnails is None:
+            self._thumbnails = LensThumbnails(thumbnail_folder() if self._window.remember else None, self._window.wake)
+            self._textures = SmallTextures(self._thumbnails.found)
+
+    def draw(self) -> None:
+        """Draw the browser over the left of the window, and do what the user asked there."""
+        if not self.is_open or self._thumbnails is None or self._textures is None:
+            return
+        viewport, state, thumbnails = imgui.get_main_viewport(), self.state, self._thumbnails
+        below, status = imgui.get_frame_height(), 1.4 * imgui.get_frame_height()   # both bars stay in sight
+        imgui.set_next_window_pos(ImVec2(viewport.work_pos.x, viewport.pos.y + below))
+        imgui.set_next_window_size(ImVec2(self._width, viewport.size.y - below - status))
+        flags = imgui.WindowFlags_
+        imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*theme.colours().panel))
+        shown, _ = imgui.begin(TITLE, None, flags.no_decoration | flags.no_move | flags.no_saved_settings
+                               | flags.no_docking | flags.no_nav_inputs)
+        imgui.pop_style_color()
+        if shown:
+            lens_browser_panel(_cards(), state, self._textures.of, thumbnails.problems, thumbnails.missing)
+        imgui.end()
+        seen = set(state.in_sight)
+        thumbnails.want((*state.in_sight, *(card.name for card in _cards() if card.name not in seen)),
+                        self._picture_is_ready)
+        self._answer()
+
+    def _answer(self) -> None:
+        state, window = self.state, self._window
+        name, state.tried = state.tried, ""
+        if name and name != window.history.present.lens:
+            self._try(name)
+        if state.opens_file:
+            state.opens_file = False
+            window.requests.add(Request.OPEN_LENS)
+            self._close()
+        elif state.returned:
+            state.returned = state.kept = False
+            self._return()
+        elif state.kept:
+            state.kept = False
+            self._close()
+        if self._preferences != self._saved:
+            self._saved = self._preferences
+            if window.remember:
+                hello_imgui.save_lasting_pref("lenses", self._saved)
+
+    def _try(self, name: str) -> None:
+        """Take a lens in place of the one that was tried before it."""
+        window = self._window
+        start = window.history.present
+        if start == self._tried and self._before is not None:
+            start = self._before
+        try:
+            chosen = window.showable(with_lens(start, name, window.chooser.locked))
+        except (ValueError, OSError) as error:
+            window.view.say(str(error))
+            return
+        if window.history.present == self._tried:
+            window.history.undo()
+        self._before, self._tried = start, chosen
+        window.take(chosen)
+
+    def _return(self) -> None:
+        """Take the lens before again, and close."""
+        window = self._window
+        if self._tried is not None and window.history.present == self._tried:
+            window.edited = window.history.undo()
+            window.apply()
+        elif self._tried is not None and self._before is not None:
+            window.take(self._before)                   # something else was changed meanwhile
+        self.is_open = False
+
+    def _close(self) -> None:
+        """Close and keep the lens that is tried."""
+        self.is_open = False
+        if self._tried is not None:
+            self.state.recent = noted(self.state.recent, self._window.history.present.lens, RECENT)
+
+    def closed(self) -> None:
+        """The window is about to close."""
+        if self._thumbnails is not None:
+            self._thumbnails.stop()

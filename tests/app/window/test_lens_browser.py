@@ -1,0 +1,95 @@
+"""The lens browser, with a real mouse and keyboard: search, try, keep and return."""
+
+from dataclasses import replace
+
+import pytest
+from imgui_bundle import imgui
+
+from lensbench.app.state.lens_choice import with_lens
+from tests.app.conftest import SMALL
+
+Key = imgui.Key
+TESSAR, BIOGON = "lv-czj-tessar-50-f28", "lv-zeiss-biogon-21-f45"
+BROWSER = "//Lens browser"
+
+
+def opened(hand) -> None:
+    hand.picture()
+    hand.ctx.item_click("//Controls/###Lens")
+    hand.ctx.yield_(4)
+    assert hand.session.browsing.is_open
+
+
+def typed(hand, text: str) -> None:
+    hand.ctx.key_chars(text)
+    hand.ctx.yield_(4)
+
+
+def test_a_lens_is_searched_tried_and_kept_as_one_step_of_undo(drive):
+    def use(hand):
+        opened(hand)
+        typed(hand, "tessar 2.8")
+        hand.ctx.item_click(f"{BROWSER}/**/{TESSAR}")
+        hand.picture()
+        assert hand.settings == with_lens(SMALL, TESSAR) and hand.session.browsing.is_open
+        hand.ctx.item_click(f"{BROWSER}/**/##Search lenses")
+        hand.press(Key.mod_ctrl | Key.a)
+        typed(hand, "biogon")
+        hand.press(Key.enter)
+        assert hand.settings == with_lens(SMALL, BIOGON) and not hand.session.browsing.is_open
+        assert hand.session.browsing.state.recent[0] == BIOGON
+        hand.press(Key.mod_ctrl | Key.z)
+        assert hand.settings == SMALL
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
+def test_escape_returns_to_the_lens_before_and_arrows_try(drive):
+    def use(hand):
+        opened(hand)
+        hand.press(Key.down_arrow)
+        first = hand.settings
+        assert first.lens != SMALL.lens and first == with_lens(SMALL, first.lens)
+        hand.press(Key.right_arrow)
+        assert hand.settings.lens not in (first.lens, SMALL.lens)
+        hand.press(Key.escape)
+        assert hand.settings == SMALL and not hand.session.browsing.is_open
+        assert not hand.session.history.can_undo
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
+def test_filters_stars_and_thumbnails(drive):
+    def use(hand):
+        opened(hand)
+        state = hand.session.browsing.state
+        hand.ctx.item_click(f"{BROWSER}/##Kind")
+        hand.ctx.item_click("//##Combo_00/fisheye")
+        hand.ctx.yield_(3)
+        assert state.shelf.kind == "fisheye" and "pbrt-fisheye-10mm" in state.in_sight
+        hand.wait(lambda: "pbrt-fisheye-10mm" in hand.session.browsing._thumbnails.found, "a thumbnail")
+        hand.ctx.item_click(f"{BROWSER}/**/Star pbrt-fisheye-10mm")
+        assert state.favourites == ["pbrt-fisheye-10mm"]
+        hand.ctx.item_click(f"{BROWSER}/Clear")
+        hand.ctx.item_click(f"{BROWSER}/###Lenses favourites")
+        hand.ctx.yield_(3)
+        assert state.in_sight == ("pbrt-fisheye-10mm",)
+        hand.ctx.item_double_click(f"{BROWSER}/**/pbrt-fisheye-10mm")
+        hand.ctx.yield_(3)
+        assert not hand.session.browsing.is_open and hand.settings.lens == "pbrt-fisheye-10mm"
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
+def test_a_camera_without_a_lens_gets_one(drive):
+    def use(hand):
+        opened(hand)
+        typed(hand, "tessar 2.8")
+        hand.ctx.item_click(f"{BROWSER}/**/{TESSAR}")
+        hand.picture()
+        assert hand.settings.camera == "lens" and hand.settings.lens == TESSAR
+
+    assert drive(use, replace(SMALL, camera="perspective")).view.messages == []

@@ -1,0 +1,122 @@
+"""Thumbnails of lenses: read where they are kept, rendered by a process, named by content, and never in the way."""
+
+import os
+import sys
+from time import monotonic, sleep, time
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from lensbench.app.workers.lens_thumbnails import DAYS, LensThumbnails, file_name
+from lensbench.app.workers.thumbnail_process import LONGER_SIDE, thumbnail_settings
+
+LENS, OTHER = "pbrt-dgauss-50mm", "pbrt-fisheye-10mm"
+# In place of the renderer: writes a grey picture, and fails for one lens
+QUICK = (sys.executable, "-c", f"""
+import sys
+from PIL import Image
+for line in sys.stdin:
+    name, path = line.rstrip().split("\\t")
+    if name == "{OTHER}":
+        print("LensError: no light", flush=True)
+        continue
+    Image.new("RGB", (6, 4), (9, 9, 9)).save(path + ".part", "PNG")
+    import os; os.replace(path + ".part", path)
+    print("ok", flush=True)
+""")
+
+
+def until(done, seconds=60.0):
+    end = monotonic() + seconds
+    while not done():
+        assert monotonic() < end
+        sleep(0.01)
+
+
+@pytest.fixture
+def made(tmp_path):
+    thumbnails = LensThumbnails(tmp_path, command=QUICK)
+    yield thumbnails
+    thumbnails.stop()
+
+
+def test_a_picture_is_made_once_and_then_read(made, tmp_path):
+    made.want([LENS], True)
+    until(lambda: not made.missing)
+    assert made.found[LENS].shape == (4, 6, 3) and (tmp_path / file_name(LENS)).exists()
+    again = LensThumbnails(tmp_path, command=("there is no such program",))
+    again.want([LENS], False)
+    until(lambda: not again.missing)
+    assert np.array_equal(again.found[LENS], made.found[LENS]) and again.problems == {}
+    again.stop()
+
+
+def test_nothing_is_rendered_while_the_processor_is_needed(made):
+    made.want([LENS], False)
+    sleep(0.5)
+    assert made.missing == 1
+    made.want([LENS], True)
+    until(lambda: not made.missing)
+
+
+def test_a_lens_without_a_picture_says_why_and_the_others_go_on(made):
+    made.want([OTHER, LENS], True)
+    until(lambda: not made.missing)
+    assert made.problems == {OTHER: "LensError: no light"} and LENS in made.found
+
+
+def test_a_process_that_cannot_start_is_a_problem_and_no_end(tmp_path):
+    made = LensThumbnails(tmp_path, command=("there is no such program",))
+    made.want([LENS], True)
+    until(lambda: not made.missing)
+    assert "No such file" in made.problems[LENS]
+    made.stop()
+
+
+def test_a_damaged_file_is_made_again(made, tmp_path):
+    (tmp_path / file_name(LENS)).write_bytes(b"\x89PNG no more")
+    made.want([LENS], True)
+    until(lambda: not made.missing)
+    assert made.found[LENS].shape == (4, 6, 3)
+
+
+def test_unused_files_are_removed_and_others_stay(made, tmp_path):
+    old, new = tmp_path / "0.png", tmp_path / "1.png"
+    for path in (old, new):
+        path.write_bytes(b"")
+    long_ago = time() - (DAYS + 1) * 86400.0
+    os.utime(old, (long_ago, long_ago))
+    made.want([LENS], True)
+    until(lambda: made._task is not None and made._task.done)
+    assert not old.exists() and new.exists()
+
+
+def test_the_file_changes_with_the_lens_and_not_with_its_name():
+    assert file_name(LENS) != file_name(OTHER) and file_name(LENS) == file_name(LENS)
+
+
+def test_a_stopped_worker_leaves_no_process(tmp_path):
+    slow = LensThumbnails(None, command=(sys.executable, "-c", "import time; time.sleep(600)"))
+    slow.want([LENS], True)
+    until(lambda: slow._process is not None)
+    process = slow._process
+    slow.stop()
+    assert process.poll() is not None and not slow._folder.exists()
+
+
+def test_a_thumbnail_shows_the_lens_at_its_best():
+    settings = thumbnail_settings(LENS)
+    assert max(settings.pixels_x, settings.pixels_y) == LONGER_SIDE and settings.f_number is None
+
+
+@pytest.mark.slow
+def test_the_renderer_writes_a_picture_with_bright_lights(tmp_path):
+    made = LensThumbnails(tmp_path)
+    made.want([LENS], True)
+    until(lambda: not made.missing, 240.0)
+    assert made.problems == {}
+    with Image.open(tmp_path / file_name(LENS)) as picture:
+        pixels = np.asarray(picture)
+    assert pixels.shape[1] == LONGER_SIDE and pixels.max() > 250 and pixels.std() > 20.0
+    made.stop()
