@@ -18,17 +18,19 @@ converges, the film lies at its focus, which is a line.
 
 from collections.abc import Callable
 from functools import lru_cache
-from math import ceil, floor, inf, log10, sqrt
+from math import ceil, floor, inf, log10, nan, sqrt
 
 import numpy as np
 
-from lensbench.kernels.figures import significant
+from lensbench.kernels.figures import fixed, significant
 from lensbench.kernels.root_finding import find_minimum, find_root
 from lensbench.optics.axial_bundle import pupil_rays
 from lensbench.optics.paraxial import FirstOrder, first_order, ray_matrix
 from lensbench.optics.prescription import Lens, LensError
 
 METHODS = ("paraxial", "real")
+FAR_NEARNESS = 1e-3             # of an object a thousand focal lengths away
+MOST_STEPS = 200                # of a bracket; twenty suffice for magnification 1
 ROUNDING = 4e-15                # rounding error of the place of an image, over the lens's length
 
 
@@ -262,11 +264,23 @@ def _conjugates(lens: Lens, image: Callable[[float], float], closely: bool = Tru
 
 def _object_of(lens: Lens, film_distance: float, image: Callable[[float], float]) -> float:
     """Film → object in focus (mm) for a film distance (mm); inf for a film before the rear focus."""
-    if not film_distance > image(0.0):
+    rear_focus = image(0.0)
+    if not film_distance > rear_focus:
         return inf
-    high = 1.0 / _focusable(lens).efl
-    while image(high) < film_distance:
-        high *= 1.5
+
+    # An object nearer than the front focus has a virtual image or, of real rays, none: bracket from afar
+    high, beyond = FAR_NEARNESS / _focusable(lens).efl, inf
+    for _ in range(MOST_STEPS):
+        found = image(high)
+        if found >= film_distance:
+            break
+        if not found >= rear_focus:
+            beyond = high
+            high *= 0.5
+        else:
+            high = min(1.5 * high, 0.5 * (high + beyond))
+    else:
+        raise FocusError(f"no object has its image {fixed(film_distance, 3)} mm behind the last vertex")
     nearness = find_root(lambda nearness: image(nearness) - film_distance, 0.0, high)
     return lens.length + film_distance + 1.0 / nearness
 
@@ -326,8 +340,9 @@ def _axial_ray(lens: Lens) -> Callable[[float], tuple[float, float, float]]:
 
 
 def _sharpest(heights: np.ndarray, slopes: np.ndarray, weights: np.ndarray) -> float:
-    """Distance that minimises Σ weights · (heights + distance · slopes)²."""
-    return float(-np.sum(weights * heights * slopes) / np.sum(weights * slopes * slopes))
+    """Distance that minimises Σ weights · (heights + distance · slopes)²; nan where no ray has a weight."""
+    spread = np.sum(weights * slopes * slopes)
+    return float(-np.sum(weights * heights * slopes) / spread) if spread > 0.0 else nan
 
 
 def _hiatus(lens: Lens, fo: FirstOrder) -> float:

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -149,6 +149,10 @@ def test_the_lens_is_sound_focuses_zooms_and_takes_a_picture(name, scene):
             camera = lb.LensCamera(moved, film, max(60.0 * efl, 1.1 * lb.nearest_focus(moved)))
             # Soft-focus lenses, an f/0.75, and lenses of half a century ago; three files with more were left out
             assert _blur_of_the_centre(camera, efl) < (0.009 if name in SOFT else 0.0035) * efl, (zoom, close)
+            # The focus of least blur is that of a round stop
+            best = replace(camera, lens=replace(moved, blades=0), focus_method="real")
+            paraxial = replace(best, focus_method="paraxial")
+            assert _blur_of_the_centre(best, efl) < 1.1 * _blur_of_the_centre(paraxial, efl) + 1e-4, (zoom, close)
             # On a white wall the middle of the film is 1; two samples a pixel, of which six blades pass 83 %
             picture = lb.render(camera, scene, samples=2, threads=1)
             assert np.isfinite(picture).all() and (picture >= 0.0).all()

@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lensbench as lb
+from lensbench import lenses as library
+from lensbench.optics.focus import focused
 from lensbench.optics.paraxial import ray_matrix
 from tests.core.oracles import LAW, NAMES, PBRT_FOCUS, REFERENCE, biconvex, lens, rms_on_film
 
@@ -95,6 +97,16 @@ def test_the_distance_that_the_error_names_can_be_focused(name):
         metres = float(str(caught.value).split("lens is ")[1].split(" m")[0])
         assert lb.film_distance(lens(name), 1000.0 * metres, method) > 0.0
         assert 0.9 < 1000.0 * metres / lb.nearest_focus(lens(name)) < 1.1
+
+
+@pytest.mark.parametrize("name", ["minolta-af-apo-tele-200-f28", "vivitar-series-1-auto-telephoto-135-f23",
+                                  "fujifilm-fujinon-gf-r-lm-ois-wr-macro-120-f4"])
+def test_a_telephoto_with_a_far_front_focus_is_focused_by_real_rays(name):
+    # an object before the front focus by a focal length lies behind the first vertex, and no ray of it passes
+    telephoto = library.load(name)
+    nearest = lb.nearest_focus(telephoto)
+    assert focused(telephoto, 1.1 * nearest, "real").positions.close == pytest.approx(
+        focused(telephoto, 1.1 * nearest).positions.close, abs=0.03)
 
 
 def test_a_lens_whose_front_principal_plane_lies_deep_focuses_up_to_its_first_vertex():
