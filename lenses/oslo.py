@@ -123,7 +123,7 @@ def _place_aperture(design: Design, stop: int) -> None:
         pupil = size / _beam_share(surfaces, stop - 1, distance, wavelength)
         design.state_aperture(ApertureKind.PUPIL_DIAMETER, pupil)
         design.found(Kind.CONVENTION, "the entrance beam (EBR), measured on the first surface, is kept as the diameter "
-                                      f"of the entrance pupil, {pupil:.6g}")
+                                      f"of the entrance pupil, {significant(pupil, 6)}")
 
 
 def _beam_share(surfaces: Sequence[Any], stop: int, distance: float, wavelength: float) -> float:

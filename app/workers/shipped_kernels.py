@@ -24,6 +24,7 @@ import numpy as np
 import lensbench as lb
 from lensbench import lenses
 from lensbench.kernels import cache
+from lensbench.kernels.figures import fixed
 from lensbench.lens_models.polynomial import DEGREES
 
 LENSES = ("pbrt-dgauss-50mm",                       # spheres
@@ -150,7 +151,7 @@ def main(folder: Path) -> None:
         if any([process.wait() for process in working]):
             sys.exit("the kernels could not be compiled")
     for level in cache.LEVELS:
-        print(f"{folder / level}.zip: {(folder / f'{level}.zip').stat().st_size / 1e6:.1f} MB")
+        print(f"{folder / level}.zip: {fixed((folder / f'{level}.zip').stat().st_size / 1e6, 1)} MB")
 
 
 if __name__ == "__main__":
