@@ -29,7 +29,7 @@ __all__ = ["Change", "Finding", "Kind", "Severity", "check"]
 
 @np.errstate(all="ignore")          # an infinite or undefined figure fails every comparison
 def check(lens: Lens) -> list[Finding]:
-    """What looks wrong in a lens, the gravest first; then what the reader of its file had to assume.
+    """What looks wrong in a lens: its probable causes, then the findings, then what the reader of its file assumed.
 
     Parameters
     ----------
@@ -41,8 +41,9 @@ def check(lens: Lens) -> list[Finding]:
     Returns
     -------
     list of Finding
-        Doubts have the severity WARNING; assumptions of the reader, most of them NOTE, come last. Empty
-        where nothing looks wrong and nothing was assumed.
+        Causes come first, the most probable of them at the top; each has a `change`. Doubts have the severity
+        WARNING; assumptions of the reader, most of them NOTE, come last. Empty where nothing looks wrong and nothing
+        was assumed.
     """
     lens = lens.at(zoom=0.0, close=0.0)
     seen, wavelength = at_reference(lens)

@@ -62,19 +62,25 @@ def cause_findings(lens: Lens, symptoms: list[Finding]) -> list[Finding]:
     judged.sort(key=lambda found: (found.left, found.misfit * found.hypothesis.rarity))
     findings: list[Finding] = []
     while judged:                           # findings that one change leaves may have a cause of their own
-        named = _named(judged)
-        findings += [_finding(lens, found, len(named)) for found in named]
+        named, proven = _named(judged)
+        findings += [_finding(lens, found, proven) for found in named]
         explained = judged[0].cleared
         judged = [found for found in judged if not found.cleared & explained]
     return findings
 
 
-def _named(judged: list[_Judged]) -> list[_Judged]:
-    """The best one and its rivals; none if there are too many rivals."""
+def _named(judged: list[_Judged]) -> tuple[list[_Judged], bool]:
+    """The best one and its rivals, and whether it has none.
+
+    Of too many rivals those that are no digits, of which some always fit.
+    """
     best = judged[0]
     limit = RIVAL * max(best.misfit * best.hypothesis.rarity, FLOOR)
     near = [found for found in judged if found.left == best.left and found.misfit * found.hypothesis.rarity <= limit]
-    return near if len(near) <= MOST else []
+    proven = len(near) == 1
+    if len(near) > MOST:
+        near = [found for found in near if found.hypothesis.kind is not Kind.DIGIT]
+    return near if len(near) <= MOST else [], proven
 
 
 def _hypotheses(lens: Lens, before: set[Kind]) -> Iterator[Hypothesis]:
@@ -139,7 +145,7 @@ def _misfit(lens: Lens) -> float:
     return total if isfinite(total) else inf
 
 
-def _finding(lens: Lens, found: _Judged, count: int) -> Finding:
+def _finding(lens: Lens, found: _Judged, proven: bool) -> Finding:
     hypothesis = found.hypothesis
     figures = _figures(lens, hypothesis.lens)
     names = {"focal_length": "focal length", "back_focus": "back focus", "blur": "blur on the axis",
@@ -149,7 +155,7 @@ def _finding(lens: Lens, found: _Judged, count: int) -> Finding:
             for name, words in names.items() if _differ(figures, name)]
     if _differ(figures, "f_number"):
         told.append(f"f/{significant(figures['f_number'], 3)} → f/{significant(figures['f_number_after'], 3)}")
-    perhaps = "perhaps " if count > 1 else ""
+    perhaps = "" if proven else "perhaps "
     results = f": {', '.join(told)}" if told else ""
     rest = "" if found.left == 0 else "; other findings remain"
     return Finding(hypothesis.kind, hypothesis.change.surface, f"{perhaps}{hypothesis.cause}{results}{rest}",

@@ -22,7 +22,7 @@ SAME_AT_STATIONS = 0.1                      # of the shift of the focus: it is a
 UNITS = {10.0: "centimetres", 25.4: "inches", 1000.0: "metres", 0.1: "millimetres that were read as centimetres",
          1.0 / 25.4: "millimetres that were read as inches", 0.001: "millimetres that were read as metres"}
 NORMAL = (1.0, 10.0, 100.0, 1000.0)         # focal lengths that tables are normalised to
-SCALE = 0.01                                # between the ratio of focal lengths and the unit
+SCALE = 0.02                                # between the ratio of focal lengths and the unit
 
 
 def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
