@@ -152,13 +152,20 @@ def _before_subject(settings: Settings) -> Settings:
     subject = subject_distance(settings.scene)
     frame = FRAME * subject / SUBJECT_DISTANCE
     magnification = min(settings.film.width, settings.film.height) / frame
-    hiatus = lens.length + fo.rear_principal - fo.front_principal
-    framed = fo.efl * (2.0 + magnification + 1.0 / magnification) + hiatus
+    framed = _framed(fo, lens.length, magnification)
+    if lens.has_focus_groups and framed > nearest * MARGIN:         # whose focal length changes with the focus
+        near = lb.focused(lens, framed)
+        framed = _framed(lb.first_order(near), near.length, magnification)
     back = placed((0.0, 0.0, 0.0), settings.yaw, settings.pitch)[:3, 2]
     point = np.array([0.0, 0.0, -subject])
     distance = max(min(max(framed, NEAREST), _free(settings.scene, point, back)), nearest * MARGIN)
     x, y, z = (float(value) for value in point + distance * back)
     return replace(settings, position=(x, y, z), focus_distance=distance)
+
+
+def _framed(fo: lb.FirstOrder, length: float, magnification: float) -> float:
+    """Distance (mm) from the film of an object of this magnification, for a lens of this first order."""
+    return fo.efl * (2.0 + magnification + 1.0 / magnification) + length + fo.rear_principal - fo.front_principal
 
 
 def _free(scene: str, point: np.ndarray, back: np.ndarray) -> float:

@@ -99,6 +99,7 @@ def test_the_film_is_the_stated_one_else_follows_the_field_else_the_light():
     lens = lenses.load("pbrt-dgauss-50mm")
     assert own_film("a file", replace(lens, film_size=(10.0, 7.5))) == (10.0, 7.5)
     half = math.degrees(math.atan(14.2 / lb.first_order(lens).efl))
+    lens = replace(lens, film_size=None)
     stated = replace(lens, system=SystemData(field_kind=FieldKind.ANGLE, fields=(FieldPoint(0.0, half),)))
     assert own_film("a file", stated) == lb.FORMATS["APS-C 23.5 × 15.6"]
     tiny = replace(lens, system=SystemData(field_kind=FieldKind.IMAGE_HEIGHT, fields=(FieldPoint(0.0, 2.5),)))
