@@ -13,6 +13,7 @@ from lensbench.app.panels.controls.controls import controls_panel
 from lensbench.app.panels.exit_pupil import PupilState, exit_pupil_panel
 from lensbench.app.panels.falloff import FalloffState, falloff_panel
 from lensbench.app.panels.image.image_panel import image_panel
+from lensbench.app.panels.lens_card import LensCardState, lens_card_panel
 from lensbench.app.panels.lens_section.panel import SectionState, lens_section_panel
 from lensbench.app.panels.light_field.panel import light_field_panel
 from lensbench.app.panels.models import ModelsState, models_panel
@@ -53,6 +54,7 @@ class Panels:
         self._stability_state: Any = None
         self._coc_state, self._falloff_state, self._models_state = CocState(), FalloffState(), ModelsState()
         self._plan_state, self._pupil_state, self._section_state = PlanState(), PupilState(), SectionState()
+        self._card_state = LensCardState(window.wake)
         self._field = 0.7                   # the film point of the exit pupil, as a part of the illuminated film
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings at which they failed
@@ -62,6 +64,7 @@ class Panels:
         return [
             self._docked("Controls", "Left", self._controls),
             self._docked("Read-outs", "LeftBottom", self._readouts, first=True),
+            self._docked("Lens card", "LeftBottom", self._lens_card),
             self._docked("Spaces", "LeftBottom", self._spaces),
             self._docked("Section", "Bottom", self._section, first=True, padding=4.0),
             self._docked("Stability", "Bottom", self._stability),
@@ -162,6 +165,9 @@ class Panels:
         readouts_panel(self._state.edited, Status(update.rate if update else 0.0, hello_imgui.frame_rate(),
                                                   update.samples if update else 0))
 
+    def _lens_card(self) -> None:
+        lens_card_panel(self._state.edited, self._card_state)
+
     def _spaces(self) -> None:
         window, film = self._state, self._state.edited.film
         update, view = window.presenter.update, window.view
@@ -223,6 +229,7 @@ class Panels:
 
     def closed(self) -> None:
         """Cancel the running measurement; the window is about to close."""
+        self._card_state.checks.stop()
         if self._stability_worker is not None:
             self._stability_worker.stop()
 

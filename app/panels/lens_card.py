@@ -1,0 +1,180 @@
+"""The lens card: provenance, what the lens consists of, its check, and its glasses in a map of n_d over V_d."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui, implot
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.state.build import design
+from lensbench.app.state.lens_shelf import film_name
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
+from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap
+from lensbench.app.workers.measurements import Measurements
+from lensbench.app.workers.task import Task
+from lensbench.kernels.figures import f_number_text, fixed, significant
+from lensbench.lenses.counts import counts
+
+LABEL = 5.6                     # em, the column of labels
+MAP = 11.0                      # em, the height of the map of glasses
+DISPERSIONS, INDICES = (95.0, 15.0), (1.42, 2.02)       # ends of the map: V_d falls to the right, as makers draw it
+
+
+@dataclass(frozen=True)
+class GlassRow:
+    """A medium of the lens that is no air: the surface before it, its glass, and its size (mm)."""
+
+    surface: int
+    glass: lb.Glass
+    thickness: float
+    diameter: float
+
+
+class LensCardState:
+    """The check of the present lens, made in the background."""
+
+    def __init__(self, wake: Callable[[], None] = lambda: None):
+        self.checks: Measurements[lb.Lens, tuple[lenses.Finding, ...]] = Measurements(_checked, wake, keep_all=False)
+
+
+def _checked(lens: lb.Lens, _task: Task[tuple[lenses.Finding, ...]]) -> tuple[lenses.Finding, ...]:
+    return tuple(lenses.check(lens))
+
+
+def lens_card_panel(settings: Settings, state: LensCardState) -> None:
+    """Draw the card into the current window, which scrolls."""
+    if not settings.has_lens:
+        paragraph("This camera has no lens")
+        return
+    try:
+        lens = design(settings.plain("zoom", "blades", "blade_rotation", "roundness", "medium", "immersed"))
+    except (ValueError, OSError) as error:
+        paragraph(str(error))
+        return
+    state.checks.want(lens)
+    paragraph(lens.name or settings.lens, True)
+    theme.small()
+    for label, text in provenance(lens):
+        _row(label, text)
+    _check(lens, state)
+    table = glass_rows(lens)
+    if table:
+        imgui.dummy(ImVec2(0.0, theme.em(0.3)))
+        _glass_map(table)
+        _glass_table(table, "rims" in lens.estimates)
+    imgui.pop_font()
+
+
+def provenance(lens: lb.Lens) -> list[tuple[str, str]]:
+    """Labels and texts of what is known of a lens; a star marks what is estimated."""
+    count = counts(lens)
+    groups = f"{count.elements} in {count.groups} group{'' if count.groups == 1 else 's'}"
+    aspheres = f", {count.aspheres} asphere{'' if count.aspheres == 1 else 's'}" if count.aspheres else ""
+    moving = f", {count.focus_groups} focus group{'' if count.focus_groups == 1 else 's'}" if count.focus_groups else ""
+    stated = [f"{significant(lens.stated_efl)} mm" if lens.stated_efl else "",
+              f_number_text(lens.stated_f_number) if lens.stated_f_number else ""]
+    year = f"{lens.year}{'*' if 'year' in lens.estimates else ''}" if lens.year else ""
+    rows = [("Kind", lens.kind), ("Maker", lens.maker), ("Designer", lens.designer), ("Year", year),
+            ("Patent", lens.patent), ("Source", lens.source if lens.source != lens.patent else ""),
+            ("Published", "  ".join(text for text in stated if text)),
+            ("Made for", film_name(lens.film_size) if lens.film_size else ""),
+            ("Elements", groups + aspheres + moving), ("Estimated *", lens.estimates), ("Notes", lens.notes)]
+    return [(label, text) for label, text in rows if text]
+
+
+@lru_cache(maxsize=8)
+def glass_rows(lens: lb.Lens) -> tuple[GlassRow, ...]:
+    """The glasses from the scene to the film."""
+    return tuple(GlassRow(i, front.glass, front.thickness, 2.0 * max(front.semi_diameter, back.semi_diameter))
+                 for i, (front, back) in enumerate(pairwise(lens.surfaces)) if front.glass.n_d != 1.0)
+
+
+def _row(label: str, text: str, colour: theme.Colour | None = None) -> None:
+    imgui.text_disabled(label)
+    imgui.same_line(theme.em(LABEL) + imgui.get_style().window_padding.x)
+    imgui.push_text_wrap_pos(0.0)
+    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour or theme.colours().text)))
+    imgui.text_unformatted(text)
+    imgui.pop_style_color()
+    imgui.pop_text_wrap_pos()
+
+
+def _check(lens: lb.Lens, state: LensCardState) -> None:
+    """The result of the check: its doubts in the colour of warnings, then its notes."""
+    checks = state.checks
+    if lens in checks.problems:
+        _row("Check", checks.problems[lens])
+        return
+    if lens not in checks.found:
+        _row("Check", "…")
+        return
+    findings = checks.found[lens]
+    if not findings:
+        _row("Check", "nothing found")
+    for i, finding in enumerate(sorted(findings, key=lambda each: each.severity is not lenses.Severity.WARNING)):
+        is_doubt = finding.severity is lenses.Severity.WARNING
+        colour = theme.colours().warning if is_doubt else theme.colours().text
+        place = "" if finding.surface is None else f"Surface {finding.surface}: "
+        _row("" if i else "Check", place + finding.message, colour)
+
+
+def _glass_map(table: tuple[GlassRow, ...]) -> None:
+    """The glasses over their Abbe numbers; the number at a point is that of the surface before the glass."""
+    known = [row for row in table if row.glass.v_d is not None]
+    if not known or not implot.begin_plot("Glass map", ImVec2(-1.0, theme.em(MAP)),
+                                          PLOT_FLAGS | implot.Flags_.no_inputs):     # the wheel scrolls the card
+        return
+    n, v = np.array([row.glass.n_d for row in known]), np.array([row.glass.v_d for row in known], float)
+    implot.setup_axes("V_d", "n_d", AXIS_FLAGS | implot.AxisFlags_.invert, AXIS_FLAGS)
+    implot.setup_axes_limits(min(DISPERSIONS[1], float(v.min()) - 3.0), max(DISPERSIONS[0], float(v.max()) + 3.0),
+                             min(INDICES[0], float(n.min()) - 0.02), max(INDICES[1], float(n.max()) + 0.02),
+                             implot.Cond_.always)
+    implot.setup_finish()
+    colour, pixel, draw = theme.colours(), theme.scale(), implot.get_plot_draw_list()
+    plot, mouse = PlotMap.current(log=False), imgui.get_mouse_pos()
+    implot.push_plot_clip_rect()
+    nearest: tuple[float, GlassRow] | None = None
+    taken: list[ImVec2] = []
+    for row, index, abbe in zip(known, n, v, strict=True):
+        at = plot.at(float(abbe), float(index))
+        at = ImVec2(plot.left + plot.right - at.x, at.y)        # the axis is inverted, the map of the plot is not
+        fill = colour.glass(row.glass.n_d, float(abbe))
+        draw.add_circle_filled(at, 4.0 * pixel, theme.packed((*fill[:3], 0.9)))
+        draw.add_circle(at, 4.0 * pixel, theme.packed(colour.glass_outline), 0, pixel)
+        if all(abs(at.x - other.x) + abs(at.y - other.y) > theme.em(0.9) for other in taken):
+            draw.add_text(ImVec2(at.x + 6.0 * pixel, at.y - 0.5 * imgui.get_text_line_height()),
+                          theme.packed(colour.dim), str(row.surface))
+            taken.append(at)
+        distance = abs(mouse.x - at.x) + abs(mouse.y - at.y)
+        if distance < 9.0 * pixel and (nearest is None or distance < nearest[0]):
+            nearest = distance, row
+    implot.pop_plot_clip_rect()
+    implot.end_plot()
+    if nearest is not None and imgui.is_window_hovered():
+        glass = nearest[1].glass
+        imgui.set_tooltip(f"Behind surface {nearest[1].surface}{f': {glass.name}' if glass.name else ''}\n"
+                          f"n_d {fixed(glass.n_d, 5)}, V_d {fixed(glass.v_d or 0.0, 2)}")
+
+
+def _glass_table(table: tuple[GlassRow, ...], is_estimated: bool) -> None:
+    """One row a glass; a star marks estimated diameters."""
+    flags = imgui.TableFlags_.sizing_stretch_prop | imgui.TableFlags_.pad_outer_x
+    if not imgui.begin_table("Glasses", 5, flags):
+        return
+    for title in ("", "n_d", "V_d", f"ø{'*' if is_estimated else ''} mm", "Glass"):
+        imgui.table_setup_column(title)
+    imgui.table_headers_row()
+    for row in table:
+        imgui.table_next_row()
+        glass = row.glass
+        for text in (str(row.surface), fixed(glass.n_d, 4), "–" if glass.v_d is None else fixed(glass.v_d, 1),
+                     fixed(row.diameter, 1), glass.name):
+            imgui.table_next_column()
+            imgui.text_unformatted(text)
+    imgui.end_table()
