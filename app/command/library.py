@@ -20,8 +20,10 @@ def add_library_options(parser: argparse.ArgumentParser) -> None:
     add("--maker", default="", metavar="MAKER", help="such as nikon")
     add("--faster", type=_number, metavar="N", help="f/N or faster")
     add("--focal", type=_range, metavar="MM", help="focal length, 85 or 85-135; zooms whose range meets it")
-    add("--year", type=_range, metavar="YEARS", help="of the design: 1931, 1950-1970, -1930 or 1990-")
-    add("--format", default="", metavar="FILM", help=f"made for {', '.join(FILMS)}, or width x height in mm")
+    add("--year", type=_range, metavar="YEARS", help="of the design: 1931, 1950-1970, -1930 or 1990-; leaves out "
+        "lenses of unknown year")
+    add("--format", default="", metavar="FILM", help=f"made for {', '.join(FILMS)}, or width x height in mm; "
+        "leaves out lenses of unknown film")
     either = parser.add_mutually_exclusive_group()
     either.add_argument("--zoom", action="store_true", help="zoom lenses only")
     either.add_argument("--prime", action="store_true", help="lenses of one focal length only")

@@ -42,6 +42,11 @@ def test_the_pages_count_what_the_library_holds():
     assert {words for words in said if words not in page} == set()
 
 
+def test_one_of_each_kind_has_every_kind_once():
+    kinds = [CARDS[name].kind for name in lenses.catalogue.one_of_each_kind()]
+    assert len(kinds) == len(set(kinds)) and set(kinds) == {card.kind for card in CARDS.values()}
+
+
 def test_cards_are_in_the_order_of_the_names_and_complete():
     assert [card.name for card in lenses.describe()] == NAMES
     assert len({card.title for card in CARDS.values()}) == len(NAMES)
