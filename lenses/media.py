@@ -189,7 +189,7 @@ def glass_loss(glass: Glass, i: int, with_maker: bool = False) -> list[Finding]:
     return [note(Kind.GLASS, f"surface {i}: {lost}", i)] if lost else []
 
 
-def beyond_surfaces(lens: Lens) -> list[Finding]:
+def _beyond_surfaces(lens: Lens) -> list[Finding]:
     """Findings about properties that no other format holds: the blades of the stop, the index in front."""
     remarks = []
     if not lens.iris.is_round:
@@ -203,9 +203,12 @@ def beyond_surfaces(lens: Lens) -> list[Finding]:
 
 
 def left_out(lens: Lens, *fields: str) -> list[Finding]:
-    """The finding about texts and figures of a lens that a format cannot hold."""
+    """The finding about texts and figures of a lens that a format cannot hold, and those that only TOML holds."""
     words = {"kind": "kind", "year": "year", "source": "source", "notes": "notes", "name": "name",
              "stated_efl": "stated focal length", "stated_f_number": "stated f-number"}
-    lost = [words[field] for field in fields if getattr(lens, field) not in ("", None)]
-    return [*([note(Kind.LEFT_OUT, f"left out: {', '.join(lost)}")] if lost else []), *beyond_surfaces(lens)]
+    words = {field: words[field] for field in fields} | {
+        "maker": "maker", "designer": "designer", "patent": "patent", "film_size": "film size",
+        "estimates": "what is estimated"}
+    lost = [word for field, word in words.items() if getattr(lens, field) not in ("", None)]
+    return [*([note(Kind.LEFT_OUT, f"left out: {', '.join(lost)}")] if lost else []), *_beyond_surfaces(lens)]
 

@@ -17,7 +17,7 @@ from dataclasses import replace
 
 from lensbench.kernels.figures import significant
 from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.media import beyond_surfaces
+from lensbench.lenses.media import left_out
 from lensbench.lenses.paraxial import count_faults, sag
 from lensbench.lenses.rows import RowError, number, radius_text, stop_of, surface
 from lensbench.optics.finding import Finding, Kind, note
@@ -166,5 +166,5 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         remarks.append(note(Kind.TEXT, "name, kind, year, source and notes are written as comments"))
     if lens.stated_efl is not None or lens.stated_f_number is not None:
         remarks.append(note(Kind.LEFT_OUT, "the stated focal length and f-number are left out"))
-    remarks += beyond_surfaces(lens)
+    remarks += left_out(lens)
     return "\n".join([*lines, ""]), remarks

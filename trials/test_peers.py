@@ -24,7 +24,13 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")         # of the peers' own
     import batoid
     import rayoptics
+    from optiland.fileio import load_codev_file, load_optiland_file, load_oslo_file, load_zemax_file
+    from rayoptics.environment import open_model
 
+SAME = 1e-4                                 # of focal length, f-number and pupil: peers have other data of some glasses
+# What a peer cannot read of a file, by suffix and peer
+FLAT = {(".zmx", "optiland"), (".seq", "optiland")}         # no index for a model glass without V_d
+ZOOMS = {(".seq", "rayoptics"), (".len", "optiland")}       # no configurations
 LENSES = ("pbrt-dgauss-50mm", "lenshh-cooke-triplet-50", "lv-nikon-z-58f095-noct", "lib-us10281683")
 RAYS, FEW = 20_000, 200                     # rayoptics traces one ray at a time
 # mm on the last surface: rayoptics and batoid stop Newton below 1e-12 mm, Optiland at 1e-10 as our file asks
@@ -91,3 +97,36 @@ def test_peers_agree_and_how_fast_they_are(tmp_path, capsys):
               f"batoid {batoid.__version__}; Mrays/s, and the largest difference in mm")
         print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
         print("\n".join(rows))
+
+
+def in_rayoptics(path):
+    """Focal length, f-number and entrance pupil (mm) of a file in rayoptics."""
+    first = open_model(path)["analysis_results"]["parax_data"].fod
+    return first.efl, first.fno, 2.0 * first.enp_radius
+
+
+def in_optiland(path):
+    """The same in Optiland."""
+    load = {".zmx": load_zemax_file, ".json": load_optiland_file, ".seq": load_codev_file, ".len": load_oslo_file}
+    lens = load[path.suffix](str(path)).paraxial
+    return float(lens.f2()), float(lens.FNO()), float(lens.EPD())
+
+
+@pytest.mark.parametrize(("suffix", "peer"), [
+    (".zmx", "rayoptics"), (".seq", "rayoptics"), (".roa", "rayoptics"), (".zmx", "optiland"), (".json", "optiland"),
+    (".seq", "optiland"), (".len", "optiland")])
+def test_every_lens_of_the_library_opens_right_in_the_peer(tmp_path, suffix, peer):
+    wrong = []
+    for name in lenses.names():
+        lens = lenses.load(name)
+        flat = any(s.glass.n_d > 1.0 and not s.glass.disperses for s in lens.surfaces)
+        if not lens.is_rotationally_symmetric or (flat and (suffix, peer) in FLAT) or (
+                lens.positions is not None and (suffix, peer) in ZOOMS):
+            continue
+        lenses.save(lens, tmp_path / f"{name}{suffix}")
+        first = lb.first_order(lens)
+        ours = np.array([first.efl, first.f_number, 2.0 * first.entrance_pupil.radius])
+        found = (in_rayoptics if peer == "rayoptics" else in_optiland)(tmp_path / f"{name}{suffix}")
+        if not np.abs(np.array(found) / ours - 1.0).max() < SAME:
+            wrong.append((name, found, tuple(ours)))
+    assert not wrong

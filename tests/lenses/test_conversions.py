@@ -87,6 +87,14 @@ def test_a_lens_that_goes_through_two_formats_and_back_is_the_same_lens(first, s
         assert geometry(found) == geometry(given), (name, remarks)
 
 
+@pytest.mark.parametrize("suffix", [suffix for suffix in WRITERS if suffix != ".toml"])
+def test_provenance_that_only_toml_holds_is_reported_as_left_out(suffix):
+    lens = replace(lenses.load("lenshh-cooke-triplet-50"), maker="M", designer="D", patent="P", film_size=(36.0, 24.0),
+                   estimates="all rims")
+    told = " ".join(map(str, WRITERS[suffix](lens)[1]))
+    assert all(word in told for word in ("maker", "designer", "patent", "film size", "what is estimated"))
+
+
 @pytest.mark.parametrize("suffix", [".toml", ".seq", ".json", ".roa"])
 @pytest.mark.parametrize("maker", glass_catalogue.MAKERS)
 def test_catalogue_glasses_of_every_maker_and_formula_come_back(suffix, maker):
