@@ -169,6 +169,8 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
         note = ""
         if wanted and entry.maker != wanted:
             note = f"{wanted} makes no {entry.name}: that of {entry.maker} is taken"
+            if entry.maker == "MISC":
+                note = f"no {entry.name} of {wanted} is known: that of the catalogue MISC is taken"
         elif not wanted and others and entry.maker in MAKERS:
             note = f"{entry.name} is made by {entry.maker} and {', '.join(others)}: that of {entry.maker} is taken"
         return Resolved(entry.make(), entry.maker, "; ".join(filter(None, (note, entry.doubt))))

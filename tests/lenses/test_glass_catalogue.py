@@ -136,6 +136,8 @@ def test_a_formula_glass_that_no_maker_lists_is_found_under_the_names_of_design_
         assert assumed == "" and glass.index(0.35) == glass_catalogue.find("F_SILICA").index(0.35)
     assert media.named("BaF2")[0].name == "BAF2"
     assert media.named("BaF2", "CDGM")[0].index(D_LINE) == pytest.approx(1.5697, abs=5e-5)
+    assert glass_catalogue.resolve("CaF2", "Daimon-20").note == (
+        "no CAF2 of DAIMON-20 is known: that of the catalogue MISC is taken")
     assert media.named("BaF2", "Malitson")[0].index(D_LINE) == pytest.approx(1.47448, abs=1e-5)
 
 
