@@ -26,13 +26,14 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     stations, remarks = stations_of(lens)
     lens = lens.at(zoom=0.0, close=0.0)
     title = _short(lens.name)
+    blank = " " if title.startswith("Z") else ""        # rayoptics takes a word Z… for a zoom position
     private = _private_glasses(lens)
     kept = replace(lens, surfaces=tuple(replace(s, aspheric=tuple((power, a) for power, a in s.aspheric if power > 2))
                                         for s in lens.surfaces))        # without the r² terms, which bend the rays
     system = written_system(kept, stations, codev_system.is_held)
     remarks += system.findings
     distance = system.data.object_distances[0]
-    lines = ["RDM N; LEN", f"TITLE '{title}'", "DIM M", *codev_system.lines(system.data, system.aperture),
+    lines = ["RDM N; LEN", f"TITLE '{blank}{title}'", "DIM M", *codev_system.lines(system.data, system.aperture),
              *_private_lines(private), *_model_lines(lens, private),
              f"SO 0.0 {'0.1e14' if isinf(distance) else repr(distance)}"]
     for i, s in enumerate(lens.surfaces):

@@ -121,12 +121,18 @@ def test_every_lens_of_the_library_opens_right_in_the_peer(tmp_path, suffix, pee
         lens = lenses.load(name)
         flat = any(s.glass.n_d > 1.0 and not s.glass.disperses for s in lens.surfaces)
         if not lens.is_rotationally_symmetric or (flat and (suffix, peer) in FLAT) or (
-                lens.positions is not None and (suffix, peer) in ZOOMS):
+                lens.positions is not None and (suffix, peer) in ZOOMS) or (
+                (suffix, peer) == (".zmx", "optiland") and any(power > 16 for s in lens.surfaces for power, _ in
+                                                               s.aspheric)):        # it has no XASPHERE
             continue
         lenses.save(lens, tmp_path / f"{name}{suffix}")
         first = lb.first_order(lens)
         ours = np.array([first.efl, first.f_number, 2.0 * first.entrance_pupil.radius])
-        found = (in_rayoptics if peer == "rayoptics" else in_optiland)(tmp_path / f"{name}{suffix}")
+        try:
+            found = (in_rayoptics if peer == "rayoptics" else in_optiland)(tmp_path / f"{name}{suffix}")
+        except Exception as error:              # of any kind: the other lenses are tried, too
+            wrong.append((name, repr(error)))
+            continue
         if not np.abs(np.array(found) / ours - 1.0).max() < SAME:
             wrong.append((name, found, tuple(ours)))
     assert not wrong

@@ -126,6 +126,13 @@ def test_untraceable_features_are_refused_with_line_and_keyword(tmp_path, old, n
     assert error.line == SAMPLE.count("\n", 0, SAMPLE.index(old)) + 1 and told in error.reason
 
 
+def test_a_title_that_begins_like_a_zoom_position_is_kept(tmp_path):
+    lens = replace(sample(tmp_path), name="Zeiss Sonnar")
+    assert [str(remark) for remark in lenses.save(lens, tmp_path / "b.seq") if remark.kind is Kind.TEXT] == []
+    assert "TITLE ' Zeiss Sonnar'" in (tmp_path / "b.seq").read_text()
+    assert lenses.load(tmp_path / "b.seq").name == "Zeiss Sonnar"
+
+
 def test_a_decentre_of_nothing_is_harmless(tmp_path):
     assert sample(tmp_path, ("  PIM", "  XDE 0.0; YDE 0.0; ADE 0")) == sample(tmp_path)
 
