@@ -34,7 +34,6 @@ LENSES = ("pbrt-dgauss-50mm",                       # spheres
           "lib-us10281683",                         # odd powers
           "lentil-schneider-anamorphic-31-2001",    # cylinders
           "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed")
-SMALL = {"pixels_x": 48, "pixels_y": 32, "samples": 2}
 
 
 def pictures() -> Iterator[Any]:
@@ -44,7 +43,7 @@ def pictures() -> Iterator[Any]:
     from lensbench.app.state.lens_choice import with_lens
     from lensbench.app.state.settings import Settings
 
-    plain = Settings(**SMALL)
+    plain = Settings(pixels_x=48, pixels_y=32, samples=2)
     for name in CAMERA_KINDS:
         yield with_camera(plain, name)
     for model in LENS_MODELS:
@@ -76,7 +75,8 @@ def exercise(progress: Any = print) -> None:
 
     shown = set()
     for settings in pictures():
-        made, scene = camera(settings), find_scene(settings.scene)
+        made: Any = camera(settings)
+        scene = find_scene(settings.scene)
         if is_automatic(settings):
             made = choose(settings, made, scene, None).choice.applied(made)
         rendering = lb.Rendering(made, scene, view=settings.sample_view,
