@@ -10,7 +10,7 @@ from lensbench.optics.prescription import Lens
 WIDTH = 46              # of the labels
 # Figures of `lensbench info` that follow from what is estimated, by a word of the estimates; and their labels
 ESTIMATED = {"close position": ("nearest_focus",), "stop": ("f_number", "t_number"), "year": ("year",)}
-LABELS = {"Nearest focus, from the film": "nearest_focus", "f-number": "f_number", "T-number, uncoated": "t_number",
+LABELS = {"Nearest focus, from the film": "nearest_focus", "f-number": "f_number", "T-number": "t_number",
           "year": "year"}
 
 

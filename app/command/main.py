@@ -227,6 +227,7 @@ def _info(arguments: argparse.Namespace) -> int:
     import lensbench as lb
     from lensbench.app.command import lens_card
     from lensbench.app.state.build import design
+    from lensbench.app.state.coating import AUTO, coating
     from lensbench.app.state.settings import Settings
     from lensbench.app.state.zoom import positioned, station_lines, stations
     from lensbench.lenses.paraxial import is_d_line
@@ -236,7 +237,8 @@ def _info(arguments: argparse.Namespace) -> int:
     lens = positioned(lens, arguments)
     if getattr(arguments, "f_number", None) is not None:
         lens = lb.stopped_down(lens, arguments.f_number)
-    data = {**_lens_data(lens), **card, "positions": stations(lens)}
+    assumed = coating(replace(Settings(), coating=arguments.coating or AUTO), lens)
+    data = {**_lens_data(lens, assumed.name), **card, "coating": assumed.name, "positions": stations(lens)}
     if arguments.json:
         print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
         return 0
@@ -245,7 +247,7 @@ def _info(arguments: argparse.Namespace) -> int:
         *([("efl_across", "  across, in the section x–z", _mm)] if data["efl_across"] is not None else []),
         ("stated_efl", "  as published", lambda length: f"{significant(length)} mm"),
         ("f_number", "f-number", lambda number: f_number_text(number, 2)),
-        ("t_number", "T-number, uncoated", lambda number: f_number_text(number, 2, "T/")),
+        ("t_number", "T-number", lambda number: f"{f_number_text(number, 2, 'T/')}, {assumed.name}: {assumed.why}"),
         ("bfl", "Back focus", _mm),
         *([("bfl_across", "  across, in the section x–z", _mm)] if data["bfl_across"] is not None else []),
         ("ffl", "Front focus", _mm),
@@ -281,7 +283,7 @@ def _mm(length: float) -> str:
     return f"{fixed(length, 3)} mm"
 
 
-def _lens_data(lens) -> dict[str, Any]:
+def _lens_data(lens, coating: str) -> dict[str, Any]:
     """The figures of `lensbench info`: lengths in mm, angles in degrees (by efl, distortion left out)."""
     import lensbench as lb
     from lensbench.lenses.paraxial import reference_wavelength
@@ -301,7 +303,7 @@ def _lens_data(lens) -> dict[str, Any]:
         "surfaces": len(lens.surfaces), "stop_index": lens.stop_index, "length": lens.length,
         "wavelength": wavelength, "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl, "f_number": fo.f_number,
         "efl_across": across and across.efl, "bfl_across": across and across.bfl,
-        "t_number": lb.t_number(lens), "transmission": lb.transmission(lens),
+        "t_number": lb.t_number(lens, coating), "transmission": lb.transmission(lens, coating=coating),
         "front_principal": fo.front_principal, "rear_principal": fo.rear_principal,
         "entrance_pupil": {"z": fo.entrance_pupil.z, "radius": fo.entrance_pupil.radius},
         "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},

@@ -33,6 +33,8 @@ from lensbench.app.state.text_values import read_angle, read_aperture
 from lensbench.app.state.zoom import asked_zoom, read_close, read_zoom
 from lensbench.kernels.figures import fixed
 
+OF_LENS = ("focal_length", "coating")            # settings of `add_lens_options`
+
 
 def read_size(text: str) -> tuple[int, int]:
     """“960x640” in pixels across and down."""
@@ -87,7 +89,9 @@ def add_close_option(parser: argparse.ArgumentParser) -> None:
 def add_lens_options(parser: argparse.ArgumentParser) -> None:
     """The options that change the lens itself."""
     add_zoom_option(parser)
-    _add_setting(parser, next(field for field in fields(Settings) if field.name == "focal_length"))
+    for field in fields(Settings):
+        if field.name in OF_LENS:
+            _add_setting(parser, field)
     parser.add_argument("--f-number", type=option(read_aperture), metavar="N", default=argparse.SUPPRESS,
                         help="aperture, such as 2.8 or f/2.8; “open”, as wide as the lens goes, by default")
 
@@ -110,7 +114,7 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--model", action=_FormerModel, choices=(*LENS_MODELS, *CAMERAS, *former_settings.MODELS),
         help=argparse.SUPPRESS)
     for field in fields(Settings):
-        if spec(field).help and field.name != "focal_length":
+        if spec(field).help and field.name not in OF_LENS:
             _add_setting(parser, field)
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
-from lensbench.app.state.build import focus_text
+from lensbench.app.state.build import design, focus_text
+from lensbench.app.state.coating import coating
 from lensbench.app.state.figures import Readings, colours, readings
 from lensbench.app.state.settings import LIMITS, Settings
 from lensbench.app.state.text_values import format_angle, format_distance, format_length
@@ -115,9 +116,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
                                                      "for an object at infinity"),
         Row("Working f-number", _f_number(got.working_f_number), "",
             "1 / (2 sin θ′) of the real marginal ray at the present focus: every rim and the magnification count"),
-        Row("T-stop", NONE if got.t_number is None else f"T {fixed(got.t_number, 1)}", "",
-            "Estimate: the f-number of a lens without losses that would be as bright, N / √transmission, with the "
-            "reflections of uncoated glass"),
+        _t_stop(settings, got),
         _colours(settings),
         Row("Field of view", field, "", "Horizontal × vertical, 2 atan(h / 2f): of the film that is used, "
                                         "focused at infinity. Distortion, large in a fisheye, is not counted",
@@ -161,6 +160,16 @@ def _wavelength(got: Readings) -> list[Row]:
     return [Row("  at", significant(1000.0 * got.wavelength), "nm",
                 "The primary wavelength of the design: that of focal lengths, field, pupils and Airy disk. The film "
                 "lies where the d line, 587.6 nm, is in focus")]
+
+
+def _t_stop(settings: Settings, got: Readings) -> Row:
+    """The T-stop with the coating that it assumes."""
+    meaning = "Estimate: the f-number of a lens without losses that would be as bright, N / √transmission"
+    if got.t_number is None:
+        return Row("T-stop", NONE, "", meaning)
+    of = coating(settings, design(settings))
+    return Row(f"T-stop, {of.name}", f"T {fixed(got.t_number, 1)}", "",
+               f"{meaning}. Assumes {of.name} glass: {of.why}. The popup “Stop” sets the coating")
 
 
 def _across(got: Readings) -> list[Row]:

@@ -15,6 +15,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.build import FocusPosition, design, setup
+from lensbench.app.state.coating import coating
 from lensbench.app.state.ray_fans import lit_radius
 from lensbench.cameras.real_lens import missing_dispersion
 from lensbench.kernels.figures import fixed
@@ -143,7 +144,7 @@ def _of_lens(lens: lb.Lens, settings: "Settings") -> Readings:
     working = lb.working_f_number(lens_setup.lens, lens_setup.film_distance)
     return replace(
         plain, f_number=lens_setup.f_number, working_f_number=_finite(working), airy=airy_diameter(working, wavelength),
-        t_number=lb.t_number(lens_setup.lens.at(close=0.0)),
+        t_number=lb.t_number(lens_setup.lens.at(close=0.0), coating(settings, lens).name),
         near_limit=near + offset, far_limit=far + offset,
         hyperfocal=lb.hyperfocal(fo.efl, fo.f_number, limit) + offset,
     )

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state import former_settings
+from lensbench.app.state import coating, former_settings
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, CAMERAS, LENS_MODELS, MODEL_TITLES, CameraKind
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.setting import (
@@ -160,6 +160,9 @@ class Settings:
         help="of fog or water: distance at which a black object keeps 2%% of its contrast, such as 10m")
     fog_light: float = setting(0.5, "light of the fog", bounds=NOT_NEGATIVE, figures=False, read=read_light,
                                metavar="L", help="radiance that fog or water scatters into the view")
+    coating: str = setting("auto", choices=coating.CHOICES, restarts=NOTHING, figures=True,
+                           help="of the surfaces to air, for the T-stop alone: uncoated, single-layer (1.5%% lost a "
+                           "surface), multi-layer (0.3%%), or auto, by the year of the lens: coated after 1945")
     immersed: bool = setting(False, former="wet",
                              help="put the lens itself into the water, without a flat window before it")
     position: tuple[float, float, float] = setting(

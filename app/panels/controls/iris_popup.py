@@ -1,25 +1,32 @@
 """Popup “Stop” of the left column: the shape of the iris."""
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.state import dial_scales
 from lensbench.app.state.build import design
+from lensbench.app.state.coating import AUTO, coating
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial
+from lensbench.app.widgets.paragraph import small_note
 from lensbench.app.widgets.toggles import toggles
 from lensbench.kernels.figures import fixed
 from lensbench.optics.iris import Iris
 
+SHORT = {AUTO: "Year", "uncoated": "None", "single-layer": "Single", "multi-layer": "Multi"}
+COATING_TIPS = {AUTO: "By the year of the lens: coated after 1945, with several layers after 1970",
+                "uncoated": "Bare glass", "single-layer": "One layer: 1.5 % is lost at each surface to air",
+                "multi-layer": "Several layers: 0.3 % is lost at each surface to air"}
 BLADES = (0, 5, 6, 7, 8, 9, 11)
 
 
 def in_use(settings: Settings) -> bool:
     """Whether the stop differs from the design."""
-    return settings.blades is not None
+    return settings.blades is not None or settings.coating != AUTO
 
 
 def stop_popup(settings: Settings) -> Settings:
@@ -38,6 +45,11 @@ def stop_popup(settings: Settings) -> Settings:
                       "0 %: straight blades; 100 %: a circle")
         settings = replace(settings, blade_rotation=turn, roundness=round_)
     _sketch(here)
+    if settings.has_lens:
+        settings = replace(settings, coating=toggles("Coating", SHORT, settings.coating, COATING_TIPS, 3.9))
+        with suppress(ValueError, OSError):
+            of = coating(settings, design(settings))
+            small_note(f"For the T-stop: {of.name}, {of.why}")
     return settings
 
 

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
-from lensbench.app.panels.controls.controls import Chooser, _plain_title, controls_panel
+from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.state import constraints, dial_scales
 from lensbench.app.state.build import camera, design, setup
 from lensbench.app.state.figures import readings
+from lensbench.app.state.lens_shelf import short_title
 from lensbench.app.state.settings import Settings, SettingsError
 from lensbench.app.state.zoom import focal_length, read_close, read_zoom, zoom_of
 from tests.app.stand import drive
@@ -116,7 +117,7 @@ def test_the_ring_is_engraved_with_the_stations_and_turns_geometrically():
 def test_the_list_of_lenses_tells_both_ends_of_a_zoom_and_leaves_them_out_of_the_title():
     cards = {card.name: card for card in lenses.describe()}
     assert (round(cards[NIKKOR].efl), round(cards[NIKKOR].tele_efl)) == (71, 196)
-    assert [_plain_title(cards[name]) for name in (NIKKOR, PENTAX)] == ["Zoom-Nikkor", "Pentax-02"]
+    assert [short_title(cards[name]) for name in (NIKKOR, PENTAX)] == ["Zoom-Nikkor", "Pentax-02"]
 
 
 def test_a_zoom_lens_has_a_zoom_ring_in_place_of_the_one_that_scales(tmp_path):

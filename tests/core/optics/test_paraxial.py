@@ -148,3 +148,18 @@ def test_transmission_is_fresnels_at_every_glass_surface():
     pairs = zip(indices[:-1], indices[1:], strict=True)
     by_hand = np.prod([4 * a * b / (a + b) ** 2 for a, b in pairs])       # T = 4 n n' / (n + n')²
     assert lb.transmission(lens("dgauss")) == pytest.approx(by_hand, rel=1e-14)
+
+
+def test_a_coating_replaces_the_reflection_of_surfaces_to_air_alone():
+    one = biconvex(index=1.5)
+    assert lb.transmission(one, coating="single-layer") == pytest.approx(0.985**2, rel=1e-15)
+    assert lb.t_number(one, "multi-layer") == pytest.approx(lb.first_order(one).f_number / 0.997, rel=1e-15)
+    weak = biconvex(index=1.1)                      # bare, it reflects less than a layer
+    assert lb.transmission(weak, coating="single-layer") == lb.transmission(weak)
+    gauss = lens("dgauss")
+    n = gauss.indices()
+    by_hand = np.prod([1.0 - (0.003 if 1.0 in (a, b) else ((a - b) / (a + b)) ** 2)
+                       for a, b in zip(n[:-1], n[1:], strict=True) if a != b])
+    assert lb.transmission(gauss, coating="multi-layer") == pytest.approx(by_hand, rel=1e-12)
+    with pytest.raises(lb.LensError, match="choose one of"):
+        lb.transmission(one, coating="gold")
