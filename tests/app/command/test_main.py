@@ -349,7 +349,7 @@ def test_a_failure_of_the_program_ends_with_1_and_one_line(monkeypatch, capsys):
         raise RuntimeError("a\nb")
 
     monkeypatch.delenv("LENSBENCH_DEBUG", raising=False)
-    monkeypatch.setattr(lenses, "describe", broken)
+    monkeypatch.setattr("lensbench.app.command.library.describe", broken)
     assert main(["lenses"]) == 1
     assert "RuntimeError: a b" in one_line(capsys)
     monkeypatch.setenv("LENSBENCH_DEBUG", "1")
