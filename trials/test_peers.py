@@ -121,11 +121,12 @@ def test_every_lens_of_the_library_opens_right_in_the_peer(tmp_path, suffix, pee
         lens = lenses.load(name)
         flat = any(s.glass.n_d > 1.0 and not s.glass.disperses for s in lens.surfaces)
         if not lens.is_rotationally_symmetric or (flat and (suffix, peer) in FLAT) or (
-                lens.positions is not None and (suffix, peer) in ZOOMS) or (
-                (suffix, peer) == (".zmx", "optiland") and any(power > 16 for s in lens.surfaces for power, _ in
-                                                               s.aspheric)):        # it has no XASPHERE
+                lens.positions is not None and (suffix, peer) in ZOOMS):
             continue
         lenses.save(lens, tmp_path / f"{name}{suffix}")
+        if (suffix, peer) == (".zmx", "optiland") and any(
+                kind in (tmp_path / f"{name}{suffix}").read_text() for kind in ("XASPHERE", "XODDASPH")):
+            continue                            # it has no extended aspheres
         first = lb.first_order(lens)
         ours = np.array([first.efl, first.f_number, 2.0 * first.entrance_pupil.radius])
         try:
