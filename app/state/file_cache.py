@@ -1,5 +1,6 @@
 """Caches of files: the stamp of a file as their key, and the last good content while a file cannot be read."""
 
+import os
 from collections.abc import Callable
 from functools import lru_cache, wraps
 from pathlib import Path
@@ -10,7 +11,9 @@ Content = TypeVar("Content")
 
 
 def file_stamp(path: str | Path) -> Stamp:
-    """Time of the last change (ns) and size (bytes); (0, 0) where there is no such file."""
+    """Time of the last change (ns) and size (bytes); (0, 0) where there is no such file, as for a library name."""
+    if "." not in (name := str(path)) and os.sep not in name:       # asked for many times a frame
+        return 0, 0
     try:
         found = Path(path).stat()
     except (OSError, ValueError):               # no name that a file may have

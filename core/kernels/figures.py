@@ -4,6 +4,7 @@ People read these texts; files and JSON have numbers of their own. A figure from
 has no sign, and a value that does not exist is a word.
 """
 
+from functools import lru_cache
 from math import isinf, isnan
 
 LEAST, MOST = 1e-6, 1e7         # of figures without a power of ten
@@ -11,6 +12,7 @@ UNDEFINED, INFINITE = "nan", "∞"
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
+@lru_cache(maxsize=4096)            # the window formats the same figures in every frame
 def significant(value: float, digits: int = 6, signed: bool = False) -> str:
     """A number with at most `digits` significant digits: 0.0213, 2.5, 4900, 1.5×10⁻⁸.
 

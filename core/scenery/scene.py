@@ -8,6 +8,7 @@ relative, with 1 the radiance of a white surface under a uniform sky of 1.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -69,7 +70,7 @@ class Scene:
         """All shapes: spheres, then planar ones."""
         return (*self.spheres, *self.plates)
 
-    @property
+    @cached_property
     def moves(self) -> bool:
         """Whether any shape moves: the stages then read TIME."""
         return any(o.moves for o in self.objects)
