@@ -395,3 +395,9 @@ DEFAULTS: dict[str, Any] = {field.name: field.default for field in fields(Settin
 RESTARTS_NOTHING = tuple(field.name for field in fields(Settings) if spec(field).restarts == NOTHING)
 RESTARTS_MOTION = tuple(field.name for field in fields(Settings) if spec(field).restarts == MOTION)
 NO_FIGURES = tuple(field.name for field in fields(Settings) if not spec(field).figures)
+
+
+def differences(wanted: Settings, other: Settings) -> dict[str, Any]:
+    """The values of `wanted` by name, where `other` has different ones."""
+    return {field.name: getattr(wanted, field.name) for field in fields(Settings)
+            if getattr(wanted, field.name) != getattr(other, field.name)}

@@ -4,6 +4,7 @@ import math
 import sys
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from imgui_bundle import ImVec2, hello_imgui, imgui, implot
@@ -22,7 +23,7 @@ from lensbench.app.panels.readouts import Status, readouts_panel
 from lensbench.app.panels.spaces import spaces_panel
 from lensbench.app.state.figures import lit
 from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
+from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.state import WindowState
@@ -185,16 +186,23 @@ class Panels:
         if self._browsing.covers > corner.x:
             imgui.set_cursor_screen_pos(ImVec2(self._browsing.covers, corner.y))
 
+    def _following(self, draw: Callable[[Settings], Settings]) -> None:
+        """Draw a panel whose geometry takes time: it follows one frame after the picture, which does not wait for it.
+
+        draw: receives the settings of the frame before, and returns them with the panel's own changes.
+        """
+        window, before = self._state, self._state.history.present
+        window.edited = replace(window.edited, **differences(draw(before), before))
+
     def _section(self) -> None:
         self._beside_browser()
-        self._state.edited = lens_section_panel(self._state.edited, self._section_state,
-                                                self._field * lit(self._state.edited))
+        self._following(lambda before: lens_section_panel(before, self._section_state, self._field * lit(before)))
 
     def _confusion(self) -> None:
-        self._state.edited = circle_of_confusion_panel(self._state.edited, self._coc_state)
+        self._following(lambda before: circle_of_confusion_panel(before, self._coc_state))
 
     def _pupil(self) -> None:
-        settings, at, hover = self._state.edited, self._state.view.hover, None
+        settings, at, hover = self._state.history.present, self._state.view.hover, None
         if at is not None:
             film = settings.film
             hover = math.hypot((0.5 - at[0] / film.pixels_x) * film.width, (at[1] / film.pixels_y - 0.5) * film.height)
@@ -204,7 +212,7 @@ class Panels:
             self._field = radius / full
 
     def _falloff(self) -> None:
-        falloff_panel(self._state.edited, self._falloff_state)
+        falloff_panel(self._state.history.present, self._falloff_state)
 
     def _models(self) -> None:
         window, update = self._state, self._state.presenter.update

@@ -10,7 +10,7 @@ import sys
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
@@ -24,7 +24,7 @@ from lensbench.app.display.presenter import save_window
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.lens_choice import LOCKS
 from lensbench.app.state.request import Request
-from lensbench.app.state.settings import Settings
+from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import use_dials
 from lensbench.app.window.dialogs import ExportDialog
@@ -229,7 +229,7 @@ class Session(WindowState):
         good = self.presenter.update.settings if self.presenter.update is not None else Settings()
         if good.picture == failure.settings.picture:
             good = Settings()
-        self.history.correct(replace(self.history.present, **_difference(good, failure.settings)))
+        self.history.correct(replace(self.history.present, **differences(good, failure.settings)))
         self.edited = self.history.present
         if self.edited.picture != failure.settings.picture:
             self.apply()
@@ -270,7 +270,3 @@ class Session(WindowState):
             return False
         return self.prepared and update.samples >= min(samples, update.settings.samples)
 
-
-def _difference(good: Settings, bad: Settings) -> dict[str, Any]:
-    """The good values of the fields in which settings that failed differ from good ones."""
-    return {f.name: getattr(good, f.name) for f in fields(Settings) if getattr(good, f.name) != getattr(bad, f.name)}
