@@ -1,5 +1,5 @@
 # make run        make the environment, install, open the bench
-# make test       install what the tests need and run the quick ones, in two processes (the first time 7 minutes on two cores)
+# make test       install what the tests need and run the quick ones, in two processes
 # make test-slow  run the rest, which are marked `slow`
 # make wheel      a wheel in dist/ with compiled kernels for x86-64-v3 and v4 (three minutes)
 # make lint       style (ruff) and types (mypy)

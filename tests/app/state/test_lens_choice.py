@@ -15,6 +15,7 @@ from lensbench.app.state.lens_choice import FRAME, LOCKS, image_circle, own_film
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
 from lensbench.optics.system import FieldKind, FieldPoint, SystemData
+from tests.library import EVERY
 
 LENS, FISHEYE, PHONE, FAR = "lv-nikon-z-58f095-noct", "pbrt-fisheye-10mm", "lib-us7558005a", "pbrt-telephoto-250mm"
 HAND = replace(Settings(), position=(30.0, 20.0, 10.0), yaw=0.2, f_number=5.6, focus_distance=3000.0, crop=0.5)
@@ -26,7 +27,7 @@ def subject_in_view(settings: Settings) -> np.ndarray:
     return (np.linalg.inv(settings.world_from_camera) @ point)[:3]
 
 
-@pytest.mark.parametrize("name", lenses.names())
+@pytest.mark.parametrize("name", EVERY)
 def test_every_library_lens_stands_focused_and_open_before_its_subject(name):
     got = with_lens(HAND, name)
     figures = readings(got)
