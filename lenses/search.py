@@ -20,7 +20,7 @@ WEIGHTS = (("title", 8.0), ("kind", 5.0), ("maker", 4.0), ("designer", 4.0), ("p
 INSIDE, AT_START, WHOLE = 1.0, 2.0, 4.0         # weight of a text within a word, at its start, and of a whole word
 NEAR_YEARS = 10                                 # a year also finds lenses this many years before and after it
 ROUNDED = 1.02                                  # an engraved f/2 may be f/2.03
-ALIKE = 0.75                                    # of a word that no card has, to the one that it stands for
+ALIKE = 0.75                                    # of a word that no card has, to the one that it is read as
 
 FILMS: dict[str, tuple[float, float]] = {       # by the diagonal of the film, from … up to …
     "phone or compact": (0.0, 12.0), "1 inch": (12.0, 17.0), "micro four thirds": (17.0, 23.0), "APS-C": (23.0, 36.0),
@@ -54,7 +54,7 @@ def searched(cards: Sequence[Card], text: str) -> tuple[Card, ...]:
     text : str
         Words, or beginnings of words, of title, kind, maker, designer, patent, year, name, source and notes, in any
         order. Case, accents and commas do not count. A year also finds lenses of the ten years around it. A word
-        without digits that occurs nowhere stands for the word most like it.
+        without digits that occurs nowhere is read as the word most like it.
 
     Returns
     -------

@@ -15,9 +15,9 @@ from lensbench.app.studies.stability.families import FAMILIES
 from lensbench.app.studies.stability.plots import method_name, method_names, plotted_errors
 from lensbench.app.studies.stability.sweep import Curve, Sweep, quantity_text
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.drop_list import picked
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, pieces, text
-from lensbench.app.widgets.toggles import angle
 from lensbench.app.workers.stability_worker import Key, StabilityWorker
 from lensbench.kernels.figures import significant
 
@@ -68,30 +68,15 @@ def _choice(room: float, state: StabilityState) -> Key:
     """Combo boxes for the family and the sweep, `room` pixels wide together; the key of the selected sweep."""
     gap, before = imgui.get_style().item_spacing.x, state.title
     family = 0.32 * room
-    state.family = _list("Family", state.family, list(FAMILIES), family, "A family of methods")
+    state.family = picked("Family", state.family, {name: name for name in FAMILIES}, "A family of methods", family)
     if state.title not in FAMILIES[state.family]:
         state.title = next(iter(FAMILIES[state.family]))
     imgui.same_line()
-    state.title = _list("Sweep", state.title, list(FAMILIES[state.family]), room - family - gap,
-                         "The quantity that makes the problem harder")
+    state.title = picked("Sweep", state.title, {title: title for title in FAMILIES[state.family]},
+                         "The quantity that makes the problem harder", room - family - gap)
     if state.title != before:
         state.method = ""
     return state.family, state.title
-
-
-def _list(label: str, value: str, names: list[str], width: float, tip: str) -> str:
-    corner = imgui.get_cursor_screen_pos()
-    imgui.set_next_item_width(width)
-    if imgui.begin_combo(f"##{label}", theme.shortened(value, width - theme.em(2.2)),
-                         imgui.ComboFlags_.no_arrow_button | imgui.ComboFlags_.height_largest):
-        for name in names:
-            if imgui.selectable(name, name == value)[0]:
-                value = name
-        imgui.end_combo()
-    else:
-        imgui.set_item_tooltip(tip)
-    angle(corner, width)
-    return value
 
 
 def _waiting(worker: StabilityWorker, key: Key) -> None:

@@ -129,7 +129,7 @@ def _stated_circle(lens: lb.Lens) -> float | None:
 def subject_distance(scene: str) -> float:
     """Distance (mm) of the subject from the camera's home, the origin, along its home direction −z.
 
-    Of a scene file it is what stands in the middle of the home view; where nothing does, 1.2 m.
+    Of a scene file it is the object in the middle of the home view; where there is none, 1.2 m.
     """
     if scene in lb.SCENES:
         return SUBJECT_DISTANCE

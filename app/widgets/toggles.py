@@ -1,9 +1,9 @@
-"""A row of flat buttons of which one is switched on: a choice among few without a list; and the mark of a list."""
+"""A row of flat buttons of which one is switched on: a choice among few without a list."""
 
 from collections.abc import Hashable, Mapping
 from typing import TypeVar
 
-from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+from imgui_bundle import imgui
 
 from lensbench.app.widgets import theme
 
@@ -29,14 +29,3 @@ def toggles(label: str, names: Mapping[Key, str], value: Key, tips: Mapping[Key,
         imgui.pop_style_color(2)
         imgui.set_item_tooltip(tips[key])
     return value
-
-
-def angle(corner: ImVec2, width: float) -> None:
-    """A small angle at the right of a list, in place of a button."""
-    colour, icon = theme.colours(), icons_fontawesome_6.ICON_FA_ANGLE_DOWN
-    theme.small()
-    size = imgui.calc_text_size(icon)
-    imgui.get_window_draw_list().add_text(
-        ImVec2(corner.x + width - size.x - theme.em(0.6), corner.y + 0.5 * (imgui.get_frame_height() - size.y)),
-        theme.packed(colour.dim), icon)
-    imgui.pop_font()

@@ -3,7 +3,7 @@
 Every control returns changed settings, within the range of the lens.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -31,8 +31,8 @@ from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import FOV_AXES, LAYOUTS, PROJECTIONS, Settings
 from lensbench.app.widgets import theme
+from lensbench.app.widgets.drop_list import angle, drop_list, picked
 from lensbench.app.widgets.padlock import padlock
-from lensbench.app.widgets.toggles import Key, angle
 from lensbench.kernels.figures import significant
 from lensbench.lens_models.polynomial import DEGREES
 
@@ -114,38 +114,11 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
 # The lists
 
 
-def _combo(label: str, value: str, tooltip: str, content: Callable[[], None], width: float = 0.0,
-           used: bool = True, beside: float = 0.0) -> None:
-    """A labelled list: the label dim at the left, a small angle at the right of the value.
-
-    width: the least of the opened list, in em. used: else the value is dim. beside: room left for another list, in em.
-    """
+def _labelled(label: str) -> None:
+    """The label of a list, dim at the left; the list comes after it."""
     imgui.align_text_to_frame_padding()
-    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*theme.colours().dim))
-    imgui.text_unformatted(label)
-    imgui.pop_style_color()
+    imgui.text_disabled(label)
     imgui.same_line(theme.em(3.45) + imgui.get_style().window_padding.x)
-    _list(label, value, tooltip, content, width, used, theme.em(beside))
-
-
-def _list(label: str, value: str, tooltip: str, content: Callable[[], None], width: float = 0.0, used: bool = True,
-          beside: float = 0.0) -> None:
-    """The list of a `_combo` without its label, in the rest of the line except `beside` pixels."""
-    colour = theme.colours()
-    corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x - beside
-    imgui.set_next_item_width(room)
-    if width:
-        imgui.set_next_window_size_constraints(ImVec2(theme.em(width), 0.0), ImVec2(theme.em(40.0), theme.em(31.0)))
-    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.text if used else colour.dim)))
-    opened = imgui.begin_combo(f"##{label}", theme.shortened(value, room - theme.em(2.2)),
-                               imgui.ComboFlags_.no_arrow_button | imgui.ComboFlags_.height_largest)
-    imgui.pop_style_color()
-    if opened:
-        content()
-        imgui.end_combo()
-    else:
-        imgui.set_item_tooltip(tooltip)
-    angle(corner, room)
 
 
 def lens_title(name: str) -> str:
@@ -156,9 +129,7 @@ def lens_title(name: str) -> str:
 def _lens(settings: Settings, chooser: Chooser) -> None:
     """The lens, on a button that looks like a list: it opens the browser."""
     colour, used = theme.colours(), settings.has_lens
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled("Lens")
-    imgui.same_line(theme.em(3.45) + imgui.get_style().window_padding.x)
+    _labelled("Lens")
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
     imgui.push_style_var(imgui.StyleVar_.button_text_align, ImVec2(0.0, 0.5))
     imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.text if used else colour.dim)))
@@ -192,7 +163,8 @@ def _scene(settings: Settings, chooser: Chooser) -> Settings:
         if imgui.selectable("Open…", False)[0]:
             chooser.requests.add(Request.OPEN_SCENE)
 
-    _combo("Scene", scene_title(settings.scene), "What the camera looks at", content)
+    _labelled("Scene")
+    drop_list("Scene", scene_title(settings.scene), "What the camera looks at", content)
     return chosen
 
 
@@ -233,7 +205,8 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
                                f"A side measures {significant(FILM_SIDES[0])} to {significant(FILM_SIDES[1])} mm")
 
     corner = imgui.get_cursor_screen_pos()
-    _combo("Film", film_name((settings.film_width, settings.film_height)), "The film's size", content)
+    _labelled("Film")
+    drop_list("Film", film_name((settings.film_width, settings.film_height)), "The film's size", content)
     if settings.has_lens:
         padlock(FILM, chooser.locked, ImVec2(corner.x + theme.em(2.2), corner.y + imgui.get_style().frame_padding.y))
     return chosen if chosen == settings else constrained(chosen)
@@ -260,42 +233,32 @@ def _camera(settings: Settings) -> Settings:
             imgui.set_item_tooltip(kind.tooltip)
 
     fitted = settings.has_lens and LENS_MODELS[settings.lens_model].has_degree
-    _combo("Camera", settings.camera_title, "The camera, and how it models its lens", content,
-           beside=3.4 if fitted else 0.0)
+    _labelled("Camera")
+    drop_list("Camera", settings.camera_title, "The camera, and how it models its lens", content,
+              imgui.get_content_region_avail().x - theme.em(3.4 if fitted else 0.0))
     if fitted:
         imgui.same_line(0.0, 4.0 * theme.scale())
         degrees = {degree: f"{degree}" for degree in DEGREES}
-        chosen = replace(chosen, degree=_picked("Degree", settings.degree, degrees, DEGREE_TIP, _list))
+        chosen = replace(chosen, degree=picked("Degree", settings.degree, degrees, DEGREE_TIP))
     return chosen if chosen == settings else constrained(chosen)
 
 
-def _picked(label: str, value: Key, names: Mapping[Key, str], tooltip: str, draw: Callable[..., None]) -> Key:
-    """A list of few names, drawn by `_combo` or `_list`; the key of the one that is chosen."""
-    chosen = value
-
-    def content() -> None:
-        nonlocal chosen
-        for key, name in names.items():
-            if imgui.selectable(f"{name}###{key}", key == value)[0]:
-                chosen = key
-
-    draw(label, names[value], tooltip, content)
-    return chosen
-
-
 def _layout(settings: Settings) -> Settings:
-    chosen = _picked("Layout", settings.layout, LAYOUTS, "Map from directions to the panorama", _combo)
+    _labelled("Layout")
+    chosen = picked("Layout", settings.layout, LAYOUTS, "Map from directions to the panorama")
     return settings if chosen == settings.layout else with_layout(settings, chosen)
 
 
 def _projection(settings: Settings) -> Settings:
-    chosen = _picked("Rule", settings.projection, PROJECTIONS,
-                     "Map from the angle θ to the axis to the distance r from the middle of the picture", _combo)
+    _labelled("Rule")
+    chosen = picked("Rule", settings.projection, PROJECTIONS,
+                    "Map from the angle θ to the axis to the distance r from the middle of the picture")
     return settings if chosen == settings.projection else with_projection(settings, chosen)
 
 
 def _fov_axis(settings: Settings) -> Settings:
-    axis = _picked("Along", settings.fov_axis, FOV_AXES, "The side of the film for the field of view", _combo)
+    _labelled("Along")
+    axis = picked("Along", settings.fov_axis, FOV_AXES, "The side of the film for the field of view")
     return settings if axis == settings.fov_axis else constrained(replace(settings, fov_axis=axis))
 
 

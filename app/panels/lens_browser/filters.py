@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+from imgui_bundle import icons_fontawesome_6, imgui
 
 from lensbench.app.state.lens_shelf import ANY, ERAS, FORMATS, LENGTHS, ORDERS, SPEEDS, Shelf, kinds, makers
 from lensbench.app.widgets import theme
-from lensbench.app.widgets.toggles import angle, toggles
+from lensbench.app.widgets.drop_list import picked
+from lensbench.app.widgets.toggles import toggles
 from lensbench.lenses import Card
 
 fa = icons_fontawesome_6
@@ -43,7 +44,9 @@ def filters(shelf: Shelf, cards: Sequence[Card], shown: int) -> Shelf:
     for i, (name, label, values, tip) in enumerate(choices):
         if i:
             imgui.same_line(0.0, gap)
-        changed[name] = _choice(label, getattr(shelf, name), values, tip, width)
+        value = getattr(shelf, name)
+        changed[name] = picked(label, value, {ANY: "Any"} | {text: text for text in values}, tip, width,
+                               text=value or label, colour=theme.colours().strong if value else theme.colours().dim)
 
     changed["zooms"] = _toggle("Zoom", shelf.zooms, "Zoom lenses only")
     imgui.same_line(0.0, gap)
@@ -53,9 +56,7 @@ def filters(shelf: Shelf, cards: Sequence[Card], shown: int) -> Shelf:
     imgui.text_disabled("Sort")
     imgui.same_line(0.0, theme.em(0.5))
     names = {key: title for key, (title, _) in ORDERS.items()}
-    order = _choice("Sort", names[shelf.order], list(names.values()), "The order; a search sorts by relevance",
-                    theme.em(8.0), any_value=False)
-    changed["order"] = next(key for key, title in names.items() if title == order)
+    changed["order"] = picked("Sort", shelf.order, names, "The order; a search sorts by relevance", theme.em(8.0))
     shelf = replace(shelf, **changed)
     if shelf.is_filtered:
         imgui.same_line(0.0, gap)
@@ -67,26 +68,6 @@ def filters(shelf: Shelf, cards: Sequence[Card], shown: int) -> Shelf:
     imgui.align_text_to_frame_padding()
     imgui.text_disabled(count)
     return shelf
-
-
-def _choice(label: str, value: str, values: Sequence[str], tip: str, width: float, any_value: bool = True) -> str:
-    """A short list: dim with its name while anything passes, else with the value."""
-    colour, corner = theme.colours(), imgui.get_cursor_screen_pos()
-    imgui.set_next_item_width(width)
-    imgui.set_next_window_size_constraints(ImVec2(width, 0.0), ImVec2(theme.em(24.0), theme.em(28.0)))
-    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if value else colour.dim)))
-    opened = imgui.begin_combo(f"##{label}", theme.shortened(value or label, width - theme.em(2.0)),
-                               imgui.ComboFlags_.no_arrow_button | imgui.ComboFlags_.height_largest)
-    imgui.pop_style_color()
-    if opened:
-        for text in ([ANY] if any_value else []) + list(values):
-            if imgui.selectable(text or "Any", text == value)[0]:
-                value = text
-        imgui.end_combo()
-    else:
-        imgui.set_item_tooltip(tip)
-    angle(corner, width)
-    return value
 
 
 def _toggle(label: str, on: bool, tip: str) -> bool:

@@ -69,7 +69,7 @@ def room() -> Scene:
                  Material((1.0, 1.0, 1.0), pattern=Pattern("image", image=_landscape()))),
         *_framed((840.0, 210.0, BACK + 190.0), 720.0, 1240.0, Material((0.06, 0.05, 0.045)), silver,
                  turn=math.radians(12.0))]
-    # a sideboard under the picture, the table before the camera, and what stands on them
+    # a sideboard under the picture, the table before the camera, and the things on them
     sideboard = box(-1450.0, 250.0, GROUND, -420.0, BACK + 20.0, BACK + 480.0, Material((0.22, 0.12, 0.055)))
     table: list[Planar] = [Disk((60.0, -205.0, -1250.0), (0.0, 1.0, 0.0), 560.0, lacquer),
              *box(20.0, 100.0, GROUND, -206.0, -1290.0, -1210.0, ebony)]
