@@ -7,95 +7,149 @@ Lengths are millimetres, angles radians, wavelengths micrometres. The lens frame
 has its origin at the first vertex and light travels along +z, from the scene to
 the film; a camera looks along −z, x to the right and y up.
 
-The import has two effects on numba. lensbench's kernels, and no other functions, are cached in
+Each name is imported when it is first used: `import lensbench` alone loads neither numpy nor numba.
+
+The first kernel has two effects on numba. lensbench's kernels, and no other functions, are cached in
 $XDG_CACHE_HOME/lensbench/kernels (by default ~/.cache/lensbench/kernels). On x86-64 all code that this process compiles
 is made for a level of that architecture, v3 or v4, in place of the exact processor; LENSBENCH_NATIVE=1 in the
 environment leaves numba's setting as it is. See `kernels.cache`.
 """
 
-from lensbench.kernels import cache as _cache  # noqa: F401 (sets numba up before any kernel is declared)
+from typing import TYPE_CHECKING
 
-# isort: split
-from lensbench.analysis.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel
-from lensbench.analysis.distortion import Distortion, distortion, distortion_grid
-from lensbench.analysis.falloff import Falloff, falloff
-from lensbench.analysis.model_choice import Choice, choose_model
-from lensbench.analysis.vignetting import Vignetting, vignetting
-from lensbench.cameras.bare_sensor import BareSensor
-from lensbench.cameras.base import Camera
-from lensbench.cameras.differentials import Differentials
-from lensbench.cameras.environment import EnvironmentCamera
-from lensbench.cameras.finite_pinhole import PinholeCamera, best_pinhole
-from lensbench.cameras.fisheye import FisheyeCamera
-from lensbench.cameras.importance import Importance
-from lensbench.cameras.orthographic import OrthographicCamera
-from lensbench.cameras.perspective import PerspectiveCamera
-from lensbench.cameras.rays import CameraError, Rays
-from lensbench.cameras.real_lens import LensCamera
-from lensbench.imaging.animated_transform import AnimatedTransform
-from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, depth_resolution
-from lensbench.imaging.exposure import (
-    Exposure,
-    ExposureError,
-    ev100,
-    irradiance,
-    luminance,
-    metered_stops,
-    pixel_energy,
-    radiant_exposure,
-)
-from lensbench.imaging.field_of_view import Equivalent, equivalent, field_of_view, film_extent, focal_length
-from lensbench.imaging.film import FORMATS, Film, FilmError
-from lensbench.imaging.sensor import Sensor
-from lensbench.imaging.transform import TransformError, look_at
-from lensbench.lightfields.capture import capture_light_field, picture_through
-from lensbench.lightfields.depth import Depth, find_depth
-from lensbench.lightfields.light_field import LightField, LightFieldError, light_field_bytes
-from lensbench.lightfields.lumigraph import Lumigraph, NovelView, array_camera, capture_lumigraph, lumigraph_pinhole
-from lensbench.lightfields.plenoptic import PlenopticCamera, RawPicture
-from lensbench.optics.depth_of_field import (
-    circle_of_confusion,
-    depth_of_field,
-    hyperfocal,
-    real_circle_of_confusion,
-    thick_circle_of_confusion,
-)
-from lensbench.optics.focus import FocusError, film_distance, focused, focused_distance, nearest_focus, section_foci
-from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
-from lensbench.optics.iris import Iris, IrisError
-from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
-from lensbench.optics.prescription import Lens, LensError, Surface
-from lensbench.optics.scalar_trace import Fate, Trace, trace
-from lensbench.optics.system import (
-    Aperture,
-    ApertureKind,
-    FieldKind,
-    FieldPoint,
-    SystemData,
-    SystemDataError,
-    Wavelength,
-)
-from lensbench.optics.transmission import t_number, transmission, working_f_number
-from lensbench.optics.zoom_positions import Positions, PositionsError
-from lensbench.pupils.region import ExitPupil, exit_pupil, open_region
-from lensbench.rendering.aovs import AOVS as VIEWS
-from lensbench.rendering.aovs import fate_colours
-from lensbench.rendering.progressive import Rendering, depth_map, render
-from lensbench.scenery.builtin.library import SCENES, builtin_scene
-from lensbench.scenery.objects import (
-    Disk,
-    Floor,
-    Image,
-    Material,
-    Pattern,
-    Rectangle,
-    SceneError,
-    Sky,
-    Sphere,
-    Sun,
-)
-from lensbench.scenery.scene import Scene
-from lensbench.scenery.shading.participating_medium import Medium, MediumError
+from lensbench.kernels.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from lensbench.analysis.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel
+    from lensbench.analysis.distortion import Distortion, distortion, distortion_grid
+    from lensbench.analysis.falloff import Falloff, falloff
+    from lensbench.analysis.model_choice import Choice, choose_model
+    from lensbench.analysis.vignetting import Vignetting, vignetting
+    from lensbench.cameras.bare_sensor import BareSensor
+    from lensbench.cameras.base import Camera
+    from lensbench.cameras.differentials import Differentials
+    from lensbench.cameras.environment import EnvironmentCamera
+    from lensbench.cameras.finite_pinhole import PinholeCamera, best_pinhole
+    from lensbench.cameras.fisheye import FisheyeCamera
+    from lensbench.cameras.importance import Importance
+    from lensbench.cameras.orthographic import OrthographicCamera
+    from lensbench.cameras.perspective import PerspectiveCamera
+    from lensbench.cameras.rays import CameraError, Rays
+    from lensbench.cameras.real_lens import LensCamera
+    from lensbench.imaging.animated_transform import AnimatedTransform
+    from lensbench.imaging.coordinate_spaces import Intrinsics, Places, Spaces, depth_resolution
+    from lensbench.imaging.exposure import (
+        Exposure,
+        ExposureError,
+        ev100,
+        irradiance,
+        luminance,
+        metered_stops,
+        pixel_energy,
+        radiant_exposure,
+    )
+    from lensbench.imaging.field_of_view import Equivalent, equivalent, field_of_view, film_extent, focal_length
+    from lensbench.imaging.film import FORMATS, Film, FilmError
+    from lensbench.imaging.sensor import Sensor
+    from lensbench.imaging.transform import TransformError, look_at
+    from lensbench.lightfields.capture import capture_light_field, picture_through
+    from lensbench.lightfields.depth import Depth, find_depth
+    from lensbench.lightfields.light_field import LightField, LightFieldError, light_field_bytes
+    from lensbench.lightfields.lumigraph import Lumigraph, NovelView, array_camera, capture_lumigraph, lumigraph_pinhole
+    from lensbench.lightfields.plenoptic import PlenopticCamera, RawPicture
+    from lensbench.optics.depth_of_field import (
+        circle_of_confusion,
+        depth_of_field,
+        hyperfocal,
+        real_circle_of_confusion,
+        thick_circle_of_confusion,
+    )
+    from lensbench.optics.focus import FocusError, film_distance, focused, focused_distance, nearest_focus, section_foci
+    from lensbench.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError
+    from lensbench.optics.iris import Iris, IrisError
+    from lensbench.optics.paraxial import FirstOrder, first_order, stopped_down
+    from lensbench.optics.prescription import Lens, LensError, Surface
+    from lensbench.optics.scalar_trace import Fate, Trace, trace
+    from lensbench.optics.system import (
+        Aperture,
+        ApertureKind,
+        FieldKind,
+        FieldPoint,
+        SystemData,
+        SystemDataError,
+        Wavelength,
+    )
+    from lensbench.optics.transmission import t_number, transmission, working_f_number
+    from lensbench.optics.zoom_positions import Positions, PositionsError
+    from lensbench.pupils.region import ExitPupil, exit_pupil, open_region
+    from lensbench.rendering.aovs import AOVS as VIEWS
+    from lensbench.rendering.aovs import fate_colours
+    from lensbench.rendering.progressive import Rendering, depth_map, render
+    from lensbench.scenery.builtin.library import SCENES, builtin_scene
+    from lensbench.scenery.objects import (
+        Disk,
+        Floor,
+        Image,
+        Material,
+        Pattern,
+        Rectangle,
+        SceneError,
+        Sky,
+        Sphere,
+        Sun,
+    )
+    from lensbench.scenery.scene import Scene
+    from lensbench.scenery.shading.participating_medium import Medium, MediumError
+
+_HOMES = {           # the imports above, as they are made at run time
+    "analysis.aberrations": "ChiefRay Seidel astigmatic_foci chief_ray seidel",
+    "analysis.distortion": "Distortion distortion distortion_grid",
+    "analysis.falloff": "Falloff falloff",
+    "analysis.model_choice": "Choice choose_model",
+    "analysis.vignetting": "Vignetting vignetting",
+    "cameras.bare_sensor": "BareSensor",
+    "cameras.base": "Camera",
+    "cameras.differentials": "Differentials",
+    "cameras.environment": "EnvironmentCamera",
+    "cameras.finite_pinhole": "PinholeCamera best_pinhole",
+    "cameras.fisheye": "FisheyeCamera",
+    "cameras.importance": "Importance",
+    "cameras.orthographic": "OrthographicCamera",
+    "cameras.perspective": "PerspectiveCamera",
+    "cameras.rays": "CameraError Rays",
+    "cameras.real_lens": "LensCamera",
+    "imaging.animated_transform": "AnimatedTransform",
+    "imaging.coordinate_spaces": "Intrinsics Places Spaces depth_resolution",
+    "imaging.exposure": "Exposure ExposureError ev100 irradiance luminance metered_stops pixel_energy radiant_exposure",
+    "imaging.field_of_view": "Equivalent equivalent field_of_view film_extent focal_length",
+    "imaging.film": "FORMATS Film FilmError",
+    "imaging.sensor": "Sensor",
+    "imaging.transform": "TransformError look_at",
+    "lightfields.capture": "capture_light_field picture_through",
+    "lightfields.depth": "Depth find_depth",
+    "lightfields.light_field": "LightField LightFieldError light_field_bytes",
+    "lightfields.lumigraph": "Lumigraph NovelView array_camera capture_lumigraph lumigraph_pinhole",
+    "lightfields.plenoptic": "PlenopticCamera RawPicture",
+    "optics.depth_of_field":
+        "circle_of_confusion depth_of_field hyperfocal real_circle_of_confusion thick_circle_of_confusion",
+    "optics.focus": "FocusError film_distance focused focused_distance nearest_focus section_foci",
+    "optics.glass": "AIR C_LINE D_LINE F_LINE Glass GlassError",
+    "optics.iris": "Iris IrisError",
+    "optics.paraxial": "FirstOrder first_order stopped_down",
+    "optics.prescription": "Lens LensError Surface",
+    "optics.scalar_trace": "Fate Trace trace",
+    "optics.system": "Aperture ApertureKind FieldKind FieldPoint SystemData SystemDataError Wavelength",
+    "optics.transmission": "t_number transmission working_f_number",
+    "optics.zoom_positions": "Positions PositionsError",
+    "pupils.region": "ExitPupil exit_pupil open_region",
+    "rendering.aovs": "VIEWS=AOVS fate_colours",
+    "rendering.progressive": "Rendering depth_map render",
+    "scenery.builtin.library": "SCENES builtin_scene",
+    "scenery.objects": "Disk Floor Image Material Pattern Rectangle SceneError Sky Sphere Sun",
+    "scenery.scene": "Scene",
+    "scenery.shading.participating_medium": "Medium MediumError",
+}
+__getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Aperture", "ApertureKind",

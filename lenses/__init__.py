@@ -4,14 +4,31 @@
     lens = lenses.load("pbrt-dgauss-50mm")
     lenses.save(lens, "mine.toml")
 
+Names are imported when they are first used: the headers of the library (`describe`) need neither numpy nor numba.
 Lengths are millimetres; a file of another unit is converted as it is read.
 """
 
-from lensbench.lenses.catalogue import Card, describe, names
-from lensbench.lenses.check import Finding, Kind, Severity, check
-from lensbench.lenses.file_error import LensFileError
-from lensbench.lenses.formats import FORMATS, READERS, WRITERS, Format
-from lensbench.lenses.lens_file import load, save
+from typing import TYPE_CHECKING
+
+from lensbench.kernels.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from lensbench.lenses.catalogue import Card, describe, names
+    from lensbench.lenses.checks import check
+    from lensbench.lenses.file_error import LensFileError
+    from lensbench.lenses.formats import FORMATS, READERS, WRITERS, Format
+    from lensbench.lenses.lens_file import load, save
+    from lensbench.optics.finding import Finding, Kind, Severity
+
+_HOMES = {           # the imports above, as they are made at run time
+    "lenses.catalogue": "Card describe names",
+    "lenses.checks": "check",
+    "lenses.file_error": "LensFileError",
+    "lenses.formats": "FORMATS READERS WRITERS Format",
+    "lenses.lens_file": "load save",
+    "optics.finding": "Finding Kind Severity",
+}
+__getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = ["FORMATS", "READERS", "WRITERS", "Card", "Finding", "Format", "Kind", "LensFileError", "Severity", "check",
            "describe", "load", "names", "save"]

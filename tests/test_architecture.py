@@ -154,6 +154,26 @@ def test_the_core_reads_no_file_but_its_key_tile_and_prints_nothing(path):
         name)}
 
 
+def test_kernels_are_declared_with_the_njit_that_keeps_what_it_compiles():
+    own = [module(path) for path in files("core") + files("app") if {"numba.njit", "numba.jit"} & {
+        f"{node.module}.{name.name}" for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) for name in node.names}]
+    assert own == ["lensbench.kernels.cache"]
+
+
+@pytest.mark.parametrize("package", ["core", "lenses"])
+def test_the_names_of_a_package_are_found_where_its_typed_imports_find_them(package):
+    tree = ast.parse((ROOT / package / "__init__.py").read_text(encoding="utf-8"))
+    typed = next(node.body for node in tree.body if isinstance(node, ast.If))
+    named = {(name.asname or name.name, node.module, name.name) for node in typed for name in node.names}
+    lists = {node.targets[0].id: ast.literal_eval(node.value) for node in tree.body
+             if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)}
+    found = {(each.partition("=")[0], f"lensbench.{home}", each.rpartition("=")[2])
+             for home, names in lists["_HOMES"].items() for each in names.split()}
+    assert found == named
+    assert sorted(lists["__all__"]) == sorted(name for name, *_ in named)
+
+
 @pytest.mark.parametrize("layers", [CORE, APP], ids=["core", "app"])
 def test_imports_run_downward(layers):
     height = {name: place for place, names in enumerate(layers) for name in names}
@@ -213,10 +233,10 @@ def test_every_folder_with_python_files_is_a_package_that_is_installed():
 @pytest.mark.parametrize("path", files("lenses"), ids=module)
 def test_lenses_know_the_prescription_and_the_glass_and_their_check_what_it_traces(path):
     allowed = {"optics.prescription", "optics.zoom_positions", "optics.glass", "optics.finding", "optics.system",
-               "kernels.figures"}
+               "kernels.figures", "kernels.lazy_names"}
     if path.name == "aperture.py":
         allowed |= {"optics.scalar_trace"}
-    if path.name == "check.py" or path.parent.name == "check":
+    if path.parent.name == "checks":
         allowed |= {"optics.paraxial", "optics.scalar_trace"}
     assert {part(name) for name in imports(path)} - {None} <= allowed
     assert not {name for name in imports(path) if name.startswith("lensbench.app")}
@@ -253,6 +273,13 @@ def test_the_library_and_the_lenses_load_no_graphics_and_no_picture_formats():
 def test_the_help_of_the_command_loads_no_graphics_no_formats_and_no_lens_files():
     loaded = loaded_by("from lensbench.app.command.main import main; main(['render', '--help'])")
     assert not loaded & (GRAPHICS | {"PIL", "OpenEXR", "lensbench.app.window.window", "lensbench.app.files.export"})
+
+
+@pytest.mark.parametrize("words", ["lenses --json", "--version", "info --help"])
+def test_the_list_of_lenses_and_help_load_neither_numba_nor_numpy(words):
+    loaded = loaded_by(f"from lensbench.app.command.main import main; main({words.split()})")
+    assert "lensbench.app.command.library" in loaded
+    assert not {name.split(".")[0] for name in loaded} & {"numba", "llvmlite", "numpy"}
 
 
 # What the window owns

@@ -13,7 +13,8 @@ from lensbench.kernels.figures import fixed
 
 def add_chart_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench chart`."""
-    from lensbench.app.command.options import add_lens_options, option, read_film, read_size
+    from lensbench.app.command.lens_options import add_lens_options, option
+    from lensbench.app.command.options import read_film, read_size
     from lensbench.app.state.text_values import read_distance
 
     add = parser.add_argument

@@ -75,7 +75,7 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_position_options(parser: argparse.ArgumentParser) -> None:
-    from lensbench.app.command.options import add_close_option, add_zoom_option
+    from lensbench.app.command.lens_options import add_close_option, add_zoom_option
 
     add_zoom_option(parser)
     add_close_option(parser)

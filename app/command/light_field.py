@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
 def add_light_field_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield`."""
+    from lensbench.app.command.lens_options import option
     from lensbench.app.command.light_field_chart import add_field_chart_options
     from lensbench.app.command.light_field_slices import add_view_options
     from lensbench.app.command.lumigraph import add_lumigraph_options
-    from lensbench.app.command.options import add_picture_options, option
+    from lensbench.app.command.options import add_picture_options
     from lensbench.app.state.text_values import read_aperture, read_count, read_distance
 
     kinds = parser.add_subparsers(metavar="capture | refocus | view | array | novel | chart", required=True)

@@ -8,7 +8,8 @@ from lensbench.kernels.figures import fixed, significant
 
 def add_field_chart_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield chart`."""
-    from lensbench.app.command.options import add_picture_options, option
+    from lensbench.app.command.lens_options import option
+    from lensbench.app.command.options import add_picture_options
 
     parser.set_defaults(command=_chart)
     parser.add_argument("lens", nargs="?", metavar="LENS", help="a lens of the library, or a lens file")

@@ -20,7 +20,7 @@ ENLARGED = (".png", ".ppm")     # formats to look at; the others hold the record
 
 def add_view_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lensbench lightfield view`."""
-    from lensbench.app.command.options import option
+    from lensbench.app.command.lens_options import option
     from lensbench.app.state.text_values import read_distance
 
     parser.set_defaults(command=_view)

@@ -11,7 +11,8 @@ from lensbench.kernels.figures import fixed, significant
 def add_lumigraph_options(kinds) -> None:
     """Add the commands `array` and `novel` to `lensbench lightfield`."""
     from lensbench.app.command.capture_options import read_views
-    from lensbench.app.command.options import add_picture_options, option, read_size
+    from lensbench.app.command.lens_options import option
+    from lensbench.app.command.options import add_picture_options, read_size
     from lensbench.app.state.text_values import read_distance
 
     array = kinds.add_parser("array", help="Record a lumigraph: pictures and depths from an array of pinholes.")

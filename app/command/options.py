@@ -6,13 +6,11 @@ Most options are those of single settings: their names, values and help texts ar
 import argparse
 import math
 import re
-import sys
-from collections.abc import Callable, Sequence
-from dataclasses import Field, fields, replace
+from dataclasses import fields, replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
 
+from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
 from lensbench.app.state import former_settings
 from lensbench.app.state.build import design
 from lensbench.app.state.camera_kinds import CAMERAS, LENS_MODELS
@@ -27,13 +25,12 @@ from lensbench.app.state.constraints import (
 )
 from lensbench.app.state.figures import colours
 from lensbench.app.state.lens_choice import APERTURE, FILM, FOCUS, with_lens
+from lensbench.app.state.lens_settings import LensSettings
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import PICTURES, Settings, SettingsError
-from lensbench.app.state.text_values import read_angle, read_aperture
-from lensbench.app.state.zoom import asked_zoom, read_close, read_zoom
+from lensbench.app.state.text_values import read_angle
+from lensbench.app.state.zoom import asked_zoom
 from lensbench.kernels.figures import fixed
-
-OF_LENS = ("focal_length", "coating")            # settings of `add_lens_options`
 
 
 def read_size(text: str) -> tuple[int, int]:
@@ -64,38 +61,6 @@ def _plain(name: str) -> str:
     return re.sub(r"[\s_-]", "", name.lower()).replace("×", "x")
 
 
-def option(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """A reader for argparse, whose message reaches the user."""
-    def convert(text: str) -> Any:
-        try:
-            return read(text)
-        except ValueError as error:
-            raise argparse.ArgumentTypeError(str(error)) from None
-    return convert
-
-
-def add_zoom_option(parser: argparse.ArgumentParser) -> None:
-    """The option --zoom."""
-    parser.add_argument("--zoom", type=option(read_zoom), metavar="ZOOM",
-                        help="of a zoom lens: from 0 (wide) to 1 (tele), or a focal length such as 105mm")
-
-
-def add_close_option(parser: argparse.ArgumentParser) -> None:
-    """The option --close, which moves the focus groups, for commands without a focus distance."""
-    parser.add_argument("--close", type=option(read_close), metavar="CLOSE",
-                        help="of a lens that focuses by groups: from 0 (infinity) to 1 (their nearest position)")
-
-
-def add_lens_options(parser: argparse.ArgumentParser) -> None:
-    """The options that change the lens itself."""
-    add_zoom_option(parser)
-    for field in fields(Settings):
-        if field.name in OF_LENS:
-            _add_setting(parser, field)
-    parser.add_argument("--f-number", type=option(read_aperture), metavar="N", default=argparse.SUPPRESS,
-                        help="aperture, such as 2.8 or f/2.8; “open”, as wide as the lens goes, by default")
-
-
 def add_picture_options(parser: argparse.ArgumentParser) -> None:
     """The options of every command that renders a picture."""
     add_lens_options(parser)
@@ -113,58 +78,10 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
              "of a camera without a lens")
     add("--model", action=_FormerModel, choices=(*LENS_MODELS, *CAMERAS, *former_settings.MODELS),
         help=argparse.SUPPRESS)
+    of_lens = fields(LensSettings)
     for field in fields(Settings):
-        if spec(field).help and field.name not in OF_LENS:
-            _add_setting(parser, field)
-
-
-def _add_setting(parser: argparse.ArgumentParser, of: Field) -> None:
-    """The option of one setting, and its former name."""
-    about = spec(of)
-    form: dict[str, Any] = {"dest": _dest(of), "default": None}
-    if about.read is not None:
-        form |= {"type": option(about.read), "metavar": about.metavar}
-    elif about.choices:
-        form |= {"choices": about.choices, "metavar": about.metavar or None}
-    name = _option_name(of)
-    if of.type is bool:
-        parser.add_argument(name, action=argparse.BooleanOptionalAction, help=about.help, **form)
-    else:
-        parser.add_argument(name, help=about.help, **form)
-    if about.former:
-        former = [f"--{about.former}", f"--no-{about.former}"][:2 if of.type is bool else 1]
-        parser.add_argument(*former, action=_FormerName, present=name, nargs=0 if of.type is bool else None,
-                            help=argparse.SUPPRESS, **form)
-
-
-def _option_name(of: Field) -> str:
-    """The option of a setting, with its two dashes."""
-    return "--" + (spec(of).option or of.name.replace("_", "-"))
-
-
-def _dest(of: Field) -> str:
-    """The attribute of the parsed arguments that holds a setting."""
-    return _option_name(of)[2:].replace("-", "_")
-
-
-def say(text: str) -> None:
-    """One line on stderr, beside what the command prints."""
-    print(f"lensbench: {text}", file=sys.stderr)
-
-
-class _FormerName(argparse.Action):
-    """An option under its former name: it still works, and names its present one."""
-
-    def __init__(self, option_strings: Sequence[str], dest: str, present: str, **form: Any):
-        super().__init__(option_strings, dest, **form)
-        self.present = present
-
-    def __call__(self, parser, namespace, values, option_string=None):
-        """Store the value; `--no-…` and its counterpart take none."""
-        off = option_string.startswith("--no-")
-        present = self.present.replace("--", "--no-", 1) if off else self.present
-        say(f"{option_string} is now {present}")
-        setattr(namespace, self.dest, not off if self.nargs == 0 else values)
+        if spec(field).help and field not in of_lens:
+            add_setting(parser, field)
 
 
 class _FormerModel(argparse.Action):
@@ -209,8 +126,8 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
             settings = with_lens(opened, _name_or_file(lens), _locked(arguments), zoom)
         else:
             settings = constrained(replace(opened, lens=_name_or_file(lens or opened.lens)))
-    asked = {field.name: getattr(arguments, _dest(field)) for field in fields(Settings)
-             if spec(field).help and getattr(arguments, _dest(field)) is not None}
+    asked = {field.name: getattr(arguments, dest(field)) for field in fields(Settings)
+             if spec(field).help and getattr(arguments, dest(field)) is not None}
     if arguments.scene is not None:
         asked["scene"] = _name_or_file(arguments.scene)
     if "f_number" in arguments:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 def add_stability_options(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `lensbench stability`."""
-    from lensbench.app.command.options import option
+    from lensbench.app.command.lens_options import option
 
     parser.add_argument("families", nargs="*", type=option(read_family), metavar="FAMILY",
                         help="family of methods, such as intersection (default: all)")

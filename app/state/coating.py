@@ -3,14 +3,13 @@
 from typing import TYPE_CHECKING, NamedTuple
 
 import lensbench as lb
+from lensbench.app.state.lens_settings import AUTO
 from lensbench.kernels.figures import significant
 from lensbench.optics.transmission import COATINGS
 
 if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
 
-AUTO = "auto"
-CHOICES = {AUTO: "By year", "uncoated": "None", "single-layer": "Single-layer", "multi-layer": "Multi-layer"}
 LAST_UNCOATED, LAST_SINGLE = 1945, 1970         # years: coating became usual, then coating with several layers
 
 

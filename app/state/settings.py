@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state import coating, former_settings
+from lensbench.app.state import former_settings
 from lensbench.app.state.camera_kinds import CAMERA_KINDS, CAMERAS, LENS_MODELS, MODEL_TITLES, CameraKind
+from lensbench.app.state.lens_settings import LensSettings
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.setting import (
     FINITE,
@@ -86,13 +87,9 @@ LIMITS = {"diagonal": "Diagonal / 1500", "pixel": "One pixel"}
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(LensSettings):
     """All settings of a user, as one frozen value. Lengths in mm, angles in radians, times in seconds."""
 
-    lens: str = setting("pbrt-dgauss-50mm")             # a library name, or a path
-    focal_length: float | None = setting(
-        None, unit="mm", bounds=POSITIVE, none="designed", read=read_length, metavar="LENGTH",
-        help="scale the whole prescription to this focal length (of a zoom its shortest), such as 35mm")
     zoom: float = setting(0.0, bounds=PART, rule="it must lie from 0 (wide) to 1 (tele)")
     scene: str = setting("still-life", figures=False)   # a built-in name, or a path to a scene file
     camera: str = setting(
@@ -160,9 +157,6 @@ class Settings:
         help="of fog or water: distance at which a black object keeps 2%% of its contrast, such as 10m")
     fog_light: float = setting(0.5, "light of the fog", bounds=NOT_NEGATIVE, figures=False, read=read_light,
                                metavar="L", help="radiance that fog or water scatters into the view")
-    coating: str = setting("auto", choices=coating.CHOICES, restarts=NOTHING, figures=True,
-                           help="of the surfaces to air, for the T-stop alone: uncoated, single-layer (1.5%% lost a "
-                           "surface), multi-layer (0.3%%), or auto, by the year of the lens: coated after 1945")
     immersed: bool = setting(False, former="wet",
                              help="put the lens itself into the water, without a flat window before it")
     position: tuple[float, float, float] = setting(

@@ -202,3 +202,25 @@ def _whole(text: str, least: int) -> int:
     if not re.fullmatch(r"\s*\d{1,9}\s*", text) or int(text) < least:
         raise ValueError(f"“{text}”: type a whole number of at least {least}")
     return int(text)
+
+
+def read_zoom(text: str) -> tuple[str, float]:
+    """“0.4” from 0 (wide) to 1 (tele): ("part", 0.4); “105mm”, with its unit: ("length", 105.0)."""
+    if re.search(r"[cm]m\s*$", text.lower()):
+        return "length", read_length(text)
+    return "part", _read_share(text, "0 (wide) to 1 (tele), or a focal length such as 105mm")
+
+
+def read_close(text: str) -> float:
+    """“0.5” from 0 (infinity) to 1 (the nearest position of the focus groups)."""
+    return _read_share(text, "0 (infinity) to 1 (the nearest position)")
+
+
+def _read_share(text: str, range_text: str) -> float:
+    try:
+        part = float(text.replace(",", "."))
+    except ValueError:
+        part = math.nan
+    if not 0.0 <= part <= 1.0:
+        raise ValueError(f"“{text.strip()}”: type a number from {range_text}")
+    return part

@@ -4,41 +4,17 @@ Lengths in mm; focal lengths are those at infinity.
 """
 
 import argparse
-import math
-import re
 from functools import lru_cache
 from typing import Any
 
 import lensbench as lb
-from lensbench.app.state.text_values import format_distance, read_length
+from lensbench.app.state.text_values import format_distance
 from lensbench.kernels.figures import f_number_text, fixed, significant
 from lensbench.kernels.root_finding import find_root
 from lensbench.lenses.paraxial import reference_wavelength
 
 SAMPLES = 33            # of the focal length along the dial, to find it again
 ROUNDING = 1e-13        # of a focal length
-
-
-def read_zoom(text: str) -> tuple[str, float]:
-    """“0.4” from 0 (wide) to 1 (tele): ("part", 0.4); “105mm”, with its unit: ("length", 105.0)."""
-    if re.search(r"[cm]m\s*$", text.lower()):
-        return "length", read_length(text)
-    return "part", _read_part(text, "0 (wide) to 1 (tele), or a focal length such as 105mm")
-
-
-def read_close(text: str) -> float:
-    """“0.5” from 0 (infinity) to 1 (the nearest position of the focus groups)."""
-    return _read_part(text, "0 (infinity) to 1 (the nearest position)")
-
-
-def _read_part(text: str, range_text: str) -> float:
-    try:
-        part = float(text.replace(",", "."))
-    except ValueError:
-        part = math.nan
-    if not 0.0 <= part <= 1.0:
-        raise ValueError(f"“{text.strip()}”: type a number from {range_text}")
-    return part
 
 
 def positioned(lens: lb.Lens, arguments: argparse.Namespace) -> lb.Lens:

@@ -12,11 +12,11 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 import lensbench as lb
 from lensbench.kernels import block
 from lensbench.kernels.block import B, Step
+from lensbench.kernels.cache import njit
 from lensbench.kernels.program import Program, run_steps
 
 LENS = "pbrt-dgauss-50mm"

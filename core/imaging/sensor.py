@@ -14,10 +14,11 @@ from functools import lru_cache
 from statistics import NormalDist
 
 import numpy as np
-from numba import njit, uint32
+from numba import uint32
 
 from lensbench.imaging.exposure import PHOTONS, SATURATION, ExposureError, checked_positive
 from lensbench.imaging.film import Film
+from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.kernels.sampling import mix
 

@@ -5,9 +5,9 @@ looks along −z.
 """
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import B, L, M, N, Step, X, Y, Z, rows, stage
+from lensbench.kernels.cache import njit
 
 RIGID = 1e-6            # tolerance of perpendicular axes of length 1, for matrices from files of few digits
 

@@ -31,10 +31,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
+
+from lensbench.kernels.cache import njit
 
 B = 512
 PITCH = B + 16                  # numbers from row to row; with a power of two all rows would share cache lines

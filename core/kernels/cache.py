@@ -1,6 +1,7 @@
 """Compiled kernels: the folder that keeps them, those shipped with the package, and the processor they are made for.
 
-`lensbench/__init__.py` imports this module before any kernel is declared. It has two effects on numba:
+Kernels are declared with the `njit` of this module, so that it is imported before any of them. Its import has two
+effects on numba:
 
 - Compiled functions of lensbench, and no others, are kept in $XDG_CACHE_HOME/lensbench/kernels, by default
   ~/.cache/lensbench/kernels, or in a temporary folder where that is not writable. The name of a file has a hash of the
@@ -40,8 +41,11 @@ import llvmlite
 import numba
 import numpy as np
 from llvmlite import binding
+from numba import njit
 from numba.core import caching, dispatcher, serialize
 from numba.extending import _Intrinsic
+
+__all__ = ["KernelCache", "folder", "is_compiled", "level", "njit", "used", "version"]
 
 KEPT = 200                              # files of one function: signatures, versions, what its closure holds
 DAY = 24 * 3600.0                       # s; a file's time of last use is exact to a day

@@ -2,7 +2,7 @@
 
 import math
 
-from numba import njit
+from lensbench.kernels.cache import njit
 
 
 @njit(inline="always")

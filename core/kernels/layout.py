@@ -20,8 +20,9 @@ from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
+
+from lensbench.kernels.cache import njit
 
 
 class Packed(NamedTuple):

@@ -9,7 +9,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import from_dtype, int64, njit, types, uint32, void
+from numba import from_dtype, int64, types, uint32, void
 from numba.core import cgutils
 from numba.extending import intrinsic
 
@@ -33,7 +33,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.cache import is_compiled
+from lensbench.kernels.cache import is_compiled, njit
 
 
 def _signature(real):

@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from lensbench.kernels.cache import njit
 
 # Taylor coefficients of sine and cosine: the error at π/2 is below 2e-17, and below 7e-9 with the first seven
 _SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(11))

@@ -16,9 +16,10 @@ exchanges pixels so that the blurred error over random half-planes is least.
 from pathlib import Path
 
 import numpy as np
-from numba import njit, uint32
+from numba import uint32
 
 from lensbench.kernels.block import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
+from lensbench.kernels.cache import njit
 from lensbench.kernels.tile_order import HEIGHT, STRIP_WIDTH, WIDTH, next_line, pixel_at
 
 # Primitive polynomials and first direction numbers of dimensions 1 … (dimension 0 is van der Corput's).

@@ -7,9 +7,9 @@ once; after the last one the order goes on beyond the right edge of the film.
 """
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import PIXEL, B, X, Y, rows, stage
+from lensbench.kernels.cache import njit
 
 STRIP_WIDTH = 32                # pixels: two registers of float32; 16 lines of a strip are a block
 WIDTH, HEIGHT = 0, 1            # parameters of stages that walk the film: pixels across and down

@@ -8,7 +8,8 @@ The product of two monomials is a monomial, so every entry of the normal equatio
 import math
 
 import numpy as np
-from numba import njit
+
+from lensbench.kernels.cache import njit
 
 RIDGE = 1e-14               # smallest pivot, relative to the normal equations' diagonal
 _FAST = {"contract", "reassoc", "nsz"}

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import (
     A0,
@@ -40,6 +39,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import njit
 from lensbench.kernels.program import Program
 from lensbench.lens_models.invariant_least_squares import evaluate_polynomials, fit_vector_fields
 from lensbench.optics.block_trace import trace_steps

@@ -20,8 +20,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.lightfields.light_field import LightField, LightFieldError
 

@@ -14,8 +14,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from lensbench.kernels.cache import njit
 from lensbench.kernels.half_float import EXPONENT_SCALE, texel_sum, unscaled
 
 STEPS_PER_PIXEL = 2.0   # along a ray, for each pixel by which its image moves

@@ -12,8 +12,8 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numba import njit
 
+from lensbench.kernels.cache import njit
 from lensbench.kernels.half_float import as_bits, prefetch, scale_of, unscaled
 
 TAPS = 6                # of the sharpening filter, to either side

@@ -11,8 +11,8 @@ from functools import lru_cache
 from math import pi, sqrt
 
 import numpy as np
-from numba import njit
 
+from lensbench.kernels.cache import njit
 from lensbench.optics.paraxial import ray_matrix
 from lensbench.optics.prescription import Lens
 from lensbench.optics.scalar_trace import PASSED, surface_table, trace_ray

@@ -9,9 +9,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import CLEARANCE, KEYS, B, L, M, N, X, Y, Z, lane_buffer, rows
+from lensbench.kernels.cache import njit
 from lensbench.kernels.program import Program, run_steps
 from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.glass import D_LINE

@@ -10,9 +10,9 @@ from enum import IntEnum
 from math import sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, DTypeLike
 
+from lensbench.kernels.cache import njit
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens
 from lensbench.optics.surfaces import AFTER, BEFORE, COLUMNS, CURVATURE, KIND, RIM2, SPHERE, VERTEX, intersect

@@ -15,7 +15,8 @@ from collections.abc import Iterable
 from math import sqrt
 
 import numpy as np
-from numba import njit
+
+from lensbench.kernels.cache import njit
 
 SPHERE, CONIC, EVEN, ASPHERE, TOROID = range(5)         # kinds; EVEN: even powers only, ASPHERE: any
 HIGHEST_POWER = 20                                      # of an aspheric term; the lowest is 2

@@ -8,8 +8,8 @@ costs samples but no light. Lens frame, mm.
 import math
 
 import numpy as np
-from numba import njit
 
+from lensbench.kernels.cache import njit
 from lensbench.optics.clearance import ClearanceTracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens

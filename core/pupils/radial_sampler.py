@@ -8,7 +8,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import (
     A0,
@@ -38,6 +37,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import njit
 from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.prescription import Lens

@@ -11,8 +11,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from lensbench.kernels.cache import njit
 from lensbench.optics.clearance import ClearanceTracer, clearance_tracer, clearances
 from lensbench.optics.glass import D_LINE
 from lensbench.optics.paraxial import first_order

@@ -10,10 +10,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lensbench.cameras.film_landing import FilmLanding
 from lensbench.kernels.block import CLEARANCE, KEYS, PITCH, WEIGHT, B, L, M, N, X, Y, Z, lane_buffer
+from lensbench.kernels.cache import njit
 from lensbench.kernels.program import Program, run_steps
 
 COLUMNS = 16                # rays along the first axis

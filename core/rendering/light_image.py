@@ -22,7 +22,6 @@ from itertools import count, islice
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lensbench.cameras.base import Camera
 from lensbench.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
@@ -47,6 +46,7 @@ from lensbench.kernels.block import (
     lane_buffer,
     rows,
 )
+from lensbench.kernels.cache import njit
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program, run_steps
 from lensbench.kernels.sampling import sobol_net

@@ -14,7 +14,6 @@ key[PIXEL] holds the number of the light.
 import math
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import (
     A0,
@@ -59,6 +58,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import njit
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.scenery.shading.illumination import INDEX
 

@@ -10,8 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from lensbench.kernels.cache import njit
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.shading.illumination import INDEX
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from lensbench import AIR, Glass, Lens, Surface, first_order, lenses
-from lensbench.lenses.check.field import lit_field
+from lensbench.lenses.checks.field import lit_field
 from lensbench.lenses.rows import stop_of
 from lensbench.optics.system import FieldPoint, SystemData
 from lensbench.optics.zoom_positions import Positions

@@ -8,7 +8,8 @@ from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.state import dial_scales
 from lensbench.app.state.build import design
-from lensbench.app.state.coating import AUTO, coating
+from lensbench.app.state.coating import coating
+from lensbench.app.state.lens_settings import AUTO
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import dial

@@ -14,7 +14,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numba import njit
 
 import lensbench as lb
 from lensbench import lenses
@@ -27,6 +26,7 @@ from lensbench.cameras.environment import LAYOUTS
 from lensbench.cameras.fisheye import PROJECTIONS
 from lensbench.cameras.real_lens import MODELS
 from lensbench.kernels import block
+from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps

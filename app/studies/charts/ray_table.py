@@ -8,9 +8,9 @@ focus are seen, and the point of the ray nearest to the entrance pupil. Camera f
 import math
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import A0, A1, A2, A3, A4, A5, A6, A7, A8, B, L, M, N, Step, X, Y, Z, gather, rows, stage
+from lensbench.kernels.cache import njit
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import trace_steps
 from lensbench.optics.glass import D_LINE

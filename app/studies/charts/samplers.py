@@ -6,10 +6,11 @@ sequence); Cranley and Patterson 1976 (a random shift for each pixel).
 """
 
 import numpy as np
-from numba import njit, uint32
+from numba import uint32
 
 from lensbench.imaging.film import Film
 from lensbench.kernels.block import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
+from lensbench.kernels.cache import njit
 from lensbench.kernels.sampling import mix, sampling_steps, sobol
 from lensbench.kernels.tile_order import add_corners
 

@@ -7,7 +7,6 @@ box. Minima and maxima are taken of integers: their order does not matter, and t
 import math
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import (
     A0,
@@ -31,6 +30,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, vector
 
 FINE = 1048576.0        # steps of a slope

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import (
     A0,
@@ -29,6 +28,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, pack, vector
 from lensbench.scenery.shading.pattern_filter import checker_contrast, footprint_stretch, parity
 

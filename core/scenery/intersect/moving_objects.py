@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import (
     BEAM,
@@ -36,6 +35,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import Packed, join, offsets, pack, vector
 from lensbench.kernels.rotation import sine_versine
 from lensbench.scenery.intersect.block_bounds import FORWARD, RIGHTWARD, UPWARD, beam, beam_misses

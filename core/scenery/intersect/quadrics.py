@@ -3,7 +3,7 @@
 Rays are o + t d with a unit direction d. Written without branches, for one lane.
 """
 
-from numba import njit
+from lensbench.kernels.cache import njit
 
 
 @njit(inline="always")

@@ -7,9 +7,9 @@ the image sharp across it.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, SPECULAR, B, gather, rows, stage
+from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import Packed
 
 ENOUGH = 1.3            # texels of a reduction that a footprint covers at least

@@ -7,9 +7,9 @@ horizon + m (zenith − horizon) for m ≥ 0, and `ground` below the horizon.
 import math
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import BLUE, DEPTH, EMITS, GLOSS, GREEN, NX, NY, NZ, RED, B, L, M, N, rows, stage
+from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, pack, vector
 from lensbench.scenery.values import unit
 

@@ -8,7 +8,6 @@ round, and `finish_path` ends the last.
 import math
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import (
     A0,
@@ -43,6 +42,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, vector
 from lensbench.scenery.intersect.sky import SKY, gradient
 

@@ -7,7 +7,8 @@ pixel, rotated in any way, spreads there (the same variance). At zero width a pa
 import math
 
 import numpy as np
-from numba import njit
+
+from lensbench.kernels.cache import njit
 
 THIN = 1e-4             # of a pattern's period: narrower footprints see sharp lines, the limit of float32
 

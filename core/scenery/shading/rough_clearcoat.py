@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from lensbench.kernels.block import (
     A0,
@@ -49,6 +48,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
+from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, pack, vector
 from lensbench.scenery.intersect.sky import SKY, gradient
 from lensbench.scenery.shading.clearcoat import SHARP

@@ -18,7 +18,8 @@ from lensbench.app.state.build import camera, design, setup
 from lensbench.app.state.figures import readings
 from lensbench.app.state.lens_shelf import short_title
 from lensbench.app.state.settings import Settings, SettingsError
-from lensbench.app.state.zoom import focal_length, read_close, read_zoom, zoom_of
+from lensbench.app.state.text_values import read_close, read_zoom
+from lensbench.app.state.zoom import focal_length, zoom_of
 from tests.app.stand import drive
 
 NIKKOR = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"

@@ -91,7 +91,7 @@ def test_every_version_of_the_package_is_the_same_in_another_process():
     """Sets, addresses and the order of imports differ from process to process."""
     script = """
 import json, sys
-import lensbench
+from lensbench import *
 from numba.core.dispatcher import Dispatcher
 from lensbench.kernels.cache import KernelCache, version
 found = {}

@@ -1,7 +1,7 @@
 """Real rays of the axial beam, at full aperture: they must pass, and meet as well as in lenses of the same kind."""
 
 from lensbench.kernels.figures import fixed, significant
-from lensbench.lenses.check.axial_beam import ON_THE_FILM, AxialBeam, allowed_blur, axial_beam
+from lensbench.lenses.checks.axial_beam import ON_THE_FILM, AxialBeam, allowed_blur, axial_beam
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from lensbench.lenses.check.hypothesis import Hypothesis
+from lensbench.lenses.checks.hypothesis import Hypothesis
 from lensbench.optics.finding import Change, Kind
 from lensbench.optics.prescription import Lens, Surface
 

@@ -1,7 +1,7 @@
 """The aperture stop: whether it limits the light, and whether a plane that was made for it is another surface."""
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.check.stop_place import is_plane_in_air, planes_in_air
+from lensbench.lenses.checks.stop_place import is_plane_in_air, planes_in_air
 from lensbench.lenses.paraxial import axial_heights
 from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.prescription import Lens

@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import isfinite
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.check.hypothesis import Hypothesis
+from lensbench.lenses.checks.hypothesis import Hypothesis
 from lensbench.optics.finding import Change, Kind
 from lensbench.optics.glass import Glass
 from lensbench.optics.paraxial import first_order

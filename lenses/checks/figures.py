@@ -3,7 +3,7 @@
 from math import isfinite, isinf
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.check.axial_beam import axial_beam
+from lensbench.lenses.checks.axial_beam import axial_beam
 from lensbench.optics.finding import Finding, Kind, Severity
 from lensbench.optics.paraxial import FirstOrder, first_order
 from lensbench.optics.prescription import Lens

@@ -12,13 +12,13 @@ from math import isfinite
 import numpy as np
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.check.causes import cause_findings
-from lensbench.lenses.check.digits import digit_findings
-from lensbench.lenses.check.geometry import geometry_findings
-from lensbench.lenses.check.glass_digits import glass_causes
-from lensbench.lenses.check.glasses import glass_findings
-from lensbench.lenses.check.positions import position_findings
-from lensbench.lenses.check.symptoms import symptom_findings
+from lensbench.lenses.checks.causes import cause_findings
+from lensbench.lenses.checks.digits import digit_findings
+from lensbench.lenses.checks.geometry import geometry_findings
+from lensbench.lenses.checks.glass_digits import glass_causes
+from lensbench.lenses.checks.glasses import glass_findings
+from lensbench.lenses.checks.positions import position_findings
+from lensbench.lenses.checks.symptoms import symptom_findings
 from lensbench.lenses.paraxial import at_reference, is_d_line
 from lensbench.optics.finding import Change, Finding, Kind, Severity, note
 from lensbench.optics.glass import GlassError

@@ -1,9 +1,9 @@
 """What is wrong with a lens as a whole, of which a cause is then sought."""
 
-from lensbench.lenses.check.field import field_findings
-from lensbench.lenses.check.figures import figure_findings
-from lensbench.lenses.check.rays import ray_findings
-from lensbench.lenses.check.stop import stop_findings
+from lensbench.lenses.checks.field import field_findings
+from lensbench.lenses.checks.figures import figure_findings
+from lensbench.lenses.checks.rays import ray_findings
+from lensbench.lenses.checks.stop import stop_findings
 from lensbench.optics.finding import Finding
 from lensbench.optics.prescription import Lens
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 from math import isfinite
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.check.figures import BACK_FOCUS, figure_findings
-from lensbench.lenses.check.geometry import geometry_findings
-from lensbench.lenses.check.rays import ray_findings
-from lensbench.lenses.check.stop import stop_findings
+from lensbench.lenses.checks.figures import BACK_FOCUS, figure_findings
+from lensbench.lenses.checks.geometry import geometry_findings
+from lensbench.lenses.checks.rays import ray_findings
+from lensbench.lenses.checks.stop import stop_findings
 from lensbench.lenses.paraxial import FAR, object_distance
 from lensbench.optics.finding import Change, Finding, Kind, note
 from lensbench.optics.paraxial import first_order

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from math import isfinite
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.check.glasses import distance_to_known
-from lensbench.lenses.check.hypothesis import with_surface
-from lensbench.lenses.check.single_change import slips
+from lensbench.lenses.checks.glasses import distance_to_known
+from lensbench.lenses.checks.hypothesis import with_surface
+from lensbench.lenses.checks.single_change import slips
 from lensbench.optics.finding import Change, Finding, Kind
 from lensbench.optics.glass import Glass
 from lensbench.optics.paraxial import first_order

@@ -12,12 +12,12 @@ from math import inf, isfinite, sqrt
 import numpy as np
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.check import aspheres, single_change, stop_place, surroundings
-from lensbench.lenses.check.axial_beam import allowed_blur, axial_beam
-from lensbench.lenses.check.field import lit_field
-from lensbench.lenses.check.geometry import geometry_findings
-from lensbench.lenses.check.hypothesis import Hypothesis
-from lensbench.lenses.check.symptoms import symptom_findings
+from lensbench.lenses.checks import aspheres, single_change, stop_place, surroundings
+from lensbench.lenses.checks.axial_beam import allowed_blur, axial_beam
+from lensbench.lenses.checks.field import lit_field
+from lensbench.lenses.checks.geometry import geometry_findings
+from lensbench.lenses.checks.hypothesis import Hypothesis
+from lensbench.lenses.checks.symptoms import symptom_findings
 from lensbench.optics.finding import Finding, Kind, Severity
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens

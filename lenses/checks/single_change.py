@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lensbench.kernels.figures import significant
-from lensbench.lenses.check.glasses import distance_to_known
-from lensbench.lenses.check.hypothesis import Hypothesis
+from lensbench.lenses.checks.glasses import distance_to_known
+from lensbench.lenses.checks.hypothesis import Hypothesis
 from lensbench.optics.finding import Change, Kind
 from lensbench.optics.paraxial import ray_matrix
 from lensbench.optics.prescription import Lens, Surface

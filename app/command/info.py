@@ -1,0 +1,132 @@
+"""The command `lensbench info`: provenance, first-order data, glasses and check of a lens."""
+
+import argparse
+import math
+from dataclasses import replace
+from typing import Any
+
+from lensbench.app.command.lens_options import add_close_option, add_lens_options
+from lensbench.app.command.output import print_json
+from lensbench.kernels.figures import f_number_text, fixed, significant
+
+PIXELS = 960                            # across a picture, for intrinsics: as the bench has it
+
+
+def add_info_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench info`."""
+    parser.add_argument("lens", metavar="LENS", help="a lens of the library, or a lens file")
+    add_lens_options(parser)
+    add_close_option(parser)
+    parser.add_argument("--json", action="store_true", help="print JSON: lengths in mm, angles in degrees")
+
+
+def info(arguments: argparse.Namespace) -> int:
+    """Print what is known of a lens, as text or JSON."""
+    import lensbench as lb
+    from lensbench.app.command import lens_card
+    from lensbench.app.state.build import design
+    from lensbench.app.state.coating import coating
+    from lensbench.app.state.lens_settings import AUTO
+    from lensbench.app.state.settings import Settings
+    from lensbench.app.state.zoom import positioned, station_lines, stations
+    from lensbench.lenses.paraxial import is_d_line
+
+    lens = design(replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked())
+    card = lens_card.lens_card(lens)
+    lens = positioned(lens, arguments)
+    if getattr(arguments, "f_number", None) is not None:
+        lens = lb.stopped_down(lens, arguments.f_number)
+    assumed = coating(replace(Settings(), coating=arguments.coating or AUTO), lens)
+    data = {**_lens_data(lens, assumed.name), **card, "coating": assumed.name, "positions": stations(lens)}
+    if arguments.json:
+        print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
+        return 0
+    rows = [(label, text(data[key]) if data[key] is not None else "not known") for key, label, text in (
+        ("efl", "Effective focal length", _mm),
+        *([("efl_across", "  across, in the section x–z", _mm)] if data["efl_across"] is not None else []),
+        ("stated_efl", "  as published", lambda length: f"{significant(length)} mm"),
+        ("f_number", "f-number", lambda number: f_number_text(number, 2)),
+        ("t_number", "T-number", lambda number: f"{f_number_text(number, 2, 'T/')}, {assumed.name}: {assumed.why}"),
+        ("bfl", "Back focus", _mm),
+        *([("bfl_across", "  across, in the section x–z", _mm)] if data["bfl_across"] is not None else []),
+        ("ffl", "Front focus", _mm),
+        ("front_principal", "Front principal plane, from the first vertex", _mm),
+        ("rear_principal", "Rear principal plane, from the last vertex", _mm))]
+    rows += [(label, f"{_mm(data[key]['z'])}, radius {_mm(data[key]['radius'])}") for key, label in (
+        ("entrance_pupil", "Entrance pupil, from the first vertex"),
+        ("exit_pupil", "Exit pupil, from the first vertex"))]
+    view = data["field_of_view"]
+    rows += [("Petzval radius", f"{fixed(data['petzval_radius'], 1)} mm"),
+             ("Nearest focus, from the film", "none: it forms no real image" if data["nearest_focus"] is None
+              else f"{fixed(data['nearest_focus'] / 1000.0, 3)} m"),
+             ("Field of view on 36 × 24, h × v, diagonal",
+              f"{fixed(view['horizontal'], 1)}° × {fixed(view['vertical'], 1)}°, {fixed(view['diagonal'], 1)}°")]
+    if data["intrinsics"]:
+        pixels = data["intrinsics"]
+        rows.append((f"Intrinsics at {pixels['width']} × {pixels['height']} pixels of that film",
+                     f"fx {fixed(pixels['fx'], 2)}, fy {fixed(pixels['fy'], 2)}, cx {fixed(pixels['cx'], 2)}, cy "
+                     f"{fixed(pixels['cy'], 2)}"))
+    if not is_d_line(data["wavelength"]):
+        rows.insert(0, ("Figures at the primary wavelength", f"{significant(1000.0 * data['wavelength'])} nm"))
+    year = f"{data['year']}{lens_card.star(card, 'year')}" if data["year"] else ""
+    print(", ".join(word for word in (data["name"] or arguments.lens, data["kind"], year) if word))
+    print("\n".join([*lens_card.card_lines(card, data["source"]),
+                     *(f"{label:{lens_card.WIDTH}}{text}{lens_card.star(card, label)}" for label, text in rows),
+                     *station_lines(data["positions"]), *lens_card.glass_lines(card)]))
+    print("".join(f"Found: {finding}\n" for finding in data["findings"]), end="")
+    return 0
+
+
+def _mm(length: float) -> str:
+    """A length in mm to the micrometre."""
+    return f"{fixed(length, 3)} mm"
+
+
+def _lens_data(lens, coating: str) -> dict[str, Any]:
+    """The figures of `lensbench info`: lengths in mm, angles in degrees (by efl, distortion left out)."""
+    import lensbench as lb
+    from lensbench.lenses.paraxial import reference_wavelength
+
+    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    fo = lb.first_order(lens, wavelength)
+    try:
+        nearest = lb.nearest_focus(lens)
+    except lb.FocusError:                               # it does not converge: the other figures stand
+        nearest = None
+    across = None if lens.is_rotationally_symmetric else lb.first_order(lens.section("x"), wavelength)
+    squeeze = fo.efl / across.efl if across and math.isfinite(fo.efl) and math.isfinite(across.efl) else 1.0
+    film = lb.Film(36.0 * abs(squeeze), 24.0)               # as wide as what a lens with cylinders squeezes into it
+    return {
+        "name": lens.name, "kind": lens.kind, "year": lens.year, "source": lens.source,
+        "stated_efl": lens.stated_efl, "stated_f_number": lens.stated_f_number,
+        "surfaces": len(lens.surfaces), "stop_index": lens.stop_index, "length": lens.length,
+        "wavelength": wavelength, "efl": fo.efl, "bfl": fo.bfl, "ffl": fo.ffl, "f_number": fo.f_number,
+        "efl_across": across and across.efl, "bfl_across": across and across.bfl,
+        "t_number": lb.t_number(lens, coating), "transmission": lb.transmission(lens, coating=coating),
+        "front_principal": fo.front_principal, "rear_principal": fo.rear_principal,
+        "entrance_pupil": {"z": fo.entrance_pupil.z, "radius": fo.entrance_pupil.radius},
+        "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},
+        "petzval_radius": fo.petzval_radius, "stop_radius": fo.stop_radius,
+        "nearest_focus": nearest,
+        "field_of_view": {axis: math.degrees(lb.field_of_view(abs(fo.efl), film, axis))
+                          for axis in ("horizontal", "vertical", "diagonal")},
+        "intrinsics": _intrinsics(lens, film),
+        "findings": [str(finding) for finding in lens.findings],
+    }
+
+
+def _intrinsics(lens, film) -> dict[str, float] | None:
+    """Focal length and principal point in pixels, of a film of PIXELS across, focused at infinity.
+
+    None where the lens forms no image there, and of one with cylinders, which has two focal lengths.
+    """
+    import lensbench as lb
+
+    if not lens.is_rotationally_symmetric:
+        return None
+    film = replace(film, pixels_x=PIXELS, pixels_y=round(PIXELS * film.height / film.width))
+    try:
+        found = lb.LensCamera(lens, film).intrinsics
+    except (lb.FocusError, lb.CameraError):
+        return None
+    return {"width": film.pixels_x, "height": film.pixels_y, **found._asdict()}

@@ -1,0 +1,22 @@
+"""The settings of the lens itself, the first fields of Settings. Imports no optics: the help of commands is quick."""
+
+from dataclasses import dataclass
+
+from lensbench.app.state.setting import NOTHING, POSITIVE, setting
+from lensbench.app.state.text_values import read_length
+
+AUTO = "auto"
+COATINGS = {AUTO: "By year", "uncoated": "None", "single-layer": "Single-layer", "multi-layer": "Multi-layer"}
+
+
+@dataclass(frozen=True)
+class LensSettings:
+    """Which lens, how large, and its coating."""
+
+    lens: str = setting("pbrt-dgauss-50mm")             # a library name, or a path
+    focal_length: float | None = setting(
+        None, unit="mm", bounds=POSITIVE, none="designed", read=read_length, metavar="LENGTH",
+        help="scale the whole prescription to this focal length (of a zoom its shortest), such as 35mm")
+    coating: str = setting("auto", choices=COATINGS, restarts=NOTHING, figures=True,
+                           help="of the surfaces to air, for the T-stop alone: uncoated, single-layer (1.5%% lost a "
+                           "surface), multi-layer (0.3%%), or auto, by the year of the lens: coated after 1945")

@@ -1,0 +1,46 @@
+"""Names of a package that are imported when they are first used, so that its import costs nothing (PEP 562)."""
+
+import sys
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+ROOT = __name__.split(".")[0]
+
+
+def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """`__getattr__` and `__dir__` of a package whose names live in other modules.
+
+    Parameters
+    ----------
+    package : str
+        The package's `__name__`.
+    homes : mapping of str to str
+        For each module, by its path inside lensbench, the names that it supplies, separated by spaces; `name=there`
+        where the module has the name `there` for it.
+
+    Returns
+    -------
+    tuple of callable
+        To be bound to `__getattr__` and `__dir__` of the package. A name that was asked for once is an ordinary
+        attribute from then on.
+    """
+    place = {}
+    for module, names in homes.items():
+        for each in names.split():
+            name, _, there = each.partition("=")
+            place[name] = (f"{ROOT}.{module}", there or name)
+
+    def find(name: str) -> Any:
+        try:
+            module, there = place[name]
+        except KeyError:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}") from None
+        value = getattr(import_module(module), there)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    def listed() -> list[str]:
+        return sorted({*vars(sys.modules[package]), *place})
+
+    return find, listed
