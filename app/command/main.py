@@ -202,7 +202,7 @@ def _render(arguments: argparse.Namespace) -> int:
     from lensbench.app.files.settings_file import save_settings
     from lensbench.app.state.auto_model import choice_summary, record
     from lensbench.app.state.camera_kinds import CAMERA_KINDS
-    from lensbench.app.workers.warm_cache import compile_ahead
+    from lensbench.app.workers.warm_cache import compiling_ahead
 
     needs_lens = CAMERA_KINDS[arguments.camera or "lens"].has_lens
     if needs_lens and arguments.lens is None and arguments.settings is None:
@@ -210,13 +210,12 @@ def _render(arguments: argparse.Namespace) -> int:
     settings = settings_from(arguments)
     if arguments.save_settings is not None:
         save_settings(arguments.save_settings, settings)
-    compile_ahead(settings.scene)
     # Let a termination unwind, so that a half-written file is removed
     former = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     started = perf_counter()
     chosen: list[Any] = []                              # the choice of the automatic model, if any
     try:
-        with progress() as show:
+        with compiling_ahead(settings.scene), progress() as show:
             export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads,
                           text=arguments.text, on_choice=chosen.append)
     finally:

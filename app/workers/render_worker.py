@@ -191,12 +191,12 @@ class RenderWorker:
     # The worker's side
 
     def _work(self, task: Task[None]) -> None:
-        from lensbench.app.workers.warm_cache import compile_ahead
+        from lensbench.app.workers.warm_cache import compiling_ahead
         from lensbench.scenery.small_lights import small_lights
 
-        helper = compile_ahead(self._settings.scene)
         # The user waits for the first pass; the others run behind the window
-        with ThreadPoolExecutor(1, "lensbench choice") as choices, \
+        with compiling_ahead(self._settings.scene) as helper, \
+                ThreadPoolExecutor(1, "lensbench choice") as choices, \
                 ThreadPoolExecutor(4, "lensbench pass") as passes, \
                 ThreadPoolExecutor(self._threads, "lensbench first") as first, \
                 ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:

@@ -9,7 +9,8 @@ The helper is `python -m lensbench.app.workers.warm_cache SCENE`.
 
 import subprocess
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -17,17 +18,29 @@ from lensbench.app.state.scene_file import cached_scene, find_scene
 from lensbench.kernels.program import is_stage_compiled, stage_address
 
 
-def compile_ahead(scene: str) -> subprocess.Popen | None:
-    """The helper, started if a kernel of the scene is not compiled. If it fails, this process compiles them itself."""
+@contextmanager
+def compiling_ahead(scene: str) -> Iterator[subprocess.Popen | None]:
+    """The helper, started if a kernel of the scene is not compiled; it ends with the block at the latest.
+
+    What it has compiled by then is kept. If it fails, this process compiles the kernels itself.
+    """
+    helper = _helper(scene)
+    try:
+        yield helper
+    finally:
+        if helper is not None:
+            helper.terminate()
+            helper.wait()
+
+
+def _helper(scene: str) -> subprocess.Popen | None:
     try:
         compiled = all(is_stage_compiled(step.kernel, np.float32) for step in cached_scene(scene).steps())
-    except (ValueError, OSError):               # the worker reports it
+        return None if compiled else subprocess.Popen(
+            [sys.executable, "-m", "lensbench.app.workers.warm_cache", scene],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    except (ValueError, OSError):       # of the scene: the worker reports it; of the process: it is not needed
         return None
-    if not compiled:
-        with suppress(OSError):
-            return subprocess.Popen([sys.executable, "-m", "lensbench.app.workers.warm_cache", scene],
-                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return None
 
 
 if __name__ == "__main__":

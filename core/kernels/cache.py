@@ -271,6 +271,9 @@ def _open_folder() -> Path:
         atexit.register(shutil.rmtree, kernels, ignore_errors=True)
         return kernels
     with suppress(OSError):
+        for part in kernels.glob("*.part"):             # of a process that was ended while it wrote
+            if time.time() - _last_use(part) > DAY:
+                part.unlink(missing_ok=True)
         for old in home.iterdir():
             if re.fullmatch("[0-9a-f]{16}", old.name) and time.time() - _last_use(old) > DAY:
                 shutil.rmtree(old, ignore_errors=True)

@@ -10,6 +10,7 @@ from imgui_bundle.immapp import testing
 
 from lensbench.app.state.settings import Settings
 from lensbench.app.window import window
+from lensbench.app.workers import warm_cache
 
 SMALL = replace(Settings(), pixels_x=120, pixels_y=80, samples=8)
 PATIENCE = 240.0            # seconds for a picture: the first one compiles the kernels
@@ -65,6 +66,12 @@ class Hand:
         taken = self.session.shots_taken
         self.session.photograph(path)
         self.wait(lambda: self.session.shots_taken > taken, "the screenshot")
+
+
+@pytest.fixture(autouse=True)
+def no_helper(monkeypatch):
+    """No process compiles beside a test: the tests run in as many processes as there are processors."""
+    monkeypatch.setattr(warm_cache, "_helper", lambda scene: None)
 
 
 @pytest.fixture

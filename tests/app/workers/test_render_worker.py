@@ -200,7 +200,13 @@ def test_a_complete_picture_is_rendered_again_when_its_light_tracing_is_compiled
         def poll(self):
             return 0 if ended else None
 
-    monkeypatch.setattr(warm_cache, "compile_ahead", lambda scene: Helper())
+        def terminate(self):
+            ended.append(True)
+
+        def wait(self):
+            assert ended
+
+    monkeypatch.setattr(warm_cache, "_helper", lambda scene: Helper())
     settings = replace(SMALL, scene="night-lights")
     worker = start(settings)
     wait(lambda: done(worker))

@@ -1,11 +1,16 @@
 """The helper of the first start: it leaves compiled kernels where this process finds them."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from lensbench.app.workers import warm_cache
+
+HELPER = warm_cache._helper             # the real one, which the other tests do without
 
 
 def run(arguments: list[str], cache: Path) -> str:
@@ -27,3 +32,11 @@ def test_the_helper_compiles_the_scenes_kernels_into_the_common_cache(tmp_path):
     assert "True" not in run(["-c", ASK], tmp_path)
     run(["-m", "lensbench.app.workers.warm_cache", "white-wall"], tmp_path)
     assert "False" not in run(["-c", ASK], tmp_path)
+
+
+def test_the_helper_ends_with_what_it_helps(monkeypatch):
+    monkeypatch.setattr(warm_cache, "_helper", HELPER)
+    monkeypatch.setattr(warm_cache, "is_stage_compiled", lambda kernel, real: False)
+    with warm_cache.compiling_ahead("white-wall") as helper:
+        assert helper.poll() is None
+    assert helper.returncode == -signal.SIGTERM
