@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from lensbench.app.workers.task import Task
 from lensbench.lenses import catalogue
 
-VERSION = 1                     # of the look of a thumbnail: another one draws all of them again
+VERSION = 2                     # of the look of a thumbnail: another one draws all of them again
 DAYS = 30                       # that an unused file is kept
 COMMAND = (sys.executable, "-m", "lensbench.app.workers.thumbnail_process")
 
@@ -96,15 +96,18 @@ class LensThumbnails:
         """Read what is kept, then render what is missing, until nothing is."""
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
+            looked: set[str] = set()                    # names whose file was not there
             while not task.cancelled:
                 with self._change:
                     missing = [name for name in self._wanted if name not in self.found and name not in self.problems]
                     may_render = self._may_render
                 if not missing:
                     break
-                kept = next((name for name in missing if self._read(name)), None)
-                if kept is not None:
-                    self._wake()
+                first = next((name for name in missing if name not in looked), None)
+                if first is not None:
+                    if self._read(first):
+                        self._wake()
+                    looked.add(first)
                     continue
                 if may_render:
                     self._render(missing[0])

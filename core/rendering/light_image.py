@@ -93,10 +93,12 @@ class _Task(NamedTuple):
 class LightImage:
     """Contribution of small lights to a picture: sums of radiance over the passes so far.
 
-    Parameters: the camera, whose model is resolved; the scene; the sampler seed; the real type of the kernels.
+    Parameters: the camera, whose model is resolved; the scene; the sampler seed; the real type of the kernels; the
+    number of passes that trace lights at the most, None: as many as repay their time.
     """
 
-    def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real=np.float32):
+    def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real=np.float32, most: int | None = None):
+        self._most = most
         self._camera, self._scene, self._seed, self._real = camera, scene, seed, real
         self._programs: dict[tuple[float, int, bool, int], Program] = {}
         self._selected, mirrored = select_lights(camera, scene, real)
@@ -138,6 +140,8 @@ class LightImage:
             self._passes = 0
         own = [(self._own_number(number), place) for number, place in passes
                if number < FIRST_PASSES or number % self._period == 0]
+        if self._most is not None:
+            own = [(number, place) for number, place in own if number < self._most]
         self._passes += len(own)
         tasks = self._tasks([(number, None if place is None else spectral_part(number, self._seed))
                              for number, place in own])
@@ -226,7 +230,8 @@ class LightImage:
     def _prepare(self, pool: Executor, threads: int) -> None:
         """See which lights are hidden, and share the rays out among the lights."""
         hidden = self._hidden_rays(pool, threads)
-        checked = [_adapted(light, rays) for light, rays in zip(self._selected, hidden, strict=True)]
+        period = HIDDEN_PERIOD if self._most is None else min(HIDDEN_PERIOD, self._most)
+        checked = [_adapted(light, rays, period) for light, rays in zip(self._selected, hidden, strict=True)]
         share = min(1.0, ray_budget(self._camera) / B / max(sum(light.blocks for light in checked), 1))
         self._selected = [light.with_rays(max(1, round(light.blocks * share)), light.period) for light in checked]
         self._period = PERIOD * self._period_factor()
@@ -262,12 +267,12 @@ class LightImage:
         return hidden
 
 
-def _adapted(light: SelectedLight, hidden: int) -> SelectedLight:
-    """A light of whose B rays some are hidden: one ray is one ray; a light that is all hidden is traced rarely."""
+def _adapted(light: SelectedLight, hidden: int, period: int) -> SelectedLight:
+    """A light of whose B rays some are hidden: one ray is one ray; one that is all hidden is traced once a period."""
     if not hidden:
         return light
     if hidden == B:                             # a part may still show
-        return light.with_rays(1, HIDDEN_PERIOD)._replace(shared=0)
+        return light.with_rays(1, period)._replace(shared=0)
     return light.with_rays(math.ceil(light.blocks * light.unshared))._replace(shared=0)
 
 

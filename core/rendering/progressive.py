@@ -62,6 +62,9 @@ class Rendering:
     filtered
         Whether patterns are averaged over the part of a pixel that a sample represents, by ray differentials,
         so that the first sample is free of aliasing.
+    light_passes
+        Number of samples that trace lights at the most, for small pictures of few samples; None: as many as repay
+        their time.
 
     Attributes
     ----------
@@ -77,7 +80,7 @@ class Rendering:
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
-                 view: str = "", light_tracing: bool = True, filtered: bool = True):
+                 view: str = "", light_tracing: bool = True, filtered: bool = True, light_passes: int | None = None):
         camera = camera if view else resolved(camera, scene)
         film = camera.film
         self.shape = (film.pixels_y, film.pixels_x)
@@ -95,7 +98,7 @@ class Rendering:
             if scene.is_rough:
                 size, pupil_part = footprint_steps(camera, real)
                 self._before += size
-        light_image = LightImage(camera, scene, self.seed, real) if light_tracing and not view else None
+        light_image = LightImage(camera, scene, self.seed, real, light_passes) if light_tracing and not view else None
         self._light_image = light_image if light_image is not None and not light_image.is_empty else None
         excluded = None if self._light_image is None else self._light_image.excluded
         self._after = [*pupil_part, *scene.steps(shadows, camera.shutter_open, excluded, camera.medium)]

@@ -255,6 +255,15 @@ def test_a_small_picture_traces_lights_in_few_passes_after_the_first_ones(monkey
     assert sum(rays) < 128 * 120 * 68
 
 
+def test_few_passes_with_lights_make_the_light_of_many():
+    camera, scene = view("trace"), lb.builtin_scene("still-life")
+    few, many = (lb.Rendering(camera, scene, light_passes=passes) for passes in (1, None))
+    few.add(8), many.add(8)
+    assert few._light_image._passes == 1 and many._light_image._passes > 1
+    sums = [rendering._light_image.image().sum() for rendering in (few, many)]
+    assert sums[0] == pytest.approx(sums[1], rel=0.01)
+
+
 @pytest.mark.slow
 def test_a_cancelled_rendering_with_small_lights_stops():
     rendering = lb.Rendering(view("trace"), lb.builtin_scene("night-lights"))
