@@ -51,7 +51,8 @@ def picked(label: str, value: Key, names: Mapping[Key, str], tooltip: str, width
     def content() -> None:
         nonlocal chosen
         for key, name in names.items():
-            if imgui.selectable(f"{name}###{key}", key == value)[0]:
+            # A popup takes no empty identifier
+            if imgui.selectable(f"{name}###{key or name}", key == value)[0]:
                 chosen = key
 
     drop_list(label, names[value] if text is None else text, tooltip, content, width, colour)
