@@ -59,8 +59,10 @@ def test_pbrt_v3_162_the_light_has_no_step_where_one_box_of_64_ends_and_the_next
         assert inner[k] == pytest.approx(quadrature(edges[k]) / axis, rel=0.01)
 
 
-@pytest.mark.parametrize("lens", [replace(DGAUSS, blades=5), lenses.load("lentil-schneider-anamorphic-31-2001"),
-                                  lenses.load("pbrt-fisheye-10mm")], ids=["blades", "anamorphic", "dark corners"])
+@pytest.mark.parametrize("lens", [
+    replace(DGAUSS, blades=5), lenses.load("pbrt-fisheye-10mm"),
+    pytest.param(lenses.load("lentil-schneider-anamorphic-31-2001"), marks=pytest.mark.slow)],
+    ids=["blades", "dark corners", "anamorphic"])
 def test_pbrt_v4_149_a_sample_that_is_blocked_takes_no_part_in_depth(lens):
     """A wall at one metre is at one metre wherever any light arrives; what is blocked would draw it towards 0."""
     wall = lb.Rectangle((0.0, 0.0, -1000.0), (1e5, 0.0, 0.0), (0.0, 1e5, 0.0), lb.Material((1.0,) * 3, "light"))

@@ -112,6 +112,7 @@ def test_catalogue_glasses_of_every_maker_and_formula_come_back(suffix, maker):
 indices = st.lists(st.integers(1_450_000, 1_900_000), min_size=4, max_size=6).map(lambda ns: sorted(ns, reverse=True))
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(3400, 9000), min_size=6, max_size=6, unique=True), indices, plain_words)
 @settings(deadline=None, max_examples=60)
 @pytest.mark.parametrize("suffix", WRITERS)

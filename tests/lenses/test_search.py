@@ -51,6 +51,7 @@ def test_a_filter_that_no_lens_can_pass_says_what_there_is(asked, reason):
         search.filtered(CARDS, **asked)
 
 
+@pytest.mark.slow
 def test_every_lens_is_found_first_by_its_title():
     # titles that are the beginning of another one, or end in the same words, may stand second
     for card in CARDS:

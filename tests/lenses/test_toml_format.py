@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lensbench import AIR, Glass, Lens, Surface, lenses
+from tests.library import EVERY
 
 ROWS = """format = 1
 title = "Two lenses"
@@ -67,7 +68,7 @@ def test_a_saved_lens_loads_equal_to_the_last_bit(tmp_path_factory, lens):
     assert lenses.load(path) == lens
 
 
-@pytest.mark.parametrize("name", lenses.names())
+@pytest.mark.parametrize("name", EVERY)
 def test_a_library_lens_survives_scaling_saving_and_loading(tmp_path, name):
     lens = lenses.load(name).scaled(0.7351)
     lenses.save(lens, tmp_path / "scaled.toml")
@@ -114,7 +115,7 @@ def test_the_formula_of_a_glass_survives(tmp_path):
     assert lenses.load(tmp_path / "glass.toml") == lens
 
 
-@pytest.mark.parametrize("name", lenses.names())
+@pytest.mark.parametrize("name", EVERY)
 def test_a_library_file_is_written_as_it_stands(tmp_path, name):
     # of a file without what came later not a byte changes
     lenses.save(lenses.load(name), tmp_path / "again.toml")

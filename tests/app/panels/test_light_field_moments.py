@@ -22,6 +22,7 @@ def recorded(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_moments_come_back_from_their_file_and_are_focused_one_by_one(recorded, tmp_path, capsys):
     recording = load_light_field(recorded)
     field = recording.field

@@ -12,7 +12,7 @@ from tests.app.conftest import SMALL
 from tests.app.kinds import KINDS, of_kind
 
 
-@pytest.mark.parametrize("factor", [1.0, 2.0])
+@pytest.mark.parametrize("factor", [1.0, pytest.param(2.0, marks=pytest.mark.slow)])
 def test_the_columns_are_as_wide_as_their_text_needs(factor):
     session = window.Session(SMALL, remember=False, threads=2)
     window.without_display()
@@ -35,6 +35,7 @@ def test_the_columns_are_as_wide_as_their_text_needs(factor):
     assert 17.0 < seen["Controls"] < 23.0 and 18.0 < seen["Exit pupil"] < 31.0
 
 
+@pytest.mark.slow
 def test_a_panel_that_floats_hides_what_is_below_it(drive, tmp_path):
     def test(hand):
         hand.picture()

@@ -82,6 +82,7 @@ def test_a_film_point_that_some_ray_reaches_is_lit_however_small_the_stop(seed):
     assert solve_outlines(lens, film_distance, few, 24, 1e-3 * lens.stop.semi_diameter)[1].any((1, 2)).all()
 
 
+@pytest.mark.slow
 def test_irradiance_is_that_of_quadrature(camera):
     raster = [((0.5 - x / 24.0) * 480.0, (y / 18.0 + 0.5) * 360.0) for x, y in POINTS]
     axis = quadrature(camera, 0.0, 0.0)
@@ -134,7 +135,7 @@ def test_film_points_in_all_quadrants_see_mirrored_regions(camera):
         np.testing.assert_allclose(other.directions[good], corner.directions[good] * [sx, sy, 1.0], atol=1e-9)
 
 
-@pytest.mark.parametrize("stop", [10.2, 1.02, 0.1])
+@pytest.mark.parametrize("stop", [10.2, *(pytest.param(stop, marks=pytest.mark.slow) for stop in (1.02, 0.1))])
 def test_no_light_is_lost_and_few_samples_are_where_it_ends_on_the_film(stop):
     lens, random, n = camera_lens(stop), np.random.default_rng(5), 40000
     grid = PupilGrid.of(lens, 43.34, 18.0, 12.0)

@@ -121,7 +121,8 @@ def grid_irradiance(camera, film_xy, cells=700):
     return (passed * cos2**2).sum() * (side[1] - side[0])**2 / z**2
 
 
-@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "lenshh-cooke-triplet-50", "pbrt-wide-22mm"])
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", *(pytest.param(name, marks=pytest.mark.slow)
+                                                        for name in ("lenshh-cooke-triplet-50", "pbrt-wide-22mm"))])
 def test_a_uniform_white_scene_gives_the_falloff_of_quadrature(name):
     """Within 0.1 % of the axis: the grid's edge errs by about 1e-4, the samples' lattice by 5e-4."""
     camera = lb.LensCamera(lenses.load(name), FILM, 2000.0)

@@ -74,6 +74,7 @@ def spots():
     return found
 
 
+@pytest.mark.slow
 def test_each_channel_lies_where_rays_of_its_wavelengths_meet(spots):
     """Lateral colour: every centroid within a tenth of a pixel, where red and blue are more than a pixel apart."""
     seen, expected = spots["corner"]

@@ -155,7 +155,9 @@ def test_a_rays_weight_times_its_densities_is_its_importance(camera):
     assert not found.we[~lit].any() and np.isnan(found.raster[~lit]).all()
 
 
-@pytest.mark.parametrize("camera", [*(entry[0] for entry in WIDE.values()), *POINTS.values(), *TRACED.values()])
+@pytest.mark.parametrize("camera", [
+    *(entry[0] for entry in WIDE.values()), *POINTS.values(),
+    *(pytest.param(camera, marks=pytest.mark.slow) if i else camera for i, camera in enumerate(TRACED.values()))])
 def test_a_lamp_gives_the_film_what_its_importance_says(camera):
     """The mean of the picture against ∫ W L cos θ cos θ′ / d² over lamp and lens; 64 samples a pixel leave 1 %."""
     everywhere = isinstance(camera, (lb.EnvironmentCamera, lb.FisheyeCamera))

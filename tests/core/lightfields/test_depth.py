@@ -29,6 +29,7 @@ def apart(field, distance):
     return np.interp(1.0 / distance, turned, lie)
 
 
+@pytest.mark.slow
 def test_the_depth_is_that_of_the_scene_where_there_is_confidence(field, found):
     true = lb.depth_map(perspective(1200.0), lb.builtin_scene(STILL))
     off = np.abs(apart(field, found.distance) - apart(field, np.minimum(true, 1e9)))[INSIDE]
@@ -39,6 +40,7 @@ def test_the_depth_is_that_of_the_scene_where_there_is_confidence(field, found):
     assert np.mean(off[sure] < 0.25) > 0.85
 
 
+@pytest.mark.slow
 def test_the_found_picture_is_in_focus_everywhere(field, found):
     camera = perspective(1200.0, radius=0.0)
     y, x = np.mgrid[0:160, 0:240] + 0.5
@@ -59,6 +61,7 @@ def test_views_of_one_plane_tell_its_distance():
         assert np.median(np.abs(found.distance[INSIDE] - 900.0)) < 3.0
 
 
+@pytest.mark.slow
 def test_where_nothing_varies_there_is_no_confidence():
     field = waves()
     field.light[...] = 0.5

@@ -113,6 +113,7 @@ def test_the_blades_of_an_ideal_lens_are_in_its_light_field():
     assert part == pytest.approx(5.0 / (2.0 * math.pi) * math.sin(math.radians(72.0)), rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_lens_that_disperses_is_recorded_in_colours():
     camera = lb.LensCamera(landscape(), lb.Film(1.92, 1.28, 96, 64), 1200.0)
     edge = lb.Rectangle((100.0, 0.0, -1150.0), (115.0, 0.0, 0.0), (0.0, 400.0, 0.0), lb.Material((0.0,) * 3))
@@ -229,6 +230,7 @@ def test_cells_that_pass_no_light_are_known(ideal_field, real_field):
     assert real_field.reach == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_memory_is_as_announced(ideal_field):
     assert ideal_field.light.nbytes + ideal_field.coverage.nbytes == lb.light_field_bytes(FILM, (17, 17))
 
@@ -240,6 +242,7 @@ def test_a_capture_is_the_same_for_any_number_of_threads():
     assert np.array_equal(one.light, two.light) and one.views == (3, 2)
 
 
+@pytest.mark.slow
 def test_views_lie_a_pixel_apart_where_the_clear_range_ends(real_field):
     near, far = real_field.clear_range
     assert near < 1200.0 < far

@@ -62,6 +62,7 @@ def test_depths_of_the_middle_alone_correct_too(still):
     assert psnr(still.seen_by(camera, 1500.0), direct) < psnr(still.seen_by(camera, depths), direct)
 
 
+@pytest.mark.slow
 def test_a_pinhole_of_the_array_sees_what_it_saw(still):
     j, i = 6, 1
     camera = lb.array_camera(still.camera, still.places[j, i], still.distance, still.offsets[j, i])

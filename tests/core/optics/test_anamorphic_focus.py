@@ -30,6 +30,7 @@ def bundle(lens, object_distance, steps=900):
     return t.points[passed, :2] + (lens.length - t.points[passed, 2:]) * slopes, slopes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", DISTANCES)
 def test_the_real_focus_is_where_the_rays_of_the_whole_pupil_are_spread_least(distance):
     lens = anamorphic()

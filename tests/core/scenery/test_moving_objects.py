@@ -99,6 +99,7 @@ def test_a_ray_meets_what_stands_in_its_way_at_its_time():
             assert scene.distance(o[k], d[k], opening + time[k])[0] == pytest.approx(here, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_no_block_passes_by_what_crosses_it_meanwhile():
     # many small and fast things before a wide pupil, all at one time in each of the frozen scenes
     random = np.random.default_rng(5)
