@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 from lensbench.kernels.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from lensbench import analysis
     from lensbench.analysis.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel
     from lensbench.analysis.distortion import Distortion, distortion, distortion_grid
     from lensbench.analysis.falloff import Falloff, falloff
@@ -102,6 +103,7 @@ if TYPE_CHECKING:
     from lensbench.scenery.shading.participating_medium import Medium, MediumError
 
 _HOMES = {           # the imports above, as they are made at run time
+    "analysis": "",
     "analysis.aberrations": "ChiefRay Seidel astigmatic_foci chief_ray seidel",
     "analysis.distortion": "Distortion distortion distortion_grid",
     "analysis.falloff": "Falloff falloff",
@@ -160,9 +162,9 @@ __all__ = [
     "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "NovelView", "OrthographicCamera", "Pattern",
     "PerspectiveCamera", "PinholeCamera", "Places", "PlenopticCamera", "Positions", "PositionsError", "RawPicture",
     "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun",
-    "Surface", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting", "Wavelength", "array_camera",
-    "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "capture_lumigraph", "chief_ray",
-    "choose_model", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "distortion",
+    "Surface", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting", "Wavelength", "analysis",
+    "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "capture_lumigraph",
+    "chief_ray", "choose_model", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "distortion",
     "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance",
     "film_extent", "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal",
     "irradiance", "light_field_bytes", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus",

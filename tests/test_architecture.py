@@ -161,7 +161,7 @@ def test_kernels_are_declared_with_the_njit_that_keeps_what_it_compiles():
     assert own == ["lensbench.kernels.cache"]
 
 
-@pytest.mark.parametrize("package", ["core", "lenses"])
+@pytest.mark.parametrize("package", ["core", "core/analysis", "lenses"])
 def test_the_names_of_a_package_are_found_where_its_typed_imports_find_them(package):
     tree = ast.parse((ROOT / package / "__init__.py").read_text(encoding="utf-8"))
     typed = next(node.body for node in tree.body if isinstance(node, ast.If))
@@ -170,6 +170,7 @@ def test_the_names_of_a_package_are_found_where_its_typed_imports_find_them(pack
              if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)}
     found = {(each.partition("=")[0], f"lensbench.{home}", each.rpartition("=")[2])
              for home, names in lists["_HOMES"].items() for each in names.split()}
+    found |= {(home, "lensbench", home) for home, names in lists["_HOMES"].items() if not names}    # a whole module
     assert found == named
     assert sorted(lists["__all__"]) == sorted(name for name, *_ in named)
 

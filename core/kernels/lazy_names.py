@@ -17,7 +17,7 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], 
         The package's `__name__`.
     homes : mapping of str to str
         For each module, by its path inside lensbench, the names that it supplies, separated by spaces; `name=there`
-        where the module has the name `there` for it.
+        where the module has the name `there` for it. Without names the module itself is meant.
 
     Returns
     -------
@@ -27,6 +27,8 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], 
     """
     place = {}
     for module, names in homes.items():
+        if not names:
+            place[module] = (f"{ROOT}.{module}", "")
         for each in names.split():
             name, _, there = each.partition("=")
             place[name] = (f"{ROOT}.{module}", there or name)
@@ -36,7 +38,7 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], 
             module, there = place[name]
         except KeyError:
             raise AttributeError(f"module {package!r} has no attribute {name!r}") from None
-        value = getattr(import_module(module), there)
+        value = getattr(import_module(module), there) if there else import_module(module)
         setattr(sys.modules[package], name, value)
         return value
 

@@ -57,6 +57,11 @@ class Kind(StrEnum):
     LEFT_OUT = "left-out"
     TEXT = "text"                           # names and notes are written in another form
 
+    # Of an analysis
+    ASSUMED = "assumed"                     # a condition, and its source
+    DARK = "dark"                           # fields that no light reaches
+    SAMPLING = "sampling"                   # too few samples, or an approximation beyond its range
+
 
 @dataclass(frozen=True)
 class Change:

@@ -1,0 +1,234 @@
+"""Conditions of an analysis: fields, wavelengths and the object's distance, and where each of them comes from.
+
+A lens file may state them (`Lens.system`). What it does not state is taken from the film and from the visible
+spectrum, and a finding says so. mm, degrees and µm, as in `lensbench.optics.system`.
+"""
+
+from dataclasses import dataclass
+from math import atan, atan2, hypot, inf, isinf, radians, tan
+
+import numpy as np
+
+from lensbench.imaging.film import Film
+from lensbench.kernels.figures import fixed, significant
+from lensbench.optics.finding import Finding, Kind, note
+from lensbench.optics.glass import C_LINE, D_LINE, F_LINE, GlassError
+from lensbench.optics.paraxial import first_order
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.system import FieldKind
+
+VISIBLE = (F_LINE, D_LINE, C_LINE)      # µm; the primary is the middle one
+FIELDS = 12                             # from the film's centre to its corner
+FULL_FRAME = (36.0, 24.0)               # mm, for a lens whose film is not known
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Fields, wavelengths and object distance of an analysis, from `conditions`.
+
+    Parameters
+    ----------
+    field_kind : FieldKind
+        Quantity in which `fields` are given.
+    fields : tuple of (float, float)
+        x and y of each field point: degrees, or mm on the object plane or on the film.
+    wavelengths : tuple of float
+        µm.
+    weights : tuple of float
+        Of the wavelengths, of sum 1.
+    primary : int
+        Index of the wavelength whose chief rays are the references.
+    object_distance : float
+        Object plane → first vertex, mm; inf for an object at infinity.
+    findings : tuple of Finding
+        What is assumed or left out; ignored in comparisons.
+    """
+
+    field_kind: FieldKind
+    fields: tuple[tuple[float, float], ...]
+    wavelengths: tuple[float, ...] = VISIBLE
+    weights: tuple[float, ...] = (1.0 / 3.0,) * 3
+    primary: int = 1
+    object_distance: float = inf
+    findings: tuple[Finding, ...] = ()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Conditions) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @property
+    def _key(self):
+        return (self.field_kind, self.fields, self.wavelengths, self.weights, self.primary, self.object_distance)
+
+    def __post_init__(self):
+        if not self.wavelengths or len(self.weights) != len(self.wavelengths):
+            raise LensError("an analysis needs at least one wavelength, and a weight for each")
+        if not all(0.0 < each < inf for each in self.wavelengths):
+            raise LensError("a wavelength must be a positive number of micrometres")
+        if not 0 <= self.primary < len(self.wavelengths):
+            raise LensError(f"primary wavelength {self.primary}: there are {len(self.wavelengths)}")
+        if not sum(self.weights) > 0.0 or min(self.weights) < 0.0:
+            raise LensError("the weights of the wavelengths must not be negative, and one must be positive")
+        if not self.fields or not np.isfinite(np.array(self.fields)).all():
+            raise LensError("an analysis needs at least one field point, of finite numbers")
+        if not self.object_distance > 0.0:
+            raise LensError(f"object distance {significant(self.object_distance)} mm: it must be positive, or inf")
+        if self.field_kind is FieldKind.OBJECT_HEIGHT and isinf(self.object_distance):
+            raise LensError("fields by object height need an object at a finite distance")
+
+    @property
+    def primary_wavelength(self) -> float:
+        """The primary wavelength, µm."""
+        return self.wavelengths[self.primary]
+
+
+def conditions(lens: Lens, film: Film | None = None, fields=None, wavelengths=None,
+               object_distance: float | None = None, field_kind: FieldKind = FieldKind.REAL_IMAGE_HEIGHT) -> Conditions:
+    """The conditions under which a lens is analysed.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens.
+    film : Film or None
+        Its half-diagonal is the last field, where the lens states none; None: `lens.film_size`, else 36 × 24 mm.
+    fields : None, int or sequence
+        None: those that the lens states, else 12 from the film's centre to its corner. A number: that many along the
+        film's half-diagonal. A sequence: y, or (x, y), of each in the quantity `field_kind`.
+    wavelengths : None or sequence
+        µm, or (µm, weight); the middle one is the primary. None: those that the lens states, else F, d and C with
+        equal weights.
+    object_distance : float or None
+        Object plane → first vertex, mm. None: the one that the lens states, inf by default.
+    field_kind : FieldKind
+        Of a sequence of fields: degrees for ANGLE, else mm.
+
+    Returns
+    -------
+    Conditions
+        Its findings name the source of each part.
+
+    Raises
+    ------
+    LensError
+        For an invalid sequence, or a glass that is known at none of the wavelengths.
+    """
+    findings: list[Finding] = []
+    if object_distance is None:
+        object_distance = lens.system.object_distances[0]
+        if not object_distance > 0.0:
+            findings.append(note(Kind.ASSUMED, "the stated object distance is not in front of the lens: the object is "
+                                               "taken at infinity", distance=object_distance))
+            object_distance = inf
+    kind, points = _fields(lens, film, fields, field_kind, object_distance, findings)
+    colours, weights, primary = _colours(lens, wavelengths, findings)
+    return Conditions(kind, points, colours, weights, primary, object_distance, tuple(findings))
+
+
+def _fields(lens: Lens, film: Film | None, fields, kind: FieldKind, object_distance: float,
+            findings: list[Finding]) -> tuple[FieldKind, tuple[tuple[float, float], ...]]:
+    if fields is None and lens.system.fields:
+        if lens.system.field_kind is not FieldKind.OBJECT_HEIGHT or not isinf(object_distance):
+            points = tuple((point.x, point.y) for point in lens.system.fields)
+            findings.append(note(Kind.ASSUMED, f"fields as the lens states them: {len(points)} by "
+                                               f"{lens.system.field_kind}", fields=len(points)))
+            return lens.system.field_kind, points
+        findings.append(note(Kind.ASSUMED, "the lens states object heights, but its object is at infinity here: "
+                                           "fields over the film instead"))
+    if fields is not None and not isinstance(fields, int | np.integer):
+        points = tuple((0.0, float(each)) if np.ndim(each) == 0 else (float(each[0]), float(each[1]))
+                       for each in fields)
+        return kind, points
+    count = FIELDS if fields is None else int(fields)
+    if count < 1:
+        raise LensError(f"{count} fields: at least 1 is needed")
+    if film is not None:
+        half, said = 0.5 * film.diagonal, "the film"
+    elif lens.film_size is not None:
+        half, said = 0.5 * hypot(*lens.film_size), "the film that the lens was made for"
+    else:
+        half, said = 0.5 * hypot(*FULL_FRAME), "a film of 36 × 24 mm, since none is stated"
+    findings.append(note(Kind.ASSUMED, f"fields: {count} from the centre of {said} to its corner, "
+                                       f"{fixed(half, 2)} mm", fields=count, radius=half))
+    heights = np.linspace(0.0, half, count) if count > 1 else [0.0]
+    return FieldKind.REAL_IMAGE_HEIGHT, tuple((0.0, float(height)) for height in heights)
+
+
+def _colours(lens: Lens, wavelengths, findings: list[Finding]) -> tuple[tuple[float, ...], tuple[float, ...], int]:
+    if wavelengths is not None:
+        pairs = [(float(each), 1.0) if np.ndim(each) == 0 else (float(each[0]), float(each[1]))
+                 for each in wavelengths]
+        primary, source = len(pairs) // 2, "given"
+    elif lens.system.wavelengths:
+        pairs = [(each.micrometres, each.weight) for each in lens.system.wavelengths]
+        primary, source = lens.system.primary, "as the lens states them"
+    else:
+        pairs, primary, source = [(line, 1.0) for line in VISIBLE], 1, "F, d and C with equal weights, since the " \
+                                                                       "lens states none"
+    if not pairs:
+        raise LensError("an analysis needs at least one wavelength")
+    known: list[tuple[float, float]] = []
+    chief = 0
+    for i, (line, weight) in enumerate(pairs):
+        try:
+            lens.indices(line)
+        except GlassError as error:
+            findings.append(Finding(Kind.LEFT_OUT, None, f"wavelength {significant(1000.0 * line)} nm is left out: "
+                                                         f"{error}", figures={"wavelength": line}))
+            continue
+        chief = len(known) if i <= primary else chief
+        if weight > 0.0 or i == primary:
+            known.append((line, weight))
+    if not known:
+        raise LensError("no glass table of this lens covers any of the wavelengths")
+    total = sum(weight for _, weight in known) or 1.0
+    if wavelengths is None:
+        findings.append(note(Kind.ASSUMED, f"wavelengths {source}: "
+                             + ", ".join(f"{significant(1000.0 * line, 4)}" for line, _ in known) + " nm"))
+    return (tuple(line for line, _ in known), tuple(weight / total for _, weight in known),
+            min(chief, len(known) - 1))
+
+
+def wanted_chief_rays(lens: Lens, given: Conditions) -> tuple[np.ndarray, bool]:
+    """What `find_chief_rays` takes for the fields of these conditions: its `wanted` (n, 2) and its `by_image`.
+
+    Raises
+    ------
+    LensError
+        For paraxial image heights of an afocal lens.
+    """
+    points = np.array(given.fields, float).reshape(-1, 2)
+    if given.field_kind is FieldKind.REAL_IMAGE_HEIGHT:
+        return points, True
+    if given.field_kind is FieldKind.OBJECT_HEIGHT:
+        return points, False
+    if given.field_kind is FieldKind.ANGLE:
+        angles = np.array([_angle_vector(x, y) for x, y in points])
+        return (angles, False) if isinf(given.object_distance) else (_on_object(lens, given, np.tan(angles)), False)
+    fo = first_order(lens, given.primary_wavelength)
+    if isinf(fo.efl):
+        raise LensError("an afocal lens has no paraxial image heights")
+    if isinf(given.object_distance):
+        slopes = points / (lens.front_index * fo.efl)
+        size = np.hypot(slopes[:, 0], slopes[:, 1])
+        return slopes * np.where(size > 0.0, np.arctan(size) / np.where(size > 0.0, size, 1.0), 1.0)[:, None], False
+    magnification = lens.front_index * fo.efl / (fo.ffl + given.object_distance)
+    return -points / magnification, False
+
+
+def _angle_vector(x: float, y: float) -> tuple[float, float]:
+    """Angle vector (rad) of the field angles x and y (degrees), whose tangents are the slopes of the light."""
+    x, y = radians(x), radians(y)
+    if x == 0.0 or y == 0.0:
+        return x, y
+    across, up = tan(x), tan(y)
+    size, azimuth = atan(hypot(across, up)), atan2(up, across)
+    return size * float(np.cos(azimuth)), size * float(np.sin(azimuth))
+
+
+def _on_object(lens: Lens, given: Conditions, slopes: np.ndarray) -> np.ndarray:
+    """Points (n, 2) of the object plane from which light aims at the entrance pupil with these slopes (n, 2)."""
+    pupil = first_order(lens, given.primary_wavelength).entrance_pupil.z
+    return -slopes * (given.object_distance + (0.0 if isinf(pupil) else pupil))

@@ -1,0 +1,184 @@
+"""Spots: where the rays of an object point meet the film, and their sizes through focus.
+
+Lengths in mm. Film coordinates are those of the ray grid: sagittal and tangential, from the reference point of the
+field. A shift of the film is positive along +z, away from the lens.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from lensbench.analysis.traced_grid import RayGrid
+from lensbench.optics.prescription import LensError
+
+REFERENCES = ("chief", "centroid")
+FIRST_ZERO = 0.6098349          # of the Airy pattern, × wavelength / numerical aperture: 3.8317 / 2π
+
+
+@dataclass(frozen=True, eq=False)
+class Spots:
+    """Spots of F fields and C wavelengths at K places of the film, from `spots`; NaN where no light falls.
+
+    Parameters
+    ----------
+    rays
+        The ray grid.
+    reference
+        "chief": the primary chief ray, as it meets the film at each place; "centroid": of all wavelengths together.
+    shifts
+        (K,) places of the film, mm along +z from the grid's film.
+    references
+        (F, K, 2) the references, sagittal and tangential, mm from the fields' reference points.
+    centroids
+        (F, C, K, 2) centroid of each wavelength, from the same points.
+    rms
+        (F, C, K, 2) root mean square distance from the references, along the sagittal and the tangential axis.
+    geo
+        (F, C, K) greatest distance of a ray from the reference.
+    """
+
+    rays: RayGrid
+    reference: str
+    shifts: np.ndarray
+    references: np.ndarray
+    centroids: np.ndarray
+    rms: np.ndarray
+    geo: np.ndarray
+
+    @property
+    def rms_radius(self) -> np.ndarray:
+        """(F, C, K) root mean square distance from the references, mm."""
+        return np.hypot(self.rms[..., 0], self.rms[..., 1])
+
+    @property
+    def white_rms_radius(self) -> np.ndarray:
+        """(F, K) the same of all wavelengths with their weights, mm."""
+        return np.sqrt(np.einsum("fck,fc->fk", np.nan_to_num(self.rms_radius) ** 2, self._shares))
+
+    @property
+    def white_geo(self) -> np.ndarray:
+        """(F, K) greatest distance of a ray of any wavelength, mm; NaN where no light falls."""
+        return np.where(self.rays.lit[:, None], np.nan_to_num(self.geo).max(1), np.nan)
+
+    @cached_property
+    def airy_radius(self) -> np.ndarray:
+        """(F, C, 2) radius of the first dark ring of a perfect lens with this pupil, sagittal and tangential, mm.
+
+        3.83 λ / (2π a), a half the width of the open pupil, exact for a round or elliptic one.
+        """
+        open_cells = self.rays.coverage
+        size = np.stack([open_cells.sum(axis).max(-1) for axis in (3, 2)], -1)          # the longest row, (F, C, 2)
+        half = 0.5 * size * self.rays.steps[:, None]
+        lines = np.array(self.rays.conditions.wavelengths) * 1e-3
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(half > 0.0, FIRST_ZERO * lines[:, None] / half, np.nan)
+
+    @property
+    def best_shifts(self) -> np.ndarray:
+        """(F,) place of the film with the least rms radius of all wavelengths about their centroid, mm along +z."""
+        return _best_shifts(self.rays, self._shares)
+
+    def points(self, field: int, colour: int, place: int = 0) -> np.ndarray:
+        """Rays that pass: (n, 2) from the reference, sagittal and tangential, mm.
+
+        Parameters
+        ----------
+        field, colour, place
+            Indices of the field, the wavelength and the shift.
+        """
+        rays, shift = self.rays, self.shifts[place]
+        passed = rays.passed[field, colour]
+        return np.column_stack([(offset[field, colour] + shift * slope[field, colour])[passed] - middle
+                                for offset, slope, middle in zip((rays.offset_s, rays.offset_t),
+                                                                 (rays.slope_s, rays.slope_t),
+                                                                 self.references[field, place], strict=True)])
+
+    @property
+    def _shares(self) -> np.ndarray:
+        return light_shares(self.rays)
+
+
+def spots(rays: RayGrid, reference: str = "chief", shifts=(0.0,)) -> Spots:
+    """Spots of a ray grid.
+
+    Rays count with the light of their cell of the pupil (`RayGrid.weight`); `rays.lost` counts those that a rim ends.
+
+    Parameters
+    ----------
+    rays : RayGrid
+        From `ray_grid`.
+    reference : {"chief", "centroid"}
+        Point that distances are measured from.
+    shifts : (K,) array_like
+        Places of the film, mm along +z; each ray goes on straight.
+
+    Returns
+    -------
+    Spots
+
+    Raises
+    ------
+    LensError
+        For another reference.
+    """
+    if reference not in REFERENCES:
+        raise LensError(f"reference {reference!r}: choose one of {', '.join(REFERENCES)}")
+    shifts = np.atleast_1d(np.asarray(shifts, float))
+    means, squares = _moments(rays)
+    centroids = means[:, :, None, 0] + shifts[:, None] * means[:, :, None, 1]
+    second = (squares[:, :, None, 0] + 2.0 * shifts[:, None] * squares[:, :, None, 1]
+              + shifts[:, None] ** 2 * squares[:, :, None, 2])                  # about 0, (F, C, K, 2)
+    if reference == "chief":
+        p = rays.chief_pupil
+        slopes = p / np.sqrt(1.0 - (p**2).sum(1))[:, None]
+        references = shifts[:, None] * slopes[:, None]
+    else:
+        references = np.einsum("fcka,fc->fka", np.nan_to_num(centroids), light_shares(rays))
+        references = np.where(rays.lit[:, None, None], references, np.nan)
+    middle = references[:, None]
+    rms = np.sqrt(np.maximum(second - 2.0 * centroids * middle + middle**2, 0.0))
+    passed = rays.passed
+    geo = np.empty(rms.shape[:3])
+    for k, shift in enumerate(shifts):
+        s, t = (offset + shift * slope - at[:, None, None, None]
+                for offset, slope, at in zip((rays.offset_s, rays.offset_t), (rays.slope_s, rays.slope_t),
+                                             references[:, k].T, strict=True))
+        geo[:, :, k] = np.sqrt(np.where(passed, s * s + t * t, -1.0).max((2, 3), initial=-1.0).clip(0.0))
+    geo[~passed.any((2, 3))] = np.nan
+    return Spots(rays, reference, shifts, references, centroids, rms, geo)
+
+
+def light_shares(rays: RayGrid) -> np.ndarray:
+    """(F, C) the part of the light of each field that each wavelength brings; 0 for a dark field."""
+    light = rays.weight.sum((2, 3)) * np.array(rays.conditions.weights)
+    total = light.sum(1, keepdims=True)
+    return np.where(total > 0.0, light / np.where(total > 0.0, total, 1.0), 0.0)
+
+
+def _moments(rays: RayGrid) -> tuple[np.ndarray, np.ndarray]:
+    """Means over the light, (F, C, 2, 2): of offset and slope; and (F, C, 3, 2): of their squares and product.
+
+    The last axis is sagittal, tangential; NaN where no light falls.
+    """
+    weight = rays.weight
+    total = weight.sum((2, 3))
+    share = weight / np.where(total > 0.0, total, np.nan)[:, :, None, None]
+    means, squares = np.empty((*total.shape, 2, 2)), np.empty((*total.shape, 3, 2))
+    for a in (0, 1):
+        o, s = rays.light[a], rays.light[2 + a]
+        for k, each in enumerate((o, s)):
+            means[:, :, k, a] = np.einsum("fcij,fcij->fc", share, each)
+        for k, (one, other) in enumerate(((o, o), (o, s), (s, s))):
+            squares[:, :, k, a] = np.einsum("fcij,fcij,fcij->fc", share, one, other)
+    return means, squares
+
+
+def _best_shifts(rays: RayGrid, shares: np.ndarray) -> np.ndarray:
+    """(F,) shift of least rms about the common centroid: −covariance of offset and slope over the slope's variance."""
+    means, squares = (np.nan_to_num(each) for each in _moments(rays))
+    mean = np.einsum("fcka,fc->fka", means, shares)
+    square = np.einsum("fcka,fc->fka", squares, shares)
+    both = (square[:, 1] - mean[:, 0] * mean[:, 1]).sum(1)
+    spread = (square[:, 2] - mean[:, 1] ** 2).sum(1)
+    return np.where(spread > 0.0, -both / np.where(spread > 0.0, spread, 1.0), np.nan)

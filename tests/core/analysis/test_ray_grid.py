@@ -1,0 +1,183 @@
+"""The ray grid: chief rays, the open pupil, optical paths and spots, against laws of optics and the scalar tracer."""
+
+from math import inf, radians
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.analysis.chief_rays import find_chief_rays
+from lensbench.optics.finding import Kind
+from tests.core.oracles import REFERENCE, lens
+
+LISTED = {10.0: 17.485856, 14.0: 24.588739}             # real image heights of CODE V's chief rays, other film plane
+
+
+def of_angles(stack, film_distance, *degrees, pupil=32, **more):
+    """The grid of a lens for fields by angle at the d line."""
+    given = lb.analysis.conditions(stack, None, degrees, [lb.D_LINE], field_kind=lb.FieldKind.ANGLE, **more)
+    return lb.analysis.ray_grid(stack, film_distance, given, pupil)
+
+
+def hyperbolic(index=1.5, focal_length=50.0, radius=10.0):
+    """A plano-convex lens without spherical aberration: flat towards the scene, its rear a hyperboloid k = −n²."""
+    return lb.Lens((lb.Surface(0.0, 6.0, radius, lb.Glass(index)),
+                    lb.Surface(-1.0 / (focal_length * (index - 1.0)), 0.0, 2.0 * radius, conic=-index**2)), 0)
+
+
+@pytest.mark.parametrize("name", ["dgauss", "cooke", "codev"])
+def test_chief_rays_meet_the_film_where_forty_digits_put_them(name):
+    stack, film = lens(name), REFERENCE[name]["film_z"]
+    angles = np.radians([0.0, 4.0, 11.0])
+    found = find_chief_rays(stack, film - stack.length, np.column_stack([0.0 * angles, angles]))
+    for i, angle in enumerate(angles):
+        ray = lb.chief_ray(stack, float(angle))
+        np.testing.assert_allclose(found.image_directions[i], ray.direction, atol=1e-13)
+        at = ray.points[-1] + (film - ray.points[-1, 2]) / ray.direction[2] * ray.direction
+        np.testing.assert_allclose(found.images[i], at[:2], atol=1e-12)
+
+
+def test_a_fisheyes_fields_beyond_a_right_angle_and_beyond_its_sight():
+    fisheye = lenses.load("lib-miyamoto-fisheye-1964")
+    away = lb.film_distance(fisheye, inf)
+    found = find_chief_rays(fisheye, away, np.array([[0.0, radians(98.0)], [0.0, radians(175.0)]]))
+    np.testing.assert_allclose(found.points[0], lb.chief_ray(fisheye, radians(98.0)).points[0], atol=1e-11)
+    assert np.isnan(found.images[1]).all()
+    back = find_chief_rays(fisheye, away, found.images[:1], by_image=True)
+    np.testing.assert_allclose(back.angles[0], [0.0, radians(98.0)], atol=1e-12)
+
+
+def test_chief_rays_of_an_anamorphic_lens_reach_film_points_of_any_azimuth():
+    stack = lenses.load("lentil-schneider-anamorphic-31-2001")
+    wanted = np.array([[0.0, 0.0], [6.0, 3.0], [-9.0, 5.0]])
+    found = find_chief_rays(stack, lb.film_distance(stack, inf), wanted, by_image=True)
+    np.testing.assert_allclose(found.images, wanted, atol=1e-11)
+    t = lb.trace(stack, found.points - 20.0 * found.directions, found.directions, clip=False, record=True)
+    assert np.abs(t.paths[:, 1 + stack.stop_index, :2]).max() < 1e-9
+
+
+def test_a_lens_free_of_spherical_aberration_has_no_path_difference_and_a_point_for_a_spot():
+    perfect = hyperbolic()
+    grid = of_angles(perfect, lb.film_distance(perfect, inf), 0.0)
+    assert np.nanmax(np.abs(grid.opd)) < 1e-12
+    assert np.nanmax(np.hypot(grid.offset_s, grid.offset_t)) < 1e-12
+    assert lb.analysis.spots(grid).geo[0, 0, 0] < 1e-12
+
+
+@pytest.mark.parametrize("distance", [inf, 900.0])
+def test_rays_land_at_the_slope_of_their_path_difference(distance):
+    stack = lenses.load("pbrt-dgauss-50mm")
+    grid = of_angles(stack, lb.film_distance(stack, inf) + 0.05, 0.0, 12.0, pupil=64, object_distance=distance)
+    at = np.stack([grid.offset_s, grid.offset_t]), np.stack([grid.pupil_s, grid.pupil_t])
+    # A ray off the centre of the reference sphere crosses it aslant: dW = e · dp / |e / R + p|, p of length 1
+    (e, p), kappa = at, grid.sphere_curvatures[:, None, None, None]
+    at = e / np.sqrt(1.0 + 2.0 * kappa * (e * p).sum(0) + kappa**2 * (e * e).sum(0)), p
+    for axis in (2, 3):
+        # From ray to ray, W grows by the mean of their landings times the step of the pupil (trapezium rule)
+        offset, pupil = (np.moveaxis(each, 1 + axis, -1) for each in at)
+        w = np.moveaxis(grid.opd, axis, -1)
+        change = np.diff(w)
+        expected = (0.5 * (offset[..., 1:] + offset[..., :-1]) * np.diff(pupil)).sum(0)
+        good = np.isfinite(change)
+        assert good.sum() > 5000
+        off = (change - expected)[good]                 # 5 nm: the rule's error at the steep rim of the pupil
+        assert np.abs(off).max() < 5e-6 and np.sqrt((off**2).mean()) < 1.5e-6 and np.abs(change[good]).max() > 1e-3
+
+
+@pytest.mark.parametrize("degrees", [0.0, 10.0])
+def test_spot_sizes_equal_those_of_a_dense_bundle_of_the_scalar_tracer(degrees):
+    stack = lenses.load("pbrt-dgauss-50mm")
+    away = lb.film_distance(stack, inf)
+    spot = lb.analysis.spots(of_angles(stack, away, degrees), "centroid")
+    rng, angle = np.random.default_rng(7), radians(degrees)
+    reach = 1.2 * stack.surfaces[0].semi_diameter
+    x, y = rng.uniform(-reach, reach, (2, 60_000))
+    along, up = np.array([0.0, np.sin(angle), np.cos(angle)]), np.array([0.0, np.cos(angle), -np.sin(angle)])
+    t = lb.trace(stack, np.outer(x, [1.0, 0.0, 0.0]) + np.outer(y, up) - 30.0 * along, along)
+    run = (stack.length + away - t.points[:, 2]) / t.directions[:, 2]
+    on_film = (t.points + run[:, None] * t.directions)[t.fate == lb.Fate.PASSED, :2]
+    expected = np.sqrt(((on_film - on_film.mean(0)) ** 2).mean(0))
+    # Of 15,000 random rays the standard deviation is known to 0.6 % or somewhat worse
+    np.testing.assert_allclose(spot.rms[0, 0, 0], expected, rtol=0.02)
+
+
+def test_the_open_area_is_the_irradiance_that_the_exit_pupil_gives():
+    stack = lenses.load("pbrt-dgauss-50mm")
+    given = lb.analysis.conditions(stack, lb.Film(), 4)
+    grid = lb.analysis.ray_grid(stack, lb.film_distance(stack, inf), given, 64)
+    expected = lb.falloff(stack, grid.film_distance, grid.image_heights).irradiance
+    np.testing.assert_allclose(grid.open_area, expected, rtol=1e-3)     # the cells at corners of the region
+
+
+def test_spots_through_focus_are_those_of_the_shifted_film():
+    stack = lens("cooke")
+    away = REFERENCE["cooke"]["film_z"] - stack.length
+    shifts = [-0.2, 0.0, 0.15]
+    found = lb.analysis.spots(of_angles(stack, away, 0.0, 14.0), "centroid", shifts)
+    for k, shift in enumerate(shifts):
+        there = lb.analysis.spots(of_angles(stack, away + shift, 0.0, 14.0), "centroid")
+        np.testing.assert_allclose(found.rms_radius[:, :, k], there.rms_radius[:, :, 0], rtol=5e-3)
+    best = found.best_shifts
+    at_best = [lb.analysis.spots(found.rays, "centroid", [b - 1e-3, b, b + 1e-3]).white_rms_radius[i]
+               for i, b in enumerate(best)]
+    assert all(before > at < after for before, at, after in at_best)
+
+
+def test_colours_share_the_reference_of_the_primary_wavelength():
+    stack = lenses.load("pbrt-dgauss-50mm")
+    grid = lb.analysis.ray_grid(stack, lb.film_distance(stack, inf), lb.analysis.conditions(stack, lb.Film(), 3))
+    assert np.abs(grid.chief[:, 1]).max() < 1e-12
+    angle = float(grid.field_angles[2])
+    for c, line in enumerate(grid.conditions.wavelengths):
+        ray = lb.chief_ray(stack, angle, line)
+        at = ray.points[-1] + (stack.length + grid.film_distance - ray.points[-1, 2]) / ray.direction[2] * ray.direction
+        assert grid.chief[2, c, 1] == pytest.approx(at[1] - grid.images[2, 1], abs=1e-11)
+    # The chief ray, the least of the paths about it, has no path difference
+    blue = grid.grid_opd[2, 0]
+    s, t = grid.pupil[2]
+    assert abs(blue[np.abs(t - grid.chief_pupil[2, 1]).argmin(), np.abs(s).argmin()]) < 2e-4
+
+
+def test_conditions_come_from_the_lens_or_say_that_they_are_assumed():
+    stack = lenses.load("pbrt-dgauss-50mm")
+    assumed = lb.analysis.conditions(stack)
+    assert [finding.kind for finding in assumed.findings] == [Kind.ASSUMED, Kind.ASSUMED]
+    assert len(assumed.fields) == 12 and assumed.fields[-1][1] == pytest.approx(21.633, abs=1e-3)
+    system = lb.SystemData(field_kind=lb.FieldKind.ANGLE, fields=(lb.FieldPoint(0.0, 0.0), lb.FieldPoint(0.0, 14.0)),
+                           wavelengths=(lb.Wavelength(0.55, 2.0), lb.Wavelength(0.45, 1.0)))
+    from dataclasses import replace
+    stated = lb.analysis.conditions(replace(stack, system=system))
+    assert stated.fields == ((0.0, 0.0), (0.0, 14.0)) and stated.field_kind is lb.FieldKind.ANGLE
+    assert stated.wavelengths == (0.55, 0.45) and stated.weights == pytest.approx((2 / 3, 1 / 3))
+
+
+def test_fields_that_no_light_reaches_are_named_and_left_empty():
+    fisheye = lenses.load("pbrt-fisheye-10mm")
+    given = lb.analysis.conditions(fisheye, None, [0.0, 20.0])
+    grid = lb.analysis.ray_grid(fisheye, lb.film_distance(fisheye, inf), given)
+    assert [finding.kind for finding in grid.findings][-1] is Kind.DARK and "20 mm" in str(grid.findings[-1])
+    assert grid.lit.tolist() == [True, False] and np.isnan(grid.opd[1]).all()
+    spot = lb.analysis.spots(grid)
+    assert np.isnan(spot.rms_radius[1]).all() and np.isfinite(spot.rms_radius[0]).all()
+
+
+def test_a_lens_state_is_traced_once():
+    stack = lenses.load("pbrt-dgauss-50mm")
+    given = lb.analysis.conditions(stack, lb.Film(), 4)
+    assert lb.analysis.ray_grid(stack, 35.0, given) is lb.analysis.ray_grid(stack, 35.0, given)
+
+
+@pytest.mark.parametrize(("make", "message"), [
+    (lambda: of_angles(lb.Lens((lb.Surface(0.0, 5.0, 8.0, lb.Glass(1.5)), lb.Surface(0.0, 0.0, 8.0)), 0), 30.0, 0.0),
+     "afocal"),
+    (lambda: of_angles(hyperbolic(), -1.0, 0.0), "behind the last vertex"),
+    (lambda: of_angles(hyperbolic(), 50.0, 0.0, pupil=4), "at least 8"),
+    (lambda: of_angles(lenses.load("pbrt-dgauss-50mm"), 35.0, 70.0), "no light"),
+    (lambda: lb.analysis.spots(of_angles(hyperbolic(), 50.0, 0.0), "middle"), "chief, centroid"),
+    (lambda: lb.analysis.conditions(hyperbolic(), None, 0), "at least 1"),
+    (lambda: lb.analysis.conditions(hyperbolic(), None, [1.0], field_kind=lb.FieldKind.OBJECT_HEIGHT), "finite"),
+])
+def test_what_cannot_be_shown_is_said(make, message):
+    with pytest.raises(lb.LensError, match=message):
+        make()
