@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lensbench.app.state.picture_statistics import Difference
+from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 
@@ -60,12 +61,13 @@ class View:
     zoom: float | None = None                       # screen pixels for a pixel of the picture; None: all that fits
     centre: tuple[float, float] = (0.5, 0.5)        # the part of the picture in the middle of the panel
     focus_pick: bool = True
+    pin_pick: bool = False                          # a click pins a pixel, and does not focus
     histogram: bool = False
     mark: Mark | None = None
     pending: tuple[float, float] | None = None      # a click that waits for the depth map; parts of width and height
     cross: tuple[int, int] | None = None            # the chosen pixel of a light field
     line: bool = False                              # and whether its line is marked
-    hover: tuple[float, float] | None = None        # the raster point under the mouse
+    links: Pointed = field(default_factory=Pointed)     # the pixel, ray and surfaces under the mouse
     picked: tuple[int, int] | None = None           # a pixel of a light field that was clicked on, across and down
     pointed: tuple[float, float] | None = None      # the last raster point under the mouse
     scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last

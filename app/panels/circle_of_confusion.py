@@ -13,6 +13,8 @@ from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.state.circle_of_confusion import Curves, curves, main_curve, plot_range
 from lensbench.app.state.figures import Readings, readings
+from lensbench.app.state.pixel.pointed import Pointed
+from lensbench.app.state.pixel.readings import pixel_readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.widgets import theme
@@ -38,8 +40,11 @@ class CocState:
 
 
 
-def circle_of_confusion_panel(settings: Settings, state: CocState) -> Settings:
-    """Draw the plot in the rest of the window; returns the settings with the dragged focus."""
+def circle_of_confusion_panel(settings: Settings, state: CocState, links: Pointed | None = None) -> Settings:
+    """Draw the plot in the rest of the window; returns the settings with the dragged focus.
+
+    links: what the mouse points at in all panels; distance and blur of its pixel are marked.
+    """
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return settings
@@ -63,6 +68,8 @@ def circle_of_confusion_panel(settings: Settings, state: CocState) -> Settings:
         state.y0, state.y1 = 10.0**plot.y0, 10.0**plot.y1
         implot.push_plot_clip_rect()
         _draw(implot.get_plot_draw_list(), plot, settings, got, shown, state)
+        if links is not None:
+            _draw_pixel(implot.get_plot_draw_list(), plot, settings, links)
         implot.pop_plot_clip_rect()
         if implot.is_plot_hovered():
             state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
@@ -258,6 +265,22 @@ def _name_models(draw: imgui.ImDrawList, plot: PlotMap, shown: Curves, focus: fl
         text(draw, ImVec2(x + 19.0 * pixel, y), colour.dim, name)
         y += line
     return [(plot.bottom - (len(rows) + 0.1) * line, plot.bottom, wide)]
+
+
+def _draw_pixel(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, links: Pointed) -> None:
+    """A ring at the distance and the blur of what the pointed pixel shows."""
+    raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
+    if raster is None:
+        return
+    try:
+        got = pixel_readings(settings, raster)
+    except (ValueError, OSError):               # the panel “Pixel” says why
+        return
+    if got.diameter is None or not got.ahead > 0.0:
+        return
+    at = plot.at(min(got.ahead, 1e12) / 1000.0, 1000.0 * got.diameter)
+    x = min(max(at.x, plot.left + 4.0 * theme.scale()), plot.right - 4.0 * theme.scale())
+    draw.add_circle(ImVec2(x, at.y), 5.0 * theme.scale(), theme.packed(theme.colours().strong), 0, 2.0 * theme.scale())
 
 
 def _focus_column(settings: Settings, plot: PlotMap) -> float:

@@ -11,11 +11,12 @@ from functools import partial
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-import lensbench as lb
 from lensbench.app.panels.lens_section.viewport import round_length
 from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.dial_scales import radius_scale
-from lensbench.app.state.exit_pupil_geometry import BoxSamples, Region, box_samples, region
+from lensbench.app.state.exit_pupil_geometry import BoxSamples, Region, box_samples, region, turn
+from lensbench.app.state.pixel.lens_rays import film_place, ray_through, rear_place
+from lensbench.app.state.pixel.pointed import Pointed, PointedRay
 from lensbench.app.state.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_area
@@ -44,12 +45,13 @@ class PupilState:
     memo: Memo = field(default_factory=lambda: Memo(20))   # outlines and samples in pixels
 
 
-def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState,
-                     hover_radius: float | None = None) -> float:
+def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, links: Pointed | None = None) -> float:
     """Draw the panel in the rest of the window; returns film_radius (mm), changed by its dial.
 
-    hover_radius: that of the film point under the mouse in the picture, or None; it takes precedence.
+    links: what the mouse points at in all panels; the film point of its pixel takes precedence. The ray through the
+    point under the mouse is set there.
     """
+    links = links if links is not None else Pointed()
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return film_radius
@@ -65,29 +67,44 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState,
         if size.y > theme.em(14):
             film_radius = dial("Film radius", min(film_radius, corner), radius_scale(corner, 0.7 * reach),
                                "Distance of the film point from the axis")
-        shown = min(hover_radius if hover_radius is not None else film_radius, 2.0 * corner)
+        raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
+        at = (0.0, film_radius) if raster is None else film_place(settings, raster)
+        shown, azimuth = math.hypot(*at), math.atan2(at[1], at[0])
         fields = [region(lens_setup.lens, lens_setup.film_distance, part * reach) for _, part in FIELDS]
-        seen = region(lens_setup.lens, lens_setup.film_distance, shown)
-        samples = box_samples(lens_setup.lens, lens_setup.film_distance, shown)
+        seen = region(lens_setup.lens, lens_setup.film_distance, shown, azimuth)
+        samples = box_samples(lens_setup.lens, lens_setup.film_distance, shown, azimuth)
     except (ValueError, OSError) as error:
         paragraph(str(error))
         return film_radius
-    _words(seen, samples, hover_radius is not None, settings.follows_lens, reach)
-    if not lens_setup.lens.is_rotationally_symmetric:
+    pointer = "" if raster is None else "Pinned" if links.pinned is not None else "Mouse"
+    _words(seen, samples, pointer, links.surfaces, settings.follows_lens, reach)
+    if raster is None and not lens_setup.lens.is_rotationally_symmetric:
         theme.small()
         imgui.text_colored(theme.colours().dim, UPWARDS)
         imgui.pop_font()
         imgui.set_item_tooltip("This lens has cylinders: film points beside the axis have other regions than those "
                                "above it, which are shown. Pictures follow the true ones all over the film")
-    _plot(lens_setup, fields, seen, samples, reach, state)
+    crossed = rear_place(settings, raster, links.ray) if links.ray is not None else None
+    rear = _plot(lens_setup, fields, seen, samples, reach, links.surfaces, crossed, state)
+    if rear is not None:
+        x, y = rear @ turn(lens_setup.lens, at)
+        ray = ray_through(settings, at, (float(x), float(y)))
+        links.point_at_ray(ray)
+        _tooltip(rear, ray)
     return film_radius
 
 
 def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,
-          state: PupilState) -> None:
+          lit: tuple[int, ...], crossed: np.ndarray | None, state: PupilState) -> np.ndarray | None:
+    """Draw the plot; returns the point (2,) under the mouse, upright, in mm, if there is one.
+
+    lit: indices of the surfaces whose blocked samples are marked. crossed: the point of the ray that the mouse points
+    at in any panel.
+    """
     corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     if size.y < 40.0:
-        return
+        return None
+    pointed = None
     rear = lens_setup.lens.surfaces[-1].semi_diameter
     key = (rear, lens_setup.lens.length, size.x, size.y, state.shape)
     refit = state.fit or state.fitted_to != key
@@ -108,15 +125,22 @@ def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSam
         state.shape = (round(plot.right - plot.left), round(plot.bottom - plot.top))
         draw = implot.get_plot_draw_list()
         implot.push_plot_clip_rect()
-        _draw(draw, plot, rear, fields, seen, samples, reach, state)
+        _draw(draw, plot, rear, fields, seen, samples, reach, lit, state)
+        if crossed is not None:
+            draw.add_circle(plot.at(*crossed), 5.0 * theme.scale(), theme.packed(theme.pointed()), 0,
+                            2.0 * theme.scale())
         implot.pop_plot_clip_rect()
         if implot.is_plot_hovered():
             state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
-            _tooltip(plot, lens_setup.lens, lens_setup.film_distance, seen)
+            mouse = imgui.get_mouse_pos()
+            y = plot.y0 + (plot.bottom - mouse.y) / max(plot.bottom - plot.top, 1e-6) * (plot.y1 - plot.y0)
+            if not imgui.is_mouse_down(imgui.MouseButton_.left):
+                pointed = np.array([plot.x_at(mouse.x), y])
         implot.end_plot()
     imgui.pop_font()
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(size)
+    return pointed
 
 
 def _limits(rear: float, width: int, height: int) -> tuple[float, float, float, float]:
@@ -135,7 +159,7 @@ def _ticks(span: float, rear: float) -> tuple[list[float], list[str]]:
 
 
 def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Region], seen: Region,
-          samples: BoxSamples, reach: float, state: PupilState) -> None:
+          samples: BoxSamples, reach: float, lit: tuple[int, ...], state: PupilState) -> None:
     colour, pixel = theme.colours(), theme.scale()
     turn = np.linspace(0.0, 2.0 * math.pi, 97)[:-1]
     polyline(draw, plot.pixels(rear * np.cos(turn), rear * np.sin(turn)), theme.packed(colour.faint), 1.0, closed=True)
@@ -176,11 +200,11 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, rear: float, fields: list[Regio
         text(draw, ImVec2(a.x, max(a.y - height - pixel, plot.top)), colour.text, "pbrt's box")
     shown = min(int(abs(b.x - a.x) * abs(b.y - a.y) / (DENSITY * pixel) ** 2), len(samples.points))
     dots, crosses = state.memo.of((samples, shown, plot), lambda: _marks(samples, shown, plot, pixel))
-    dot, cross = theme.packed(colour.strong, 0.75), theme.packed(colour.dead, 0.9)
+    dot, cross, marked = theme.packed(colour.strong, 0.75), theme.packed(colour.dead, 0.9), theme.packed(colour.warning)
     for corners in dots:
         draw.add_rect_filled(*corners, dot)
-    for ends in crosses:
-        draw.add_line(*ends, cross, pixel)
+    for surface, *ends in crosses:
+        draw.add_line(*ends, marked if surface in lit else cross, (2.0 if surface in lit else 1.0) * pixel)
 
 
 def _outline(field: Region, plot: PlotMap) -> list[ImVec2]:
@@ -189,14 +213,17 @@ def _outline(field: Region, plot: PlotMap) -> list[ImVec2]:
 
 
 def _marks(samples: BoxSamples, shown: int, plot: PlotMap, pixel: float) -> tuple[list, list]:
-    """For the first samples: corners of dots for those that pass, ends of crosses' arms for the others."""
+    """For the first samples: corners of dots for those that pass; for the others the surface that ends them and the
+    ends of the arms of their crosses.
+    """
     points, radius, arm = plot.pixels(*samples.points[:shown].T).tolist(), 0.75 * pixel, 2.0 * pixel
     dots, crosses = [], []
-    for (x, y), passes in zip(points, samples.passes[:shown].tolist(), strict=True):
-        if passes:
+    for (x, y), surface in zip(points, samples.blocked_by[:shown].tolist(), strict=True):
+        if surface < 0:
             dots.append((ImVec2(x - radius, y - radius), ImVec2(x + radius, y + radius)))
         else:
-            crosses += [(ImVec2(x - arm, y - slope * arm), ImVec2(x + arm, y + slope * arm)) for slope in (1.0, -1.0)]
+            crosses += [(surface, ImVec2(x - arm, y - slope * arm), ImVec2(x + arm, y + slope * arm))
+                        for slope in (1.0, -1.0)]
     return dots, crosses
 
 
@@ -213,14 +240,22 @@ def _name(draw: imgui.ImDrawList, plot: PlotMap, name: str, field: Region, colou
     text(draw, ImVec2(at.x + 5.0 * pixel, at.y - (1.0 if name == "full" else 0.0) * line), colour, name)
 
 
-def _words(seen: Region, samples: BoxSamples, hovering: bool, traced: bool, reach: float) -> None:
-    """One line above the plot: area, share of samples that pass, and the film point if it is under the mouse."""
-    where = f"Mouse at {fixed(seen.film_radius, 1)} mm:  " if hovering else ""
+def _words(seen: Region, samples: BoxSamples, pointer: str, lit: tuple[int, ...], traced: bool, reach: float) -> None:
+    """One line above the plot: area, share of samples that pass, and the film point if the mouse or a pin sets it.
+
+    pointer: which of the two, or "". lit: indices of surfaces whose share of the blocked samples is written instead.
+    """
+    where = f"{pointer} at {fixed(seen.film_radius, 1)} mm:  " if pointer else ""
     if seen.area <= 0.0:
         beyond = f"light beyond {fixed(reach, 1)} mm"
-        what = f"no {beyond}" if hovering else f"No {beyond} off the axis"
+        what = f"no {beyond}" if pointer else f"No {beyond} off the axis"
+    elif lit:
+        names = " and ".join(f"{i + 1}" for i in lit)
+        part = float(np.isin(samples.blocked_by, lit).mean())
+        what = f"surface{'s' if len(lit) > 1 else ''} {names}: {fixed(100.0 * part, 0)} % blocked"
+        what = what if where else what[0].upper() + what[1:]
     else:
-        part = "passes" if hovering else "of the box passes"
+        part = "passes" if pointer else "of the box passes"
         what = f"{format_area(seen.area)},  {fixed(100.0 * samples.rate, 0)} % {part}"
     theme.small()
     imgui.text_colored(theme.colours().text, where + what)
@@ -230,23 +265,9 @@ def _words(seen: Region, samples: BoxSamples, hovering: bool, traced: bool, reac
                            + ("; the region is that of the real lens" if not traced else ""))
 
 
-def _tooltip(plot: PlotMap, lens: lb.Lens, film_distance: float, seen: Region) -> None:
-    """Tooltip: whether light passes at the point under the mouse."""
-    if imgui.is_mouse_down(imgui.MouseButton_.left):
-        return
-    mouse = imgui.get_mouse_pos()
-    x = plot.x_at(mouse.x)
-    y = plot.y0 + (plot.bottom - mouse.y) / max(plot.bottom - plot.top, 1e-6) * (plot.y1 - plot.y0)
-    film = np.array([0.0, seen.film_radius, lens.length + film_distance])
-    ray = lb.trace(lens, film, np.array([x, y, lens.length]) - film)
-    fate, surface = lb.Fate(int(ray.fate[0])), int(ray.surface[0])
+def _tooltip(at: np.ndarray, ray: PointedRay) -> None:
+    """Tooltip: whether light passes at the point under the mouse, and where it comes from."""
     if imgui.begin_tooltip():
-        imgui.text_unformatted(f"x {fixed(x, 2)}, y {fixed(y, 2)} mm")
-        if fate == lb.Fate.PASSED:
-            imgui.text_disabled("Light passes here")
-        elif fate == lb.Fate.CLIPPED:
-            what = "the stop" if surface == lens.stop_index else f"the rim of surface {surface + 1}"
-            imgui.text_disabled(f"Blocked by {what}")
-        else:
-            imgui.text_disabled("Blocked: " + fate.name.lower().replace("_", " "))
+        imgui.text_unformatted(true_minus(f"x {fixed(at[0], 2)}, y {fixed(at[1], 2)} mm"))
+        imgui.text_disabled(f"Light passes here, {ray.end}" if ray.surface < 0 else f"The ray {ray.end}")
         imgui.end_tooltip()

@@ -47,8 +47,11 @@ def _checked(lens: lb.Lens, _task: Task[tuple[lenses.Finding, ...]]) -> tuple[le
     return tuple(lenses.check(lens))
 
 
-def lens_card_panel(settings: Settings, state: LensCardState) -> None:
-    """Draw the card into the current window, which scrolls."""
+def lens_card_panel(settings: Settings, state: LensCardState, lit: tuple[int, ...] = ()) -> None:
+    """Draw the card into the current window, which scrolls.
+
+    lit: indices of the surfaces under the mouse in the section; the glasses at them are marked.
+    """
     if not settings.has_lens:
         paragraph("This camera has no lens")
         return
@@ -66,8 +69,10 @@ def lens_card_panel(settings: Settings, state: LensCardState) -> None:
     table = glass_rows(lens)
     if table:
         imgui.dummy(ImVec2(0.0, theme.em(0.3)))
-        _glass_map(table)
-        _glass_table(table, "rims" in lens.estimates)
+        at = {lit[0]} if len(lit) == 2 else {surface - near for surface in lit for near in (0, 1)}  # one glass, or both
+        marked = frozenset(row.surface for row in table if row.surface in at)
+        _glass_map(table, marked)
+        _glass_table(table, "rims" in lens.estimates, marked)
     imgui.pop_font()
 
 
@@ -124,7 +129,7 @@ def _check(lens: lb.Lens, state: LensCardState) -> None:
         _row("" if i else "Check", place + finding.message, colour)
 
 
-def _glass_map(table: tuple[GlassRow, ...]) -> None:
+def _glass_map(table: tuple[GlassRow, ...], marked: frozenset[int]) -> None:
     """The glasses over their Abbe numbers; the number at a point is that of the surface before the glass."""
     known = [row for row in table if row.glass.v_d is not None]
     if not known or not implot.begin_plot("Glass map", ImVec2(-1.0, theme.em(MAP)),
@@ -147,6 +152,8 @@ def _glass_map(table: tuple[GlassRow, ...]) -> None:
         fill = colour.glass(row.glass.n_d, float(abbe))
         draw.add_circle_filled(at, 4.0 * pixel, theme.packed((*fill[:3], 0.9)))
         draw.add_circle(at, 4.0 * pixel, theme.packed(colour.glass_outline), 0, pixel)
+        if row.surface in marked:
+            draw.add_circle(at, 6.5 * pixel, theme.packed(colour.strong), 0, 2.0 * pixel)
         if all(abs(at.x - other.x) + abs(at.y - other.y) > theme.em(0.9) for other in taken):
             draw.add_text(ImVec2(at.x + 6.0 * pixel, at.y - 0.5 * imgui.get_text_line_height()),
                           theme.packed(colour.dim), str(row.surface))
@@ -162,7 +169,7 @@ def _glass_map(table: tuple[GlassRow, ...]) -> None:
                           f"n_d {fixed(glass.n_d, 5)}, V_d {fixed(glass.v_d or 0.0, 2)}")
 
 
-def _glass_table(table: tuple[GlassRow, ...], is_estimated: bool) -> None:
+def _glass_table(table: tuple[GlassRow, ...], is_estimated: bool, marked: frozenset[int]) -> None:
     """One row a glass; a star marks estimated diameters."""
     flags = imgui.TableFlags_.sizing_stretch_prop | imgui.TableFlags_.pad_outer_x
     if not imgui.begin_table("Glasses", 5, flags):
@@ -172,6 +179,8 @@ def _glass_table(table: tuple[GlassRow, ...], is_estimated: bool) -> None:
     imgui.table_headers_row()
     for row in table:
         imgui.table_next_row()
+        if row.surface in marked:
+            imgui.table_set_bg_color(imgui.TableBgTarget_.row_bg0, theme.packed(theme.colours().frame_active))
         glass = row.glass
         for text in (str(row.surface), fixed(glass.n_d, 4), "–" if glass.v_d is None else fixed(glass.v_d, 1),
                      fixed(row.diameter, 1), glass.name):

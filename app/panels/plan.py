@@ -10,7 +10,9 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.state.figures import readings
-from lensbench.app.state.plan_view import Plan, Thing, extent, plan, things
+from lensbench.app.state.pixel.beam import beam
+from lensbench.app.state.pixel.pointed import Pointed
+from lensbench.app.state.plan_view import Plan, Thing, above, extent, plan, things
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
@@ -29,11 +31,15 @@ class PlanState:
     fitted_to: tuple = ()
     fit: bool = False
     grip: float = 0.0           # mm from the mouse to the plane in focus while its line is dragged
+    pixel_rays: int = 0         # rays of the pointed pixel that are drawn
 
 
 
-def plan_panel(settings: Settings, state: PlanState) -> Settings:
-    """Draw the plan in the rest of the window; returns the settings with the dragged focus."""
+def plan_panel(settings: Settings, state: PlanState, links: Pointed | None = None) -> Settings:
+    """Draw the plan in the rest of the window; returns the settings with the dragged focus.
+
+    links: what the mouse points at in all panels; the rays of its pixel and its ray are drawn.
+    """
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return settings
@@ -64,6 +70,8 @@ def plan_panel(settings: Settings, state: PlanState) -> Settings:
         plot = PlotMap.current(log=False)
         implot.push_plot_clip_rect()
         _draw(implot.get_plot_draw_list(), plot, shown, around)
+        if links is not None:
+            state.pixel_rays = _draw_pointed(implot.get_plot_draw_list(), plot, settings, links, depth)
         implot.pop_plot_clip_rect()
         if implot.is_plot_hovered():
             state.fit = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
@@ -109,6 +117,30 @@ def _draw(draw: imgui.ImDrawList, plot: PlotMap, shown: Plan, around: tuple[Thin
         for point in (first, last):
             draw.add_circle(point, 3.5 * pixel, theme.packed(colour.dim), 0, 1.5 * pixel)
     _camera(draw, plot, shown)
+
+
+def _draw_pointed(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, links: Pointed, depth: float) -> int:
+    """The rays of the pointed pixel up to what they meet, and that of a plot; returns how many rays of the pixel.
+
+    depth: how far (mm) rays to the sky are drawn.
+    """
+    colour, pixel, drawn = theme.colours(), theme.scale(), 0
+    raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
+    if raster is not None:
+        try:
+            seen = beam(settings, raster)
+        except (ValueError, OSError):           # the panel “Pixel” says why
+            return 0
+        for origin, direction, end in zip(seen.origins, seen.directions, seen.ends, strict=True):
+            line = _within(plot, above(np.stack([origin, origin + min(float(end), 2.0 * depth) * direction])))
+            if line:
+                draw.add_polyline(line, theme.packed(colour.strong, 0.7), pixel, imgui.ImDrawFlags_.none)
+                drawn += 1
+        if seen.target is not None:
+            draw.add_circle_filled(plot.at(*above(seen.target)), 3.5 * pixel, theme.packed(colour.strong))
+    if links.ray is not None and links.ray.target is not None:
+        draw.add_circle(plot.at(*above(links.ray.target)), 5.0 * pixel, theme.packed(theme.pointed()), 0, 2.0 * pixel)
+    return drawn
 
 
 def _within(plot: PlotMap, points: np.ndarray) -> list[ImVec2]:

@@ -13,17 +13,16 @@ from numpy.typing import NDArray
 import lensbench as lb
 from lensbench.app.state.build import camera
 from lensbench.app.state.figures import intrinsics
+from lensbench.app.state.pixel.beam import thing_at
 from lensbench.app.state.scene_file import cached_scene
 from lensbench.app.state.settings import VIEWS, Settings
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.paragraph import paragraph
 from lensbench.kernels.figures import fixed, significant, true_minus
-from lensbench.scenery.objects import displaced
 
 fa = icons_fontawesome_6
 NONE = "–"
 NEAR, FAR = 100.0, 100_000.0    # mm: the planes between which the screen's z runs
-TOUCH = 0.5                     # mm from a surface that count as on it
 DIGITS = {"raster": 1, "ndc": 4, "screen": 3, "film": 3, "camera": 3, "world": 3}
 
 
@@ -84,25 +83,12 @@ def _object(settings: Settings, of: lb.Camera, at: tuple[float, float], depth: N
         deep = float(scene.distance(ray.origins, ray.directions)[0])
     found = None
     if deep is not None and math.isfinite(deep):
-        found = thing_at(scene, ray.origins[0] + deep * ray.directions[0], settings.moment)
+        found = thing_at(scene.objects, ray.origins[0] + deep * ray.directions[0], settings.moment)
     if found is None:
         return [("Object", (NONE,), "m", "Frame of an object of the scene: only sky or floor is seen here")]
     name, point = found
     return [("Object", tuple(number(value / 1000.0, 3) for value in point), "m",
              f"Frame of the {name} that is seen here; its centre is the origin")]
-
-
-def thing_at(scene: lb.Scene, point: NDArray[np.float64], moment: float) -> tuple[str, NDArray[np.float64]] | None:
-    """The shape that a world point (mm) lies on at a time (s), and the point in the frame of the shape.
-
-    A sphere has the axes of the world, a planar shape its half-axes and normal; rotation by a spin does not count.
-    """
-    for thing in scene.objects:
-        here = displaced(thing, moment) if thing.moves else thing
-        found = here.locate(point, TOUCH)
-        if found is not None:
-            return here.label, found
-    return None
 
 
 def _screen_z(of: lb.Camera, z: float) -> list[Row]:

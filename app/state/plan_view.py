@@ -68,9 +68,9 @@ def _plan(settings: Settings, lens: Stamp) -> Plan:
             band = np.array([near[0], near[1], far[1], far[0]])
     ends = None
     if settings.end_position is not None:
-        ends = _above(np.array(settings.position)), _above(np.array(settings.end_position))
-    view = None if rays is None else np.stack([_above(rays[0]), _above(rays[0] + AWAY * rays[1])], 1)
-    return Plan(_above(origin), _above(1000.0 * forward), view, focus, band, ends, settings.focus_distance)
+        ends = above(np.array(settings.position)), above(np.array(settings.end_position))
+    view = None if rays is None else np.stack([above(rays[0]), above(rays[0] + AWAY * rays[1])], 1)
+    return Plan(above(origin), above(1000.0 * forward), view, focus, band, ends, settings.focus_distance)
 
 
 def _outermost(of: lb.Camera) -> tuple[Points, Points] | None:
@@ -91,10 +91,10 @@ def _cut(rays: tuple[Points, Points], origin: Points, forward: Points, distance:
     with np.errstate(divide="ignore", invalid="ignore"):
         t = (distance - (starts - origin) @ forward) / (directions @ forward)
     t = np.where((t > 0.0) & (t < AWAY), t, AWAY)
-    return _above(starts + t[:, None] * directions)
+    return above(starts + t[:, None] * directions)
 
 
-def _above(points: Points) -> Points:
+def above(points: Points) -> Points:
     """World points (…, 3) in mm as (…, 2) in metres, seen from above."""
     return np.stack([points[..., 0], -points[..., 2]], -1) / 1000.0
 
@@ -113,7 +113,7 @@ def _things(scene: str, moment: float, stamp: tuple[Stamp, ...]) -> tuple[Thing,
     outlines = []
     for shape in sorted(found.objects, key=lambda shape: shape.centre[1]):
         here = displaced(shape, moment) if shape.moves else shape
-        outlines.append(Thing(_above(here.outline(POINTS)), here.material.shines))
+        outlines.append(Thing(above(here.outline(POINTS)), here.material.shines))
     return tuple(outlines)
 
 

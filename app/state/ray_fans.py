@@ -29,12 +29,14 @@ WHY = {lb.Fate.MISSED: "misses", lb.Fate.CLIPPED: "is stopped by the rim of",
 class Ray:
     """One ray: path (n, 2) from far before the lens to the film, or to the surface that ends it.
 
-    kind is "chief", "marginal", "" or "dead"; `end` describes its end in words.
+    kind is "chief", "marginal", "" or "dead"; `end` describes its end in words. surface: the index of the surface that
+    ends it, −1 for a ray that reaches the film.
     """
 
     path: np.ndarray
     kind: str
     end: str
+    surface: int = -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +64,7 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
           has_stop: bool, open_stop: float) -> tuple[Fan, ...]:
     count = 5 if lens.stop.semi_diameter < CLOSED * open_stop else 9
     if not traced:
-        return tuple(_ideal(lens, film_distance, name, part * half_diagonal, count if has_stop else 1)
+        return tuple(ideal_lens_fan(lens, film_distance, name, part * half_diagonal, count if has_stop else 1)
                      for name, part in FIELDS)
     lit = _lit_radius(lens, film_distance, half_diagonal)
     return tuple(_traced(lens, film_distance, EDGE if part == 1.0 and lit < half_diagonal else name,
@@ -140,7 +142,8 @@ def _traced(lens: lb.Lens, film_distance: float, name: str, height: float, focus
             kind = "chief" if i == middle else "marginal" if i in (0, count - 1) else ""
             rays.append(Ray(path, kind, f"{kind} ray".strip() if kind else "ray"))
         elif _near_the_glass(lens, path, int(trace.fate[i])):
-            rays.append(Ray(path, "dead", _fate(lens, lb.Fate(int(trace.fate[i])), int(trace.surface[i]))))
+            fate, surface = lb.Fate(int(trace.fate[i])), int(blockers(lens, trace, forward=True)[i])
+            rays.append(Ray(path, "dead", end_text(lens, fate, surface), surface))
     return Fan(name, height, tuple(rays))
 
 
@@ -215,10 +218,22 @@ def _near_the_glass(lens: lb.Lens, path: np.ndarray, fate: int) -> bool:
     return len(path) > 2 or (len(path) == 2 and abs(path[1][1]) < 1.2 * lens.surfaces[0].semi_diameter)
 
 
-def _fate(lens: lb.Lens, fate: lb.Fate, surface: int) -> str:
-    """Description of where and why a ray ends."""
-    if fate in (lb.Fate.MISSED, lb.Fate.BACKWARD):                  # these are reported for the surface before
-        surface += 1 if surface + 1 < len(lens.surfaces) else 0
+def blockers(lens: lb.Lens, trace: lb.Trace, forward: bool) -> np.ndarray:
+    """Indices (n,) of the surfaces that end the rays of a trace, −1 for those that pass.
+
+    forward: the rays run from the scene to the film. A ray that misses a surface, or is turned before it, is reported
+    by the tracer for the surface before; here for that surface itself.
+    """
+    first, last = (-1, len(lens.surfaces) - 1) if forward else (len(lens.surfaces), 0)
+    step = 1 if forward else -1
+    reached = np.where(trace.surface < 0, first, trace.surface)
+    early = (trace.fate == lb.Fate.MISSED) | (trace.fate == lb.Fate.BACKWARD)
+    found = np.where(early & (reached != last), reached + step, reached)
+    return np.where(trace.fate == lb.Fate.PASSED, -1, found)
+
+
+def end_text(lens: lb.Lens, fate: lb.Fate, surface: int) -> str:
+    """Description of why a ray ends at a surface, as `blockers` reports it."""
     if fate == lb.Fate.CLIPPED and surface == lens.stop_index:
         return "is stopped by the stop"
     radius = lens.surfaces[surface].semi_diameter
@@ -234,7 +249,7 @@ def _in_space(points: np.ndarray) -> np.ndarray:
 # Through an ideal lens
 
 
-def _ideal(lens: lb.Lens, film_distance: float, name: str, height: float, count: int) -> Fan:
+def ideal_lens_fan(lens: lb.Lens, film_distance: float, name: str, height: float, count: int) -> Fan:
     """Fan of an ideal lens: rays leave the rear principal plane at the height at which they meet the front one."""
     fo = lb.first_order(lens)
     if not (math.isfinite(fo.efl) and fo.efl > 0.0 and math.isfinite(fo.entrance_pupil.z)):

@@ -67,6 +67,14 @@ def elements(lens: lb.Lens) -> tuple[Element, ...]:
     return tuple(found)
 
 
+@lru_cache(maxsize=16)
+def surface_curves(lens: lb.Lens) -> tuple[np.ndarray, ...]:
+    """Each surface from rim to rim as points (n, 2) of (z, y), index by index."""
+    y = np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, SURFACE_POINTS))
+    return tuple(np.array([(z + sag(surface, height), height) for height in surface.semi_diameter * y])
+                 for surface, z in zip(lens.surfaces, lens.vertices, strict=True))
+
+
 def _element(index: int, front: lb.Surface, front_z: float, rear: lb.Surface, rear_z: float) -> Element:
     def front_at(y: float) -> float:
         return front_z + sag(front, y)

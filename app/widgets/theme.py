@@ -104,6 +104,11 @@ def colours() -> Palette:
     return palette(imgui.get_style().color_(imgui.Col_.text).x > 0.5)
 
 
+def pointed() -> Colour:
+    """The colour of the one ray that the mouse points at, in every panel."""
+    return tints()[1]
+
+
 def tints() -> tuple[Colour, ...]:
     """Eight colours for the curves of a chart."""
     return _TINTS[colours().dark]

@@ -1,6 +1,5 @@
 """The docked panels: their layout, and the passage of the settings through them."""
 
-import math
 import sys
 import traceback
 from collections.abc import Callable
@@ -18,6 +17,7 @@ from lensbench.app.panels.lens_card import LensCardState, lens_card_panel
 from lensbench.app.panels.lens_section.panel import SectionState, lens_section_panel
 from lensbench.app.panels.light_field.panel import light_field_panel
 from lensbench.app.panels.models import ModelsState, models_panel
+from lensbench.app.panels.pixel import PixelState, pixel_panel
 from lensbench.app.panels.plan import PlanState, plan_panel
 from lensbench.app.panels.readouts import Status, readouts_panel
 from lensbench.app.panels.spaces import spaces_panel
@@ -55,7 +55,7 @@ class Panels:
         self._stability_state: Any = None
         self._coc_state, self._falloff_state, self._models_state = CocState(), FalloffState(), ModelsState()
         self._plan_state, self._pupil_state, self._section_state = PlanState(), PupilState(), SectionState()
-        self._card_state = LensCardState(window.wake)
+        self._card_state, self._pixel_state = LensCardState(window.wake), PixelState()
         self._field = 0.7                   # the film point of the exit pupil, as a part of the illuminated film
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings at which they failed
@@ -71,6 +71,7 @@ class Panels:
             self._docked("Stability", "Bottom", self._stability),
             self._docked("Circle of confusion", "Right", self._confusion, first=True),
             self._docked("Plan", "Right", self._plan),
+            self._docked("Pixel", "Right", self._pixel),
             self._docked("Exit pupil", "RightBottom", self._pupil, first=True),
             self._docked("Falloff", "RightBottom", self._falloff),
             self._docked("Models", "RightBottom", self._models),
@@ -167,7 +168,7 @@ class Panels:
                                                   update.samples if update else 0))
 
     def _lens_card(self) -> None:
-        lens_card_panel(self._state.edited, self._card_state)
+        lens_card_panel(self._state.edited, self._card_state, self._state.view.links.surfaces)
 
     def _spaces(self) -> None:
         window, film = self._state, self._state.edited.film
@@ -178,7 +179,13 @@ class Panels:
             window.requests.add(Request.SAVE_INTRINSICS)
 
     def _plan(self) -> None:
-        self._state.edited = plan_panel(self._state.edited, self._plan_state)
+        self._state.edited = plan_panel(self._state.edited, self._plan_state, self._state.view.links)
+
+    def _pixel(self) -> None:
+        window = self._state
+        update = window.presenter.update
+        pixel_panel(window.history.present, window.view.links, update.image if update is not None else None,
+                    self._pixel_state)
 
     def _beside_browser(self) -> None:
         """Begin right of the lens browser, so that what changes with the lens stays in sight."""
@@ -196,18 +203,16 @@ class Panels:
 
     def _section(self) -> None:
         self._beside_browser()
-        self._following(lambda before: lens_section_panel(before, self._section_state, self._field * lit(before)))
+        self._following(lambda before: lens_section_panel(before, self._section_state, self._field * lit(before),
+                                                          self._state.view.links))
 
     def _confusion(self) -> None:
-        self._following(lambda before: circle_of_confusion_panel(before, self._coc_state))
+        self._following(lambda before: circle_of_confusion_panel(before, self._coc_state, self._state.view.links))
 
     def _pupil(self) -> None:
-        settings, at, hover = self._state.history.present, self._state.view.hover, None
-        if at is not None:
-            film = settings.film
-            hover = math.hypot((0.5 - at[0] / film.pixels_x) * film.width, (at[1] / film.pixels_y - 0.5) * film.height)
+        settings = self._state.history.present
         full = lit(settings)
-        radius = exit_pupil_panel(settings, self._field * full, self._pupil_state, hover)
+        radius = exit_pupil_panel(settings, self._field * full, self._pupil_state, self._state.view.links)
         if radius != self._field * full and full > 0.0:
             self._field = radius / full
 

@@ -19,6 +19,7 @@ KEYS = (
     ("Shift + drag, right drag", "pan"),
     ("Ctrl + wheel · Ctrl + drag", "zoom the picture · move it"),
     ("F · 1 · Home", "whole picture · 100 % · camera back to its start"),
+    ("I · Alt + click · Escape", "pin the pixel under the mouse, to follow its rays · unpin it"),
     ("P · C · Z · H · V", "peaking · circles of confusion · clipping · histogram · next view"),
     ("A · S · W · D", "pin the picture as A · compare side by side · by a wipe · their difference"),
     ("Space · R", "pause · restart the render"),
@@ -92,6 +93,11 @@ def _view_menu(state: WindowState) -> None:
         if panel.label != "Render" and _item(panel.label, "", True, panel.is_visible):
             panel.is_visible = not panel.is_visible
     imgui.separator()
+    if _item("Pin pixel", "I", state.view.links.pinned is not None or state.view.pointed is not None,
+             state.view.links.pinned is not None):
+        toggle_pin(state)
+    imgui.set_item_tooltip("Keep the pixel that the mouse was on last: its rays stay in the section, the exit pupil, "
+                           "the plan and the panel “Pixel”")
     if _item("Reset camera", "Home"):
         state.edited = at_home(state.edited)
     imgui.separator()
@@ -140,6 +146,13 @@ def redo(state: WindowState) -> None:
     state.edited = state.history.redo()
 
 
+def toggle_pin(state: WindowState) -> None:
+    """Unpin the pinned pixel, or pin the one under the mouse, or the one that the mouse was on last."""
+    at, film = state.view.links.hover or state.view.pointed, state.history.present.film
+    if state.view.links.pinned is not None or at is not None:
+        state.view.links.toggle_pin((at[0] / film.pixels_x, at[1] / film.pixels_y) if at is not None else (0.0, 0.0))
+
+
 def shortcuts(state: WindowState) -> None:
     """The keys, unless text is being typed."""
     io = imgui.get_io()
@@ -179,6 +192,8 @@ def shortcuts(state: WindowState) -> None:
     if pressed(KEY.v):
         views = list(VIEWS)
         state.edited = replace(state.edited, view=views[(views.index(state.edited.view) + 1) % len(views)])
+    if pressed(KEY.i):
+        toggle_pin(state)
     if pressed(KEY.f1):
         state.requests.add(Request.SHOW_HELP)
     if pressed(CTRL | KEY.q):

@@ -134,6 +134,8 @@ class Session(WindowState):
             self.edited = replace(self.edited, compare="difference")
         self._reload()
         self._take_failure()
+        self.view.links.advance()
+        self._unpin()
         shortcuts(self)
         self.files.answer()
         self._answer_requests()
@@ -163,6 +165,12 @@ class Session(WindowState):
         if self.remember and locked != self._locked:
             hello_imgui.save_lasting_pref("locked", " ".join(sorted(locked)))
         self._locked = locked
+
+    def _unpin(self) -> None:
+        """Escape unpins the pixel, unless it closes something first."""
+        if imgui.is_key_pressed(imgui.Key.escape) and not self.browsing.is_open \
+                and not imgui.is_popup_open("", imgui.PopupFlags_.any_popup):
+            self.view.links.pinned = None
 
     def _leave_room_to_compile(self) -> None:
         """Few frames before the first picture: the compiler needs the processor."""

@@ -8,11 +8,12 @@ from lensbench.app.display.frame import View
 from lensbench.app.panels.controls.controls import lens_title
 from lensbench.app.state.auto_model import choice_details, choice_summary
 from lensbench.app.state.build import design
+from lensbench.app.state.pixel.readings import pixel_readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
 from lensbench.app.workers.render_update import RenderUpdate
-from lensbench.kernels.figures import fixed
+from lensbench.kernels.figures import fixed, significant
 
 
 def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> None:
@@ -32,8 +33,9 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
     separator = 2.0 * dot + imgui.calc_text_size("·").x
     needed = sum(imgui.calc_text_size(text).x for text in parts) + separator * len(parts)
     texts = [_lens(settings)]
-    if view.hover is not None and update is not None and update.depth is not None:
-        texts.append(_pointed(view.hover, update))
+    raster = view.links.pixel(settings.film.pixels_x, settings.film.pixels_y)
+    if raster is not None and update is not None and update.depth is not None:
+        texts.append(_pointed(settings, raster, update, view.links.pinned is not None))
     for text in filter(None, texts):
         extent = imgui.calc_text_size(text).x
         if right - extent < left + needed:
@@ -82,12 +84,17 @@ def _lens(settings: Settings) -> str:
     return f"{lens_title(settings.lens)}: {surfaces} surfaces"
 
 
-def _pointed(hover: tuple[float, float], update: RenderUpdate) -> str:
-    """The pixel under the mouse, and the distance of what it shows."""
+def _pointed(settings: Settings, raster: tuple[float, float], update: RenderUpdate, pinned: bool) -> str:
+    """The pixel under the mouse, or the pinned one: the distance and the blur of what it shows."""
     assert update.depth is not None
-    x, y = int(hover[0]), int(hover[1])
+    x, y = int(raster[0]), int(raster[1])
     rows, columns = update.depth.shape
     if not (0 <= y < rows and 0 <= x < columns):
         return ""
     depth = float(update.depth[y, x])
-    return f"({x}, {y})  {'no light' if math.isnan(depth) else format_distance(depth)}"
+    where = f"{'Pinned ' if pinned else ''}({x}, {y})  {'no light' if math.isnan(depth) else format_distance(depth)}"
+    try:
+        blur = pixel_readings(settings, raster).pixels
+    except (ValueError, OSError):               # the panel “Pixel” says why
+        return where
+    return where if blur is None else f"{where}  CoC {significant(blur, 2)} px"

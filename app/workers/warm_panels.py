@@ -8,6 +8,7 @@ from lensbench.app.state.build import setup
 from lensbench.app.state.circle_of_confusion import curves, plot_range
 from lensbench.app.state.exit_pupil_geometry import box_samples
 from lensbench.app.state.figures import readings
+from lensbench.app.state.pixel.readings import pixel_readings
 from lensbench.app.state.section_geometry import sketch
 from lensbench.app.state.settings import Settings
 
@@ -20,5 +21,6 @@ def prepare(settings: Settings) -> None:
         curves(settings.optics, *plot_range(settings, got)[:2])
         built = setup(settings)
         box_samples(built.lens, built.film_distance, 0.0)
+        pixel_readings(settings, (0.5 * settings.film.pixels_x, 0.5 * settings.film.pixels_y))
     except (ValueError, OSError):
         return

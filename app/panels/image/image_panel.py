@@ -20,6 +20,7 @@ from lensbench.app.panels.image.overlays import (
     draw_legend,
     draw_mark,
     draw_note,
+    draw_pointed,
 )
 from lensbench.app.panels.image.toolbar import picture_tools
 from lensbench.app.state.false_colours import aov_note
@@ -67,7 +68,7 @@ def _ground(draw: imgui.ImDrawList, covered: tuple[float, float, float, float] |
 def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
     settings = picture_tools(settings, picture, view)
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
-    view.hover = None
+    view.links.hover = None
     if room.x < theme.em(2.0) or room.y < theme.em(2.0):
         return settings
     if picture.pinned is not None and settings.compare == "side":
@@ -135,11 +136,13 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     at = ((mouse.x - x0) / max(extent.x, 1.0), (mouse.y - y0) / max(extent.y, 1.0))
     inside = 0.0 <= at[0] < 1.0 and 0.0 <= at[1] < 1.0
     if imgui.is_item_hovered() and inside and picture.recorded is None:
-        view.hover = view.pointed = (at[0] * width, at[1] * height)
+        view.links.hover = view.pointed = (at[0] * width, at[1] * height)
     settings = _handled(settings, picture, view, at, inside, extent)
     settings = _focused(settings, picture, view)
 
     # The overlays
+    if picture.recorded is None:
+        draw_pointed(draw, view.links, (x0, y0, extent.x / width, extent.y / height), (width, height))
     if view.mark is not None and view.mark.holds(settings) and not picture.recorded:
         draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
     if picture.recorded is not None and view.cross is not None:
@@ -154,7 +157,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
         _say_below(draw, below, picture.note)
     elif settings.sample_view:
         if settings.view == "fate":
-            draw_fates(draw, settings, ImVec2(below.x, below.y - theme.em(1.3)))
+            draw_fates(draw, settings, ImVec2(below.x, below.y - theme.em(1.3)), view.links.surfaces)
         _say_below(draw, below, aov_note(settings))
     elif settings.overlay == "coc":
         draw_legend(draw, below)
@@ -231,10 +234,13 @@ def _handled(settings: Settings, picture: Picture, view: View, at: tuple[float, 
         elif view.dragged:
             settings = orbited(settings, moved.x / pixel * TURN, moved.y / pixel * TURN)
 
-    # A click: focus
-    if imgui.is_item_deactivated() and not view.dragged and inside and view.focus_pick and not io.key_ctrl \
+    # A click: pin or unpin a pixel, or focus
+    if imgui.is_item_deactivated() and not view.dragged and inside and not io.key_ctrl \
             and imgui.is_mouse_released(button.left):
-        view.pending = at
+        if picture.recorded is None and (view.pin_pick or io.key_alt):
+            view.links.toggle_pin(at)
+        elif view.focus_pick:
+            view.pending = at
 
     # The wheel
     if imgui.is_item_hovered():

@@ -13,6 +13,7 @@ import lensbench as lb
 from lensbench.app.display.frame import Mark
 from lensbench.app.state.build import design
 from lensbench.app.state.camera_kinds import LENS_MODELS
+from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
 from lensbench.app.widgets import theme
@@ -52,6 +53,33 @@ def draw_cross(draw: imgui.ImDrawList, at: ImVec2, line: tuple[float, float] | N
         if line is not None:
             for begin, end in ((line[0], x - 14.0 * pixel), (x + 14.0 * pixel, line[1])):
                 draw.add_line(ImVec2(begin, cy), ImVec2(max(begin, end), cy), theme.packed(tint, 0.6), pixel)
+
+
+def draw_pointed(draw: imgui.ImDrawList, links: Pointed, frame: tuple[float, float, float, float],
+                 size: tuple[int, int]) -> None:
+    """A square around the pinned pixel, and a ring where the pointed ray meets the scene.
+
+    frame: left and top edge of the picture on the screen, and its scale across and down (screen pixels a pixel).
+    size: pixels of the picture across and down.
+    """
+    left, top, across, down = frame
+    pixel = theme.scale()
+    tints = ((pixel, (0.0, 0.0, 0.0, 0.6)), (0.0, (1.0, 1.0, 1.0, 0.95)))
+    at = links.pixel(*size) if links.pinned is not None else None
+    if at is not None:
+        half = max(0.5 * across, 4.0 * pixel), max(0.5 * down, 4.0 * pixel)
+        x, y = left + at[0] * across, top + at[1] * down
+        for offset, tint in tints:
+            draw.add_rect(ImVec2(x - half[0] + offset, y - half[1] + offset),
+                          ImVec2(x + half[0] + offset, y + half[1] + offset), theme.packed(tint), 0.0, 1.5 * pixel)
+            for sign in (-1.0, 1.0):
+                draw.add_line(ImVec2(x + sign * half[0] + offset, y + offset),
+                              ImVec2(x + sign * (half[0] + 7.0 * pixel) + offset, y + offset), theme.packed(tint),
+                              1.5 * pixel)
+    if links.ray is not None and links.ray.raster is not None:
+        x, y = left + links.ray.raster[0] * across, top + links.ray.raster[1] * down
+        for offset, tint in (tints[0], (0.0, theme.pointed())):
+            draw.add_circle(ImVec2(x + offset, y + offset), 5.0 * pixel, theme.packed(tint), 0, 1.5 * pixel)
 
 
 def draw_note(draw: imgui.ImDrawList, at: ImVec2, text: str) -> None:
@@ -118,8 +146,11 @@ def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> None:
     imgui.pop_font()
 
 
-def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2) -> None:
-    """A swatch for each surface that can end a ray, from front to rear, above the picture's lower left corner."""
+def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2, lit: tuple[int, ...] = ()) -> None:
+    """A swatch for each surface that can end a ray, from front to rear, above the picture's lower left corner.
+
+    lit: indices of the surfaces that are framed, because the mouse points at them.
+    """
     if not settings.has_lens or not LENS_MODELS[settings.lens_model].has_fates:
         return
     lens, pixel = design(settings), theme.scale()
@@ -132,9 +163,12 @@ def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2) -> No
     draw.add_rect_filled(ImVec2(left - 6.0 * pixel, top - 4.0 * pixel),
                          ImVec2(left + sum(widths) + 6.0 * pixel, top + 1.6 * line + 4.0 * pixel),
                          theme.packed((0.07, 0.07, 0.07, 0.78)), 3.0 * pixel)
-    for name, width, (red, green, blue) in zip(names, widths, lb.fate_colours(lens), strict=True):
+    for i, (name, width, (red, green, blue)) in enumerate(zip(names, widths, lb.fate_colours(lens), strict=True)):
         draw.add_rect_filled(ImVec2(left, top), ImVec2(left + width - pixel, top + 0.5 * line),
                              theme.packed((float(red), float(green), float(blue), 1.0)))
+        if i in lit:
+            draw.add_rect(ImVec2(left - pixel, top - pixel), ImVec2(left + width, top + 0.5 * line + pixel),
+                          theme.packed((1.0, 1.0, 1.0, 1.0)), 0.0, 2.0 * pixel)
         draw.add_text(ImVec2(round(left + 0.5 * (width - imgui.calc_text_size(name).x)), top + 0.55 * line),
                       theme.packed((0.86, 0.86, 0.86, 1.0)), name)
         left += width

@@ -46,7 +46,11 @@ def _looking_tools(settings: Settings, view: View) -> Settings:
     """Click to focus, overlays, histogram, views, comparison; returns the settings as chosen."""
     if _tool(fa.ICON_FA_CROSSHAIRS + "###Focus pick", "Click in the picture to focus there\n\n"
              "Drag to orbit about the point in focus, Shift or right drag to pan, wheel to dolly", view.focus_pick):
-        view.focus_pick = not view.focus_pick
+        view.focus_pick, view.pin_pick = not view.focus_pick, False
+    if _tool(fa.ICON_FA_THUMBTACK + "###Pin pixel", "Click in the picture to pin a pixel: its rays stay in the "
+             "section, the exit pupil,\nthe plan and the panel “Pixel”. Another click or Escape unpins it\n\n"
+             "Without this tool: Alt + click, or I with the mouse on the pixel", view.pin_pick):
+        view.pin_pick, view.focus_pick = not view.pin_pick, view.pin_pick
     for icon, key, name, tooltip in (
             (fa.ICON_FA_HIGHLIGHTER, "peaking", "Focus peaking", "Focus peaking: edges in focus are amber (P)"),
             (fa.ICON_FA_BULLSEYE, "coc", "CoC overlay",

@@ -60,20 +60,22 @@ def _glass(lens: lb.Lens, canvas: Canvas) -> list[tuple[lb.Glass, list[list[ImVe
         (e.glass, [canvas.points(strip) for strip in e.strips], canvas.points(e.outline)) for e in elements(lens)])
 
 
-def _paths(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
+def ray_paths(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
     """The rays of a fan in pixels, the first stretch cut at the left edge of the panel."""
     return canvas.memo.of((fan, canvas), lambda: _paths_in_pixels(fan, canvas))
 
 
 def _paths_in_pixels(fan: Fan, canvas: Canvas) -> list[list[ImVec2]]:
-    found = []
-    for ray in fan.rays:
-        path, left = ray.path, canvas.view.to_lens(canvas.corner, ImVec2(canvas.x - 2.0, 0.0))[0]
-        if len(path) > 1 and path[0][0] < left < path[1][0]:
-            t = (left - path[0][0]) / (path[1][0] - path[0][0])
-            path = np.vstack([path[0] + t * (path[1] - path[0]), path[1:]])
-        found.append(canvas.points(path))
-    return found
+    return [canvas.points(within(ray.path, canvas)) for ray in fan.rays]
+
+
+def within(path: np.ndarray, canvas: Canvas) -> np.ndarray:
+    """A path (n, 2) of (z, y) whose first stretch is cut at the left edge of the panel."""
+    left = canvas.view.to_lens(canvas.corner, ImVec2(canvas.x - 2.0, 0.0))[0]
+    if len(path) > 1 and path[0][0] < left < path[1][0]:
+        t = (left - path[0][0]) / (path[1][0] - path[0][0])
+        path = np.vstack([path[0] + t * (path[1] - path[0]), path[1:]])
+    return path
 
 
 def field_colours() -> tuple[tuple[theme.Colour, theme.Colour], ...]:
@@ -121,20 +123,23 @@ def draw_outlines(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas) -> Non
             draw.add_line(top, ImVec2(top.x + 4.0 * side * pixel, top.y + 5.0 * down * pixel), line, 1.4 * pixel)
 
 
-def draw_rays(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, dead: bool) -> None:
-    """All fans: first the lost rays, grey, to their crosses, then those that arrive; the chief rays last."""
+def draw_rays(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, dead: bool, strength: float = 1.0) -> None:
+    """All fans: first the lost rays, grey, to their crosses, then those that arrive; the chief rays last.
+
+    strength: factor of their opacity, below 1 where a pixel's rays are shown over them.
+    """
     colour, pixel = theme.colours(), theme.scale()
     if dead:
-        line = theme.packed(colour.dead, DEAD_ALPHA)
+        line = theme.packed(colour.dead, DEAD_ALPHA * strength)
         for fan in sketch.fans:
-            for ray, path in zip(fan.rays, _paths(fan, canvas), strict=True):
+            for ray, path in zip(fan.rays, ray_paths(fan, canvas), strict=True):
                 if ray.kind == "dead":
                     draw.add_polyline(path, line, pixel, OPEN)
-                    _cross(draw, path[-1], theme.packed(colour.dead, 0.9))
+                    draw_cross(draw, path[-1], theme.packed(colour.dead, 0.9 * strength))
     for kind, alpha, weight in (("", LIVE_ALPHA, 1.0), ("marginal", 0.85, 1.0), ("chief", 1.0, 1.6)):
         for fan, (tint, _) in zip(sketch.fans, field_colours(), strict=True):
-            line = theme.packed(tint, alpha)
-            for ray, path in zip(fan.rays, _paths(fan, canvas), strict=True):
+            line = theme.packed(tint, alpha * strength)
+            for ray, path in zip(fan.rays, ray_paths(fan, canvas), strict=True):
                 if ray.kind != kind:
                     continue
                 if sketch.ideal:                            # may run back between its principal planes: no joins
@@ -144,7 +149,8 @@ def draw_rays(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, dead: bool
                     draw.add_polyline(path, line, weight * pixel, OPEN)
 
 
-def _cross(draw: imgui.ImDrawList, at: ImVec2, colour: int) -> None:
+def draw_cross(draw: imgui.ImDrawList, at: ImVec2, colour: int) -> None:
+    """The end of a lost ray."""
     arm = CROSS * theme.scale()
     draw.add_line(ImVec2(at.x - arm, at.y - arm), ImVec2(at.x + arm, at.y + arm), colour, theme.scale())
     draw.add_line(ImVec2(at.x - arm, at.y + arm), ImVec2(at.x + arm, at.y - arm), colour, theme.scale())

@@ -14,19 +14,24 @@ import lensbench as lb
 from lensbench.app.panels.lens_section import cardinal_points as marks
 from lensbench.app.panels.lens_section import draw as drawing
 from lensbench.app.panels.lens_section.draw import Canvas
+from lensbench.app.panels.lens_section.links import FADED, draw_lit_surfaces, draw_pixel_fan, draw_ray, surfaces_at
 from lensbench.app.panels.lens_section.viewport import View, fitted
 from lensbench.app.state.build import design
 from lensbench.app.state.exit_pupil_geometry import region
 from lensbench.app.state.figures import readings
+from lensbench.app.state.pixel.lens_rays import in_section, pixel_fan
+from lensbench.app.state.pixel.pointed import Pointed
+from lensbench.app.state.ray_fans import Fan
 from lensbench.app.state.section_geometry import Sketch, elements, sketch
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
-from lensbench.kernels.figures import fixed
+from lensbench.kernels.figures import fixed, significant, true_minus
 
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
 FINE = 0.1
+NEAR = 4.0                      # pixels from the mouse to a surface that it points at
 ONE_OF_TWO = "Section y–z, up the picture"
 
 
@@ -40,13 +45,16 @@ class SectionState:
     dead_rays: bool = True
     held: float = 0.0               # stop radius or film z (mm) under the mouse while a handle is dragged
     mouse: float = 0.0
-    memo: Memo = field(default_factory=lambda: Memo(16))   # glass and rays in pixels
+    memo: Memo = field(default_factory=lambda: Memo(64))   # glass, surfaces and rays in pixels
+    pixel_rays: int = 0             # rays of the pointed pixel that are drawn
 
 
-def lens_section_panel(settings: Settings, state: SectionState, film_radius: float | None = None) -> Settings:
+def lens_section_panel(settings: Settings, state: SectionState, film_radius: float | None = None,
+                       links: Pointed | None = None) -> Settings:
     """Draw the section in the rest of the window; returns the settings, changed by a drag of the stop or the film.
 
-    film_radius: of the film point (mm) whose exit-pupil region is marked on the rear plane.
+    film_radius: of the film point (mm) whose exit-pupil region is marked on the rear plane. links: what the mouse
+    points at in all panels; the surfaces under the mouse are set there.
     """
     size = imgui.get_content_region_avail()
     if size.x < 24.0 or size.y < 24.0:
@@ -61,6 +69,7 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
         _reason(draw, corner, size, str(error))
         return settings
 
+    links = links if links is not None else Pointed()
     canvas = _canvas(settings, shown, corner, size, state)
     stop_handle, film_handle = _handles(shown, canvas)
     imgui.set_next_item_allow_overlap()
@@ -88,7 +97,7 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
 
     draw.push_clip_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), True)
     theme.small()
-    _draw(draw, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None, state)
+    _draw(draw, settings, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None, links, state)
     if shown.lens is not None and not shown.lens.is_rotationally_symmetric:
         extent = imgui.calc_text_size(ONE_OF_TWO)
         draw.add_text(ImVec2(corner.x + size.x - extent.x - theme.em(0.8), corner.y + theme.em(0.4)),
@@ -96,20 +105,33 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
     over_toggle = not shown.ideal and _dead_ray_toggle(corner, size, state)
     imgui.pop_font()
     draw.pop_clip_rect()
-    if hovered and not (stop_lit or film_lit or over_toggle) and not imgui.is_mouse_down(imgui.MouseButton_.left):
-        _explain(shown, canvas, state)
+    if hovered and not (film_lit or over_toggle) and not imgui.is_mouse_down(imgui.MouseButton_.left):
+        lit = (shown.lens.stop_index,) if stop_lit and shown.lens is not None else \
+            surfaces_at(shown, canvas, imgui.get_mouse_pos(), NEAR * theme.scale())
+        links.point_at_surfaces(lit)
+        if not stop_lit:
+            _explain(shown, canvas, lit, state)
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(size)
     return changed
 
 
-def _draw(draw: imgui.ImDrawList, shown: Sketch, canvas: Canvas, film_radius: float | None, stop_lit: bool,
-          film_lit: bool, movable: bool, state: SectionState) -> None:
+def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Canvas, film_radius: float | None,
+          stop_lit: bool, film_lit: bool, movable: bool, links: Pointed, state: SectionState) -> None:
+    raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
+    fan = _pixel_fan(settings, links)
     drawing.draw_axis(draw, canvas)
     drawing.draw_glass(draw, shown, canvas)
-    drawing.draw_rays(draw, shown, canvas, state.dead_rays)
+    drawing.draw_rays(draw, shown, canvas, state.dead_rays, 1.0 if fan is None else FADED)
     drawing.draw_outlines(draw, shown, canvas)
-    if film_radius is not None and shown.lens is not None and not shown.ideal:
+    state.pixel_rays = 0 if fan is None else draw_pixel_fan(draw, fan, canvas, state.dead_rays, shown.ideal)
+    draw_lit_surfaces(draw, shown, canvas, links.surfaces, fan)
+    if links.ray is not None and shown.lens is not None and not shown.ideal:
+        draw_ray(draw, in_section(settings, raster, links.ray), links.ray.surface >= 0, canvas)
+    if fan is not None:
+        at = canvas.at(shown.film_z, fan.height)
+        draw.add_circle_filled(at, 3.0 * theme.scale(), theme.packed(theme.colours().strong))
+    elif film_radius is not None and shown.lens is not None and not shown.ideal:
         bounds = _region_bounds(shown.lens, shown.film_z - shown.rear_z, film_radius)
         if bounds is not None:
             drawing.draw_region(draw, shown, canvas, *bounds, film_radius)
@@ -120,6 +142,17 @@ def _draw(draw: imgui.ImDrawList, shown: Sketch, canvas: Canvas, film_radius: fl
     drawing.draw_scale_bar(draw, shown, canvas)
     if shown.reason:
         _reason(draw, canvas.corner, ImVec2(canvas.width, 2.0 * imgui.get_text_line_height()), shown.reason)
+
+
+def _pixel_fan(settings: Settings, links: Pointed) -> Fan | None:
+    """The rays of the pointed pixel; None without such a pixel, or where they cannot be traced."""
+    raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
+    if raster is None:
+        return None
+    try:
+        return pixel_fan(settings, raster)
+    except (ValueError, OSError):           # the panel “Pixel” says why
+        return None
 
 
 def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> None:
@@ -251,8 +284,8 @@ def _dead_ray_toggle(corner: ImVec2, size: ImVec2, state: SectionState) -> bool:
     return hovered
 
 
-def _explain(shown: Sketch, canvas: Canvas, state: SectionState) -> None:
-    """A tooltip for the ray, the cardinal point or the element under the mouse."""
+def _explain(shown: Sketch, canvas: Canvas, lit: tuple[int, ...], state: SectionState) -> None:
+    """A tooltip for the cardinal point, the ray, the surface or the element under the mouse. lit: its surfaces."""
     mouse, pixel = imgui.get_mouse_pos(), theme.scale()
     z, y = canvas.view.to_lens(canvas.corner, mouse)
     for mark in shown.marks:
@@ -270,12 +303,26 @@ def _explain(shown: Sketch, canvas: Canvas, state: SectionState) -> None:
         else:
             _tooltip(f"{name}, {ray.end}", f"Lands {fixed(ray.path[-1][1], 3)} mm off the axis")
         return
+    if len(lit) == 1 and shown.lens is not None:
+        _tooltip(*_surface_words(shown, lit[0]))
+        return
     for number, element in enumerate(elements(shown.lens) if shown.lens is not None else (), start=1):
         if element.holds(z, y):
             glass = element.glass
             abbe = f", V = {fixed(glass.v_d, 1)}" if glass.v_d is not None else ""
             _tooltip(f"Element {number}  {glass.name}".rstrip(), f"n = {fixed(glass.n_d, 4)}{abbe} at the d line")
             return
+
+
+def _surface_words(shown: Sketch, index: int) -> tuple[str, str]:
+    """A surface in two lines: its shape, and how many of the drawn rays it ends."""
+    assert shown.lens is not None
+    surface = shown.lens.surfaces[index]
+    name = "Stop" if index == shown.lens.stop_index else f"Surface {index + 1} of {len(shown.lens.surfaces)}"
+    radius = f"R {significant(1.0 / surface.curvature, 4)} mm" if surface.curvature else "plane"
+    ended = sum(ray.surface == index for fan in shown.fans for ray in fan.rays)
+    return (f"{name}: {true_minus(radius)}, semi-diameter {fixed(surface.semi_diameter, 2)} mm",
+            f"Ends {ended} of the rays drawn here" if ended else "Ends none of the rays drawn here")
 
 
 def _region_bounds(lens: lb.Lens, film_distance: float, film_radius: float) -> tuple[float, float] | None:

@@ -10,6 +10,7 @@ import lensbench as lb
 from lensbench.app.panels import exit_pupil
 from lensbench.app.state.build import setup
 from lensbench.app.state.exit_pupil_geometry import box_samples, region
+from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.settings import Settings
 from tests.app.stand import drive
 
@@ -79,12 +80,12 @@ def test_a_film_point_without_light_has_no_region_and_no_samples():
 
 
 class Panel:
-    def __init__(self, settings: Settings = START, film_radius: float = 15.1, hover: float | None = None):
-        self.settings, self.film_radius, self.hover = settings, film_radius, hover
+    def __init__(self, settings: Settings = START, film_radius: float = 15.1, hover: tuple[float, float] | None = None):
+        self.settings, self.film_radius, self.links = settings, film_radius, Pointed(hover)
         self.state = exit_pupil.PupilState()
 
     def show(self) -> None:
-        self.film_radius = exit_pupil.exit_pupil_panel(self.settings, self.film_radius, self.state, self.hover)
+        self.film_radius = exit_pupil.exit_pupil_panel(self.settings, self.film_radius, self.state, self.links)
 
 
 def test_the_film_radius_is_turned_and_the_mouse_in_the_picture_does_not_change_it():
@@ -99,7 +100,7 @@ def test_the_film_radius_is_turned_and_the_mouse_in_the_picture_does_not_change_
         ctx.mouse_click(0)
         ctx.yield_(2)
         seen["half"] = panel.film_radius
-        panel.hover = 3.0
+        panel.links.hover = (400.0, 320.0)
         ctx.yield_(3)
         seen["hovering"] = panel.film_radius
         for y in range(110, 330, 25):                   # what passes under the cursor
@@ -123,7 +124,7 @@ def test_the_panel_lives_in_any_window_and_any_state(size):
 
     def test(ctx):
         for state in STATES:
-            for panel.hover in (None, 500.0):
+            for panel.links.hover in (None, (3.0, 5.0)):
                 panel.settings = state
                 ctx.yield_(2)
 

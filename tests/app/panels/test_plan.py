@@ -11,9 +11,10 @@ from imgui_bundle import ImVec2, imgui
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.panels.falloff import falling
-from lensbench.app.panels.spaces import along, intrinsics, rows, thing_at
+from lensbench.app.panels.spaces import along, intrinsics, rows
 from lensbench.app.state.build import camera, setup
 from lensbench.app.state.figures import readings
+from lensbench.app.state.pixel.beam import thing_at
 from lensbench.app.state.plan_view import extent, plan, things
 from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
@@ -99,13 +100,13 @@ def test_a_point_of_a_thing_is_told_in_the_frame_of_the_thing():
     ball = lb.Sphere((100.0, 0.0, -900.0), 50.0)
     wall = lb.Rectangle((0.0, 0.0, -2000.0), (0.0, 300.0, 0.0), (-400.0, 0.0, 0.0))
     scene = lb.Scene("two", spheres=(ball,), plates=(wall,))
-    name, point = thing_at(scene, np.array([100.0, 50.0, -900.0]), 0.0)
+    name, point = thing_at(scene.objects, np.array([100.0, 50.0, -900.0]), 0.0)
     assert name.startswith("sphere") and point.tolist() == [0.0, 50.0, 0.0]
-    name, point = thing_at(scene, np.array([200.0, 120.0, -2000.0]), 0.0)
+    name, point = thing_at(scene.objects, np.array([200.0, 120.0, -2000.0]), 0.0)
     assert name == "rectangle" and np.allclose(point, [120.0, -200.0, 0.0])
-    assert thing_at(scene, np.array([0.0, 0.0, -1500.0]), 0.0) is None
+    assert thing_at(scene.objects, np.array([0.0, 0.0, -1500.0]), 0.0) is None
     moving = replace(scene, spheres=(replace(ball, velocity=(0.0, 10.0, 0.0)),))
-    assert thing_at(moving, np.array([100.0, 70.0, -900.0]), 2.0)[1].tolist() == [0.0, 50.0, 0.0]
+    assert thing_at(moving.objects, np.array([100.0, 70.0, -900.0]), 2.0)[1].tolist() == [0.0, 50.0, 0.0]
 
 
 def test_intrinsics_are_the_focal_length_in_pixels():
@@ -151,6 +152,6 @@ def test_the_panels_are_opened_and_the_focus_is_dragged_in_the_plan(drive, tmp_p
         assert json.loads(path.read_text())["width"] == SMALL.pixels_x
         hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.3, 0.4))
         hand.ctx.yield_(2)
-        assert hand.session.view.pointed == hand.session.view.hover
+        assert hand.session.view.pointed == hand.session.view.links.hover
 
     assert drive(use).view.messages == []

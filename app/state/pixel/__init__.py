@@ -1,0 +1,1 @@
+"""What the mouse points at, followed through the lens: rays, spot and figures of one pixel."""
