@@ -25,6 +25,20 @@ class Mark:
         return settings.focuses and self.distance == settings.focus_distance and self.aim == settings.aim
 
 
+@dataclass(frozen=True, eq=False)
+class Light:
+    """Linear light of a picture (h, w, 3), as its texture was developed from it: exposure in stops, tone, sensor.
+
+    tone: a key of settings.TONES, "raw" for codes of the screen, or "difference", of which `scale` is shown white.
+    """
+
+    values: NDArray[np.float32]
+    exposure: float = 0.0
+    tone: str = "raw"
+    sensor: bool = False
+    scale: float = 1.0
+
+
 @dataclass(frozen=True)
 class Pinned:
     """The picture A: its texture, tone-mapped by its own settings."""
@@ -33,6 +47,7 @@ class Pinned:
     size: tuple[int, int]
     samples: int
     settings: Settings
+    light: Light
 
 
 @dataclass(frozen=True)
@@ -52,6 +67,7 @@ class Picture:
     difference: Difference | None = None            # from A, while `texture` shows it
     recorded: Settings | None = None                # of a light field's picture: of a camera with this focus
     note: str = ""                                  # describes such a picture
+    light: Light | None = None                      # that the texture shows, without overlays
 
 
 @dataclass
@@ -70,6 +86,7 @@ class View:
     links: Pointed = field(default_factory=Pointed)     # the pixel, ray and surfaces under the mouse
     picked: tuple[int, int] | None = None           # a pixel of a light field that was clicked on, across and down
     pointed: tuple[float, float] | None = None      # the last raster point under the mouse
+    magnifier: int = 0                              # steps of magnification at the mouse; 0: none
     scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last
     covered: tuple[float, float, float, float] | None = None    # by the picture on the screen: left, top, right, bottom
     pinned: Settings | None = None                  # those of the picture A

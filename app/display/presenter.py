@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.display.frame import Mark, Picture, Pinned, View
+from lensbench.app.display.frame import Light, Mark, Picture, Pinned, View
 from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
 from lensbench.app.state.circle_of_confusion import Blur
 from lensbench.app.state.exposure import AppliedExposure, applied_exposure, exposed, look
@@ -41,7 +41,7 @@ class Presenter:
         self._pinned_screen: Screen | None = None
         self._strip_screen: Screen | None = None
         self._strip_of: Any = None                      # the key of its picture
-        self._difference, self._histogram = Memo(1), Memo(1)
+        self._difference, self._apart, self._histogram = Memo(1), Memo(1), Memo(1)
         self._pins = 0                                  # counts the pictures A
         self._deep: RenderUpdate | None = None                  # the newest with a depth map
         self._loaded: Any = None                        # the key of the loaded picture
@@ -139,15 +139,20 @@ class Presenter:
                 difference = self._difference.of((self._pins, of), lambda: Difference.of(a, b))
                 texture = screen.apart(self._pinned_screen, difference.scale)
         screen.draw_at(view.scale)
+        light = Light(self.light, settings.exposure, "raw" if update.raw else settings.tone, settings.noise)
+        if difference is not None and self.pinned is not None:
+            light = self._apart.of((self._pins, of), lambda a=self.pinned.image, b=self.light, scale=difference.scale:
+                                   Light(np.abs(b - a), tone="difference", scale=scale))
         shares = None
         if view.histogram:
             tone = (settings.exposure, "raw" if update.raw else settings.tone, settings.noise)
             shares = self._histogram.of((of, tone), lambda: histogram(self.light, *tone))
         if self.field_picture is not None:
             return Picture(texture, screen.size, update.samples, update.seconds, histogram=shares, pinned=pinned,
-                           difference=difference, recorded=update.settings, note=note(*self.field_picture[:2]))
+                           difference=difference, recorded=update.settings, note=note(*self.field_picture[:2]),
+                           light=light)
         return Picture(texture, screen.size, update.samples, update.seconds, self._worker.paused, waiting, False,
-                       self.depth(settings), shares, pinned, difference)
+                       self.depth(settings), shares, pinned, difference, light=light)
 
     def depth(self, settings: Settings) -> NDArray[np.float32] | None:
         """The depth map (h, w) mm; None if there is none for the aim of these settings."""
@@ -160,7 +165,8 @@ class Presenter:
         own = update.settings
         texture = screen.developed(Development(own.exposure, "raw" if update.raw else own.tone, sensor=own.noise))
         screen.draw_at(view.scale)
-        return Pinned(texture, screen.size, update.samples, own)
+        light = Light(update.image, own.exposure, "raw" if update.raw else own.tone, own.noise)
+        return Pinned(texture, screen.size, update.samples, own, light)
 
     def _distances(self, settings: Settings, update: RenderUpdate) -> NDArray[np.float32] | None:
         """The depth map that the shaders need: for overlays, and to hide the noise of the first passes."""

@@ -251,8 +251,8 @@ def _words(seen: Region, samples: BoxSamples, pointer: str, lit: tuple[int, ...]
         what = f"no {beyond}" if pointer else f"No {beyond} off the axis"
     elif lit:
         names = " and ".join(f"{i + 1}" for i in lit)
-        part = float(np.isin(samples.blocked_by, lit).mean())
-        what = f"surface{'s' if len(lit) > 1 else ''} {names}: {fixed(100.0 * part, 0)} % blocked"
+        share = float(np.isin(samples.blocked_by, lit).mean())
+        what = f"surface{'s' if len(lit) > 1 else ''} {names}: {fixed(100.0 * share, 0)} % blocked"
         what = what if where else what[0].upper() + what[1:]
     else:
         part = "passes" if pointer else "of the box passes"

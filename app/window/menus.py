@@ -5,6 +5,7 @@ from pathlib import Path
 
 from imgui_bundle import hello_imgui, imgui
 
+from lensbench.app.panels.image.magnifier import toggle_magnifier
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import VIEWS, Settings
@@ -20,6 +21,7 @@ KEYS = (
     ("Ctrl + wheel · Ctrl + drag", "zoom the picture · move it"),
     ("F · 1 · Home", "whole picture · 100 % · camera back to its start"),
     ("I · Alt + click · Escape", "pin the pixel under the mouse, to follow its rays · unpin it"),
+    ("M · Alt + wheel", "magnifier with pixel values · its magnification"),
     ("P · C · Z · H · V", "peaking · circles of confusion · clipping · histogram · next view"),
     ("A · S · W · D", "pin the picture as A · compare side by side · by a wipe · their difference"),
     ("Space · R", "pause · restart the render"),
@@ -98,6 +100,9 @@ def _view_menu(state: WindowState) -> None:
         toggle_pin(state)
     imgui.set_item_tooltip("Keep the pixel that the mouse was on last: its rays stay in the section, the exit pupil, "
                            "the plan and the panel “Pixel”")
+    if _item("Magnifier", "M", True, state.view.magnifier > 0):
+        toggle_magnifier(state.view)
+    imgui.set_item_tooltip("Magnify the pixels at the mouse, with their values; Alt + wheel sets the magnification")
     if _item("Reset camera", "Home"):
         state.edited = at_home(state.edited)
     imgui.separator()
@@ -192,6 +197,8 @@ def shortcuts(state: WindowState) -> None:
     if pressed(KEY.v):
         views = list(VIEWS)
         state.edited = replace(state.edited, view=views[(views.index(state.edited.view) + 1) % len(views)])
+    if pressed(KEY.m):
+        toggle_magnifier(view)
     if pressed(KEY.i):
         toggle_pin(state)
     if pressed(KEY.f1):

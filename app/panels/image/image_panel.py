@@ -12,6 +12,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 from lensbench.app.display.frame import Picture, View
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
+from lensbench.app.panels.image.magnifier import STEPS, draw_magnifier
 from lensbench.app.panels.image.overlays import (
     Mark,
     draw_cross,
@@ -165,6 +166,11 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
         _say_below(draw, below, dark_corners(settings))
     if picture.pinned is not None:
         settings = _compared(settings, picture, view, upper, lower, (corner, room))
+    if view.magnifier and inside and imgui.is_mouse_hovering_rect(corner, end):
+        over_a = picture.pinned is not None and settings.compare == "wipe" and at[0] < settings.wipe
+        light = picture.pinned.light if over_a and picture.pinned is not None else picture.light
+        if light is not None:
+            draw_magnifier(draw, light, at, view.magnifier, (corner, end))
     draw.pop_clip_rect()
     if picture.waiting > SLOW:
         _progress(picture, corner, room)
@@ -245,7 +251,9 @@ def _handled(settings: Settings, picture: Picture, view: View, at: tuple[float, 
     # The wheel
     if imgui.is_item_hovered():
         imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
-        if io.mouse_wheel and io.key_ctrl:
+        if io.mouse_wheel and io.key_alt and view.magnifier:
+            view.magnifier = min(max(view.magnifier + int(math.copysign(1, io.mouse_wheel)), 1), len(STEPS))
+        elif io.mouse_wheel and io.key_ctrl:
             _zoom(view, at, 2.0 ** (0.5 * io.mouse_wheel))
         elif io.mouse_wheel:
             settings = dollied(settings, io.mouse_wheel * DOLLY * pivot_distance(settings))

@@ -5,6 +5,7 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 from lensbench.app.display.frame import Picture, View
+from lensbench.app.panels.image.magnifier import toggle_magnifier
 from lensbench.app.panels.image.menu import comparison_menu, picture_menu, view_menu
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
@@ -61,6 +62,9 @@ def _looking_tools(settings: Settings, view: View) -> Settings:
             settings = replace(settings, overlay="none" if settings.overlay == key else key)
     if _tool(fa.ICON_FA_CHART_AREA + "###Histogram", "Histogram of the tone-mapped picture (H)", view.histogram):
         view.histogram = not view.histogram
+    if _tool(fa.ICON_FA_MAGNIFYING_GLASS + "###Magnifier", "Magnifier at the mouse, with the values of the pixels (M)\n"
+             "Alt + wheel magnifies more or less; the last step writes a grid of numbers", view.magnifier > 0):
+        toggle_magnifier(view)
     if _tool(fa.ICON_FA_LAYER_GROUP + "###Views", "The picture, or another quantity of its samples (V)",
              settings.view != "picture"):
         imgui.open_popup("View menu")

@@ -1,5 +1,7 @@
 """What the mouse points at, drawn in the section: the rays of a pixel, one ray of a plot, lit surfaces."""
 
+from functools import partial
+
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
@@ -78,7 +80,7 @@ def surfaces_at(sketch: Sketch, canvas: Canvas, mouse: ImVec2, reach: float) -> 
             beside = sketch.stop_radius <= height <= 1.12 * outer
             away = abs(canvas.at(sketch.stop_z, 0.0).x - mouse.x) if beside else np.inf
         else:
-            points = canvas.memo.of(("surface", sketch.lens, i, canvas), lambda curve=curve: canvas.pixels(curve))
+            points = canvas.memo.of(("surface", sketch.lens, i, canvas), partial(canvas.pixels, curve))
             step = np.diff(points, axis=0)
             t = np.clip(((at - points[:-1]) * step).sum(1) / np.maximum((step**2).sum(1), 1e-12), 0.0, 1.0)
             away = float(np.hypot(*(points[:-1] + t[:, None] * step - at).T).min())
