@@ -1,0 +1,360 @@
+"""Beams of fields: chief rays, the frames that rays are given in, and their traces to the scene and to the film.
+
+Lengths in mm, lens frame. See `traced_grid` for the reference point, the axes and the pupil coordinates of a field.
+"""
+
+from dataclasses import dataclass, field
+from math import inf, isinf, nan, sqrt
+
+import numpy as np
+
+from lensbench.analysis.chief_rays import ChiefRays, find_chief_rays
+from lensbench.analysis.field_conditions import Conditions
+from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
+from lensbench.kernels.cache import njit
+from lensbench.kernels.figures import significant
+from lensbench.kernels.program import Program
+from lensbench.optics.block_trace import surface_steps, trace_steps
+from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.paraxial import first_order
+from lensbench.optics.path_trace import PATH, STOP_SHARE, VICTIM, path_steps
+from lensbench.optics.prescription import Lens
+from lensbench.optics.system import FieldKind
+
+COARSE = 20             # points across the scan that finds the open region
+MARGIN = 1.25           # × the image of the stop, that the first scan covers
+WIDER = 1.6             # × its extent, where the region reaches its edge
+SCANS = 4
+SLOPE_STEP = 1e-5       # direction cosine, for the image of the stop
+
+_GIVEN = (X, Y, Z, L, M, N, WEIGHT, PATH)
+_WANTED = (X, Y, Z, L, M, N, CLEARANCE, PATH, VICTIM, STOP_SHARE)
+(OFFSET_S, OFFSET_T, SLOPE_S, SLOPE_T, PUPIL_S, PUPIL_T, OPD,     # as in RayGrid
+ SHARE,                                 # squared distance from the axis in the stop over that of its rim
+ LEVEL,                                 # greatest share of a rim at which the ray meets a surface; NaN for a lost ray
+ ) = range(9)
+LANDED = 9
+
+
+@dataclass(frozen=True, eq=False)
+class FieldBeams:
+    """The fields of a grid: their chief rays in the primary wavelength, and the frames that rays are given in.
+
+    A ray of the object is given by its place: two coordinates (mm) across the beam, on the plane through the chief
+    ray's point on the first surface and perpendicular to the chief ray. sources: (F, 2) as `find_chief_rays` takes
+    them, angle vectors or points of the object.
+    """
+
+    lens: Lens
+    film_distance: float
+    chief: ChiefRays
+    object_distance: float
+    wavelength: float
+    axes: np.ndarray
+    frames: np.ndarray          # (F, 2, 3) axes of the places
+    sources: np.ndarray
+    chief_pupil: np.ndarray     # (F, 2)
+    stop_slopes: np.ndarray     # (F, 2, 2) of the point on the stop, in its radii, by pupil coordinates
+    backward: Program           # from the film to the scene
+    to_stop: Program            # from the film to the stop
+    sphere_curvatures: np.ndarray       # (F,) 1 / radius of the reference sphere, 1/mm
+    colours: dict[float, ChiefRays] = field(default_factory=dict)       # chief rays of other wavelengths
+
+    @classmethod
+    def of(cls, lens: Lens, film_distance: float, chief: ChiefRays, object_distance: float,
+           wavelength: float) -> "FieldBeams":
+        """The frames of these chief rays."""
+        radius = np.hypot(chief.images[:, 0], chief.images[:, 1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            outward = np.where((radius > 1e-12)[:, None], chief.images / radius[:, None], [0.0, 1.0])
+        axes = np.stack([np.column_stack([outward[:, 1], -outward[:, 0]]), outward], 1)
+
+        # The rotation that takes +z to the chief ray takes x and y to the frame
+        l, m, n = chief.directions.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = np.where(1.0 + n > 1e-9, 1.0 / (1.0 + n), 0.0)
+        frames = np.stack([np.stack([1.0 - l * l * turn, -l * m * turn, -l], 1),
+                           np.stack([-l * m * turn, 1.0 - m * m * turn, -m], 1)], 1)
+        if isinf(object_distance):
+            sources = chief.angles
+        else:
+            away = (-object_distance - chief.points[:, 2]) / chief.directions[:, 2]
+            sources = chief.points[:, :2] + away[:, None] * chief.directions[:, :2]
+        chief_pupil = np.einsum("fk,fak->fa", chief.image_directions[:, :2], axes)
+        pupil_z, film_z = first_order(lens, wavelength).exit_pupil.z, lens.length + film_distance
+        gap = film_z - pupil_z
+        curvatures = chief.image_directions[:, 2] * (1.0 / gap if gap and not isinf(gap) else 0.0)
+        backward = Program(trace_steps(lens, film_distance, wavelength, "scene"), np.float64)
+        behind = slice(0, len(lens.surfaces) - lens.stop_index)
+        to_stop = Program(surface_steps(lens, film_distance, wavelength, part=behind), np.float64)
+        made = cls(lens, film_distance, chief, object_distance, wavelength, axes, frames, sources, chief_pupil,
+                   np.zeros((len(axes), 2, 2)), backward, to_stop, np.nan_to_num(curvatures))
+        object.__setattr__(made, "stop_slopes", made._stop_slopes())
+        return made
+
+    def forward(self, wavelength: float, of_field: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rays of the object in one wavelength (µm), of fields (n,) at places (n, 2).
+
+        Returns the rows (9, n) of LANDED, and the surface (n,) that ends each, −1 for one that passes. The chief rays
+        of this wavelength have the path difference 0.
+        """
+        count = len(self.axes)
+        own = self.chief_of(wavelength)
+        rays = [np.concatenate(pair) for pair in zip(
+            self.starts(of_field, places),
+            self.starts(np.arange(count), self.across(own.points, own.directions)), strict=True)]
+        rays = [np.where(np.isfinite(rays[0]), each, 0.0) for each in rays]
+        out = Program(path_steps(self.lens, self.film_distance, wavelength), np.float64).run(
+            dict(zip(_GIVEN, rays, strict=True)), _WANTED, len(places) + count)
+        values, victim = np.empty((LANDED, len(places))), np.empty(len(places), np.int16)
+        _finish(out, of_field, self.chief.images, self.axes, self.sphere_curvatures, values, victim)
+        return values, victim
+
+    def chief_of(self, wavelength: float) -> ChiefRays:
+        """The chief rays of the same object points in another wavelength (µm)."""
+        if wavelength == self.wavelength:
+            return self.chief
+        if wavelength in self.colours:
+            return self.colours[wavelength]
+        self.colours[wavelength] = find_chief_rays(self.lens, self.film_distance, self.sources, self.object_distance,
+                                                   False, wavelength, near=self.chief.at_stop)
+        return self.colours[wavelength]
+
+    def on_axes(self, vectors: np.ndarray) -> np.ndarray:
+        """Components (F, 2) of film vectors (F, 2) along the sagittal and the tangential axis."""
+        return np.einsum("fk,fak->fa", vectors, self.axes)
+
+    def across(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Places (F, …, 2) of rays given by points and directions (F, …, 3) in the lens frame."""
+        shape = (len(self.axes),) + (1,) * (points.ndim - 2)
+        u = self.chief.directions.reshape(*shape, 3)
+        offset = points - self.chief.points.reshape(*shape, 3)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            away = -(offset * u).sum(-1) / (directions * u).sum(-1)
+        return np.einsum("f...k,fak->f...a", offset + away[..., None] * directions, self.frames)
+
+    def starts(self, of_field: np.ndarray, places: np.ndarray) -> list[np.ndarray]:
+        """Rows of `_GIVEN` of the object's rays of fields (n,) at places (n, 2)."""
+        offset = (places[:, :, None] * self.frames[of_field]).sum(1)
+        x, y, z = (self.chief.points[of_field] + offset).T
+        u = self.chief.directions[of_field]
+        path = np.zeros(len(places))
+        if not isinf(self.object_distance):
+            point = np.column_stack([self.sources, np.full(len(self.sources), -self.object_distance)])
+            reach = np.linalg.norm(self.chief.points - point, axis=1)[of_field]
+            across2 = (places**2).sum(1)
+            far = np.sqrt(reach**2 + across2)
+            u = (offset + reach[:, None] * u) / far[:, None]
+            path = self.lens.front_index * across2 / (far + reach)
+        return [x, y, z - self.lens.length - self.film_distance, *u.T, np.ones(len(places)), path]
+
+    def towards_scene(self, s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rays from the reference points with pupil coordinates s and t (F, …), backwards to the scene.
+
+        Returns their places (F, …, 2), and the greatest share (F, …) of a rim at which they meet a surface; inf for
+        rays that do not come through.
+        """
+        given, dark = self._from_film(s, t)
+        x, y, z, l, m, n, clearance = self.backward.run(given, [X, Y, Z, L, M, N, CLEARANCE], s.size).reshape(
+            7, *s.shape)
+        points = np.stack([x, y, z + self.lens.length + self.film_distance], -1)
+        places = self.across(points, np.stack([l, m, n], -1))
+        with np.errstate(invalid="ignore"):
+            level = np.sqrt(clearance)
+        return places, np.where(np.isnan(level) | dark, inf, level)
+
+    def _from_film(self, s: np.ndarray, t: np.ndarray) -> tuple[dict[int, np.ndarray], np.ndarray]:
+        """The given rows of rays from the reference points, and (F, …) which of them are none."""
+        shape = (len(self.axes),) + (1,) * (s.ndim - 1)
+        (sx, sy), (tx, ty) = (self.axes[:, a].T.reshape(2, *shape) for a in (0, 1))
+        l, m = s * sx + t * tx, s * sy + t * ty
+        square = 1.0 - l * l - m * m
+        dark = ~(square > 1e-9)
+        x, y = (np.broadcast_to(each.reshape(shape), s.shape) for each in self.chief.images.T)
+        rows = {X: x, Y: y, L: -l, M: -m, N: -np.sqrt(np.where(dark, 1.0, square)), WEIGHT: np.ones(s.shape)}
+        return {row: np.where(dark, 0.0 if row != N else -1.0, each).ravel() for row, each in rows.items()}, dark
+
+    def _stop_slopes(self) -> np.ndarray:
+        """(F, 2, 2) the derivative of the point on the stop, in its radii, by the pupil coordinates."""
+        s = self.chief_pupil[:, :1] + [SLOPE_STEP, -SLOPE_STEP, 0.0, 0.0]
+        t = self.chief_pupil[:, 1:] + [0.0, 0.0, SLOPE_STEP, -SLOPE_STEP]
+        at = self.on_stop(s, t)
+        return np.stack([at[..., 0] - at[..., 1], at[..., 2] - at[..., 3]], -1).transpose(1, 0, 2) / (2.0 * SLOPE_STEP)
+
+    def on_stop(self, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """(2, F, …) x and y on the stop, in its radii, of rays from the reference points; NaN for lost rays."""
+        given, dark = self._from_film(s, t)
+        at = self.to_stop.run(given, [X, Y], s.size).reshape(2, *s.shape) / self.lens.stop.semi_diameter
+        return np.where(dark, nan, at)
+
+    def linear_stop_share(self, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """(F, …) distance from the stop's centre over its radius, to first order about the chief ray."""
+        shape = (len(self.axes),) + (1,) * (s.ndim - 1)
+        ds, dt = (each - middle.reshape(shape) for each, middle in zip((s, t), self.chief_pupil.T, strict=True))
+        (a, b), (c, d) = (self.stop_slopes[:, i].T.reshape(2, *shape) for i in (0, 1))
+        return np.hypot(a * ds + b * dt, c * ds + d * dt)
+
+    def open_boxes(self, conditions: Conditions) -> tuple[np.ndarray, list[Finding]]:
+        """(F, 2, 2) low and high pupil coordinate, sagittal and tangential, of the open region; NaN where dark."""
+        determinant = np.linalg.det(self.stop_slopes)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            a, b, c, d = self.stop_slopes.reshape(-1, 4).T
+            half = MARGIN * np.column_stack([np.hypot(d, b), np.hypot(c, a)]) / np.abs(determinant)[:, None]
+        low, high = self.chief_pupil - half, self.chief_pupil + half
+        boxes = np.full((len(low), 2, 2), nan)
+        left = np.flatnonzero(np.isfinite(half).all(1))
+        cell = (np.arange(COARSE) + 0.5) / COARSE
+        for _ in range(SCANS):
+            if not left.size:
+                break
+            some = self._only(left)
+            size = high[left] - low[left]
+            s, t = (low[left, k, None] + cell * size[:, k, None] for k in (0, 1))
+            s, t = (np.ascontiguousarray(np.broadcast_to(each, (left.size, COARSE, COARSE)))
+                    for each in (s[:, None, :], t[:, :, None]))
+            level = some.towards_scene(s, t)[1]
+            bounds = np.empty((left.size, 4))
+            _bounds(level, bounds)                      # in cells, s low, s high, t low, t high; NaN for a dark field
+            lit, wide = np.isfinite(bounds[:, 0]), bounds
+            touches = np.column_stack([wide[:, 0] < 0.5, wide[:, 1] > COARSE - 0.5, wide[:, 2] < 0.5,
+                                       wide[:, 3] > COARSE - 0.5]) & lit[:, None]
+            done = lit & ~touches.any(1)
+            places = bounds.reshape(-1, 2, 2) / COARSE
+            boxes[left[lit]] = low[left[lit], :, None] + places[lit] * size[lit][:, :, None]
+            # Widen the scan where the region reaches its edge, everywhere where nothing was found
+            grow = np.where(touches | ~lit[:, None], 0.5 * (WIDER - 1.0), 0.0)
+            low[left] -= grow[:, ::2] * size
+            high[left] += grow[:, 1::2] * size
+            left = left[~done]
+        findings = []
+        dark = np.flatnonzero(~np.isfinite(boxes).all((1, 2)))
+        if dark.size:
+            names = ", ".join(field_name(conditions, i) for i in dark)
+            findings.append(Finding(
+                Kind.DARK, None, f"no light reaches {'these fields' if dark.size > 1 else 'the field'} {names}: beyond "
+                "what the lens sees, or beyond its image circle", figures={"fields": float(dark.size)}))
+        return boxes, findings
+
+    def _only(self, which: np.ndarray) -> "FieldBeams":
+        """These fields alone."""
+        chief = ChiefRays(*(getattr(self.chief, name)[which] for name in
+                            ("at_stop", "points", "directions", "images", "image_directions")))
+        return FieldBeams(self.lens, self.film_distance, chief, self.object_distance, self.wavelength, self.axes[which],
+                       self.frames[which], self.sources[which], self.chief_pupil[which], self.stop_slopes[which],
+                       self.backward, self.to_stop, self.sphere_curvatures[which])
+
+    def beam_areas(self, places: np.ndarray) -> np.ndarray:
+        """(F, N, N) light of an evenly lit beam per cell of the grid, from places (F, N, N, 2).
+
+        An object at infinity lights the beam's area evenly, one nearby by Lambert's law.
+        """
+        out = np.zeros(places.shape[:3])
+        _areas(places, out)
+        if not isinf(self.object_distance):
+            point = np.column_stack([self.sources, np.full(len(self.sources), -self.object_distance)])
+            reach = np.linalg.norm(self.chief.points - point, axis=1)[:, None, None]
+            far = np.sqrt(reach**2 + np.where(np.isfinite(places), places, 0.0)**2 @ np.ones(2))
+            along = (np.einsum("fija,fa->fij", np.nan_to_num(places), self.frames[:, :, 2])
+                     + reach * self.chief.directions[:, 2, None, None])
+            out *= np.nan_to_num((reach / far) ** 3 * np.abs(along / far))
+        return out
+
+
+def field_name(conditions: Conditions, i: int) -> str:
+    """A field in words, such as "12.4 mm" or "14°"."""
+    x, y = conditions.fields[i]
+    unit = "°" if conditions.field_kind is FieldKind.ANGLE else " mm"
+    return f"{significant(y, 4)}{unit}" if x == 0.0 else f"({significant(x, 4)}, {significant(y, 4)}){unit}"
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _finish(out, of_field, images, axes, curvatures, values, victim):
+    """Rays behind the last surface, rows of `_WANTED`, to the film and the reference sphere.
+
+    The first n of them give values (9, n) and victim (n,); then follow the chief rays of the fields.
+    """
+    n, fields = of_field.size, images.shape[0]
+    reference = np.empty(fields)
+    for i in range(n + fields):
+        lane = n + i if i < fields else i - fields      # the chief rays first
+        f = i if i < fields else of_field[lane]
+        l, m, cosine = out[3, lane], out[4, lane], out[5, lane]
+        away = -out[2, lane] / cosine
+        ex, ey = out[0, lane] + away * l - images[f, 0], out[1, lane] + away * m - images[f, 1]
+        along = ex * l + ey * m
+        off2, kappa = ex * ex + ey * ey - along * along, curvatures[f]
+        back = along - off2 * kappa / (1.0 + sqrt(1.0 - kappa * kappa * off2))
+        path = out[7, lane] + away - back               # to the sphere, plus its radius
+        if i < fields:
+            reference[f] = path
+            continue
+        sx, sy, tx, ty = axes[f, 0, 0], axes[f, 0, 1], axes[f, 1, 0], axes[f, 1, 1]
+        px, py = l * (1.0 + kappa * back) - ex * kappa, m * (1.0 + kappa * back) - ey * kappa
+        values[OFFSET_S, lane], values[OFFSET_T, lane] = ex * sx + ey * sy, ex * tx + ey * ty
+        values[SLOPE_S, lane], values[SLOPE_T, lane] = (l * sx + m * sy) / cosine, (l * tx + m * ty) / cosine
+        values[PUPIL_S, lane], values[PUPIL_T, lane] = px * sx + py * sy, px * tx + py * ty
+        values[OPD, lane] = reference[f] - path
+        values[SHARE, lane] = out[9, lane]
+        values[LEVEL, lane] = sqrt(out[6, lane])
+        victim[lane] = np.int16(out[8, lane])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cell_slope(level, i, j, axis):
+    """Change of a level per cell along an axis, from the neighbours that are finite; 0 where there is none."""
+    di, dj = (1, 0) if axis == 0 else (0, 1)
+    rows, columns = level.shape
+    here = level[i, j]
+    after = level[i + di, j + dj] if i + di < rows and j + dj < columns else np.nan
+    before = level[i - di, j - dj] if i >= di and j >= dj else np.nan
+    has_after, has_before = abs(after) < np.inf, abs(before) < np.inf
+    if has_after and has_before:
+        return 0.5 * (after - before)
+    if has_after:
+        return after - here
+    return here - before if has_before else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bounds(level, out):
+    """Extents of level < 1 in cells of (F, N, N): out (F, 4) low and high column, low and high row; NaN where none is.
+
+    A rim between two cells is where the level, linear between them, is 1; the extents get half a cell more.
+    """
+    fields, rows, columns = level.shape
+    for f in range(fields):
+        low_s, high_s, low_t, high_t = np.inf, -np.inf, np.inf, -np.inf
+        for i in range(rows):
+            for j in range(columns):
+                here = level[f, i, j]
+                if not here < 1.0:
+                    continue
+                s, t = j + 0.5, i + 0.5
+                low_s = min(low_s, s - (_part(here, level[f, i, j - 1]) if j > 0 else 0.5))
+                high_s = max(high_s, s + (_part(here, level[f, i, j + 1]) if j < columns - 1 else 0.5))
+                low_t = min(low_t, t - (_part(here, level[f, i - 1, j]) if i > 0 else 0.5))
+                high_t = max(high_t, t + (_part(here, level[f, i + 1, j]) if i < rows - 1 else 0.5))
+        found = high_s > low_s
+        out[f, 0], out[f, 1] = (low_s - 0.5, high_s + 0.5) if found else (np.nan, np.nan)
+        out[f, 2], out[f, 3] = (low_t - 0.5, high_t + 0.5) if found else (np.nan, np.nan)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _part(here, there):
+    """Place of the level 1 between a cell inside and its neighbour, in cells: at most 1."""
+    if not there < np.inf:
+        return 1.0
+    return 1.0 if there <= 1.0 else (1.0 - here) / (there - here)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _areas(places, out):
+    """Area of the beam per cell of the exit pupil (F, N, N), from places (F, N, N, 2); 0 where they are unknown."""
+    fields, rows, columns, _ = places.shape
+    for f in range(fields):
+        for i in range(rows):
+            for j in range(columns):
+                a, b = cell_slope(places[f, :, :, 0], i, j, 0), cell_slope(places[f, :, :, 0], i, j, 1)
+                c, d = cell_slope(places[f, :, :, 1], i, j, 0), cell_slope(places[f, :, :, 1], i, j, 1)
+                area = abs(a * d - b * c)
+                out[f, i, j] = area if area < np.inf else 0.0

@@ -1,0 +1,198 @@
+"""The wavefront in the exit pupil: maps, Zernike coefficients, rms and Strehl ratio.
+
+Lengths in mm; frame and sign are those of the ray grid. The Zernike disk of a field has the middle of the open pupil's
+extents and half the longer of them as its radius, in the primary wavelength. A pupil that rims cut is fitted over its
+open part alone, so its coefficients depend on how many there are.
+
+References
+----------
+V. N. Mahajan, "Strehl ratio for primary aberrations", J. Opt. Soc. Am. 72 (1982), for the approximation.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi, sqrt
+
+import numpy as np
+
+from lensbench.analysis.traced_grid import RayGrid
+from lensbench.analysis.zernike import noll_indices, radial_coefficients, zernikes
+from lensbench.kernels.cache import njit
+from lensbench.optics.prescription import LensError
+
+TERMS = 37              # Noll polynomials, complete to the seventh order with one of the eighth (37: spherical)
+ENOUGH = 2.0            # open cells for each term
+
+
+@dataclass(frozen=True, eq=False)
+class Wavefront:
+    """Wavefronts of F fields and C wavelengths, from `wavefronts`; NaN where no light falls.
+
+    Parameters
+    ----------
+    rays
+        The ray grid.
+    centres
+        (F, 2) middle of the Zernike disk in pupil coordinates, sagittal and tangential.
+    radii
+        (F,) radius of the disk, in the same.
+    noll
+        (F, C, J) coefficients of Noll's polynomials 1 … J, mm: of unit rms over the whole disk.
+    residual
+        (F, C) rms of what the polynomials leave, mm.
+    rms
+        (F, C) rms of W over the open pupil without piston and tilt, mm: about the best image point.
+    peak_to_valley
+        (F, C) range of W over the open pupil, without piston and tilt, mm.
+    strehl
+        (F, C) Strehl ratio at the best point of the film: |mean of exp(2πi W / λ)|² over the light, W without tilt.
+    """
+
+    rays: RayGrid
+    centres: np.ndarray
+    radii: np.ndarray
+    noll: np.ndarray
+    residual: np.ndarray
+    rms: np.ndarray
+    peak_to_valley: np.ndarray
+    strehl: np.ndarray
+
+    @property
+    def fringe(self) -> np.ndarray:
+        """(F, C, J) coefficients of the same polynomials scaled to 1 at the rim, in Noll's order, mm.
+
+        `zernike.fringe_index` gives the fringe index of each.
+        """
+        return self.noll * fringe_scale(self.noll.shape[-1])
+
+    @cached_property
+    def waves(self) -> np.ndarray:
+        """(F, C, N, N) W on the grid in wavelengths, NaN outside the open pupil."""
+        line = 1e-3 * np.array(self.rays.conditions.wavelengths)[:, None, None]
+        return np.where(self.rays.coverage > 0.0, self.rays.grid_opd / line, np.nan)
+
+    @property
+    def rms_waves(self) -> np.ndarray:
+        """(F, C) the rms in wavelengths of each colour."""
+        return self.rms / (1e-3 * np.array(self.rays.conditions.wavelengths))
+
+
+def fringe_scale(count: int) -> np.ndarray:
+    """(count,) value at the rim of Noll's polynomials 1 … count, in their order."""
+    scale = []
+    for j in range(1, count + 1):
+        n, m = noll_indices(j)
+        assert sum(radial_coefficients(n, m)) == 1
+        scale.append(np.sqrt(n + 1) * (1.0 if m == 0 else np.sqrt(2.0)))
+    return np.array(scale)
+
+
+def wavefronts(rays: RayGrid, terms: int = TERMS) -> Wavefront:
+    """Wavefronts of a ray grid.
+
+    Parameters
+    ----------
+    rays : RayGrid
+        From `ray_grid`.
+    terms : int
+        Number of Zernike polynomials, from 4.
+
+    Returns
+    -------
+    Wavefront
+        Without light enough for the fit (two open cells a term) the coefficients are NaN; the other figures stand.
+
+    Raises
+    ------
+    LensError
+        For fewer than 4 terms.
+    """
+    if terms < 4:
+        raise LensError(f"{terms} Zernike terms: at least 4 are needed")
+    fields, colours, n, _ = rays.opd.shape
+    ends = open_extents(rays)
+    centres, radii = ends.mean(2), 0.5 * (ends[:, :, 1] - ends[:, :, 0]).max(1)
+    x, y = ((rays.pupil[:, a] - centres[:, a, None]) / radii[:, None] for a in (0, 1))
+    noll = np.full((fields, colours, terms), np.nan)
+    residual, rms, range_, strehl = (np.full((fields, colours), np.nan) for _ in range(4))
+    opd, light = rays.grid_opd, rays.coverage * rays.intensity[:, None]
+    lines = 1e-3 * np.array(rays.conditions.wavelengths)
+    for f in np.flatnonzero(np.isfinite(radii)):
+        good = (rays.coverage[f] > 0.0) & np.isfinite(opd[f])
+        rows, columns = np.nonzero(good.any(0))
+        basis = zernikes(terms, x[f][columns], y[f][rows])
+        share = np.where(good, rays.coverage[f], 0.0)[:, rows, columns]
+        w = np.where(good, opd[f], 0.0)[:, rows, columns]
+        counts = good.sum((1, 2))
+        for c in np.flatnonzero(counts >= 4):
+            part = share[c] / share[c].sum()
+            open_, bright = part > 0.0, light[f, c, rows, columns]
+            flat = w[c] - _sum(basis[:3], _fitted(basis[:3], w[c], part))
+            rms[f, c], range_[f, c] = np.sqrt((part * flat**2).sum()), np.ptp(flat[open_])
+            strehl[f, c] = np.abs((bright * np.exp(2j * pi / lines[c] * flat)).sum() / bright.sum()) ** 2
+            if counts[c] >= ENOUGH * terms:
+                noll[f, c] = _fitted(basis, w[c], part)
+                residual[f, c] = np.sqrt((part * (w[c] - _sum(basis, noll[f, c])) ** 2).sum())
+    return Wavefront(rays, centres, radii, noll, residual, rms, range_, strehl)
+
+
+def open_extents(rays: RayGrid) -> np.ndarray:
+    """(F, 2, 2) low and high end of the open pupil, sagittal and tangential, in the primary wavelength; NaN if dark."""
+    coverage = rays.coverage[:, rays.conditions.primary]
+    n = coverage.shape[1]
+    ends = np.full((len(coverage), 2, 2), np.nan)
+    for a in (0, 1):
+        widest = coverage.max(1 + a)                    # of each column, or row
+        lit = widest > 0.0
+        first, last = lit.argmax(1), n - 1 - lit[:, ::-1].argmax(1)
+        row = np.arange(len(coverage))
+        low, high = first + 1.0 - widest[row, first], last + widest[row, last]
+        cells = np.stack([low, high], 1)
+        ends[:, a] = rays.pupil[:, a, :1] + (cells - 0.5) * rays.steps[:, a, None]
+    return np.where(rays.lit[:, None, None], ends, np.nan)
+
+
+def _sum(basis: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """(n,) the sum of the basis (k, n) with coefficients (k,)."""
+    return np.einsum("k,kn->n", coefficients, basis)
+
+
+def _fitted(basis: np.ndarray, w: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """(k,) coefficients of W (n,) by the basis (k, n), by least squares with weights (n,)."""
+    out = np.empty(len(basis))
+    _fit(basis, w, share, out)
+    return out
+
+
+@njit(fastmath={"contract", "nsz", "arcp", "reassoc"}, error_model="numpy", cache=True, nogil=True)
+def _fit(basis, w, share, out):
+    """Coefficients of W (n,) by the basis (k, n) into out (k,): the normal equations, by Cholesky's factors.
+
+    Not by BLAS, whose threads take longer to wake than these small products take.
+    """
+    k, n = basis.shape
+    normal, weighted = np.empty((k, k)), np.empty(n)
+    for i in range(k):
+        right = 0.0
+        for q in range(n):
+            weighted[q] = basis[i, q] * share[q]
+            right += weighted[q] * w[q]
+        out[i] = right
+        for j in range(i + 1):
+            total = 0.0
+            for q in range(n):
+                total += weighted[q] * basis[j, q]
+            normal[i, j] = total
+    for i in range(k):
+        for j in range(i + 1):
+            total = normal[i, j]
+            for q in range(j):
+                total -= normal[i, q] * normal[j, q]
+            normal[i, j] = sqrt(total) if i == j else total / normal[j, j]
+        for q in range(i):
+            out[i] -= normal[i, q] * out[q]
+        out[i] /= normal[i, i]
+    for i in range(k - 1, -1, -1):
+        for q in range(i + 1, k):
+            out[i] -= normal[q, i] * out[q]
+        out[i] /= normal[i, i]
