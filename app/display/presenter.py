@@ -36,6 +36,7 @@ class Presenter:
         self.light: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)  # on the screen, before the tone curve
         self._light_of: Any = None                      # the key of that light
         self._applied_exposure = Memo(1)
+        self.renderer = ""                              # GL's name of what draws
         self._worker = worker
         self._screen: Screen | None = None
         self._pinned_screen: Screen | None = None
@@ -49,13 +50,19 @@ class Presenter:
     def open(self) -> None:
         """Begin to draw in the current GL context."""
         moderngl.init_context()
+        self.renderer = moderngl.get_context().info["GL_RENDERER"]
         self._screen = Screen(moderngl.get_context())
 
     @property
     def software(self) -> bool:
         """Whether the processor draws, instead of a graphics card."""
-        name = moderngl.get_context().info["GL_RENDERER"].lower()
-        return any(renderer in name for renderer in ("llvmpipe", "softpipe", "swrast"))
+        return any(name in self.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast"))
+
+    @property
+    def drawn_by(self) -> str:
+        """What draws the window, and what it leaves out, in a sentence."""
+        without = ". No graphics card: the first samples are not softened" if self.software else ""
+        return f"Drawn by {self.renderer}{without}."
 
     def take(self, view: View) -> None:
         """Take the newest update of the render worker."""
@@ -94,7 +101,8 @@ class Presenter:
         if self.shown is None or self._screen is None:
             return False
         settings = replace(self.shown.settings, **{name: getattr(present, name) for name in RESTARTS_NOTHING})
-        self._keep(self.shown._replace(settings=settings, image=_light(self.shown, present)))
+        shown = self.shown if self.shown.plain is None else self.shown._replace(image=self.shown.plain)
+        self._keep(shown._replace(settings=settings, image=_light(shown, present)))
         return True
 
     def keep(self, image: NDArray[np.float32], settings: Settings) -> None:
@@ -172,7 +180,7 @@ class Presenter:
         """The depth map that the shaders need: for overlays, and to hide the noise of the first passes."""
         if self._deep is None or self.field_picture is not None or update.raw:
             return None
-        wanted = softening(update.samples) > 0.0 or settings.overlay in ("coc", "peaking")
+        wanted = self._softening(update) > 0.0 or settings.overlay in ("coc", "peaking")
         return self._deep.depth if wanted else None
 
     def _development(self, settings: Settings, view: View, update: RenderUpdate, deep: bool) -> Development:
@@ -186,7 +194,11 @@ class Presenter:
         amber, nearer, farther = ((c[0], c[1], c[2]) for c in (theme.DARK.amber, theme.NEARER, theme.FARTHER))
         return Development(settings.exposure, settings.tone, settings.overlay, blur.gain, blur.focus, blur.offset,
                            max(blur.sharp, 1.0), _stripe(view), amber, nearer, farther, settings.noise,
-                           softening(update.samples) if deep else 0.0)
+                           self._softening(update) if deep else 0.0)
+
+    def _softening(self, update: RenderUpdate) -> float:
+        """The share of the softening; 0 where a processor draws, which takes longer for it than for a picture."""
+        return 0.0 if self.software else softening(update.samples)
 
 
 def _stripe(view: View) -> float:

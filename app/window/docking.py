@@ -249,7 +249,9 @@ class Panels:
     def status(self) -> None:
         """The line at the bottom."""
         window = self._state
-        status_bar(window.edited, window.presenter.update, window.view)
+        presenter = window.presenter
+        status_bar(window.edited, presenter.update, window.view,
+                   presenter.renderer.split()[0] if presenter.software else "")
 
 
 def _in_the_dock(name: str) -> bool:

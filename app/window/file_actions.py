@@ -185,6 +185,7 @@ class Files:
         later = {name: getattr(present, name) for name in (*RESTARTS_NOTHING, *RESTARTS_MOTION)}
         settings = replace(update.settings, **{**later, "samples": update.samples})
         try:
-            save_picture(path, update.image, settings, choice=None if update.is_provisional else update.choice)
+            save_picture(path, update.image if update.plain is None else update.plain, settings,
+                         choice=None if update.is_provisional else update.choice)
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))

@@ -217,8 +217,8 @@ class Help:
         """Show the dialog from the next `draw` on."""
         self._open = True
 
-    def draw(self) -> None:
-        """Call it in every frame."""
+    def draw(self, drawn_by: str = "") -> None:
+        """Call it in every frame. drawn_by: a sentence about what draws the window."""
         if self._open:
             imgui.open_popup("Keys and mouse")
             self._open = False
@@ -237,6 +237,8 @@ class Help:
         from importlib.metadata import version
 
         imgui.text_disabled(f"lensbench {version('lensbench')}. Lenses, cameras, their rays and their pictures.")
+        if drawn_by:
+            imgui.text_disabled(drawn_by)
         if imgui.is_key_pressed(imgui.Key.escape):
             imgui.close_current_popup()
         imgui.end_popup()

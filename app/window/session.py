@@ -149,7 +149,7 @@ class Session(WindowState):
         if self.export.wants_path:
             self.export.wants_path = False
             self.requests.add(Request.CHOOSE_EXPORT_PATH)
-        self.help.draw()
+        self.help.draw(self.presenter.drawn_by)
 
     def end(self) -> None:
         """After the panels: the changes go to the history and to the worker."""

@@ -16,8 +16,8 @@ from lensbench.app.workers.render_update import RenderUpdate
 from lensbench.kernels.figures import fixed, significant
 
 
-def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> None:
-    """Draw into the bar that hello_imgui has begun."""
+def status_bar(settings: Settings, update: RenderUpdate | None, view: View, drawn_by: str = "") -> None:
+    """Draw into the bar that hello_imgui has begun. drawn_by: the software renderer; "": a graphics card draws."""
     colour, dot = theme.colours(), theme.em(0.9)
     theme.small()
     corner = imgui.get_cursor_screen_pos()
@@ -29,7 +29,7 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
     # From the right: the lens, and the pixel under the mouse
     left, right = window.x + theme.em(0.78), window.x + width - theme.em(0.9)
     summary = choice_summary(update.choice, update.speeds) if update is not None and update.choice is not None else []
-    parts = [summary[0] if summary else settings.camera_title, *_progress(update)]
+    parts = [summary[0] if summary else settings.camera_title, *_progress(update, drawn_by)]
     separator = 2.0 * dot + imgui.calc_text_size("·").x
     needed = sum(imgui.calc_text_size(text).x for text in parts) + separator * len(parts)
     texts = [_lens(settings)]
@@ -65,9 +65,9 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View) -> N
     imgui.pop_font()
 
 
-def _progress(update: RenderUpdate | None) -> list[str]:
+def _progress(update: RenderUpdate | None, drawn_by: str) -> list[str]:
     """Samples and speeds."""
-    frames = f"{fixed(hello_imgui.frame_rate(), 0)} fps"
+    frames = f"{fixed(hello_imgui.frame_rate(), 0)} fps" + (f" by {drawn_by}" if drawn_by else "")
     if update is None:
         return [frames]
     samples = f"{update.samples} sample{'s' if update.samples > 1 else ''}"

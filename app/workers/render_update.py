@@ -20,9 +20,10 @@ class RenderUpdate(NamedTuple):
     depth: NDArray[np.float32] | None = None    # (h, w) mm from the film along the axis, inf for the sky
     choice: Any = None                          # of the automatic model: the Choice
     speeds: tuple[float, float] | None = None   # ns a ray by that model, and by the full trace
-    is_provisional: bool = False                # the choice is of earlier settings: the picture may restart
+    is_provisional: bool = False                # model or light of earlier settings: the picture may restart
     coded: bool = False                         # the image holds codes of the screen, neither exposed nor toned
     field_picture: int = 0                      # of a light field: its number
+    plain: NDArray[np.float32] | None = None    # the image without samples of the picture before; None: it has none
 
     @property
     def key(self) -> tuple[int, int, bool, int]:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from lensbench.app.state.settings import Settings
 from lensbench.app.workers.automatic_model import AutomaticModel, Finished
+from lensbench.app.workers.picture_before import PictureBefore
 from lensbench.app.workers.render_update import Failure, RenderUpdate
 from lensbench.app.workers.task import Task
 from lensbench.app.workers.threads import lower_priority, thread_count
@@ -27,6 +28,7 @@ PASS_SECONDS = 0.03         # aimed at between two pictures on the screen
 FIRST_SECONDS = 0.15        # for a first pass once started, so that pictures appear even during a drag
 HOLD_SECONDS = 0.1          # after a restart, that a frame may be held for its first picture
 PAUSED_SAMPLES = 4          # that new settings get while the render is paused
+REUSED_SAMPLES = 16         # from which on a picture has no samples of the one before
 DEPTH_SAMPLES = 4           # after which the depth map is made, unless it is wanted at once
 WARM_UP_SECONDS = 0.2       # between two looks at the process that warms the cache
 
@@ -46,6 +48,8 @@ class _Job:
     rate: float = 0.0
     pass_samples: int = 1
     depth: NDArray[np.float32] | None = None
+    before: Any = None                          # samples of the picture before, carried into this one
+    mixed: Any = None                           # with those of this one
 
 
 def prepare(settings: Settings) -> tuple[Any, Any]:
@@ -196,11 +200,13 @@ class RenderWorker:
 
         # The user waits for the first pass; the others run behind the window
         with compiling_ahead(self._settings.scene) as helper, \
-                ThreadPoolExecutor(1, "lensbench choice") as choices, \
+                ThreadPoolExecutor(1, "lensbench choice", initializer=lower_priority) as choices, \
+                ThreadPoolExecutor(1, "lensbench light", initializer=lower_priority) as lights, \
                 ThreadPoolExecutor(4, "lensbench pass") as passes, \
                 ThreadPoolExecutor(self._threads, "lensbench first") as first, \
                 ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:
-            self._model = AutomaticModel(choices)
+            self._model, self._before, self._lights = AutomaticModel(choices), PictureBefore(), lights
+            self._first_pool, self._pool = first, pool
             job: _Job | None = None
             while True:
                 if helper is not None and helper.poll() is not None:
@@ -217,10 +223,11 @@ class RenderWorker:
                 try:
                     if reloaded:
                         self._model.forget()
+                        self._before = PictureBefore()
                     if job is None or job.generation != generation:
                         job = self._begun(generation, settings, helper is None)
                         self._note(_set_up_for=generation)
-                    self._advance(job, passes, pool if job.rendering.samples else first)
+                    self._advance(job, passes)
                 except Exception as error:              # any error: the window shows it and goes on
                     self._note(_failure=Failure(generation, settings, error))
                     job = None
@@ -231,7 +238,7 @@ class RenderWorker:
         if not self.alive or self.error is not None:
             return not self.alive
         return (job is None or job.generation != self._generation or self._depth_due(job)
-                or job.automatic is not None or self._timing_due(job)
+                or job.rendering.is_borrowing or job.automatic is not None or self._timing_due(job)
                 or job.rendering.samples < self._present_target)
 
     @property
@@ -250,14 +257,25 @@ class RenderWorker:
         self._set_up(job)
         return job
 
-    @staticmethod
-    def _set_up(job: _Job) -> None:
-        """Begin the picture of the job's camera."""
+    def _set_up(self, job: _Job) -> None:
+        """Begin the picture of the job's camera, with the light of the picture before where there is any."""
         import lensbench as lb
 
         job.pass_samples = 1
         job.rendering = lb.Rendering(job.camera, job.scene, seed=job.settings.seed, view=job.settings.sample_view,
-                                     light_tracing=job.light_tracing and job.settings.light_tracing)
+                                     light_tracing=job.light_tracing and job.settings.light_tracing,
+                                     layer=self._before.layer(job.scene))
+
+    def _light(self, job: _Job, finished: Finished) -> None:
+        """Give the picture its own light. That of settings that have gone by is made to its end, for the next ones."""
+        making = self._lights.submit(self._before.own_light, job.rendering, job.scene, self._pool, self._threads)
+        if not finished(making):
+            return
+        job.rendering.adopt(making.result())
+        if job.rendering.samples:
+            self._show(job)
+        else:                           # the camera's rays saw other light before
+            job.before = job.mixed = None
 
     def _choose(self, job: _Job, finished: Finished) -> None:
         """Choose the automatic model; restart with it if it differs from that of the first pass."""
@@ -267,12 +285,14 @@ class RenderWorker:
         job.automatic = None
         if (camera.model, camera.degree) != (job.camera.model, job.camera.degree):
             job.camera = camera
+            job.mixed = None
             self._set_up(job)
         else:
             self._amend(job, **self._choice_fields(job))
 
     def _choice_fields(self, job: _Job) -> dict[str, Any]:
-        return self._model.fields(job.settings, job.camera, job.automatic is not None)
+        return self._model.fields(job.settings, job.camera, job.automatic is not None) | (
+            {"is_provisional": True} if job.rendering.is_borrowing else {})
 
     def _timing_due(self, job: _Job) -> bool:
         return (job.automatic is None and job.depth is not None
@@ -284,8 +304,8 @@ class RenderWorker:
             self._update = self._update._replace(**changed)
             self._wake()
 
-    def _advance(self, job: _Job, passes: ThreadPoolExecutor, pool: ThreadPoolExecutor) -> None:
-        """One pass: the first of one sample, the next of as many as fit between two pictures; or the depth map."""
+    def _advance(self, job: _Job, passes: ThreadPoolExecutor) -> None:
+        """One pass: the first of one sample, the next of as many as fit between two pictures; or what follows these."""
         start = perf_counter()
         patience = start + FIRST_SECONDS if job.rendering.samples == 0 else start
 
@@ -293,6 +313,9 @@ class RenderWorker:
             return self.alive and (job.generation == self._generation or perf_counter() < patience)
 
         finished = partial(self._finished, wanted=wanted)
+        if job.rendering.is_borrowing and job.rendering.samples:
+            self._light(job, finished)
+            return
         if job.automatic is not None and job.rendering.samples:
             self._choose(job, finished)
             return
@@ -303,35 +326,54 @@ class RenderWorker:
         if self._depth_due(job):
             import lensbench as lb
 
-            depth = pool.submit(lb.depth_map, job.camera, job.scene)
+            depth = self._pool.submit(lb.depth_map, job.camera, job.scene)
             if not finished(depth):
                 return
             job.depth = depth.result()
             self._amend(job, depth=job.depth)
             return
 
-        count = max(1, min(job.pass_samples, self._present_target - job.rendering.samples))
-        added = passes.submit(job.rendering.add, count, pool, wanted)
+        first, rendering = job.rendering.samples == 0, job.rendering
+        pool = self._first_pool if first else self._pool
+        count = max(1, min(job.pass_samples, self._present_target - rendering.samples))
+        added = passes.submit(rendering.add, count, pool, wanted)
+        if first and job.before is None:
+            job.before = self._before.samples(job.settings, rendering, pool, self._threads)
         if not finished(added) or not added.result():
             return
         seconds = perf_counter() - start
-        image = job.rendering.image()
-        rate = image.shape[0] * image.shape[1] * count / max(seconds, 1e-9)
+        height, width = rendering.shape
+        rate = height * width * count / max(seconds, 1e-9)
         job.seconds += perf_counter() - start
         job.rate = rate if job.rate == 0.0 else 0.7 * job.rate + 0.3 * rate
         job.pass_samples = max(1, min(2 * job.pass_samples, round(count * PASS_SECONDS / max(seconds, 1e-6))))
-        if wanted() or job.rendering.samples == count:
-            update = RenderUpdate(job.generation, image, job.rendering.samples, job.seconds, job.settings, job.rate,
-                                  job.depth, **self._choice_fields(job))
-            with self._change:
-                if self.waiting and job.generation == self._generation:
-                    self._first_seconds = perf_counter() - self._started
-                self._update = update
-                self._change.notify_all()
-            self._wake()
-            if job.rendering.samples == count:          # the next pass must not slow the frame down
+        if wanted() or first:
+            update = self._show(job)
+            if first:                                   # the next pass must not slow the frame down
+                if not rendering.is_borrowing:
+                    self._before.lend(job.scene, rendering.layer())
                 with self._change:
                     self._change.wait_for(lambda: self._shown is update or not wanted(), HOLD_SECONDS)
+
+    def _show(self, job: _Job) -> RenderUpdate:
+        """Hand the picture so far to the window, its first samples with those of the picture before."""
+        rendering, plain = job.rendering, None
+        seen, light = rendering.camera_image(), rendering.light()
+        image = (seen if light is None else seen + light).astype(np.float32, copy=False)
+        job.mixed = None
+        if job.before is not None and rendering.samples < min(REUSED_SAMPLES, self._present_target):
+            job.mixed = job.before.mixed(seen, rendering.samples)
+            plain, image = image, job.mixed.image if light is None else job.mixed.image + light
+        self._before.keep(job.settings, rendering, job.mixed, seen, job.depth)
+        update = RenderUpdate(job.generation, image, rendering.samples, job.seconds, job.settings, job.rate, job.depth,
+                              plain=plain, **self._choice_fields(job))
+        with self._change:
+            if self.waiting and job.generation == self._generation:
+                self._first_seconds = perf_counter() - self._started
+            self._update = update
+            self._change.notify_all()
+        self._wake()
+        return update
 
     def _finished(self, work: Future, wanted: Callable[[], bool]) -> bool:
         """Wait for work while it is wanted: its threads, of low priority, may be slow to stop.

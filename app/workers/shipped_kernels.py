@@ -13,6 +13,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -26,6 +27,7 @@ from lensbench import lenses
 from lensbench.kernels import cache
 from lensbench.kernels.figures import fixed
 from lensbench.lens_models.polynomial import DEGREES
+from lensbench.rendering.temporal_reuse import Reusable
 
 LENSES = ("pbrt-dgauss-50mm",                       # spheres
           "pbrt-fisheye-10mm",
@@ -81,9 +83,17 @@ def exercise(progress: Any = print) -> None:
             made = choose(settings, made, scene, None).choice.applied(made)
         rendering = lb.Rendering(made, scene, view=settings.sample_view,
                                  light_tracing=settings.light_tracing)
-        rendering.add(2, threads=2)
+        rendering.add(1, threads=2)
+        rendering.add(1, threads=2)
         rendering.image()
-        lb.depth_map(made, scene)
+        counts = np.ones(rendering.shape, np.float32)
+        before = Reusable(made, rendering.camera_image(), counts, lb.depth_map(made, scene))
+        if rendering.layer() is not None:
+            lb.Rendering(made, scene, layer=rendering.layer()).add(1, threads=2)
+        with ThreadPoolExecutor(2) as pool:
+            carried = before.carried(made, pool, 2)
+        if carried is not None:
+            carried.mixed(rendering.camera_image(), 2)
         if settings.has_lens and settings.lens not in shown:
             shown.add(settings.lens)
             prepare(settings)

@@ -51,6 +51,17 @@ from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.program import Program, run_steps
 from lensbench.kernels.sampling import sobol_net
 from lensbench.optics.glass import D_LINE
+from lensbench.rendering.light_layer import (
+    LIST_BLUE,
+    LIST_GREEN,
+    LIST_RED,
+    LIST_SIZE,
+    LIST_V0,
+    LIST_X,
+    LIST_Y,
+    LightLayer,
+    add_rays,
+)
 from lensbench.rendering.light_rays import (
     LIGHT_MARK,
     LIGHT_SIZE,
@@ -64,7 +75,7 @@ from lensbench.rendering.light_selection import BALL, STRAIGHT, SelectedLight, r
 from lensbench.scenery.scene import Scene
 from lensbench.scenery.shading.illumination import begin_path, gather_emission
 from lensbench.scenery.shading.specular_bounce import specular_bounce
-from lensbench.scenery.small_lights import POINTS, ExcludedLight, SmallLight, split_light, with_unit_radiance
+from lensbench.scenery.small_lights import ExcludedLight, SmallLight, split_light, with_unit_radiance
 
 TASK = 8                # blocks that a thread takes at a time
 FIRST_PASSES = 4        # passes of a picture that all trace lights
@@ -74,11 +85,8 @@ FULL_COVER = 0.1        # share of the film that light images cover where they d
 HIDDEN_PERIOD = 8       # passes with lights of which one traces a light that seems hidden
 CHECKED = 8             # lights that a thread checks for being hidden at a time
 LISTS = 128             # tasks whose rays are listed before they are added to the film
+MOST_KEPT = 2_000_000   # rays of the first pass that are kept for another picture
 NO_IMAGE = np.zeros((2, 2), np.float32)
-
-# Rows of a list of rays: raster point, radiance × weight, and V0
-LIST_X, LIST_Y, LIST_RED, LIST_GREEN, LIST_BLUE, LIST_V0 = range(6)
-LIST_SIZE = 6
 
 
 class _Task(NamedTuple):
@@ -110,7 +118,8 @@ class LightImage:
         film = camera.film
         self._across, self._down = film.pixels_x, film.pixels_y
         self._sums = np.zeros((film.pixels_x * film.pixels_y if self._selected else 0, 3), np.float32)
-        self._passes = 0
+        self._passes = self._next = 0               # passes with lights, and the number of the next pass
+        self._kept: list[tuple[int, np.ndarray]] | None = []     # lights and rays of the first pass
         self._is_prepared, self._period = not self._selected, PERIOD
 
     @property
@@ -127,19 +136,30 @@ class LightImage:
         """The mean of the passes so far: (h, w, 3)."""
         return self._sums.reshape(self._down, self._across, 3) * np.float32(1.0 / max(self._passes, 1))
 
+    def layer(self) -> LightLayer | None:
+        """Rays of the first pass, for another picture; None if several passes were added at once, or for too many."""
+        if self._kept is None:
+            return None
+        return LightLayer.of(self._camera, self._selected, self._kept, None if self.is_empty else self.excluded)
+
     def add(self, passes: list[tuple[int, int | None]], afresh: bool, pool: Executor, threads: int,
             wanted: Callable[[], bool]) -> bool:
         """Add passes: (number of the pass, its part of the spectrum or None for the d line alone).
 
-        afresh: discard the sums so far. Returns False when `wanted` did so on the way.
+        Passes that it has already are left out. afresh: discard the sums so far. Returns False when `wanted` did so on
+        the way.
         """
         if not self._is_prepared:
             self._prepare(pool, threads)
         if afresh:
             self._sums[:] = 0.0
-            self._passes = 0
-        own = [(self._own_number(number), place) for number, place in passes
-               if number < FIRST_PASSES or number % self._period == 0]
+            self._passes = self._next = 0
+        is_first = self._next == 0
+        if is_first:
+            self._kept = [] if len(passes) == 1 else None
+        own = [(self._own_number(number), place) for number, place in passes if number >= self._next
+               and (number < FIRST_PASSES or number % self._period == 0)]
+        self._next = max(self._next, passes[-1][0] + 1)
         if self._most is not None:
             own = [(number, place) for number, place in own if number < self._most]
         self._passes += len(own)
@@ -164,12 +184,16 @@ class LightImage:
                     if not wanted():
                         return False
                     light = self._selected[task.light]
-                    _add_rays(self._sums, lists[k], counts[k], self._across, top, bottom, light.image, light.points,
+                    add_rays(self._sums, lists[k], counts[k], self._across, top, bottom, light.image, light.points,
                               light.shared)
                 return True
 
             if not all(list(pool.map(trace, range(threads)))) or not all(list(pool.map(gather, range(threads)))):
                 return False
+            if is_first and self._kept is not None:
+                self._kept += [(task.light, lists[k, :, :counts[k]].copy()) for k, task in enumerate(listed)]
+                if sum(found.shape[1] for _, found in self._kept) > MOST_KEPT:
+                    self._kept = None
         return True
 
     def _list_rays(self, found: np.ndarray, lanes: np.ndarray, task: _Task) -> int:
@@ -322,38 +346,3 @@ def _list_rays(found, lanes, code, light, first, blocks, seed, image, is_round):
                 found[LIST_V0, n] = v0[i]
                 n += 1
     return n
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _add_rays(sums, found, n, across, top, bottom, image, points, shared):
-    """Add listed rays to the pixels on which they fall, in the rows top … bottom − 1.
-
-    Each ray represents `shared` rays from points of its light; 0: only itself. points (POINTS, 5): place in both
-    half-axes, and colour. V0, which is stratified together with the places before the lens, selects the points.
-    """
-    # Find where the points of the light fall, and how much each adds
-    aside, tints = np.zeros((POINTS, 2), np.float32), np.ones((POINTS, 3), np.float32)
-    reach, share = np.float32(0), np.float32(1.0 / max(shared, 1))
-    for j in range(POINTS if shared > 0 else 0):            # loops: sums of whole arrays take seconds to compile
-        for c in range(2):
-            aside[j, c] = points[j, 0] * image[0, c] + points[j, 1] * image[1, c]
-        for c in range(3):
-            tints[j, c] = points[j, 2 + c] * share
-        reach = max(reach, abs(aside[j, 1]))
-
-    # Add the rays that can reach these rows
-    shared = max(shared, 1)
-    step = POINTS // shared
-    for k in range(n):
-        x, y = found[LIST_X, k], found[LIST_Y, k]
-        red, green, blue = found[LIST_RED, k], found[LIST_GREEN, k], found[LIST_BLUE, k]
-        if not ((y + reach >= top) & (y - reach < bottom)):
-            continue
-        start = int(found[LIST_V0, k] * np.float32(step))
-        for j in range(start, POINTS, step):
-            px, py = x + aside[j, 0], y + aside[j, 1]
-            if (px >= 0.0) & (px < across) & (py >= top) & (py < bottom):
-                i = int(py) * across + int(px)
-                sums[i, 0] += red * tints[j, 0]
-                sums[i, 1] += green * tints[j, 1]
-                sums[i, 2] += blue * tints[j, 2]

@@ -55,6 +55,8 @@ class SelectedLight(NamedTuple):
     image: np.ndarray           # (2, 2) pixels: images of both half-axes, x and y
     points: np.ndarray          # (POINTS, 5) of the light
     covered: float              # pixels of its image, each weighed by its squared brightness, white being 1
+    centre: np.ndarray          # (3,) of the light, or of its mirror image in a flat mirror; camera frame, mm
+    disc: np.ndarray            # (4,) centre and half-sizes of its blurred image, pixels
     period: int = 1             # passes of which one traces this light
 
     def with_rays(self, blocks: int, period: int = 1) -> "SelectedLight":
@@ -90,6 +92,7 @@ class _Images(NamedTuple):
 
     axes: np.ndarray            # (n, 2, 2) pixels, of both half-axes
     sharp: np.ndarray           # (n,) pixels that the light would cover without blur
+    discs: np.ndarray           # (n, 4) centre and half-sizes of the blurred image, pixels
     met: np.ndarray             # (n,) share of the camera's rays in the image that meet the light
     beside: np.ndarray          # (n,) whether the image lies beside the film
     steady: np.ndarray          # (n,) whether the image is the same all over the pupil
@@ -234,7 +237,8 @@ def _images(camera: Camera, landing: FilmLanding, seen: _Candidates) -> _Images:
     reach = np.abs(axes).sum(1) + 0.5 * blur + 2.0              # wide, since blur may be uneven
     beside = ((high < -reach) | (low > [camera.film.pixels_x, camera.film.pixels_y] + reach)).any(1)
     density = np.where(steady, SHARED_DENSITY + (DENSITY - SHARED_DENSITY) / (1.0 + sharp), DENSITY)
-    return _Images(axes, sharp, sharp / whole, beside, steady, density, density * whole / bounds.passing)
+    discs = np.column_stack([0.5 * (low + high), 0.5 * blur + np.abs(axes).sum(1)])
+    return _Images(axes, sharp, discs, sharp / whole, beside, steady, density, density * whole / bounds.passing)
 
 
 def _landed(program: Program, seen: _Candidates, through: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -299,4 +303,4 @@ def _selected(camera: Camera, scene: Scene, small: list[SmallLight], mirrors: li
     axes = images.axes.astype(np.float32)
     return [SelectedLight(small[k], int(kinds[i]), mirror[i], parameters[i], int(blocks[i]), int(shared[i]),
                           float(DENSITY / images.density[i]), bool(seen.disks[i]), axes[i], points[small[k]],
-                          float(covered[i])) for i, k in enumerate(seen.which)]
+                          float(covered[i]), seen.centres[i], images.discs[i]) for i, k in enumerate(seen.which)]

@@ -19,7 +19,9 @@ from lensbench.kernels.sampling import sampling_steps
 from lensbench.kernels.tile_order import raster_image
 from lensbench.rendering.aovs import AVERAGED, aov_steps, arrival_steps
 from lensbench.rendering.light_image import LightImage
+from lensbench.rendering.light_layer import LightLayer
 from lensbench.scenery.scene import Scene
+from lensbench.scenery.small_lights import ExcludedLight
 
 BAND = 16               # blocks that a thread takes at a time
 
@@ -59,6 +61,9 @@ class Rendering:
     light_tracing
         Whether small bright lights are traced from the light to the film, where nothing moves; False leaves them to
         the camera's rays.
+    layer
+        The light layer of another picture of this scene, to be shown until `adopt` gives this picture its own light
+        image; None: select and trace the small lights with the first sample.
     filtered
         Whether patterns are averaged over the part of a pixel that a sample represents, by ray differentials,
         so that the first sample is free of aliasing.
@@ -80,7 +85,8 @@ class Rendering:
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
-                 view: str = "", light_tracing: bool = True, filtered: bool = True, light_passes: int | None = None):
+                 view: str = "", light_tracing: bool = True, filtered: bool = True, light_passes: int | None = None,
+                 layer: LightLayer | None = None):
         camera = camera if view else resolved(camera, scene)
         film = camera.film
         self.shape = (film.pixels_y, film.pixels_x)
@@ -98,18 +104,84 @@ class Rendering:
             if scene.is_rough:
                 size, pupil_part = footprint_steps(camera, real)
                 self._before += size
-        light_image = LightImage(camera, scene, self.seed, real, light_passes) if light_tracing and not view else None
-        self._light_image = light_image if light_image is not None and not light_image.is_empty else None
-        excluded = None if self._light_image is None else self._light_image.excluded
-        self._after = [*pupil_part, *scene.steps(shadows, camera.shutter_open, excluded, camera.medium)]
         self._disperses = camera.disperses and not view
-        steps = aov_steps(camera, scene, view) if view else [*camera.steps(timed=self._timed), *self._after]
-        self._program = Program([*self._before, *steps], real)
+        self._light_image: LightImage | None = None
+        self._borrowed = layer if light_tracing and not view and layer is not None and layer.suits(camera) else None
+        self._borrowed_image: np.ndarray | None = None      # with the first sample
+        if light_tracing and not view and self._borrowed is None:
+            self._light_image = LightImage(camera, scene, self.seed, real, light_passes)
+        self._light_passes = light_passes
+        self._scene, self._view, self._shadows, self._pupil_part = scene, view, shadows, pupil_part
+        self._compose()
         # Counts the samples that arrive, for the AOVs that are means over these
         self._counting = Program([*self._before, *arrival_steps(camera, timed)], real) if view in AVERAGED else None
-        self._channel_programs: dict[int, list[Program]] = {}   # of each part of the spectrum, one for each channel
         self._sums = np.zeros((-(-film.pixels_x * film.pixels_y // B), 3 * B), real)
         self._arrived = np.zeros_like(self._sums) if self._counting else None
+
+    @property
+    def camera(self) -> Camera:
+        """The camera, its model resolved."""
+        return self._camera
+
+    @property
+    def excluded(self) -> ExcludedLight | None:
+        """Light that the camera's rays leave out, because it is traced from the light; None: nothing."""
+        if self._borrowed is not None:
+            return self._borrowed.excluded
+        return None if self._light_image is None or self._light_image.is_empty else self._light_image.excluded
+
+    def leaves_out(self, excluded: ExcludedLight | None) -> bool:
+        """Whether the camera's rays leave out just this light."""
+        return _same_exclusion(self.excluded, excluded)
+
+    def _compose(self) -> None:
+        """Put the stages together."""
+        camera = self._camera
+        self._after = [*self._pupil_part,
+                       *self._scene.steps(self._shadows, camera.shutter_open, self.excluded, camera.medium)]
+        steps = aov_steps(camera, self._scene, self._view) if self._view else [*camera.steps(timed=self._timed),
+                                                                               *self._after]
+        self._program = Program([*self._before, *steps], self._real)
+        self._channel_programs: dict[int, list[Program]] = {}   # of each part of the spectrum, one for each channel
+
+    # Light of another picture
+
+    @property
+    def is_borrowing(self) -> bool:
+        """Whether the picture shows the light layer of another one, and `own_light` is still to be made."""
+        return self._borrowed is not None
+
+    def layer(self) -> LightLayer | None:
+        """Light of the small lights for the first samples of another picture; None without light tracing."""
+        if self._borrowed is not None:
+            return self._borrowed
+        return None if self._light_image is None else self._light_image.layer()
+
+    def own_light(self, pool: Executor, threads: int) -> LightImage:
+        """The picture's own light image, with the passes of the samples so far; from any thread."""
+        light_image = LightImage(self._camera, self._scene, self.seed, self._real, self._light_passes)
+        if not light_image.is_empty:
+            for number in self._numbers_so_far():
+                light_image.add([number], False, pool, threads, _always)
+        return light_image
+
+    def adopt(self, light_image: LightImage) -> None:
+        """Take the picture's own light image in place of the borrowed layer.
+
+        Where the camera's rays have left out other light, the samples so far are dropped: `samples` is 0 again.
+        """
+        former = self.excluded
+        self._light_image, self._borrowed, self._borrowed_image = light_image, None, None
+        if not self.leaves_out(former):
+            self._compose()
+            self._sums[:] = 0.0
+            self.samples = 0
+
+    def _numbers_so_far(self) -> list[tuple[int, int | None]]:
+        """The numbers of the samples so far, as of `_numbers`."""
+        if not self._disperses or self.samples <= 1:
+            return [(sample, None) for sample in range(max(self.samples, 1))]
+        return [(sample, spectral_part(sample, self.seed)) for sample in range(self.samples - 1)]
 
     @property
     def light_traced(self) -> frozenset[int]:
@@ -186,7 +258,11 @@ class Rendering:
                         self._counting.expose(self._arrived, lanes, first, last, sample, number, self.seed)
             return True
 
-        done = self._light_image is None or self._light_image.add(self._numbers(samples), afresh, pool, threads, wanted)
+        if self._borrowed is not None and self._borrowed_image is None:
+            self._borrowed_image = self._borrowed.seen_by(self._camera, pool, threads, wanted)
+        light_image = self._light_image
+        done = light_image is None or light_image.is_empty or light_image.add(self._numbers(samples), afresh, pool,
+                                                                              threads, wanted)
         done = done and all(list(pool.map(work, range(threads))))
         self.samples += samples
         return done
@@ -199,14 +275,32 @@ class Rendering:
         ndarray
             float32 (h, w, 3), linear RGB, the top row first; a fresh array.
         """
+        mean, light = self.camera_image(), self.light()
+        if light is not None:
+            mean += light
+        return mean.astype(np.float32, copy=False)
+
+    def camera_image(self) -> np.ndarray:
+        """The part of `image` that the camera's rays see: (h, w, 3), a fresh array of the stages' numbers."""
         h, w = self.shape
         if self._arrived is not None:
             return raster_image(self._sums, w, h) / np.maximum(raster_image(self._arrived, w, h), np.float32(1))
         counted = self.samples - 1 if self._disperses and self.samples > 1 else self.samples
-        mean = raster_image(self._sums, w, h, 1.0 / max(counted, 1))
-        if self._light_image is not None:
-            mean += self._light_image.image()
-        return mean.astype(np.float32, copy=False)
+        return raster_image(self._sums, w, h, 1.0 / max(counted, 1))
+
+    def light(self) -> np.ndarray | None:
+        """The part of `image` that is traced from small lights, its own or borrowed; None without any."""
+        if self._borrowed is not None:
+            return self._borrowed_image
+        return None if self._light_image is None or self._light_image.is_empty else self._light_image.image()
+
+
+def _same_exclusion(one: ExcludedLight | None, other: ExcludedLight | None) -> bool:
+    """Whether the camera's rays leave out the same light; split objects of a scene are cached, so the same objects."""
+    if one is None or other is None:
+        return one is other
+    return (one.bends == other.bends and all(a is b for a, b in zip(one.first, other.first, strict=True))
+            and all(a is b for a, b in zip(one.later, other.later, strict=True)))
 
 
 def render(camera: Camera, scene: Scene, samples: int = 64, seed: int = 0, threads: int | None = None) -> np.ndarray:

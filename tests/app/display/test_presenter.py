@@ -80,3 +80,15 @@ def test_pictures_of_a_light_field_are_told_apart_by_their_number(presenter, mon
         image[:] = 0.3 * number                             # the same id
         presenter.field_picture = FieldPicture(recording, look, image, 0.0, 1.0, number)
         assert_shows(presenter, image)
+
+
+@pytest.mark.parametrize(("renderer", "share"), [("llvmpipe (LLVM 15.0.7, 256 bits)", 0.0), ("NVIDIA H200/PCIe", 0.35)])
+def test_a_processor_that_draws_leaves_out_the_softening_and_the_window_says_so(presenter, renderer, share):
+    presenter.renderer = renderer
+    presenter.update = presenter._deep = RenderUpdate(1, np.zeros((4, 6, 3), np.float32), 1, 0.0, SETTINGS, 0.0,
+                                                      depth=np.ones((4, 6), np.float32))
+    used = []
+    presenter._screen.developed = lambda development: used.append(development.share) or 1
+    presenter.picture(SETTINGS, View())
+    assert used == [share] and renderer in presenter.drawn_by
+    assert ("not softened" in presenter.drawn_by) == (share == 0.0)

@@ -72,6 +72,36 @@ def test_the_picture_is_that_of_the_same_passes_bit_for_bit(start, monkeypatch):
     assert update.settings == SMALL and worker.error is None
 
 
+def test_a_dragged_picture_reuses_samples_and_a_still_one_has_none_bit_for_bit(start, monkeypatch):
+    settings = replace(SMALL, samples=20, lens_model="polynomial", degree=5)
+    dragged = replace(settings, focus_distance=1230.0)
+    shown, passes, add = [], [], lb.Rendering.add
+
+    def noted(rendering, count, *rest):
+        done = add(rendering, count, *rest)
+        passes.append((rendering, count, done))
+        return done
+
+    worker = start(settings)
+    wait(lambda: done(worker, 20) and worker.newest().depth is not None)
+    monkeypatch.setattr(lb.Rendering, "add", noted)
+    monkeypatch.setattr(worker, "_wake", lambda: shown.append(worker.newest()))
+    worker.restart(dragged)
+    wait(lambda: done(worker, 20))
+    monkeypatch.undo()
+    first = next(update for update in shown if update.settings.focus_distance == 1230.0)
+    assert first.samples == 1 and first.plain is not None
+    again = lb.Rendering(camera(dragged), lb.builtin_scene(dragged.scene), seed=dragged.seed)
+    for rendering, count, finished in passes:
+        if rendering is passes[-1][0] and finished:
+            again.add(count)
+    update = worker.newest()
+    assert update.plain is None and not update.is_provisional
+    np.testing.assert_array_equal(update.image, again.image())
+    # The old samples bring the first picture nearer to the complete one
+    assert ((first.image - update.image) ** 2).mean() < 0.5 * ((first.plain - update.image) ** 2).mean()
+
+
 def test_what_changes_only_the_development_does_not_begin_anew(start):
     worker = start()
     wait(lambda: done(worker))
@@ -175,7 +205,8 @@ def test_a_drag_does_not_wait_for_the_choices_of_settings_that_have_gone_by(star
                 assert monotonic() < end
                 sleep(0.002)
             worker.shown(worker.newest())
-            sleep(0.05)                         # the choice is asked for
+            wait(lambda: begun)                 # the choice is asked for
+            sleep(0.05)
         assert len(begun) == 1
     finally:
         go.set()

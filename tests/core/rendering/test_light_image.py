@@ -1,6 +1,7 @@
 """Light tracing gives the picture of the camera's rays, with less noise."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -348,3 +349,46 @@ def test_a_picture_without_patches_that_lie_apart_is_no_small_light():
     wall = Rectangle((0.0, 0.0, -9000.0), (300.0, 0.0, 0.0), (0.0, 300.0, 0.0), Material(
         (1.0, 1.0, 1.0), "light", pattern=Pattern("image", image=Image.of(random.uniform(0.0, 9.0, (16, 16, 3))))))
     assert small_lights((wall,)) == []
+
+
+@pytest.mark.slow
+def test_a_picture_with_borrowed_light_becomes_its_own_bit_for_bit():
+    scene = lb.builtin_scene("night-lights")
+    before, camera = (view("polynomial", focus=focus, degree=5) for focus in (1400.0, 1500.0))
+    lender = lb.Rendering(before, scene, seed=5)
+    lender.add(1)
+    own, borrowing = lb.Rendering(camera, scene, seed=5), lb.Rendering(camera, scene, seed=5, layer=lender.layer())
+    borrowing.add(1)
+    assert borrowing.is_borrowing and borrowing.light().any()
+    with ThreadPoolExecutor(2) as pool:
+        borrowing.adopt(borrowing.own_light(pool, 2))
+    own.add(1)
+    if not borrowing.samples:
+        borrowing.add(1)
+    np.testing.assert_array_equal(borrowing.image(), own.image())
+    for rendering in (own, borrowing):
+        rendering.add(5)
+    np.testing.assert_array_equal(borrowing.image(), own.image())
+
+
+@pytest.mark.parametrize(("focus", "turn"), [(1300.0, 0.0), (1800.0, 0.0), (4000.0, 0.0), (1500.0, 0.04)])
+def test_a_borrowed_light_has_the_place_the_size_and_the_light_of_its_own(focus, turn):
+    lamp = Scene("one", sky=DARK, spheres=(Sphere((80.0, -50.0, -5000.0), 2.0, bright()),))
+    film = lb.Film(36.0, 24.0, 360, 240)
+    before = view("thin", film=film)
+    there = lb.look_at((0.0, 0.0, 0.0), (100.0 * turn, 0.0, -100.0))
+    camera = view("thin", focus=focus, film=film, world_from_camera=there)
+    lender, own = lb.Rendering(before, lamp), lb.Rendering(camera, lamp)
+    lender.add(1)
+    borrowing = lb.Rendering(camera, lamp, layer=lender.layer())
+    y, x = np.mgrid[0:240, 0:360]
+    figures = []
+    for rendering in (own, borrowing):
+        rendering.add(1)
+        light = rendering.light()[..., 0]
+        total = light.sum()
+        middle = (light * x).sum() / total, (light * y).sum() / total
+        spread = np.sqrt((light * ((x - middle[0]) ** 2 + (y - middle[1]) ** 2)).sum() / total)
+        figures.append((total, *middle, spread))
+    np.testing.assert_allclose(figures[1][0], figures[0][0], rtol=0.02)
+    np.testing.assert_allclose(figures[1][1:], figures[0][1:], atol=0.35)       # pixels; a sharp one is one pixel
