@@ -13,18 +13,22 @@ from typing import TYPE_CHECKING
 from lensbench.kernels.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from lensbench.analysis.axial_curves import FocalShift, Longitudinal, chromatic_focal_shift, longitudinal_aberration
     from lensbench.analysis.fans import Fans, ray_fans
     from lensbench.analysis.field_beams import field_name
     from lensbench.analysis.field_conditions import Conditions, conditions
+    from lensbench.analysis.meridional_curves import FieldCurves, field_curves
     from lensbench.analysis.spot_diagram import Spots, spots
     from lensbench.analysis.traced_grid import RayGrid, ray_grid
     from lensbench.analysis.wavefront import Wavefront, wavefronts
     from lensbench.analysis.zernike import fringe_index, noll_indices, zernike_name, zernikes
 
 _HOMES = {           # the imports above, as they are made at run time; no module has the name of what it supplies
+    "analysis.axial_curves": "FocalShift Longitudinal chromatic_focal_shift longitudinal_aberration",
     "analysis.fans": "Fans ray_fans",
     "analysis.field_beams": "field_name",
     "analysis.field_conditions": "Conditions conditions",
+    "analysis.meridional_curves": "FieldCurves field_curves",
     "analysis.spot_diagram": "Spots spots",
     "analysis.traced_grid": "RayGrid ray_grid",
     "analysis.wavefront": "Wavefront wavefronts",
@@ -33,6 +37,7 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
-    "Conditions", "Fans", "RayGrid", "Spots", "Wavefront", "conditions", "field_name", "fringe_index", "noll_indices",
-    "ray_fans", "ray_grid", "spots", "wavefronts", "zernike_name", "zernikes",
+    "Conditions", "Fans", "FieldCurves", "FocalShift", "Longitudinal", "RayGrid", "Spots", "Wavefront",
+    "chromatic_focal_shift", "conditions", "field_curves", "field_name", "fringe_index", "longitudinal_aberration",
+    "noll_indices", "ray_fans", "ray_grid", "spots", "wavefronts", "zernike_name", "zernikes",
 ]

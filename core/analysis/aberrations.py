@@ -10,7 +10,7 @@ Welford, "Aberrations of Optical Systems": ch. 8 and 10 (sums), ch. 9 (Coddingto
 """
 
 from dataclasses import dataclass
-from math import atan2, copysign, cos, hypot, inf, isinf, isnan, nan, pi, sin, sqrt, tan
+from math import atan2, copysign, cos, inf, isinf, isnan, nan, pi, sin, tan
 
 import numpy as np
 
@@ -105,7 +105,7 @@ def seidel(lens: Lens, field_angle: float, pupil_radius: float | None = None, wa
     ----------
     Welford, "Aberrations of Optical Systems", ch. 8 and 10.
     """
-    _check_symmetry(lens)
+    check_symmetry(lens)
     if not abs(field_angle) < 0.5 * pi:
         raise LensError(f"field angle {significant(np.degrees(field_angle), 4)}°: it must lie below 90°")
     for i, surface in enumerate(lens.surfaces):
@@ -174,7 +174,7 @@ def chief_ray(lens: Lens, field_angle: float, wavelength: float = D_LINE, clip: 
         For a lens with a cylinder or toroid, an entrance pupil at infinity, and where no ray passes: the message
         names the surface that ends the field and the angle at which it does.
     """
-    _check_symmetry(lens)
+    check_symmetry(lens)
     if not abs(field_angle) < pi:
         raise LensError(f"field angle {significant(np.degrees(field_angle), 4)}°: it must lie below 180°")
     if isinf(first_order(lens, wavelength).entrance_pupil.z):
@@ -218,29 +218,59 @@ def astigmatic_foci(lens: Lens, field_angle: float, wavelength: float = D_LINE) 
     Coddington's equations, in Welford, "Aberrations of Optical Systems", ch. 9.
     """
     ray = chief_ray(lens, field_angle, wavelength)
-    n, at = lens.indices(wavelength), ray.points
-    tangential = sagittal = 0.0                         # vergences, n / distance
-    direction = np.array([0.0, sin(field_angle), cos(field_angle)])
-    for i, surface in enumerate(lens.surfaces):
-        y, before, after = float(at[i, 1]), n[i], n[i + 1]
-        # Refract
-        slope, across, along = _curvatures(surface, y)
-        size = hypot(1.0, slope)
-        # The new direction comes from refraction, not from path points, whose gap may be too short to divide by
-        cos_in = (direction[2] - slope * direction[1]) / size
-        cos_out = sqrt(1.0 - (before / after) ** 2 * (1.0 - cos_in**2))
-        power = after * cos_out - before * cos_in
-        direction = (before * direction + power * np.array([0.0, -slope, 1.0]) / size) / after
-        sagittal = sagittal + power * across
-        tangential = (tangential * cos_in**2 + power * along) / cos_out**2
+    start = np.array([[0.0, sin(field_angle), cos(field_angle)]])
+    return tuple(float(focus[0]) for focus in coddington(lens, ray.points[None], start, wavelength))    # type: ignore
 
-        # Transfer along the chief ray
-        if i < len(lens.surfaces) - 1:
-            gap = float((at[i + 1] - at[i]) @ direction) / after
-            sagittal, tangential = sagittal / (1.0 - sagittal * gap), tangential / (1.0 - tangential * gap)
-    last = float(at[-1, 2])
-    return tuple(last + n[-1] / vergence * float(direction[2]) if vergence else inf       # type: ignore[return-value]
-                 for vergence in (tangential, sagittal))
+
+def coddington(lens: Lens, points: np.ndarray, directions: np.ndarray, wavelength: float = D_LINE,
+               vergences: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Tangential and sagittal foci along n rays of the meridian y–z, by Coddington's equations.
+
+    Parameters
+    ----------
+    lens
+        Rotationally symmetric lens.
+    points
+        (n, surfaces, 3) points of each ray on the surfaces, mm, lens frame.
+    directions
+        (n, 3) unit directions in the scene.
+    wavelength
+        µm.
+    vergences
+        (n,) index over distance to the object point, 1/mm, negative for a real object; 0 at infinity.
+
+    Returns
+    -------
+    tuple of ndarray
+        z (n,) of the tangential and of the sagittal foci, mm, lens frame; inf where the rays leave parallel.
+
+    References
+    ----------
+    Welford, "Aberrations of Optical Systems", ch. 9.
+    """
+    n, direction = lens.indices(wavelength), directions
+    tangential = sagittal = np.broadcast_to(np.asarray(vergences, float), len(directions))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for i, surface in enumerate(lens.surfaces):
+            before, after = n[i], n[i + 1]
+            # Refract
+            slope, across, along = _curvatures(surface, points[:, i, 1])
+            size = np.hypot(1.0, slope)
+            # The new direction comes from refraction, not from path points, whose gap may be too short to divide by
+            cos_in = (direction[:, 2] - slope * direction[:, 1]) / size
+            cos_out = np.sqrt(1.0 - (before / after) ** 2 * (1.0 - cos_in**2))
+            power = after * cos_out - before * cos_in
+            normal = np.stack([0.0 * slope, -slope, 1.0 + 0.0 * slope], 1)
+            direction = (before * direction + (power / size)[:, None] * normal) / after
+            sagittal = sagittal + power * across
+            tangential = (tangential * cos_in**2 + power * along) / cos_out**2
+
+            # Transfer along the chief ray
+            if i < len(lens.surfaces) - 1:
+                gap = ((points[:, i + 1] - points[:, i]) * direction).sum(1) / after
+                sagittal, tangential = sagittal / (1.0 - sagittal * gap), tangential / (1.0 - tangential * gap)
+        return tuple(np.where(vergence == 0.0, inf, points[:, -1, 2] + n[-1] / vergence * direction[:, 2])
+                     for vergence in (tangential, sagittal))            # type: ignore[return-value]
 
 
 def _chief_ray(lens: Lens, field_angle: float, wavelength: float, clip: bool) -> ChiefRay | str:
@@ -334,18 +364,19 @@ def _fourth_power(surface: Surface) -> float:
     return ((1.0 + surface.conic) * c**3 - surface.vertex_curvature**3) / 8.0 + dict(surface.aspheric).get(4, 0.0)
 
 
-def _curvatures(surface: Surface, y: float) -> tuple[float, float, float]:
-    """dz/dy at height y, and the curvatures across and along the meridian, 1/mm."""
-    c, r = surface.curvature, abs(y)
-    root = sqrt(1.0 - (1.0 + surface.conic) * (c * r) ** 2)
+def _curvatures(surface: Surface, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """dz/dy at heights y (n,), and the curvatures across and along the meridian, 1/mm."""
+    c, r = surface.curvature, np.abs(y)
+    root = np.sqrt(1.0 - (1.0 + surface.conic) * (c * r) ** 2)
     over_r, second = c / root, c / root**3              # dz/dr / r, d²z/dr²
     for power, a in surface.aspheric:
-        over_r += power * a * r ** (power - 2)
-        second += power * (power - 1) * a * r ** (power - 2)
-    steep = sqrt(1.0 + (over_r * r) ** 2)
+        over_r = over_r + power * a * r ** (power - 2)
+        second = second + power * (power - 1) * a * r ** (power - 2)
+    steep = np.sqrt(1.0 + (over_r * r) ** 2)
     return over_r * y, over_r / steep, second / steep**3
 
 
-def _check_symmetry(lens: Lens) -> None:
+def check_symmetry(lens: Lens) -> None:
+    """LensError for a lens with a cylinder or toroid."""
     if not lens.is_rotationally_symmetric:
         raise LensError("aberrations are computed for rotationally symmetric lenses: this one has a cylinder or toroid")

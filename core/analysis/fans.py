@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lensbench.analysis.field_beams import OFFSET_S, OFFSET_T, OPD
+from lensbench.analysis.field_beams import OFFSET_S, OFFSET_T, OPD, SLOPE_S, SLOPE_T
 from lensbench.analysis.traced_grid import RayGrid
 from lensbench.optics.prescription import LensError
 
@@ -31,6 +31,8 @@ class Fans:
     offset
         (F, 2, C, K, 2) where a ray meets the film, sagittal and tangential, from the reference point, mm. The second
         axis is the fan: 0 the sagittal and 1 the tangential one.
+    slope
+        (F, 2, C, K, 2) change of the offset with the film's place, mm per mm along +z.
     opd
         (F, 2, C, K) optical path difference, mm.
     victim
@@ -41,6 +43,7 @@ class Fans:
     rays: RayGrid
     heights: np.ndarray
     offset: np.ndarray
+    slope: np.ndarray
     opd: np.ndarray
     victim: np.ndarray
 
@@ -102,12 +105,14 @@ def ray_fans(rays: RayGrid, points: int = 65) -> Fans:
     places, _ = beams.towards_scene(*np.ascontiguousarray(pupil))
     of_field = np.repeat(np.arange(count), 2 * points)
     colours = rays.conditions.wavelengths
-    offset = np.full((len(colours), count, 2, points, 2), np.nan)
+    offset, slope = np.full((2, len(colours), count, 2, points, 2), np.nan)
     opd, victim = np.full(offset.shape[:-1], np.nan), np.full(offset.shape[:-1], -2, np.int16)
     for c, colour in enumerate(colours):
         landed, ends = beams.forward(colour, of_field, places.reshape(-1, 2))
         good = np.isfinite(places).all(-1) & np.isfinite(landed[OPD]).reshape(places.shape[:-1])
         offset[c][good] = landed[[OFFSET_S, OFFSET_T]].T.reshape(offset.shape[1:])[good]
+        slope[c][good] = landed[[SLOPE_S, SLOPE_T]].T.reshape(offset.shape[1:])[good]
         opd[c][good] = landed[OPD].reshape(opd.shape[1:])[good]
         victim[c] = np.where(np.isfinite(places).all(-1), ends.reshape(victim.shape[1:]), -2)
-    return Fans(rays, heights, offset.transpose(1, 2, 0, 3, 4), opd.transpose(1, 2, 0, 3), victim.transpose(1, 2, 0, 3))
+    return Fans(rays, heights, offset.transpose(1, 2, 0, 3, 4), slope.transpose(1, 2, 0, 3, 4),
+                opd.transpose(1, 2, 0, 3), victim.transpose(1, 2, 0, 3))

@@ -124,6 +124,9 @@ def conditions(lens: Lens, film: Film | None = None, fields=None, wavelengths=No
             object_distance = inf
     kind, points = _fields(lens, film, fields, field_kind, object_distance, findings)
     colours, weights, primary = _colours(lens, wavelengths, findings)
+    if len(colours) > 1 and all(lens.indices(line)[1:] == lens.indices(colours[0])[1:] for line in colours):
+        findings.append(note(Kind.GLASS, "the dispersion of this lens's glasses is not known: all wavelengths take "
+                                         "the same paths"))
     return Conditions(kind, points, colours, weights, primary, object_distance, tuple(findings))
 
 

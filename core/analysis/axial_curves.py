@@ -1,0 +1,141 @@
+"""Curves on the axis: longitudinal aberration against pupil height, chromatic focal shift against wavelength.
+
+Lengths in mm. Foci are measured from the film, positive behind it.
+"""
+
+from dataclasses import dataclass
+from math import inf, isinf, nan
+
+import numpy as np
+
+from lensbench.analysis.aberrations import check_symmetry
+from lensbench.analysis.fans import ray_fans
+from lensbench.analysis.field_conditions import Conditions
+from lensbench.analysis.traced_grid import ray_grid
+from lensbench.optics.glass import GlassError
+from lensbench.optics.paraxial import first_order
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.system import FieldKind
+
+HEIGHTS, COLOURS = 33, 61
+VIOLET, RED = 0.4, 0.7          # µm, ends of the visible spectrum
+
+
+@dataclass(frozen=True, eq=False)
+class Longitudinal:
+    """Where axial rays cross the axis, from `longitudinal_aberration`.
+
+    Parameters
+    ----------
+    conditions
+        As given.
+    heights
+        (K,) heights in the stop over its radius, 0 to 1; 0 is the paraxial limit.
+    foci
+        (C, K) crossing, mm behind the film; NaN for a ray that a rim ends.
+    """
+
+    conditions: Conditions
+    heights: np.ndarray
+    foci: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class FocalShift:
+    """Paraxial focus against wavelength, from `chromatic_focal_shift`.
+
+    Parameters
+    ----------
+    wavelengths
+        (n,) µm.
+    foci
+        (n,) paraxial focus, mm behind the film; NaN where a glass is not known.
+    """
+
+    wavelengths: np.ndarray
+    foci: np.ndarray
+
+
+def longitudinal_aberration(lens: Lens, film_distance: float, conditions: Conditions,
+                            points: int = HEIGHTS) -> Longitudinal:
+    """Spherical aberration along the axis, in each wavelength.
+
+    Parameters
+    ----------
+    lens : Lens
+        Rotationally symmetric lens, focused.
+    film_distance : float
+        Last vertex → film, mm.
+    conditions : Conditions
+        Its wavelengths and object distance.
+    points : int
+        Heights, at least 2.
+
+    Returns
+    -------
+    Longitudinal
+
+    Raises
+    ------
+    LensError
+        For a lens with a cylinder or toroid, fewer than 2 heights, and as `ray_grid`.
+    """
+    check_symmetry(lens)
+    if points < 2:
+        raise LensError(f"{points} heights: at least 2 are needed")
+    axis = Conditions(FieldKind.REAL_IMAGE_HEIGHT, ((0.0, 0.0),), conditions.wavelengths, conditions.weights,
+                      conditions.primary, conditions.object_distance)
+    fans = ray_fans(ray_grid(lens, film_distance, axis), 2 * points - 1)
+    upper = slice(points - 1, None)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        foci = np.where(fans.passed, -fans.offset[..., 1] / fans.slope[..., 1], nan)[0, 1, :, upper]
+    foci[:, 0] = [_paraxial_focus(lens, conditions.object_distance, line) - film_distance
+                  for line in conditions.wavelengths]
+    return Longitudinal(conditions, fans.heights[upper], foci)
+
+
+def chromatic_focal_shift(lens: Lens, film_distance: float, conditions: Conditions,
+                          points: int = COLOURS) -> FocalShift:
+    """The paraxial focus against wavelength, over the visible spectrum and the wavelengths of the conditions.
+
+    Parameters
+    ----------
+    lens : Lens
+        Focused lens; of a cylinder or toroid the section y–z counts.
+    film_distance : float
+        Last vertex → film, mm.
+    conditions : Conditions
+        Its wavelengths and object distance.
+    points : int
+        Wavelengths, at least 2.
+
+    Returns
+    -------
+    FocalShift
+
+    Raises
+    ------
+    LensError
+        For fewer than 2 wavelengths.
+    """
+    if points < 2:
+        raise LensError(f"{points} wavelengths: at least 2 are needed")
+    lines = np.linspace(min(VIOLET, *conditions.wavelengths), max(RED, *conditions.wavelengths), points)
+    foci = np.full(points, nan)
+    for i, line in enumerate(lines):
+        try:
+            foci[i] = _paraxial_focus(lens, conditions.object_distance, float(line)) - film_distance
+        except GlassError:
+            continue
+    return FocalShift(lines, foci)
+
+
+def _paraxial_focus(lens: Lens, object_distance: float, wavelength: float) -> float:
+    """Last vertex → paraxial image of the axis point (mm); inf for an afocal lens, or an image at infinity."""
+    fo = first_order(lens, wavelength)
+    if isinf(fo.efl):
+        return inf
+    if isinf(object_distance):
+        return fo.bfl
+    away = fo.ffl + object_distance                     # of the object before the front focus
+    return fo.bfl + lens.front_index * fo.efl**2 / away if away else inf
