@@ -12,6 +12,7 @@ from os import PathLike
 from pathlib import Path
 
 from lensbench.kernels.figures import fixed
+from lensbench.kernels.quotation import cut, escaped
 from lensbench.lenses.encoding import decoded
 from lensbench.lenses.file_error import LensFileError
 from lensbench.optics.glass import C_LINE, F_LINE, Glass, GlassError, from_formula
@@ -73,14 +74,15 @@ def read(path: str | PathLike[str]) -> Catalogue:
             glass, doubt = _glass(record)
         except (ValueError, IndexError) as error:
             what = record.words[1] if len(record.words) > 1 else "a glass without a name"
-            findings.append(f"{path.name}:{record.line}: {what} is left out: {error}")
+            findings.append(escaped(f"{path.name}:{record.line}: {cut(what)} is left out: {error}"))
             continue
         if glass.name in glasses:
-            findings.append(f"{path.name}:{record.line}: {glass.name} is listed twice; the first entry is used")
+            findings.append(escaped(f"{path.name}:{record.line}: {cut(glass.name)} is listed twice; the first entry is "
+                                    "used"))
             continue
         glasses[glass.name] = glass
         if doubt:
-            doubts[glass.name] = f"{path.name}:{record.line}: {glass.name}: {doubt}; the formula is used"
+            doubts[glass.name] = escaped(f"{path.name}:{record.line}: {cut(glass.name)}: {doubt}; the formula is used")
     if not glasses:
         raise LensFileError(path, None, f"holds no glass{': ' + findings[0] if findings else ' (no NM line)'}")
     return Catalogue(path.stem.upper(), tuple(glasses.values()), tuple(findings), doubts)
@@ -128,7 +130,7 @@ def _glass(record: _Record) -> tuple[Glass, str]:
         raise GlassError("its NM line needs a name, a formula, a code, n_d and V_d")
     number = _number(record.words[2])
     if number not in FORMULAS:
-        raise GlassError(f"formula {record.words[2]} is none of 1 to {max(FORMULAS)}")
+        raise GlassError(f"formula {cut(record.words[2])} is none of 1 to {max(FORMULAS)}")
     formula, count = FORMULAS[int(number)]
     coefficients = [*record.coefficients, *[0.0] * count][:count]
     if not any(coefficients):

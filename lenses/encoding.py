@@ -3,6 +3,7 @@
 import codecs
 import re
 
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, curvature, number
 
@@ -55,7 +56,7 @@ def file_number(text: str, name: str, infinite: bool = False) -> float:
     """A number of a file. RowError with the name of the value: no number, or infinite without permission."""
     plain = plain_number(text)
     if not NUMBER.fullmatch(plain) and plain.lower() not in INFINITE:
-        raise RowError(f"{name} is {text[:40]!r}: it must be a number")
+        raise RowError(f"{name} is {excerpt(text)}: it must be a number")
     return number(plain, name, infinite=infinite)
 
 

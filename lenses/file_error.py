@@ -2,6 +2,8 @@
 
 from os import PathLike
 
+from lensbench.kernels.quotation import cut, escaped
+
 
 class LensFileError(ValueError):
     """A lens file that holds no lens or cannot be written, or an unknown lens name.
@@ -23,6 +25,5 @@ class LensFileError(ValueError):
 
 
 def _one_line(text: str) -> str:
-    """The text without line ends, shortened in the middle if long (a damaged file can contain anything)."""
-    text = " ".join(text.split("\n"))
-    return text if len(text) <= 300 else f"{text[:150]} … {text[-140:]}"
+    """The text with line ends and control characters escaped, cut if long: a damaged file can contain anything."""
+    return cut(escaped(text), 300)

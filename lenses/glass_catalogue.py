@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from lensbench.kernels.figures import fixed
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses import agf
 from lensbench.lenses.file_error import LensFileError
 from lensbench.optics.glass import Glass, GlassError, from_formula
@@ -195,7 +196,7 @@ def _unknown(name: str, known: _Known) -> str:
     near = get_close_matches(key(name)[:60], known.table, n=4, cutoff=0.6)
     hint = " or ".join(str(_preferred(known.table[k], None, "")) for k in near)
     unread = known.findings
-    return (f"glass {name[:60]!r} is in no catalogue{f': did you mean {hint}?' if near else '.'} "
+    return (f"glass {excerpt(name)} is in no catalogue{f': did you mean {hint}?' if near else '.'} "
             f"An AGF file that contains it can be put into {user_folder()}"
             + (f" (there: {unread[0]}{f', and {len(unread) - 1} more' if len(unread) > 1 else ''})" if unread else ""))
 
@@ -250,7 +251,7 @@ def from_code(code: str, maker: str | None = None) -> Glass:
     """The glass of a six-digit code, or the nearest one (`resolve` states which); GlassError if the text is no code."""
     numbers = code_numbers(code)
     if not numbers:
-        raise GlassError(f"{code[:60]!r} is no glass code: six digits, three of n_d − 1 and three of V_d")
+        raise GlassError(f"{excerpt(code)} is no glass code: six digits, three of n_d − 1 and three of V_d")
     return _by_code(*numbers, maker).make()
 
 

@@ -21,6 +21,7 @@ from math import inf
 from typing import Any
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
@@ -63,7 +64,7 @@ def read(text: str, path: str) -> Lens:
     try:
         units = data.get("units", "mm")
         if not str(units).startswith("mm"):
-            design.found(Kind.UNIT, f"the file's unit is {str(units)[:40]!r}: its lengths are taken as mm")
+            design.found(Kind.UNIT, f"the file's unit is {excerpt(units)}: its lengths are taken as mm")
         stop = value(data, "stop_index", -1.0)
         if 0.0 <= stop < len(design.rows) - 2:
             design.rows[int(stop) + 1].is_stop = True
@@ -119,7 +120,7 @@ def _film_size(film: Any, design: Design) -> tuple[float, float] | None:
     size = FILM_SIZES.get(str(film).lower())
     if size is None and film is not None:
         known = ", ".join(FILM_SIZES)
-        design.found(Kind.LEFT_OUT, f"its film format {str(film)[:40]!r} is unknown and left out; known are {known}")
+        design.found(Kind.LEFT_OUT, f"its film format {excerpt(film)} is unknown and left out; known are {known}")
     return size
 
 

@@ -21,6 +21,7 @@ import re
 from math import inf, isinf
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses import media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.encoding import file_curvature, file_number, is_number
@@ -67,8 +68,8 @@ def read(text: str, path: str) -> Lens:
     for line, cells in sections.get("aspherical data", []):
         name = re.sub(r"(?i)as$", "", cells[0].strip())
         if name not in rows:
-            raise LensFileError(path, line, f"[aspherical data] of surface {cells[0].strip()!r}, which is not in [lens "
-                                            "data]")
+            raise LensFileError(path, line, f"[aspherical data] of surface {excerpt(cells[0].strip())}, which is not "
+                                            "in [lens data]")
         try:
             _bend(rows[name], [cell.strip() for cell in cells], powers)
         except RowError as error:
@@ -192,7 +193,7 @@ def _row(design: Design, line: int, cells: list[str], distances: dict) -> Row:
         if place is not None:
             row.thickness = _number(design.path, *place, thickness, infinite=True)
         elif thickness.lower() != "bf":
-            raise RowError(f"thickness {thickness!r} is neither a number nor one of the [variable distances]")
+            raise RowError(f"thickness {excerpt(thickness)} is neither a number nor one of the [variable distances]")
         if thickness.lower() == "bf" and isinf(row.thickness):
             row.thickness = 0.0
     if diameter:

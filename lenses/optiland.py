@@ -13,6 +13,7 @@ from decimal import Decimal
 from math import inf, isinf
 from typing import Any
 
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses import glass_catalogue, media
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
@@ -100,7 +101,7 @@ def _system(design: Design, data: dict[str, Any]) -> None:
     for wave in waves:
         unit = str(wave.get("unit") or "um")
         if unit not in UNITS:
-            raise RowError(f"a wavelength in {unit[:20]!r}: it must be in {', '.join(UNITS)}")
+            raise RowError(f"a wavelength in {excerpt(unit)}: it must be in {', '.join(UNITS)}")
         micrometres = float(exact_value(wave, "value").scaleb(UNITS[unit], EXACT))
         pairs.append((micrometres, value(wave, "weight", 1.0)))
     if pairs:

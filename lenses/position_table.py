@@ -20,6 +20,7 @@ from dataclasses import replace
 from typing import Any
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses.paraxial import focal_length
 from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.stations import focus_fractions, with_gaps, zoom_fractions
@@ -48,7 +49,7 @@ def placed(lens: Lens, table: object) -> Lens:
         raise TableError("they must be a table: [positions], with [positions.gaps]")
     for key in table:
         if key not in KEYS:
-            raise TableError(f"{key!r} is unknown; there are {', '.join(KEYS)}", key)
+            raise TableError(f"{excerpt(key)} is unknown; there are {', '.join(KEYS)}", key)
     gaps = table.get("gaps")
     if not isinstance(gaps, dict) or not gaps:
         raise TableError("the varying gaps are missing: [positions.gaps], then a line `4 = [[14.1, 4.4], …]` for the "
@@ -56,7 +57,8 @@ def placed(lens: Lens, table: object) -> Lens:
     columns: dict[int, list[list[float]]] = {}
     for key, grid in gaps.items():
         if not (re.fullmatch("[0-9]{1,9}", key) and int(key) < len(lens.surfaces)):
-            raise TableError(f"there is no surface {key!r}: they are numbered from 0 to {len(lens.surfaces) - 1}", key)
+            raise TableError(f"there is no surface {excerpt(key)}: they are numbered from 0 to "
+                             f"{len(lens.surfaces) - 1}", key)
         if int(key) in columns:
             raise TableError(f"surface {int(key)} is listed twice", key)
         columns[int(key)] = _grid(grid, key)

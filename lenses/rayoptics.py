@@ -12,6 +12,7 @@ from decimal import Decimal
 from math import isinf
 from typing import Any
 
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses import media
 from lensbench.lenses.aperture import f_number_kind
 from lensbench.lenses.design import Design, Row
@@ -68,7 +69,7 @@ def read(text: str, path: str) -> Lens:
     design = Design(path, name=str(system.get("title") or ""))
     dimensions = str(system.get("_dimensions") or system.get("dimensions") or "mm").lower()
     if dimensions not in UNITS:
-        raise LensFileError(path, None, f"dimensions {dimensions!r}: lengths must be in {', '.join(UNITS)}")
+        raise LensFileError(path, None, f"dimensions {excerpt(dimensions)}: lengths must be in {', '.join(UNITS)}")
     design.unit = UNITS[dimensions]
     lines = item_lines(text, "ifcs")
     stop = sequence.get("stop_surface")

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from functools import lru_cache
 
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses.catalogue import Card
 
 WEIGHTS = (("title", 8.0), ("kind", 5.0), ("maker", 4.0), ("designer", 4.0), ("patent", 3.0), ("year", 3.0),
@@ -179,7 +180,7 @@ def _named(what: str, asked: str, known: Sequence[str]) -> list[str]:
     near = get_close_matches(text, {plain(name): name for name in there}, 3, 0.6)
     hint = f"; did you mean {' or '.join(name for name in there if plain(name) in near)}?" if near else \
         f"; there are {', '.join(there)}"
-    raise SearchError(f"no lens of the library is of {what} {asked!r}{hint}")
+    raise SearchError(f"no lens of the library is of {what} {excerpt(asked)}{hint}")
 
 
 def _film(asked: str) -> Callable[[tuple[float, float]], bool]:
@@ -194,5 +195,6 @@ def _film(asked: str) -> Callable[[tuple[float, float]], bool]:
     text = plain(asked).replace(" ", "")
     classes = [ends for name, ends in FILMS.items() if text and text in plain(name).replace(" ", "")]
     if not classes:
-        raise SearchError(f"no film format is {asked!r}: name one of {', '.join(FILMS)}, or width x height in mm")
+        raise SearchError(f"no film format is {excerpt(asked)}: name one of {', '.join(FILMS)}, or width x height "
+                          "in mm")
     return lambda film: any(low <= math.hypot(*film) < high for low, high in classes)

@@ -13,6 +13,7 @@ All entries are optional. The kinds are the words of `ApertureKind` and `FieldKi
 
 from typing import Any
 
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses.position_table import TableError
 from lensbench.lenses.rows import RowError, number
 from lensbench.lenses.toml_text import digits, listed, quoted
@@ -36,7 +37,7 @@ def read(table: object) -> SystemData:
         raise TableError("it must be a table: [system]")
     for key in table:
         if key not in KEYS:
-            raise TableError(f"{key!r} is unknown; there are {', '.join(KEYS)}", key)
+            raise TableError(f"{excerpt(key)} is unknown; there are {', '.join(KEYS)}", key)
     values: dict[str, Any] = {}
     for key, value in table.items():
         try:
@@ -98,7 +99,7 @@ def _numbers(value: object) -> tuple[float, ...]:
 
 def _word(value: object, words: tuple[str, ...]) -> str:
     if not isinstance(value, str) or value not in words:
-        raise RowError(f"{value!r} is none of {', '.join(map(repr, map(str, words)))}")
+        raise RowError(f"{excerpt(value)} is none of {', '.join(map(repr, map(str, words)))}")
     return value
 
 

@@ -41,6 +41,7 @@ from dataclasses import replace
 from math import radians
 from typing import Any
 
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses import position_table, system_table, toml_header
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.rows import RowError, check_sizes, curvature, number, radius_text, stop_of, surface
@@ -116,10 +117,10 @@ def _columns(columns: object, text: str, path: str) -> tuple[str, ...]:
         raise LensFileError(path, line, f"`columns` must name the columns of `surfaces`: {', '.join(COLUMNS)}")
     for name in columns:
         if name not in COLUMNS:
-            raise LensFileError(path, line, f"column {name!r} is unknown; the columns are {', '.join(COLUMNS)}")
+            raise LensFileError(path, line, f"column {excerpt(name)} is unknown; the columns are {', '.join(COLUMNS)}")
     for name in REQUIRED:
         if columns.count(name) != 1:
-            raise LensFileError(path, line, f"there must be one column {name!r}")
+            raise LensFileError(path, line, f"there must be one column {excerpt(name)}")
     return tuple(columns)
 
 
@@ -134,7 +135,7 @@ def _tables(data: dict[str, Any], count: int, text: str, path: str) -> dict[int,
         for key, value in table.items():
             try:
                 if not (re.fullmatch("[0-9]{1,9}", key) and int(key) < count):
-                    raise RowError(f"there is no surface {key!r}: they are numbered from 0 to {count - 1}")
+                    raise RowError(f"there is no surface {excerpt(key)}: they are numbered from 0 to {count - 1}")
                 if int(key) in more and name in more[int(key)]:
                     raise RowError(f"surface {int(key)} is listed twice")
                 more.setdefault(int(key), {})[name] = ENTRIES[name](value)
@@ -161,7 +162,7 @@ def _terms(value: object) -> tuple[tuple[int, float], ...]:
     terms = []
     for name, coefficient in value.items():
         if not re.fullmatch("r[0-9]{1,3}", name):
-            raise RowError(f"{name!r} is no power of r: a term is written r4 = 1.5e-5")
+            raise RowError(f"{excerpt(name)} is no power of r: a term is written r4 = 1.5e-5")
         terms.append((int(name[1:]), number(coefficient, f"the coefficient of {name}")))
     return tuple(terms)
 

@@ -28,6 +28,7 @@ from decimal import Decimal
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
 
+from lensbench.kernels.quotation import excerpt
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.numbers import RowError, number
 from lensbench.lenses.toml_text import digits, listed, quoted
@@ -75,11 +76,11 @@ def checked(data: dict[str, Any], text: str, path: str) -> dict[str, Any]:
     for key, value in data.items():
         try:
             if key not in KEYS:
-                raise RowError(f"{key!r} is unknown; a lens file has {', '.join(sorted(KEYS))}")
+                raise RowError(f"{excerpt(key)} is unknown; a lens file has {', '.join(sorted(KEYS))}")
             if key == "format" and value != FORMAT:
                 raise RowError(f"format {value}: this version of lensbench reads format {FORMAT}")
             if key == "units" and value != "mm":
-                raise RowError(f"units {value!r}: lengths must be in \"mm\"")
+                raise RowError(f"units {excerpt(value)}: lengths must be in \"mm\"")
             if key in TEXTS and not isinstance(value, str):
                 raise RowError(f"{key} must be a text in quotes")
             if key == "year" and type(value) is not int:

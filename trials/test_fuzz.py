@@ -1,18 +1,28 @@
-"""Readers against 2,000 mishaps of bytes and 2,000 of lines for every sample file: an error or a lens, no traceback.
+"""Every reader against 2,000 mishaps of each kind for every sample file: one clear line, or what the file says.
 
-Of the samples of the tests and of lenses of the library in each format; with LENSBENCH_LENS_FILES=FOLDER of every
-lens file in that folder, too. A file on which a reader hangs ends the run with the place where it does.
+Lens files: the samples of the tests and lenses of the library in each format; with LENSBENCH_LENS_FILES=FOLDER of every
+lens file in that folder, too. Settings, pictures, recordings, scenes and glass catalogues: small whole ones.
+LENSBENCH_FUZZ_TIMES=N is another number of mishaps. A traceback, a warning of numpy, an endless message or a damaged
+recording that opens fails; a file on which a reader hangs ends the run with the place where it does.
 """
 
 import os
+import re
 from pathlib import Path
 
 import pytest
 
+import lensbench as lb
 from lensbench import lenses
+from lensbench.app.state.scene_file import SceneFileError, load_scene
+from lensbench.lenses import agf
 from lensbench.lenses.formats import READERS, WRITERS
-from tests.lenses.mishaps import by_bytes, by_lines, outlive
+from tests.app.files.test_damaged_files import WAYS, files, goes_on  # noqa: F401 - the fixture
+from tests.app.state.test_scene_file import DOCUMENT
+from tests.lenses.damage import lenses_outlive
 from tests.lenses.samples import DATA
+from tests.lenses.test_glass_catalogue import BK7
+from tests.mishaps import by_bytes, by_lines, outlive
 
 TIMES = int(os.environ.get("LENSBENCH_FUZZ_TIMES", "2000"))
 OWN = os.environ.get("LENSBENCH_LENS_FILES")
@@ -24,7 +34,7 @@ LENSES = ("pbrt-dgauss-50mm", "lib-us10281683")
 @pytest.mark.parametrize("mutate", [by_bytes, by_lines], ids=lambda mutate: mutate.__name__)
 @pytest.mark.parametrize("source", FILES, ids=lambda path: path.name)
 def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, source, mutate):
-    found = outlive(tmp_path / f"damaged{source.suffix}", source.read_bytes(), mutate, TIMES, source.name)
+    found = lenses_outlive(tmp_path / f"damaged{source.suffix}", source.read_bytes(), mutate, TIMES, source.name)
     _can_be_used(found, tmp_path)
 
 
@@ -33,8 +43,26 @@ def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, source, mutate):
 @pytest.mark.parametrize("name", LENSES)
 def test_a_damaged_file_of_our_own_is_a_lens_or_one_clear_line(tmp_path, name, suffix, mutate):
     lenses.save(lenses.load(name), tmp_path / f"whole{suffix}")
-    found = outlive(tmp_path / f"damaged{suffix}", (tmp_path / f"whole{suffix}").read_bytes(), mutate, TIMES, name)
+    whole = (tmp_path / f"whole{suffix}").read_bytes()
+    found = lenses_outlive(tmp_path / f"damaged{suffix}", whole, mutate, TIMES, name)
     _can_be_used(found, tmp_path)
+
+
+@pytest.mark.parametrize(("name", "way"), WAYS, ids=lambda part: getattr(part, "__name__", part))
+def test_damaged_settings_pictures_and_recordings_are_one_clear_line_or_what_was_written(files, tmp_path, name, way):  # noqa: F811
+    goes_on(files, tmp_path, name, way, TIMES)
+
+
+@pytest.mark.parametrize("mutate", [by_bytes, by_lines], ids=lambda mutate: mutate.__name__)
+def test_a_damaged_scene_is_a_scene_or_one_clear_line(tmp_path, mutate):
+    whole = re.search(r"```toml\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.S)[1].encode()
+    found = outlive(tmp_path / "scene.toml", whole, mutate, TIMES, "scene", load_scene, SceneFileError)
+    assert all(isinstance(scene, lb.Scene) for scene in found) and found
+
+
+@pytest.mark.parametrize("mutate", [by_bytes, by_lines], ids=lambda mutate: mutate.__name__)
+def test_a_damaged_glass_catalogue_is_glasses_or_one_clear_line(tmp_path, mutate):
+    assert outlive(tmp_path / "glass.agf", BK7.encode(), mutate, TIMES, "glass", agf.read, lenses.LensFileError)
 
 
 def _can_be_used(found, folder):

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from lensbench.kernels.figures import fixed
+from lensbench.kernels.quotation import excerpt
 
 COLUMNS = ("x", "y", "z", "l", "m", "n")
 NAMES = {"dx": "l", "dy": "m", "dz": "n", "origin_x": "x", "origin_y": "y", "origin_z": "z"}
@@ -162,7 +163,7 @@ def _order(cells: list[str], place: str) -> list[int]:
     names = [NAMES.get(name, name) for name in names]
     for name in COLUMNS:
         if names.count(name) != 1:
-            raise RaysError(f"{place}: the heading needs one column {name!r} (columns: {' '.join(COLUMNS)})")
+            raise RaysError(f"{place}: the heading needs one column {excerpt(name)} (columns: {' '.join(COLUMNS)})")
     return [names.index(name) for name in COLUMNS]
 
 
@@ -179,7 +180,7 @@ def _ray(cells: list[str], place: str) -> list[float]:
     numbers = []
     for name, cell in zip(COLUMNS, cells, strict=True):
         if not _is_float(cell) or not math.isfinite(float(cell)):
-            raise RaysError(f"{place}: {name} is {cell[:40]!r}: it must be a finite number")
+            raise RaysError(f"{place}: {name} is {excerpt(cell)}: it must be a finite number")
         numbers.append(float(cell))
     if not any(numbers[3:]):
         raise RaysError(f"{place}: the direction l m n is 0 0 0")

@@ -9,6 +9,7 @@ from typing import Any
 from lensbench.app.state.lens_settings import LensSettings
 from lensbench.app.state.setting import spec
 from lensbench.app.state.text_values import read_aperture, read_close, read_zoom
+from lensbench.kernels.quotation import escaped
 
 
 def option(read: Callable[[str], Any]) -> Callable[[str], Any]:
@@ -74,7 +75,7 @@ def dest(of: Field) -> str:
 
 def say(text: str) -> None:
     """One line on stderr, beside what the command prints."""
-    print(f"lensbench: {text}", file=sys.stderr)
+    print(f"lensbench: {escaped(text)}", file=sys.stderr)
 
 
 class _FormerName(argparse.Action):

@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 from lensbench.app.command.errors import UsageError
 from lensbench.app.command.output import print_json, progress
 from lensbench.kernels.figures import fixed
+from lensbench.kernels.quotation import escaped
 
 SCREENSHOT = "lensbench-window.png"     # where there is no display
 LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libXext.so.6")
@@ -81,7 +82,7 @@ def _run(argv: list[str]) -> int:
 
 
 def _end(message: str, code: int) -> int:
-    print("lensbench: " + " ".join(message.split()), file=sys.stderr)
+    print(f"lensbench: {escaped(message)}", file=sys.stderr)
     return code
 
 

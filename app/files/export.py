@@ -27,6 +27,8 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.files import netpbm
+from lensbench.app.files.exr_header import SIGNATURE as EXR_SIGNATURE
+from lensbench.app.files.exr_header import HeaderError, exr_attribute
 from lensbench.app.state import tone
 from lensbench.app.state.auto_model import is_automatic, record
 from lensbench.app.state.build import camera
@@ -34,13 +36,13 @@ from lensbench.app.state.exposure import exposed
 from lensbench.app.state.false_colours import aov_codes
 from lensbench.app.state.scene_file import find_scene
 from lensbench.app.state.settings import CHOSEN, Settings
+from lensbench.kernels.quotation import MOST, cut, escaped
 
 SUFFIXES = {".png": "tone-mapped picture, 8 or 16 bits", ".ppm": "the same, without compression",
             ".exr": "linear light, float", ".pfm": "the same, without settings"}
 BITS = (8, 16)
 KEY = "lensbench"                       # of the settings in a picture's metadata
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-EXR_SIGNATURE = b"\x76\x2f\x31\x01"
 MAX_TEXT = 1 << 20                      # bytes of settings that a picture may carry
 BAND = 64                               # rows that are tone-mapped at once
 PASS_SECONDS = 0.2                      # of rendering between two steps of the progress
@@ -48,6 +50,9 @@ PASS_SECONDS = 0.2                      # of rendering between two steps of the 
 
 class ExportError(ValueError):
     """A picture that cannot be written, or that holds no settings; the message says what to do."""
+
+    def __init__(self, message: str):
+        super().__init__(escaped(message))              # it may repeat what is in a file
 
 
 def develop(image: np.ndarray, settings: Settings) -> np.ndarray:
@@ -101,19 +106,36 @@ def read_settings(path: str | Path, say: Callable[[str], object] = lambda text: 
             if signature == PNG_SIGNATURE:
                 text = _png_text(file, path)
             elif signature.startswith(EXR_SIGNATURE):
-                text = _exr_text(path)
+                text = exr_attribute(file, KEY)
             elif signature.startswith(netpbm.SIGNATURES):
                 file.seek(0)
                 text = netpbm.read_comment(file, KEY)
             else:
                 raise ExportError(f"{path}: this is neither a PNG nor an EXR nor a PPM picture")
+    except HeaderError as error:
+        raise ExportError(f"{path}: this EXR is cut off or damaged: {error}") from error
     except OSError as error:
         raise ExportError(f"{path}: {error.strerror}") from error
+    except ValueError as error:
+        if isinstance(error, ExportError):
+            raise
+        raise ExportError(f"{path}: this is no name of a file") from error
     if text is None:
         raise ExportError(f"{path}: this picture holds no settings: it was not exported by lensbench")
+    return settings_of(text, path, say)
+
+
+def settings_of(text: str, path: Path, say: Callable[[str], object] = lambda text: None) -> Settings:
+    """The settings of a file's JSON; ExportError where they are damaged or invalid. say: as for `read_settings`."""
     try:
-        return Settings.from_dict(dict(json.loads(text)), lambda note: say(f"{path}: {note}"))
-    except (ValueError, TypeError) as error:
+        plain = json.loads(text)
+    except (ValueError, RecursionError) as error:       # of JSON, of a number of 5000 digits, of nested brackets
+        raise ExportError(f"{path}: its settings are damaged: {cut(str(error), 2 * MOST)}") from error
+    if not isinstance(plain, dict):
+        raise ExportError(f"{path}: its settings are damaged: they must be an object in braces")
+    try:
+        return Settings.from_dict(plain, lambda note: say(f"{path}: {note}"))
+    except ValueError as error:
         raise ExportError(f"{path}: {error}") from error
 
 
@@ -300,12 +322,3 @@ def _write_exr(path: Path, image: np.ndarray, note: str) -> None:
         OpenEXR.File(header, {"RGB": pixels}).write(str(path))
     except RuntimeError as error:
         raise OSError(0, str(error).rstrip(".").rpartition(". ")[2]) from error
-
-
-def _exr_text(path: Path) -> str | None:
-    import OpenEXR
-
-    try:
-        return OpenEXR.File(str(path), header_only=True).header().get(KEY)
-    except RuntimeError as error:
-        raise ExportError(f"{path}: this EXR is cut off or damaged") from error

@@ -7,21 +7,22 @@ raw picture (h, w, 3), `white`, its white picture (h, w), `behind`, the number o
 `microlenses`, their f-number. Not compressed: noise does not shrink, and reading is as fast as the disk.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 import lensbench as lb
 from lensbench.app.files.export import ExportError
-from lensbench.app.files.npz import load_arrays, save_arrays
+from lensbench.app.files.npz import ArrayHeader, load_arrays, save_arrays
 from lensbench.app.state.build import camera
 from lensbench.app.state.light_field_query import Recording
 from lensbench.app.state.settings import Settings
+from lensbench.kernels.figures import significant
 
-VIEWS = ("light", "coverage", "reach")
-SENSOR = ("raw", "white", "behind", "microlenses")
-OPTIONAL = ("fill", "moments")
+VIEWS = {"light", "coverage", "reach"}
+SENSOR = {"raw", "white", "behind", "microlenses"}
+OPTIONAL = {"fill", "moments"}
 
 
 def save_light_field(path: str | Path, recording: Recording) -> None:
@@ -41,37 +42,54 @@ def load_light_field(path: str | Path, say: Callable[[str], object] = lambda tex
 
     `say` receives a sentence if the settings have names of an earlier version.
     """
-    found, settings = load_arrays(Path(path), "light field", "capture", _wanted, say)
-    recording = _of_sensor(found, settings) if "raw" in found else _of_views(found, settings)
-    if recording is None:
-        raise ExportError(f"{path}: the views of this light field are not those of its settings")
-    return recording
+    found, settings = load_arrays(Path(path), "light field", "capture", _wanted, _fit, say)
+    try:
+        return _of_sensor(found, settings) if "raw" in found else _of_views(found, settings)
+    except lb.LightFieldError as error:
+        raise ExportError(f"{path}: {error}") from error
 
 
-def _wanted(names: set[str]) -> tuple[str, ...]:
+def _wanted(names: set[str]) -> set[str]:
     known = SENSOR if "raw" in names else VIEWS
-    if set(known) - names:
-        return ()
-    return (*known, *(name for name in OPTIONAL if name in names))
+    if known - names:
+        return set()
+    return known | (OPTIONAL & names if known is VIEWS else set())
 
 
-def _of_views(found: dict[str, np.ndarray], settings: Settings) -> Recording | None:
-    """The recording of these arrays; None if their shapes or types do not fit together."""
-    light, coverage, reach, film = found["light"], found["coverage"], float(found["reach"]), settings.film
-    fill, moments = float(found.get("fill", 1.0)), found.get("moments")         # older files have none
-    if (light.dtype not in (np.float16, np.float32) or coverage.dtype != light.dtype or light.ndim != 5
-            or light.shape[2:] != (3, film.pixels_y, film.pixels_x)
-            or coverage.shape != (*light.shape[:2], *light.shape[3:]) or not reach > 0.0 or not 0.0 <= fill <= 1.0
-            or moments is not None and (moments.dtype != light.dtype or moments.shape[1:] != light.shape)):
-        return None
-    return Recording(lb.LightField(camera(settings), reach, light, coverage, fill, moments=moments), settings)
+def _fit(headers: Mapping[str, ArrayHeader], settings: Settings) -> bool:
+    """Whether arrays of these headers are a recording by these settings."""
+    picture = (settings.pixels_y, settings.pixels_x)
+    if "raw" in headers:
+        raw, white = headers["raw"], headers["white"]
+        return (raw.kind == white.kind == "<f4" and len(raw.shape) == 3 and raw.shape[2] == 3
+                and white.shape == raw.shape[:2] and raw.shape[0] % picture[0] == 0 == raw.shape[1] % picture[1]
+                and raw.shape[0] // picture[0] == raw.shape[1] // picture[1]
+                and headers["behind"].kind == "<i8" and not headers["behind"].shape
+                and headers["microlenses"].kind == "<f8" and not headers["microlenses"].shape)
+    light, coverage, moments = headers["light"], headers["coverage"], headers.get("moments")
+    numbers = [header for name, header in headers.items() if name in ("reach", "fill")]
+    return (light.kind in ("<f2", "<f4") and coverage.kind == light.kind and len(light.shape) == 5
+            and min(light.shape[:2]) > 0 and light.shape[2:] == (3, *picture)
+            and coverage.shape == (*light.shape[:2], *picture)
+            and all(header.kind == "<f8" and not header.shape for header in numbers)
+            and (moments is None or moments.kind == light.kind and moments.shape[1:] == light.shape
+                 and moments.shape[0] > 0))
 
 
-def _of_sensor(found: dict[str, np.ndarray], settings: Settings) -> Recording | None:
-    """The recording of these arrays; None if their shapes or types do not fit together."""
-    plenoptic = lb.PlenopticCamera(camera(settings), int(found["behind"]), float(found["microlenses"]))
-    raw, white = found["raw"], found["white"]
-    if raw.dtype != np.float32 or raw.shape != (*plenoptic.sensor[::-1], 3) or white.shape != raw.shape[:2]:
-        return None
-    picture = lb.RawPicture(plenoptic, raw, white)
+def _of_views(found: dict[str, np.ndarray], settings: Settings) -> Recording:
+    """The recording of these arrays; LightFieldError for numbers out of range."""
+    reach, fill = float(found["reach"]), float(found.get("fill", 1.0))         # older files have no `fill`
+    if not 0.0 < reach < 100.0 or fill > 1.0:
+        raise lb.LightFieldError(f"reach {significant(reach)} and fill {significant(fill)}: this recording is damaged")
+    return Recording(lb.LightField(camera(settings), reach, found["light"], found["coverage"], fill,
+                                   moments=found.get("moments")), settings)
+
+
+def _of_sensor(found: dict[str, np.ndarray], settings: Settings) -> Recording:
+    """The recording of these arrays; LightFieldError for numbers out of range."""
+    raw, behind = found["raw"], int(found["behind"])
+    if behind * settings.pixels_y != raw.shape[0]:
+        raise lb.LightFieldError(f"{behind} pixels behind each microlens: this picture has others")
+    plenoptic = lb.PlenopticCamera(camera(settings), behind, float(found["microlenses"]))
+    picture = lb.RawPicture(plenoptic, raw, found["white"])
     return Recording(picture.decoded(), settings, picture)

@@ -4,14 +4,14 @@ Arrays: `pictures` (down, across, 3, h, w) and `nearness` (down, across, h, w) a
 mm, and `settings`, the JSON text of exported pictures, from which the middle pinhole is built.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 import lensbench as lb
 from lensbench.app.files.export import ExportError
-from lensbench.app.files.npz import load_arrays, save_arrays
+from lensbench.app.files.npz import ArrayHeader, load_arrays, save_arrays
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import Settings
 
@@ -31,15 +31,20 @@ def load_lumigraph(path: str | Path, say: Callable[[str], object] = lambda text:
     `say` receives a sentence if the settings have names of an earlier version.
     """
     found, settings = load_arrays(Path(path), "lumigraph", "array",
-                                  lambda names: () if set(ARRAYS) - names else ARRAYS, say)
+                                  lambda names: set() if set(ARRAYS) - names else set(ARRAYS), _fit, say)
     pictures, nearness, spacing, distance = (found[name] for name in ARRAYS)
-    film = settings.film
-    if (pictures.dtype != np.float16 or nearness.dtype != np.float16 or pictures.ndim != 5
-            or pictures.shape[2:] != (3, film.pixels_y, film.pixels_x)
-            or nearness.shape != (*pictures.shape[:2], *pictures.shape[3:])
-            or not float(spacing) > 0.0 or not float(distance) > 0.0):
-        raise ExportError(f"{path}: the pictures of this lumigraph are not those of its settings")
+    if not min(float(spacing), float(distance)) > 0.0:
+        raise ExportError(f"{path}: this lumigraph is damaged: its distances must be positive")
     middle = lb.lumigraph_pinhole(camera(settings))
     texels = np.empty((*nearness.shape, 4), np.float16)
     texels[..., :3], texels[..., 3] = np.moveaxis(pictures, 2, -1), nearness
     return lb.Lumigraph(middle, float(spacing), float(distance), texels), settings
+
+
+def _fit(headers: Mapping[str, ArrayHeader], settings: Settings) -> bool:
+    """Whether arrays of these headers are a lumigraph by these settings."""
+    pictures, nearness = headers["pictures"], headers["nearness"]
+    picture = (settings.pixels_y, settings.pixels_x)
+    return (pictures.kind == nearness.kind == "<f2" and len(pictures.shape) == 5 and min(pictures.shape[:2]) > 0
+            and pictures.shape[2:] == (3, *picture) and nearness.shape == (*pictures.shape[:2], *picture)
+            and all(headers[name].kind == "<f8" and not headers[name].shape for name in ("spacing", "distance")))

@@ -16,6 +16,7 @@ from lensbench.app.files.export import read_settings, replacing
 from lensbench.app.state import former_settings
 from lensbench.app.state.setting import spec
 from lensbench.app.state.settings import PICTURES, VERSION, Settings, SettingsError
+from lensbench.kernels.quotation import MOST, cut
 
 HEAD = "# lensbench: lengths in mm, angles in radians, times in seconds, exposure in stops\n"
 WORDS = {field.name: spec(field).none for field in fields(Settings) if spec(field).none}    # for None
@@ -40,14 +41,19 @@ def load_settings(path: str | Path, say: Callable[[str], object] = lambda text: 
         return read_settings(path, say)
     try:
         with path.open("rb") as file:
-            text = file.read(LONGEST).decode("utf-8")
+            raw = file.read(LONGEST + 1)
+        if len(raw) > LONGEST:
+            raise SettingsError(f"{path}: this is larger than {LONGEST >> 20} MB: that is no settings file")
+        text = raw.decode("utf-8")
         plain = tomllib.loads(text)
     except OSError as error:
         raise SettingsError(f"{path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise SettingsError(f"{path}: this is no text in UTF-8") from error
-    except tomllib.TOMLDecodeError as error:
-        raise SettingsError(f"{path}: this is no TOML: {error}") from error
+    except SettingsError:
+        raise
+    except (ValueError, RecursionError) as error:       # of TOML, of a number of 5000 digits, of nested brackets
+        raise SettingsError(f"{path}: this is no TOML: {cut(str(error), 4 * MOST)}") from error
     plain = {name: None if value == WORDS.get(name) else value for name, value in plain.items()}
     try:
         return _placed(Settings.from_dict(plain, lambda note: say(f"{path}: {note}")), path.parent)
@@ -84,7 +90,7 @@ def _where(plain: dict[str, Any], text: str) -> str:
             pass
         line = next((i for i, row in enumerate(text.splitlines(), 1)
                      if re.match(rf"\s*\"?{re.escape(name)}\"?\s*[=.]", row)), None)
-        return f"{line}: {name}:" if line else f" {name}:"
+        return f"{line}: {cut(name)}:" if line else f" {cut(name)}:"
     return ""
 
 

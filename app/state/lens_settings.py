@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from lensbench.app.state.setting import NOTHING, POSITIVE, setting
+from lensbench.app.state.setting import LENGTH, NOTHING, setting
 from lensbench.app.state.text_values import read_length
 
 AUTO = "auto"
@@ -15,7 +15,7 @@ class LensSettings:
 
     lens: str = setting("pbrt-dgauss-50mm")             # a library name, or a path
     focal_length: float | None = setting(
-        None, unit="mm", bounds=POSITIVE, none="designed", read=read_length, metavar="LENGTH",
+        None, unit="mm", bounds=LENGTH, none="designed", read=read_length, metavar="LENGTH",
         help="scale the whole prescription to this focal length (of a zoom its shortest), such as 35mm")
     coating: str = setting("auto", choices=COATINGS, restarts=NOTHING, figures=True,
                            help="of the surfaces to air, for the T-stop alone: uncoated, single-layer (1.5%% lost a "

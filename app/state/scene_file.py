@@ -21,6 +21,7 @@ import lensbench as lb
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.state.scene_texture import read_texture
 from lensbench.app.state.tone import linear
+from lensbench.kernels.quotation import LONGEST_PATH, cut, escaped, excerpt
 from lensbench.scenery.objects import by_family
 
 MOST_BYTES = 1 << 20                    # of a scene file
@@ -36,19 +37,26 @@ class SceneFileError(ValueError):
     """A scene file that cannot be read: where, and what to do about it."""
 
     def __init__(self, path: str | Path, reason: str):
-        super().__init__(f"{path}: {reason}")
-        self.path, self.reason = Path(path), reason
+        self.path, self.reason = Path(path), escaped(reason)
+        super().__init__(f"{cut(escaped(str(path)), LONGEST_PATH)}: {self.reason}")
 
 
 def find_scene(name_or_path: str) -> lb.Scene:
     """A built-in scene by its name, or else the scene of a file; SceneFileError where there is neither."""
     if name_or_path in lb.SCENES:
         return lb.builtin_scene(name_or_path)
-    if not name_or_path.endswith(".toml") and not Path(name_or_path).exists():
+    if not name_or_path.endswith(".toml") and not _exists(name_or_path):
         near = difflib.get_close_matches(name_or_path, lb.SCENES, 1)
         raise SceneFileError(name_or_path, "no built-in scene has this name, and no file"
                              + (f"; did you mean {near[0]}?" if near else f": choose one of {', '.join(lb.SCENES)}"))
     return load_scene(name_or_path)
+
+
+def _exists(path: str) -> bool:
+    try:
+        return Path(path).exists()
+    except (OSError, ValueError):               # a name too long, or with a NUL in it
+        return False
 
 
 def cached_scene(name_or_path: str) -> lb.Scene:
@@ -73,7 +81,8 @@ def scene_stamp(name_or_path: str) -> tuple[Stamp, ...]:
 def _textures(path: str, stamp: Stamp) -> tuple[Path, ...]:
     """The texture files that a scene file names, as far as it can be read."""
     try:
-        table = tomllib.loads(Path(path).read_bytes()[:MOST_BYTES].decode("utf-8"))
+        with open(path, "rb") as file:
+            table = tomllib.loads(file.read(MOST_BYTES).decode("utf-8"))
     except (OSError, ValueError, RecursionError):
         return ()
     return tuple(dict.fromkeys(Path(path).parent / name for name in _texture_names(table)))
@@ -89,13 +98,17 @@ def _texture_names(value: Any) -> Iterator[str]:
 def load_scene(path: str | Path) -> lb.Scene:
     """Read a scene file (TOML, at most 1 MB); SceneFileError describes the fault in one line."""
     path = Path(path)
-    if path.exists() and not path.is_file():
-        raise SceneFileError(path, "is not a file")
     try:
+        if path.exists() and not path.is_file():
+            raise SceneFileError(path, "is not a file")
         with path.open("rb") as file:
             raw = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise SceneFileError(path, f"cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        if isinstance(error, SceneFileError):
+            raise
+        raise SceneFileError(path, "is no name of a file") from error
     if len(raw) > MOST_BYTES:
         raise SceneFileError(path, "is larger than 1 MB: that is no scene file")
     try:
@@ -115,7 +128,7 @@ def load_scene(path: str | Path) -> lb.Scene:
 def _scene(table: Table, path: Path) -> lb.Scene:
     folder = path.resolve().parent
     _only(table, "the file", ("name", "ambient", "enclosed", "depth_range", "material", *_SURROUNDINGS, *_SHAPES))
-    materials = {name: _within(f"material {name}", _material, _table(value, f"material {name}"), folder)
+    materials = {name: _within(f"material {cut(name)}", _material, _table(value, f"material {cut(name)}"), folder)
                  for name, value in _table(table.get("material", {}), "material").items()}
     lists = {kind: _tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) > MOST_OBJECTS:
@@ -129,7 +142,7 @@ def _scene(table: Table, path: Path) -> lb.Scene:
         if not isinstance(value, str):
             return _material(value, folder)
         if value not in materials:
-            raise lb.SceneError(f"material {value!r} is not in the file: write a table [material.{value}]")
+            raise lb.SceneError(f"material {excerpt(value)} is not in the file: write a table [material.{cut(value)}]")
         return materials[value]
 
     shapes = [_within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
@@ -232,7 +245,7 @@ def _only(t: Table, what: str, known: Collection[str]) -> None:
     for name in t:
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
-            raise lb.SceneError(f"{what} has no {name!r}"
+            raise lb.SceneError(f"{what} has no {excerpt(name)}"
                                 + (f": did you mean {near[0]}?" if near else f" (known: {', '.join(known)})"))
 
 
@@ -276,9 +289,9 @@ def _truth(value: Any, name: str) -> bool:
 
 def _number(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise lb.SceneError(f"{name} must be a number, not {value!r}")
+        raise lb.SceneError(f"{name} must be a number, not {excerpt(value)}")
     if not abs(value) <= 1e9:
-        raise lb.SceneError(f"{name} is {value}: it must be a finite number, at most 1e9")
+        raise lb.SceneError(f"{name} is {excerpt(value)}: it must be a finite number, at most 1e9")
     return float(value)
 
 
@@ -300,7 +313,7 @@ def _quantity(value: Any, name: str, units: dict[str, float], form: str) -> floa
         return _number(value, name)
     match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([a-z/]*)\s*", value)
     if match is None or match[2] not in units:
-        raise lb.SceneError(f"{name} {value!r}: write {form}")
+        raise lb.SceneError(f"{name} {excerpt(value)}: write {form}")
     return _number(float(match[1]) * units[match[2]], name)
 
 
@@ -314,7 +327,7 @@ def _colour(value: Any, name: str, most: float = 1.0) -> tuple[float, ...]:
     """Linear: three numbers, or "#rrggbb" as in sRGB."""
     if isinstance(value, str):
         if not re.fullmatch(r"#[0-9a-fA-F]{6}", value):
-            raise lb.SceneError(f"{name} {value!r}: write a colour as \"#rrggbb\" or as three linear numbers")
+            raise lb.SceneError(f"{name} {excerpt(value)}: write a colour as \"#rrggbb\" or as three linear numbers")
         rgb = tuple(float(x) for x in linear(np.array([int(value[k:k + 2], 16) / 255.0 for k in (1, 3, 5)])))
     else:
         rgb = _numbers(value, name)

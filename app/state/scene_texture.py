@@ -6,10 +6,12 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.state.tone import linear
+from lensbench.kernels.quotation import excerpt
 
 MOST_BYTES = 64 << 20
 MOST_TEXELS = 40_000_000                # of a picture as it is read
 TEXTURE_SIDE = 1024                     # larger ones are averaged down to this
+BAND = 64                               # rows that are made linear at once
 FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP")
 
 
@@ -18,36 +20,47 @@ def read_texture(name: str, folder: Path) -> lb.Image:
     from PIL import Image as Picture
 
     if Path(name).is_absolute() or "\0" in name:
-        raise lb.SceneError(f"texture {name!r}: name it relative to the scene file")
+        raise lb.SceneError(f"texture {excerpt(name)}: name it relative to the scene file")
     try:
         path = (folder / name).resolve(strict=True)
     except (OSError, RuntimeError) as error:
-        raise lb.SceneError(f"texture {name!r}: there is no such file") from error
+        raise lb.SceneError(f"texture {excerpt(name)}: there is no such file") from error
     if not path.is_relative_to(folder):
-        raise lb.SceneError(f"texture {name!r} lies outside the folder of the scene: put it beside the file or below")
+        raise lb.SceneError(f"texture {excerpt(name)} lies outside the folder of the scene: put it beside the "
+                            "file or below")
     if not path.is_file():
-        raise lb.SceneError(f"texture {name!r} is not a file")
+        raise lb.SceneError(f"texture {excerpt(name)} is not a file")
     if path.stat().st_size > MOST_BYTES:
-        raise lb.SceneError(f"texture {name!r} is larger than {MOST_BYTES >> 20} MB")
+        raise lb.SceneError(f"texture {excerpt(name)} is larger than {MOST_BYTES >> 20} MB")
     try:
         with Picture.open(path, formats=FORMATS) as picture:
             if picture.width * picture.height > MOST_TEXELS:
-                raise lb.SceneError(f"texture {name!r} has more than {MOST_TEXELS // 1_000_000} million pixels")
+                raise lb.SceneError(f"texture {excerpt(name)} has more than {MOST_TEXELS // 1_000_000} million pixels")
             if picture.width < 2 or picture.height < 2:
-                raise lb.SceneError(f"texture {name!r} is smaller than 2 × 2 pixels")
+                raise lb.SceneError(f"texture {excerpt(name)} is smaller than 2 × 2 pixels")
+            side = max(picture.size)
             if picture.mode.startswith("I"):
-                values = np.asarray(picture, np.float32)[..., None].repeat(3, 2) / 65535.0
+                levels = np.asarray(picture)[..., None]
+                deepest = 65535.0
             else:
-                values = np.asarray(picture.convert("RGB"), np.float32) / 255.0
+                levels = np.asarray(picture.convert("RGB"))
+                deepest = 255.0
     except lb.SceneError:
         raise
-    except (OSError, SyntaxError, ValueError, Picture.DecompressionBombError) as error:
-        raise lb.SceneError(f"texture {name!r} is not a picture that can be read ({', '.join(FORMATS)})") from error
-    light = linear(values)
-    shrink = TEXTURE_SIDE / max(light.shape[:2])
-    if shrink < 1.0:
-        size = tuple(max(2, round(side * shrink)) for side in (light.shape[1], light.shape[0]))
-        bands = [Picture.fromarray(np.ascontiguousarray(light[..., c])).resize(size, Picture.Resampling.BOX)
-                 for c in range(3)]
-        light = np.stack([np.asarray(band) for band in bands], -1)
-    return lb.Image.of(light)
+    except (OSError, SyntaxError, ValueError, MemoryError, Picture.DecompressionBombError) as error:
+        raise lb.SceneError(f"texture {excerpt(name)} is not a picture that can be read "
+                            f"({', '.join(FORMATS)})") from error
+    shrink = min(TEXTURE_SIDE / side, 1.0)
+    size = tuple(max(2, round(length * shrink)) for length in levels.shape[1::-1])
+    # One colour after another: of 40 million pixels each takes 160 MB as floats
+    colours = [np.asarray(Picture.fromarray(_linear(levels[..., c], deepest)).resize(size, Picture.Resampling.BOX))
+               for c in range(levels.shape[2])]
+    return lb.Image.of(np.stack(colours * (3 // len(colours)), -1))
+
+
+def _linear(levels: np.ndarray, deepest: float) -> np.ndarray:
+    """Linear light (h, w) in float32 of the levels of a picture, band by band."""
+    light = np.empty(levels.shape, np.float32)
+    for first in range(0, len(levels), BAND):
+        light[first:first + BAND] = linear(np.clip(levels[first:first + BAND] / np.float32(deepest), 0.0, 1.0))
+    return light

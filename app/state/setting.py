@@ -11,6 +11,7 @@ from types import UnionType
 from typing import Any, NamedTuple, get_args, get_origin
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.quotation import escaped, excerpt
 
 PICTURE, MOTION, NOTHING = "picture", "moving picture", "nothing"       # what a change restarts
 
@@ -18,39 +19,36 @@ PICTURE, MOTION, NOTHING = "picture", "moving picture", "nothing"       # what a
 class SettingsError(ValueError):
     """Invalid settings; the message says what to do."""
 
+    def __init__(self, message: str):
+        super().__init__(escaped(message))              # it may repeat what is in a file
+
 
 class Interval(NamedTuple):
-    """The numbers from `low` to `high`; the brackets tell whether an end belongs to them: “(0, 1]” as "(]"."""
+    """The numbers from `low` to `high`, both of them included; and infinity if `infinite`."""
 
     low: float
     high: float
-    brackets: str = "[]"
+    infinite: bool = False
 
     def __contains__(self, value: object) -> bool:
         """Whether a number lies in the interval; False for nan."""
         assert isinstance(value, int | float)
-        above = value > self.low or self.brackets[0] == "[" and value == self.low
-        return above and (value < self.high or self.brackets[1] == "]" and value == self.high)
+        return self.low <= value <= self.high or self.infinite and value == math.inf
 
     def rule(self, form: Callable[[float], str]) -> str:
         """The interval in words, its ends as `form` writes them."""
-        if self.low == -math.inf:
-            return "it must be a finite number"
-        if self.high == math.inf:
-            if self.low == 0.0:
-                return "it must be 0 or positive" if self.brackets[0] == "[" else "it must be a positive number"
-            return f"it must be at least {form(self.low)}"
-        if self.brackets == "[]":
-            return f"it must lie from {form(self.low)} to {form(self.high)}"
-        if self.brackets == "(]":
-            return f"it must be more than {form(self.low)} and at most {form(self.high)}"
-        return f"it must lie between {form(self.low)} and {form(self.high)}"
+        infinite = ", or be infinite" if self.infinite else ""
+        return f"it must lie from {form(self.low)} to {form(self.high)}{infinite}"
 
 
-FINITE = Interval(-math.inf, math.inf, "()")
-POSITIVE = Interval(0.0, math.inf, "()")
-NOT_NEGATIVE = Interval(0.0, math.inf, "[)")
 PART = Interval(0.0, 1.0)
+# Beyond what any camera has, and far from where products and powers of these numbers overflow. mm, radians, seconds
+LENGTH = Interval(1e-3, 1e6)
+DISTANCE = Interval(1e-3, 1e12)
+PLACE = Interval(-1e9, 1e9)
+ANGLE = Interval(-100.0 * math.pi, 100.0 * math.pi)
+SPAN = Interval(1e-9, 1e6)
+MOMENT = Interval(-1e6, 1e6)
 
 
 @dataclass(frozen=True)
@@ -82,9 +80,11 @@ class Spec:
 
     def shown(self, value: float) -> str:
         """A number with its unit, as a person reads it."""
+        if isinstance(value, int):
+            return f"{excerpt(value)} {self.unit}".rstrip()
         if self.unit == "°":
             return f"{significant(math.degrees(value))}°"
-        return f"{value if isinstance(value, int) else format(value, 'g')} {self.unit}".rstrip()
+        return f"{significant(value)} {self.unit}".rstrip()
 
 
 def setting(default: Any, words: str = "", unit: str = "", bounds: Interval | None = None, **more: Any) -> Any:
@@ -112,11 +112,11 @@ def check(of: Field, value: Any) -> None:
     parts = value if isinstance(value, tuple) else (value,)
     if about.choices and value not in about.choices:
         rule = about.rule or f"choose one of {', '.join(map(str, about.choices))}"
-        raise SettingsError(f"{words(of)} {value!r}: {rule}")
+        raise SettingsError(f"{words(of)} {excerpt(value)}: {rule}")
     if about.bounds is not None and not all(part in about.bounds for part in parts):
         shown = ", ".join(about.shown(part) for part in parts)
-        each = "its three coordinates must be finite numbers" if len(parts) > 1 else ""
-        raise SettingsError(f"{words(of)} {shown}: {each or about.rule or about.bounds.rule(about.shown)}")
+        each = "each coordinate " if len(parts) > 1 else ""
+        raise SettingsError(f"{words(of)} {shown}: {each}{about.rule or about.bounds.rule(about.shown)}")
 
 
 def converted(name: str, kind: Any, value: Any) -> Any:
@@ -126,15 +126,18 @@ def converted(name: str, kind: Any, value: Any) -> Any:
     if get_origin(kind) is tuple:
         kinds = get_args(kind)
         if not isinstance(value, list | tuple) or len(value) != len(kinds):
-            raise SettingsError(f"{name} is {value!r}: it must be {len(kinds)} numbers")
+            raise SettingsError(f"{name} is {excerpt(value)}: it must be {len(kinds)} numbers")
         return tuple(converted(name, kind, part) for kind, part in zip(kinds, value, strict=True))
     if kind is float and value == "inf":
         return math.inf
     if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:
+            return math.inf if value > 0 else -math.inf
     if type(value) is not kind:
         what = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}[kind]
-        raise SettingsError(f"{name} is {value!r}: it must be {what}")
+        raise SettingsError(f"{name} is {excerpt(value)}: it must be {what}")
     return value
 
 

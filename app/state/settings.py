@@ -19,12 +19,15 @@ from lensbench.app.state.camera_kinds import CAMERA_KINDS, CAMERAS, LENS_MODELS,
 from lensbench.app.state.lens_settings import LensSettings
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.setting import (
-    FINITE,
+    ANGLE,
+    DISTANCE,
+    LENGTH,
+    MOMENT,
     MOTION,
-    NOT_NEGATIVE,
     NOTHING,
     PART,
-    POSITIVE,
+    PLACE,
+    SPAN,
     Interval,
     SettingsError,
     check,
@@ -47,10 +50,13 @@ from lensbench.app.state.text_values import (
     read_time,
     read_whole,
 )
+from lensbench.imaging.film import MAX_SIDE
+from lensbench.kernels.quotation import MOST, cut, excerpt
 from lensbench.lens_models.polynomial import DEGREES
 from lensbench.optics.iris import MOST_BLADES
 
 LARGEST_SEED = (1 << 32) - 1
+NARROWEST = math.radians(0.001)  # field of view
 VERSION = 4                     # of the settings in a picture's metadata
 PICTURES = (".png", ".ppm", ".exr")             # formats of pictures that carry their settings
 CHOSEN = "chosen"               # key of the automatic model's choice there: a record, and no setting
@@ -108,42 +114,42 @@ class Settings(LensSettings):
     light_tracing: bool = setting(
         True, figures=False, former="splats",
         help="trace small lights from the light to the film, so that their blur is smooth at once (by default), or not")
-    film_width: float = setting(36.0)
-    film_height: float = setting(24.0)
-    crop: float = setting(1.0, bounds=Interval(0.0, 1.0, "(]"))     # part of the film that is used, by length
-    fov: float = setting(0.6, "field of view", "°", Interval(0.0, math.pi, "()"))
+    film_width: float = setting(36.0, unit="mm", bounds=LENGTH)
+    film_height: float = setting(24.0, unit="mm", bounds=LENGTH)
+    crop: float = setting(1.0, bounds=Interval(1e-4, 1.0))     # part of the film that is used, by length
+    fov: float = setting(0.6, "field of view", "°", Interval(NARROWEST, math.radians(179.99)))
     fov_axis: str = setting("shorter", choices=FOV_AXES,
                             help="side of the film for the field of view of a perspective or fisheye camera")
-    fisheye_fov: float = setting(math.pi, "field of view of a fisheye", "°", Interval(0.0, 2.0 * math.pi, "()"))
+    fisheye_fov: float = setting(math.pi, "field of view of a fisheye", "°", Interval(NARROWEST, math.radians(359.99)))
     projection: str = setting("equidistant", choices=PROJECTIONS,
                               help="of the ideal fisheye: how an angle from the axis becomes a radius on the film")
     layout: str = setting("equirectangular", choices=LAYOUTS, help="of the panorama")
     scene_width: float = setting(
-        1500.0, "width of the scene", "mm", POSITIVE, read=read_distance, metavar="DISTANCE",
+        1500.0, "width of the scene", "mm", Interval(1e-3, 1e9), read=read_distance, metavar="DISTANCE",
         help="width of the scene on the film of the orthographic camera, such as 1.5m")
     hole_distance: float = setting(
-        50.0, "film distance", "mm", POSITIVE, read=read_length, metavar="LENGTH",
+        50.0, "film distance", "mm", LENGTH, read=read_length, metavar="LENGTH",
         help="of the pinhole of finite size: distance from the hole to the film, such as 50mm")
     hole_diameter: float | None = setting(
-        None, "hole", "mm", POSITIVE, none="sharpest", read=read_length, metavar="LENGTH",
+        None, "hole", "mm", Interval(1e-3, 1e4), none="sharpest", read=read_length, metavar="LENGTH",
         help="of the pinhole of finite size, such as 0.3mm; the sharpest by default")
     lens_radius: float = setting(
-        0.0, unit="mm", bounds=NOT_NEGATIVE, read=read_length, metavar="LENGTH",
+        0.0, unit="mm", bounds=Interval(0.0, 1e6), read=read_length, metavar="LENGTH",
         help="of the orthographic camera: radius of its opening, for a depth of field; 0 for parallel rays")
-    pixels_x: int = setting(960)
-    pixels_y: int = setting(640)
-    f_number: float | None = setting(2.8, "f-number", bounds=POSITIVE, none="open")     # None: wide open
+    pixels_x: int = setting(960, unit="pixels", bounds=Interval(1, MAX_SIDE))
+    pixels_y: int = setting(640, unit="pixels", bounds=Interval(1, MAX_SIDE))
+    f_number: float | None = setting(2.8, "f-number", bounds=Interval(0.01, 1e4), none="open")     # None: wide open
     blades: int | None = setting(
         None, choices=(0, *range(3, MOST_BLADES + 1)), none="designed", read=read_whole, metavar="N",
         rule=f"a stop has 3 to {MOST_BLADES} of them, or 0 for a circle",
         help="number of blades of the iris, 0 for a circle")
-    blade_rotation: float = setting(0.0, unit="°", bounds=FINITE, read=read_angle, metavar="ANGLE",
+    blade_rotation: float = setting(0.0, unit="°", bounds=ANGLE, read=read_angle, metavar="ANGLE",
                                     help="rotation of these blades, counter-clockwise")
     roundness: float = setting(
         0.0, bounds=PART, rule="it must lie from 0 (straight blades) to 1 (a circle)", read=read_part, metavar="PART",
         help="of these blades: 0%% for straight ones, 100%% for a circle")
     focus_distance: float = setting(
-        1200.0, unit="mm", bounds=Interval(0.0, math.inf, "(]"), read=read_distance, metavar="DISTANCE",
+        1200.0, unit="mm", bounds=DISTANCE._replace(infinite=True), read=read_distance, metavar="DISTANCE",
         option="focus",
         help="from the film to the object in focus: 1.2m, 120cm, inf; metres where no unit is given. Without it and "
         "without a place of the camera, the camera stands where the scene's subject is framed and in focus")
@@ -153,62 +159,62 @@ class Settings(LensSettings):
         "all rays (real), or the latter only where it is half a pixel sharper (auto)")
     medium: str = setting("air", choices=MEDIUMS, help="the medium before the camera")
     visibility: float = setting(
-        10_000.0, unit="mm", bounds=POSITIVE, figures=False, read=read_distance, metavar="DISTANCE",
+        10_000.0, unit="mm", bounds=DISTANCE, figures=False, read=read_distance, metavar="DISTANCE",
         help="of fog or water: distance at which a black object keeps 2%% of its contrast, such as 10m")
-    fog_light: float = setting(0.5, "light of the fog", bounds=NOT_NEGATIVE, figures=False, read=read_light,
+    fog_light: float = setting(0.5, "light of the fog", bounds=Interval(0.0, 1e6), figures=False, read=read_light,
                                metavar="L", help="radiance that fog or water scatters into the view")
     immersed: bool = setting(False, former="wet",
                              help="put the lens itself into the water, without a flat window before it")
     position: tuple[float, float, float] = setting(
-        (0.0, 0.0, 0.0), bounds=FINITE, figures=False, read=read_position, metavar="X,Y,Z",
+        (0.0, 0.0, 0.0), unit="mm", bounds=PLACE, figures=False, read=read_position, metavar="X,Y,Z",
         help="of the camera, such as 0,20cm,1m; with a minus first, write --position=-1m,0,0")
-    yaw: float = setting(0.0, bounds=FINITE, unit="°", figures=False, read=read_angle, metavar="ANGLE",
+    yaw: float = setting(0.0, bounds=ANGLE, unit="°", figures=False, read=read_angle, metavar="ANGLE",
                          help="turn the camera to the left")
-    pitch: float = setting(0.0, bounds=FINITE, unit="°", figures=False, read=read_angle, metavar="ANGLE",
+    pitch: float = setting(0.0, bounds=ANGLE, unit="°", figures=False, read=read_angle, metavar="ANGLE",
                            help="turn the camera up")
     end_position: tuple[float, float, float] | None = setting(
-        None, bounds=FINITE, restarts=MOTION, none="none", read=read_position, metavar="X,Y,Z",
+        None, unit="mm", bounds=PLACE, restarts=MOTION, none="none", read=read_position, metavar="X,Y,Z",
         help="of a second keyframe: the camera moves there from --position in --duration")
-    end_yaw: float = setting(0.0, bounds=FINITE, unit="°", restarts=MOTION, read=read_angle, metavar="ANGLE",
+    end_yaw: float = setting(0.0, bounds=ANGLE, unit="°", restarts=MOTION, read=read_angle, metavar="ANGLE",
                              help="of the second keyframe")
-    end_pitch: float = setting(0.0, bounds=FINITE, unit="°", restarts=MOTION, read=read_angle, metavar="ANGLE",
+    end_pitch: float = setting(0.0, bounds=ANGLE, unit="°", restarts=MOTION, read=read_angle, metavar="ANGLE",
                                help="of the second keyframe")
-    duration: float = setting(1.0, unit="s", bounds=POSITIVE, restarts=MOTION, read=read_time, metavar="TIME",
+    duration: float = setting(1.0, unit="s", bounds=SPAN, restarts=MOTION, read=read_time, metavar="TIME",
                               help="from the first keyframe to the second, such as 2s")
-    moment: float = setting(0.0, bounds=FINITE, unit="s", restarts=MOTION, read=read_time, metavar="TIME",
+    moment: float = setting(0.0, bounds=MOMENT, unit="s", restarts=MOTION, read=read_time, metavar="TIME",
                             help="when the shutter opens, after the first keyframe")
-    shutter: float = setting(1.0 / 125.0, unit="s", bounds=POSITIVE, restarts=MOTION, read=read_time, metavar="TIME",
+    shutter: float = setting(1.0 / 125.0, unit="s", bounds=SPAN, restarts=MOTION, read=read_time, metavar="TIME",
                              help="exposure time, such as 1/125 or 20ms")
     shutter_ramp: float = setting(
         0.0, bounds=Interval(0.0, 0.5), rule="it must lie from 0 to 0.5 of the shutter time", restarts=MOTION,
         read=read_part, metavar="PART",
         help="part of the shutter time in which it opens, and in which it closes: 0 to 50%%")
     readout: float = setting(
-        0.0, "read-out", "s", NOT_NEGATIVE, restarts=MOTION, read=read_time, metavar="TIME",
+        0.0, "read-out", "s", Interval(0.0, 1e6), restarts=MOTION, read=read_time, metavar="TIME",
         help="of a rolling shutter, from the first row of the picture to the last, such as 20ms; 0: all at once")
     readout_direction: str = setting("down", choices=READOUT_DIRECTIONS, restarts=MOTION,
                                      help="in which the rows of a rolling shutter open")
-    samples: int = setting(256, bounds=Interval(1, math.inf, "[)"), restarts=NOTHING, read=read_count, metavar="N",
+    samples: int = setting(256, bounds=Interval(1, 1_000_000_000), restarts=NOTHING, read=read_count, metavar="N",
                            help="samples a pixel at which the render stops")
     seed: int = setting(0, bounds=Interval(0, LARGEST_SEED), rule=f"it must be a whole number from 0 to {LARGEST_SEED}",
                         figures=False, read=read_seed, metavar="N", help="sampler seed")
     view: str = setting("picture", choices=VIEWS, figures=False,
                         help="what is shown: the picture, or a quantity of its samples")
-    exposure: float = setting(0.0, unit="stops", bounds=FINITE, restarts=NOTHING, read=read_exposure, metavar="STOPS",
-                              help="such as +1 or -0.5")
+    exposure: float = setting(0.0, unit="stops", bounds=Interval(-60.0, 60.0), restarts=NOTHING,
+                              read=read_exposure, metavar="STOPS", help="such as +1 or -0.5")
     exposing: str = setting(
         "plain", choices=EXPOSURES, restarts=NOTHING,
         help="what sets the brightness: the light as it is (plain), f-number, shutter and ISO (triangle), or those "
         "with the ISO that a meter chooses (automatic)")
     metering: str = setting("mean", choices=METERINGS, restarts=NOTHING, help="of the automatic exposure")
-    iso: float = setting(100.0, "ISO", bounds=POSITIVE, restarts=NOTHING, read=read_iso, metavar="ISO",
+    iso: float = setting(100.0, "ISO", bounds=Interval(1e-3, 1e9), restarts=NOTHING, read=read_iso, metavar="ISO",
                          help="ISO speed of the sensor, such as 400")
     noise: bool = setting(False, restarts=NOTHING, help="have a sensor record the picture, with its noise")
-    full_well: float = setting(50_000.0, unit="electrons", bounds=POSITIVE, restarts=NOTHING, read=read_electrons,
-                               metavar="N", help="electrons that a pixel of the sensor holds")
-    quantum_efficiency: float = setting(0.5, bounds=Interval(0.0, 1.0, "(]"), restarts=NOTHING, read=read_part,
+    full_well: float = setting(50_000.0, unit="electrons", bounds=Interval(1.0, 1e12), restarts=NOTHING,
+                               read=read_electrons, metavar="N", help="electrons that a pixel of the sensor holds")
+    quantum_efficiency: float = setting(0.5, bounds=Interval(1e-4, 1.0), restarts=NOTHING, read=read_part,
                                         metavar="PART", help="electrons a photon, such as 50%%")
-    read_noise: float = setting(3.0, unit="electrons", bounds=NOT_NEGATIVE, restarts=NOTHING, read=read_electrons,
+    read_noise: float = setting(3.0, unit="electrons", bounds=Interval(0.0, 1e9), restarts=NOTHING, read=read_electrons,
                                 metavar="N", help="noise of reading a pixel, in electrons rms")
     bits: int = setting(14, choices=BITS, restarts=NOTHING, read=read_count, metavar="N", option="sensor-bits",
                         help="of the sensor's converter: " + ", ".join(map(str, BITS)))
@@ -230,10 +236,10 @@ class Settings(LensSettings):
         SettingsError for a newer version, unknown names or values of a wrong kind, FilmError for an invalid film.
         """
         version = plain.get("version")
-        if not isinstance(version, int):
+        if not isinstance(version, int) or isinstance(version, bool):
             raise SettingsError("these settings carry no version: they are not of lensbench")
         if version > VERSION:
-            raise SettingsError(f"these settings are of version {version}, "
+            raise SettingsError(f"these settings are of version {excerpt(version)}, "
                                 f"newer than this lensbench reads ({VERSION}): update lensbench")
         before = {"focus_position": "paraxial"} if version < 3 else {}      # the only focus of those versions
         plain, notes = former_settings.converted(plain, CAMERAS, LENS_MODELS)
@@ -241,9 +247,10 @@ class Settings(LensSettings):
             say(f"settings of version {version}: {'; '.join(notes)}")
         unknown = sorted(set(plain) - {f.name for f in fields(cls)} - {"version", CHOSEN})
         if unknown == ["model"]:
-            raise SettingsError(f"model {plain['model']!r}: choose one of {', '.join((*LENS_MODELS, *CAMERAS))}")
+            raise SettingsError(f"model {excerpt(plain['model'])}: choose one of {', '.join((*LENS_MODELS, *CAMERAS))}")
         if unknown:
-            raise SettingsError(f"these settings have names that lensbench does not know: {', '.join(unknown)}")
+            raise SettingsError("these settings have names that lensbench does not know: "
+                                f"{cut(', '.join(cut(name) for name in unknown), 4 * MOST)}")
         given = {f.name: converted(f.name, f.type, plain[f.name]) for f in fields(cls) if f.name in plain}
         return replace(cls(), **{**before, **given}).checked()
 

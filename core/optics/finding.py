@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from lensbench.kernels.quotation import escaped
+
 
 class Severity(StrEnum):
     """Severity of a finding."""
@@ -115,6 +117,12 @@ class Finding:
     severity: Severity = Severity.WARNING
     figures: Mapping[str, float] = field(default_factory=dict, hash=False)
     change: Change | None = None
+
+    def __post_init__(self) -> None:
+        # Names in a file may hold line ends and terminal escapes
+        object.__setattr__(self, "message", escaped(self.message))
+        if self.proposal is not None:
+            object.__setattr__(self, "proposal", escaped(self.proposal))
 
     def __str__(self) -> str:
         return self.message

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from math import isfinite, sqrt
 
 from lensbench.kernels.figures import significant
+from lensbench.kernels.quotation import excerpt
 
 F_LINE = 0.4861327
 D_LINE = 0.5875618
@@ -138,21 +139,21 @@ class Glass:
         if self.wavelengths is not None:
             low, high = self.wavelengths
             if not (isfinite(high) and 0.0 < low <= high):
-                raise GlassError(f"glass {self.name!r} holds from {low} to {high} µm: it must be a rising range")
+                raise GlassError(f"glass {excerpt(self.name)} holds from {low} to {high} µm: it must be a rising range")
         if self.formula == "model":
             return
         if self.formula not in FORMULAS:
-            raise GlassError(f"glass formula {self.formula!r}: choose one of model, {', '.join(FORMULAS)}")
+            raise GlassError(f"glass formula {excerpt(self.formula)}: choose one of model, {', '.join(FORMULAS)}")
         sizes = FORMULAS[self.formula][1]
         numbers = [x for pair in self.coefficients for x in pair] if self.formula == "table" else self.coefficients
         if not self.coefficients or not all(isfinite(x) for x in numbers) or (
                 sizes and len(self.coefficients) not in sizes):
-            raise GlassError(f"glass {self.name!r}: {len(self.coefficients)} coefficients of formula {self.formula} "
-                             f"(it takes {' or '.join(map(str, sizes or ('any number',)))}, all finite)")
+            raise GlassError(f"glass {excerpt(self.name)}: {len(self.coefficients)} coefficients of formula "
+                             f"{self.formula} (it takes {' or '.join(map(str, sizes or ('any number',)))}, all finite)")
         if self.formula == "table":
             places = [w for w, _ in self.coefficients]
             if places[0] <= 0.0 or any(a >= b for a, b in zip(places, places[1:], strict=False)):
-                raise GlassError(f"glass {self.name!r}: the wavelengths of a table must be positive and rise")
+                raise GlassError(f"glass {excerpt(self.name)}: the wavelengths of a table must be positive and rise")
             if self.wavelengths is None:
                 object.__setattr__(self, "wavelengths", (places[0], places[-1]))
 

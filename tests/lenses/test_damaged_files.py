@@ -3,8 +3,9 @@
 import pytest
 
 from lensbench import lenses
-from tests.lenses.mishaps import by_bytes, by_lines, outlive
+from tests.lenses.damage import lenses_outlive
 from tests.library import CLASSICS
+from tests.mishaps import by_bytes, by_lines
 
 
 @pytest.mark.slow
@@ -14,6 +15,6 @@ from tests.library import CLASSICS
 def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, name, suffix, mutate):
     path = tmp_path / f"lens{suffix}"
     lenses.save(lenses.load(name), path)
-    for lens in outlive(path, path.read_bytes(), mutate, 20, name):
+    for lens in lenses_outlive(path, path.read_bytes(), mutate, 20, name):
         lenses.save(lens, tmp_path / "again.toml")
         assert lenses.load(tmp_path / "again.toml") == lens

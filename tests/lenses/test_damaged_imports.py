@@ -7,8 +7,9 @@ import pytest
 
 from lensbench import Lens, lenses
 from lensbench.lenses.formats import WRITERS
-from tests.lenses.mishaps import by_bytes, by_lines, outlive
+from tests.lenses.damage import lenses_outlive
 from tests.lenses.samples import DATA
+from tests.mishaps import by_bytes, by_lines
 
 SAMPLES = sorted(path.name for path in DATA.iterdir())
 
@@ -18,7 +19,7 @@ SAMPLES = sorted(path.name for path in DATA.iterdir())
 @pytest.mark.parametrize("name", SAMPLES)
 def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, name, mutate):
     assert isinstance(lenses.load(DATA / name), Lens)
-    found = outlive(tmp_path / name, (DATA / name).read_bytes(), mutate, 200, "short")
+    found = lenses_outlive(tmp_path / name, (DATA / name).read_bytes(), mutate, 200, "short")
     # A bracket lost is the whole of a JSON file
     assert len(found) > (2 if name.endswith((".json", ".roa", ".lhlt")) else 15)
     for lens in found[::5]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from lensbench.kernels.block import GLASS, METAL
 from lensbench.kernels.figures import significant
+from lensbench.kernels.quotation import excerpt
 from lensbench.scenery.values import SceneError, Triple, check
 
 MATERIALS = ("matte", "coat", "metal", "glass", "light", "lamp")
@@ -101,7 +102,7 @@ class Pattern:
     def __post_init__(self):
         check(self, ("columns", "rows", "line"))
         if self.kind not in PATTERNS:
-            raise SceneError(f"pattern {self.kind!r}: choose one of {', '.join(PATTERNS)}")
+            raise SceneError(f"pattern {excerpt(self.kind)}: choose one of {', '.join(PATTERNS)}")
         if (self.kind == "image") != (self.image is not None):
             raise SceneError("a pattern has an image if and only if its kind is image")
 
@@ -137,7 +138,7 @@ class Material:
     def __post_init__(self):
         check(self, ("gloss",))
         if self.kind not in MATERIALS:
-            raise SceneError(f"material {self.kind!r}: choose one of {', '.join(MATERIALS)}")
+            raise SceneError(f"material {excerpt(self.kind)}: choose one of {', '.join(MATERIALS)}")
         if self.gloss > 1.0:
             raise SceneError(f"gloss {significant(self.gloss)}: it must lie between 0 and 1")
         if min(self.colour) < 0.0:

@@ -126,7 +126,8 @@ def test_what_cannot_be_is_one_line(recorded, tmp_path, capsys):
     np.savez(other, light=np.zeros(3))
     fake = tmp_path / "fake.npz"
     with np.load(recorded) as archive:
-        np.savez(fake, **{**archive, "coverage": np.zeros((2, 3, 5, 5), np.float16)})
+        arrays = {name: archive[name] for name in archive if name != "checksum"}
+        np.savez(fake, **arrays | {"coverage": np.zeros((2, 3, 5, 5), np.float16)})
     for arguments, says in (
             (["refocus", str(cut)], "cut short"), (["refocus", str(tmp_path / "no.npz")], "No such file"),
             (["refocus", str(other)], "lightfield capture records one"),

@@ -22,10 +22,10 @@ finite = st.floats(-1e6, 1e6)
 
 @given(st.builds(Settings, lens=st.text(st.characters(exclude_categories=["Cs"]), max_size=9),
                  focal_length=st.none() | st.floats(1.0, 900.0),
-                 f_number=st.none() | st.floats(0.5, 64.0), focus_distance=st.just(math.inf) | st.floats(1e-9, 1e9),
+                 f_number=st.none() | st.floats(0.5, 64.0), focus_distance=st.just(math.inf) | st.floats(1e-3, 1e12),
                  position=st.tuples(finite, finite, finite), camera=st.sampled_from(list(CAMERAS)),
                  lens_model=st.sampled_from(list(LENS_MODELS)),
-                 tone=st.sampled_from(list(TONES)), exposure=finite, seed=st.integers(0, 2**32 - 1)))
+                 tone=st.sampled_from(list(TONES)), exposure=st.floats(-60.0, 60.0), seed=st.integers(0, 2**32 - 1)))
 @profile(deadline=None, max_examples=60)
 def test_settings_come_back_from_their_file_to_the_last_bit(tmp_path_factory, settings):
     path = tmp_path_factory.mktemp("settings") / "a.toml"

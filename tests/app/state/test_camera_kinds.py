@@ -93,8 +93,8 @@ def test_options_arrive_in_the_settings(viewed):  # noqa: F811
 
 @pytest.mark.parametrize(("words", "said"), [
     ("--camera environment --fov 90deg", "no field of view"), ("--camera orthographic --fov 90deg", "--scene-width"),
-    ("--camera fisheye --fov 400deg", "360"), ("--shutter 0", "positive"), ("--shutter-ramp 60%", "0.5"),
-    ("--readout=-1ms", "0 or positive"), ("--duration 0s", "positive"), ("--scene-width 0m", "positive"),
+    ("--camera fisheye --fov 400deg", "359.99"), ("--shutter 0", "lie from"), ("--shutter-ramp 60%", "0.5"),
+    ("--readout=-1ms", "from 0 s"), ("--duration 0s", "lie from"), ("--scene-width 0m", "lie from"),
 ])
 def test_what_a_camera_cannot_be_is_said_in_one_line(viewed, capsys, words, said):  # noqa: F811
     from lensbench.app.command.main import main

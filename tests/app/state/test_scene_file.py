@@ -2,6 +2,8 @@
 
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -167,6 +169,25 @@ def test_a_large_texture_is_averaged_in_linear_light(write, tmp_path):
     image = load_scene(write(WALL + 'material = { texture = "board.png" }\n')).plates[0].material.pattern.image
     assert (image.width, image.height) == (1024, 512)
     assert image.values == pytest.approx(0.5, abs=1e-5)         # half of the light, not of the code values
+
+
+@pytest.mark.slow
+def test_a_texture_of_forty_million_pixels_takes_less_than_a_gigabyte(write, tmp_path):
+    Picture.new("RGB", (6400, 6200), (188, 0, 255)).save(tmp_path / "big.png")
+    path = write(WALL + 'material = { texture = "big.png" }\n')
+    code = ("import resource, sys; from lensbench.app.state.scene_file import load_scene; load_scene; "
+            "from PIL import PngImagePlugin; before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss; "
+            "image = load_scene(sys.argv[1]).plates[0].material.pattern.image; "
+            "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)")
+    told = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True).stdout
+    assert int(told) < 1_000_000                # kB
+
+
+@pytest.mark.parametrize("name", ["x" * 10_000, "a\0b", "a\x1b[2J\nb", "x" * 10_000 + ".toml"])
+def test_a_name_that_no_scene_can_have_is_one_short_line(name):
+    with pytest.raises(SceneFileError) as caught:
+        find_scene(name)
+    assert len(str(caught.value)) < 500 and str(caught.value).isprintable()
 
 
 @pytest.mark.parametrize("name", ["../a.png", "link.png", "folder/a.png", "up/../../a.png"])
