@@ -224,6 +224,17 @@ class Settings(LensSettings):
     wipe: float = setting(0.5, bounds=PART, restarts=NOTHING)       # where A ends and B begins, as a part of the width
     limit: str = setting("diagonal", choices=LIMITS, restarts=NOTHING, figures=True)     # sharp up to this diameter
 
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        """Each frame looks up a hundred values by their settings."""
+        return hash(tuple(getattr(self, field.name) for field in fields(self)))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_hash"}   # another process hashes anew
+
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words, with the version; infinity becomes "inf"."""
         plain = {name: "inf" if value == math.inf else value for name, value in asdict(self).items()}

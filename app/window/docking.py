@@ -199,7 +199,9 @@ class Panels:
         draw: receives the settings of the frame before, and returns them with the panel's own changes.
         """
         window, before = self._state, self._state.history.present
-        window.edited = replace(window.edited, **differences(draw(before), before))
+        changed = draw(before)
+        if changed is not before:
+            window.edited = replace(window.edited, **differences(changed, before))
 
     def _section(self) -> None:
         self._beside_browser()

@@ -85,6 +85,7 @@ def _carry(image, counts, depth, old_image, old_counts, old_depth, maps, places,
             film_x = new[EDGE_X] - (np.float32(j) + half) * new[PITCH_X]
             far = min(old_depth[i, j], farthest)
             x, y, there = np.float32(j) + half, np.float32(i) + half, far
+            row, column = np.uint32(i), np.uint32(j)
             for _ in range(2):
                 if is_still:
                     size = _scale(new, far) / _scale(old, far)
@@ -95,7 +96,8 @@ def _carry(image, counts, depth, old_image, old_counts, old_depth, maps, places,
                 if not ((x >= 0) & (x < w) & (y >= 0) & (y < h)):
                     far = np.float32(np.nan)
                     break
-                there = min(old_depth[int(y), int(x)], farthest)
+                row, column = np.uint32(y), np.uint32(x)
+                there = min(old_depth[row, column], farthest)
                 if there == far and is_still:
                     break
                 far = there if is_still else _new_depth(x, y, there, old, places)
@@ -106,18 +108,18 @@ def _carry(image, counts, depth, old_image, old_counts, old_depth, maps, places,
             # Weigh its samples by the change of the circle of confusion
             before, now = _diameter(old, there), _diameter(new, far)
             change, wide = now - before, max(now, before) + sharp
-            known = min(old_counts[int(y), int(x)], most)
+            known = min(old_counts[row, column], most)
             counts[i, j] = known * wide * wide / (wide * wide + known * ghost * change * change)
 
             # Interpolate them
             a, b = x - half, y - half
             j0, i0 = int(a + one) - 1, int(b + one) - 1
             a, b = a - np.float32(j0), b - np.float32(i0)
-            j1, i1 = min(j0 + 1, w - 1), min(i0 + 1, h - 1)
-            j0, i0 = max(j0, 0), max(i0, 0)
+            upper, lower = old_image[max(i0, 0)], old_image[min(i0 + 1, h - 1)]
+            left, right = np.uint32(max(j0, 0)), np.uint32(min(j0 + 1, w - 1))      # unsigned: no index from the end
             for c in range(3):
-                image[i, j, c] = ((one - b) * ((one - a) * old_image[i0, j0, c] + a * old_image[i0, j1, c])
-                                  + b * ((one - a) * old_image[i1, j0, c] + a * old_image[i1, j1, c]))
+                image[i, j, c] = ((one - b) * ((one - a) * upper[left, c] + a * upper[right, c])
+                                  + b * ((one - a) * lower[left, c] + a * lower[right, c]))
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

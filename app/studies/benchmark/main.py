@@ -215,6 +215,7 @@ def precision() -> Iterator[tuple[str, float, str]]:
 
 PARTS = {"tracer": block_against_scalar, "render": fused, "cameras": cameras, "pupil": pupil,
          "sampling": sampling, "light-tracing": light_tracing_errors, "precision": precision}
+LONG = ("sampling", "light-tracing", "precision", "light-field", "differentials")    # studies of errors: minutes each
 FORMER = {"splats": "light-tracing"}        # former: present name of a part
 
 
@@ -226,17 +227,23 @@ def main(argv: list[str] | None = None) -> int:
     from lensbench.app.studies.benchmark.light_field import choices, light_fields
     from lensbench.app.studies.benchmark.motion import motion
     from lensbench.app.studies.benchmark.ray_differentials import differentials
-    from lensbench.app.studies.benchmark.window import window
+    from lensbench.app.studies.benchmark.window import drag, starts, window
 
-    parts = {**PARTS, "models": polynomials, "choice": choices, "light-field": light_fields, "motion": motion,
-             "exposure": exposure, "differentials": differentials, "files": files, "window": window}
+    parts = {"start": starts, "drag": drag, "window": window, **PARTS, "models": polynomials,
+             "choice": choices, "light-field": light_fields, "motion": motion,
+             "exposure": exposure, "differentials": differentials, "files": files}
     parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
-    parser.add_argument("part", nargs="*", help=f"parts to run: {', '.join(parts)} (default: all)")
+    usual = [name for name in parts if name not in LONG]
+    parser.add_argument("part", nargs="*", help=f"parts to run: {', '.join(parts)} (default: all but the long ones, "
+                        f"{', '.join(LONG)})")
+    parser.add_argument("--only", metavar="PART,…", help="the same parts, with commas between them")
+    parser.add_argument("--all", action="store_true", help="the long parts too")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     options = parser.parse_args(argv)
-    for name in set(options.part) & set(FORMER):
+    asked = [*options.part, *filter(None, (options.only or "").split(","))]
+    for name in set(asked) & set(FORMER):
         print(f"lensbench bench: {name} is now {FORMER[name]}", file=sys.stderr)
-    wanted = [FORMER.get(name, name) for name in options.part] or list(parts)
+    wanted = [FORMER.get(name, name) for name in asked] or (list(parts) if options.all else usual)
     unknown = [name for name in wanted if name not in parts]
     if unknown:
         parser.error(f"no part is called {unknown[0]!r}: choose from {', '.join(parts)}")

@@ -12,32 +12,43 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+import lensbench as lb
+from lensbench.app.state import tone
+from lensbench.app.state.build import camera
+from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.light_field_query import Look
 from lensbench.app.state.settings import Settings
 from lensbench.app.window.window import Session, parameters, without_display
 from lensbench.app.workers.light_field_worker import LightFieldWorker
+from lensbench.app.workers.render_update import RenderUpdate
 
 SIZE = (1280, 720)
+LENSES = ("pbrt-dgauss-50mm", "pbrt-wide-22mm", "pbrt-telephoto-250mm", "lib-us7558005a")
 SMALL = Settings(pixels_x=640, pixels_y=360, film_width=32.0, film_height=18.0, samples=100_000)
-MOVES = 40                      # moves of the focus slider
+MOVES = 20                      # moves of each dial
+REST = 12                       # frames between two moves
+DRAGGED = 30                    # pictures of a drag that does not rest
+JUDGED = (10, 18, 26)           # of these, compared with a picture of
+TRUE_SAMPLES = 256              # samples
 FRAMES = 240                    # frames timed during the render
 START_LIMIT = 300.0             # s
 
 
 class _Driven(Session):
-    """A session whose focus slider is moved by a script in place of the panel."""
+    """A session whose dials are moved by a script in place of the panel."""
 
-    focus: float | None = None
+    move: Callable[[Settings], Settings] | None = None
     moved = worked = 0.0
 
     def begin(self) -> None:
         """Begin a frame with the scripted settings."""
         super().begin()
-        if self.focus is not None:
-            self.edited, self.focus = replace(self.edited, focus_distance=self.focus), None
+        if self.move is not None:
+            self.edited, self.move = self.move(self.edited), None
             self.moved, self.worked = time.perf_counter(), time.process_time()
             self.hurry()
 
@@ -67,23 +78,69 @@ def _run(settings: Settings, watch: Callable[[_Driven], bool], idle: bool = Fals
     immapp.run(runner, immapp.AddOnsParams(with_implot=True))
 
 
-def latencies() -> list[tuple[float, float]]:
-    """Seconds from a move of the focus slider to its first picture on the screen, and CPU seconds of all cores."""
+def _focused(settings: Settings, turn: int) -> Settings:
+    return replace(settings, focus_distance=800.0 + 37.0 * turn)
+
+
+# By name: scene, and the settings after so many moves
+DIALS: dict[str, tuple[str, Callable[[Settings, int], Settings]]] = {
+    "focus": ("still-life", _focused),
+    "aperture": ("still-life", lambda settings, turn: replace(settings, f_number=2.0 * 2.0 ** (turn % 13 / 4.0))),
+    "field of view": ("still-life", lambda settings, turn: replace(settings, crop=1.0 - 0.02 * turn)),
+    "lens": ("still-life", lambda settings, turn: with_lens(settings, LENSES[turn % len(LENSES)])),
+    "night-lights": ("night-lights", _focused),
+}
+
+
+def latencies(dial: str = "focus") -> list[tuple[float, float]]:
+    """Seconds from a move of a dial to its first picture on the screen, and CPU seconds of all cores."""
+    scene, turned = DIALS[dial]
     found: list[tuple[float, float]] = []
     rest = [0]
 
     def watch(session: _Driven) -> bool:
         if session.moved and session.current:
             found.append((time.perf_counter() - session.moved, time.process_time() - session.worked))
-            session.moved, rest[0] = 0.0, 12
-        elif not session.moved and session.focus is None and session.current:
+            session.moved, rest[0] = 0.0, REST
+        elif not session.moved and session.move is None and session.current:
             rest[0] -= 1
             if rest[0] <= 0:
-                session.focus = 800.0 + 37.0 * len(found)
+                session.move = partial(turned, turn=len(found))
         return len(found) > MOVES
 
-    _run(SMALL, watch)
+    _run(replace(SMALL, scene=scene), watch)
     return found[1:]
+
+
+def dragged_errors() -> tuple[float, float]:
+    """Display error of one sample while the focus of still life is dragged, with the samples before and without.
+
+    Root mean square of tone-mapped values (0 to 1, filmic), mean of some frames of a drag that does not rest.
+    """
+    shown: list[RenderUpdate] = []
+
+    def watch(session: _Driven) -> bool:
+        update = session.presenter.update
+        if session.move is None and update is not None and session.current and (shown or session.settled(64)):
+            shown.append(update)
+            session.move = partial(_focused, turn=len(shown))
+        return len(shown) > DRAGGED
+
+    _run(SMALL, watch)
+    errors = []
+    for k in JUDGED:
+        update = shown[k]
+        settings = update.settings
+        truth = lb.render(camera(replace(settings, lens_model="trace")), lb.builtin_scene(settings.scene),
+                          TRUE_SAMPLES, seed=settings.seed + 1)
+        plain = update.image if update.plain is None else update.plain
+        errors.append([_display_error(image, truth) for image in (update.image, plain)])
+    mixed, alone = np.mean(errors, 0)
+    return float(mixed), float(alone)
+
+
+def _display_error(image: np.ndarray, truth: np.ndarray) -> float:
+    return math.sqrt(float(((tone.develop(image, 0.0, "filmic") - tone.develop(truth, 0.0, "filmic")) ** 2).mean()))
 
 
 def paces() -> list[float]:
@@ -145,18 +202,30 @@ def start(cached: bool) -> float:
     return float(done.stdout.split()[-1])
 
 
+def drag() -> Iterator[tuple[str, float, str]]:
+    """From a dial to its picture of 640 × 360 pixels in a window of 1280 × 720, and the error of a dragged picture."""
+    for dial in DIALS:
+        answers, worked = np.array(latencies(dial)).T * 1e3
+        yield f"dial to picture, {dial}, median", float(np.median(answers)), "ms"
+        yield f"dial to picture, {dial}, p95", float(np.percentile(answers, 95)), "ms"
+        yield f"dial to picture, {dial}, CPU time of all cores, median", float(np.median(worked)), "ms"
+    mixed, alone = dragged_errors()
+    yield "display error while focus is dragged, 1 sample", 1e3 * mixed, "‰"
+    yield "the same without samples of the picture before", 1e3 * alone, "‰"
+
+
 def window() -> Iterator[tuple[str, float, str]]:
-    """The figures of the window: still life of 640 × 360 pixels in a window of 1280 × 720."""
-    answers, worked = np.array(latencies()).T * 1e3
-    yield "slider moved to picture on the screen, median", float(np.median(answers)), "ms"
-    yield "slider moved to picture on the screen, p95", float(np.percentile(answers, 95)), "ms"
-    yield "the same, CPU time of all cores, median", float(np.median(worked)), "ms"
+    """Frames of the window beside a render, and of light fields under a control that never rests."""
     frames = np.array(paces()) * 1e3
     yield "window frame beside two rendering threads, median", float(np.median(frames)), "ms"
     yield "window frame beside two rendering threads, p95", float(np.percentile(frames, 95)), "ms"
     again = np.array(refocused())
     yield "refocus ring turned: pictures of a light field in the window, median", 1.0 / float(np.median(again)), "/s"
     yield "viewpoint dragged: pictures of an array in the window, median", 1.0 / float(np.median(moved())), "/s"
+
+
+def starts() -> Iterator[tuple[str, float, str]]:
+    """From starting Python to the first picture on the screen, with and without compiled kernels."""
     start(cached=True)
     yield "start to first picture, kernels cached", min(start(cached=True) for _ in range(3)), "s"
     yield "start to first picture, first ever", start(cached=False), "s"
