@@ -105,6 +105,10 @@ class Presenter:
         self._keep(shown._replace(settings=settings, image=_light(shown, present)))
         return True
 
+    def repin(self, update: RenderUpdate, settings: Settings) -> None:
+        """Show a newer update of A, exposed by A's own settings."""
+        self._keep(update._replace(settings=settings, image=_light(update, settings)))
+
     def keep(self, image: NDArray[np.float32], settings: Settings) -> None:
         """Keep a picture of these settings as A."""
         self._keep(RenderUpdate(0, exposed(settings, image), settings.samples, 0.0, settings, 0.0))
