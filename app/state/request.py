@@ -27,6 +27,9 @@ class Request(Enum):
     SAVE_WINDOW = auto()
     SAVE_LIGHT_FIELD = auto()
     SAVE_REFOCUSED = auto()
+    SAVE_PLOT_CSV = auto()              # the figure of an analysis
+    SAVE_PLOT_SVG = auto()
+    SAVE_PLOT_PNG = auto()
     CHOOSE_EXPORT_PATH = auto()
 
     # The light field

@@ -25,6 +25,8 @@ from lensbench.app.state.figures import lit
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
+from lensbench.app.window.analyses import PANELS, Analyses
+from lensbench.app.window.layouts import place
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
@@ -32,25 +34,11 @@ from lensbench.app.window.status import status_bar
 RENDER = "Render"               # the panel in the middle: it needs none of the panels' kernels
 
 
-def layout(width: float, height: float, em: float) -> list[hello_imgui.DockingSplit]:
-    """The splits of a window of this size: columns left and right, the section under the render."""
-    left = min(max(0.165 * width, 18.0 * em), 22.0 * em)
-    right = min(max(0.215 * width, 19.4 * em), 30.0 * em)
-    side = imgui.Dir
-    return [
-        hello_imgui.DockingSplit("MainDockSpace", "Left", side.left, min(left / width, 0.4)),
-        hello_imgui.DockingSplit("MainDockSpace", "Right", side.right, min(right / max(width - left, 1.0), 0.45)),
-        hello_imgui.DockingSplit("MainDockSpace", "Bottom", side.down, 0.30),
-        hello_imgui.DockingSplit("Left", "LeftBottom", side.down, min(max(1.0 - 32.6 * em / height, 0.28), 0.45)),
-        hello_imgui.DockingSplit("Right", "RightBottom", side.down, 0.55),
-    ]
-
-
 class Panels:
     """Draws the panels of a window; an error in one becomes a message, and never ends the window."""
 
-    def __init__(self, window: WindowState, browsing: LensBrowsing):
-        self._state, self._browsing = window, browsing
+    def __init__(self, window: WindowState, browsing: LensBrowsing, analyses: Analyses):
+        self._state, self._browsing, self._analyses = window, browsing, analyses
         self._stability_worker: Any = None              # from when the panel is first looked at
         self._stability_state: Any = None
         self._coc_state, self._falloff_state, self._models_state = CocState(), FalloffState(), ModelsState()
@@ -61,32 +49,34 @@ class Panels:
         self._failed: dict[str, Settings] = {}          # panels, and the settings at which they failed
 
     def windows(self) -> list[hello_imgui.DockableWindow]:
-        """All panels, for hello_imgui: a row for each."""
-        return [
-            self._docked("Controls", "Left", self._controls),
-            self._docked("Read-outs", "LeftBottom", self._readouts, first=True),
-            self._docked("Lens card", "LeftBottom", self._lens_card),
-            self._docked("Spaces", "LeftBottom", self._spaces),
-            self._docked("Section", "Bottom", self._section, first=True, padding=4.0),
-            self._docked("Stability", "Bottom", self._stability),
-            self._docked("Circle of confusion", "Right", self._confusion, first=True),
-            self._docked("Plan", "Right", self._plan),
-            self._docked("Pixel", "Right", self._pixel),
-            self._docked("Exit pupil", "RightBottom", self._pupil, first=True),
-            self._docked("Falloff", "RightBottom", self._falloff),
-            self._docked("Models", "RightBottom", self._models),
-            self._docked("Light field", "RightBottom", self._light_field),
-            self._docked(RENDER, "MainDockSpace", self._render, padding=0.0),
+        """All panels, for hello_imgui: a row for each. `layouts` says where they lie."""
+        made = [
+            self._docked("Controls", self._controls),
+            self._docked("Read-outs", self._readouts),
+            self._docked("Lens card", self._lens_card),
+            self._docked("Spaces", self._spaces),
+            self._docked("Section", self._section, padding=4.0),
+            self._docked("Stability", self._stability),
+            self._docked("Circle of confusion", self._confusion),
+            self._docked("Plan", self._plan),
+            self._docked("Pixel", self._pixel),
+            self._docked("Exit pupil", self._pupil),
+            self._docked("Falloff", self._falloff),
+            self._docked("Models", self._models),
+            self._docked("Light field", self._light_field),
+            *(self._docked(name, self._analysis(name), padding=8.0) for name in PANELS),
+            self._docked(RENDER, self._render, "MainDockSpace", padding=0.0),
         ]
+        place(self._state.layout, made)
+        return made
 
-    def _docked(self, label: str, dock: str, draw: Callable[[], None], first: bool = False,
+    def _docked(self, label: str, draw: Callable[[], None], dock: str = "Right",
                 padding: float | None = None) -> hello_imgui.DockableWindow:
-        """A panel. first: it is the front tab of its dock. padding: a margin of its own; it then does not scroll."""
+        """A panel. padding: a margin of its own; it then does not scroll."""
         shown = self.guarded(label, draw, panel=True)
         panel = hello_imgui.DockableWindow(label, dock, lambda: self._window(label, shown, padding),
                                            can_be_closed_=False)
         panel.call_begin_end = False
-        panel.focus_window_at_next_frame = first
         panel.remember_is_visible = self._state.remember
         return panel
 
@@ -164,15 +154,8 @@ class Panels:
 
     def _readouts(self) -> None:
         update = self._state.presenter.update
-        pinned = self._state.presenter.pinned
         readouts_panel(self._state.edited, Status(update.rate if update else 0.0, hello_imgui.frame_rate(),
-                                                  update.samples if update else 0),
-                       self._other, Status(samples=pinned.samples if pinned else 0))
-
-    @property
-    def _other(self) -> Settings | None:
-        """The settings A, while they are compared with the present ones."""
-        return self._state.view.pinned if self._state.edited.compare != "off" else None
+                                                  update.samples if update else 0))
 
     def _lens_card(self) -> None:
         lens_card_panel(self._state.edited, self._card_state, self._state.view.links.surfaces)
@@ -213,22 +196,24 @@ class Panels:
     def _section(self) -> None:
         self._beside_browser()
         self._following(lambda before: lens_section_panel(before, self._section_state, self._field * lit(before),
-                                                          self._state.view.links, self._other))
+                                                          self._state.view.links))
 
     def _confusion(self) -> None:
-        self._following(lambda before: circle_of_confusion_panel(before, self._coc_state, self._state.view.links,
-                                                                 self._other))
+        self._following(lambda before: circle_of_confusion_panel(before, self._coc_state, self._state.view.links))
 
     def _pupil(self) -> None:
         settings = self._state.history.present
         full = lit(settings)
-        radius = exit_pupil_panel(settings, self._field * full, self._pupil_state, self._state.view.links,
-                                  self._other)
+        radius = exit_pupil_panel(settings, self._field * full, self._pupil_state, self._state.view.links)
         if radius != self._field * full and full > 0.0:
             self._field = radius / full
 
+    def _analysis(self, name: str) -> Callable[[], None]:
+        draw = self._analyses.panel(name)
+        return lambda: self._following(draw)
+
     def _falloff(self) -> None:
-        falloff_panel(self._state.history.present, self._falloff_state, self._other)
+        falloff_panel(self._state.history.present, self._falloff_state)
 
     def _models(self) -> None:
         window, update = self._state, self._state.presenter.update

@@ -18,6 +18,7 @@ from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import RESTARTS_MOTION, RESTARTS_NOTHING, Settings
+from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
 from lensbench.app.window.state import WindowState
 from lensbench.lenses import READERS, WRITERS
@@ -38,6 +39,10 @@ QUESTIONS = {
     Request.OPEN_LIGHT_FIELD: Question("Open a light field", "Light fields", (".npz",)),
     Request.SAVE_LIGHT_FIELD: Question("Save the light field", "Light fields", (".npz",), True, "field.npz"),
     Request.SAVE_REFOCUSED: Question("Save the picture of the light field", "Pictures", SAVED, True, "refocused.png"),
+    **{request: Question("Save the figure", "Figures and tables", (suffix, *others), True, f"analysis{suffix}")
+       for request, suffix, others in ((Request.SAVE_PLOT_CSV, ".csv", (".svg", ".png")),
+                                       (Request.SAVE_PLOT_SVG, ".svg", (".png", ".csv")),
+                                       (Request.SAVE_PLOT_PNG, ".png", (".svg", ".csv")))},
     Request.CHOOSE_EXPORT_PATH: Question("Export to", "Pictures", SAVED, True, "lensbench.png"),
 }
 KINDS = {Request.OPEN_LENS: "lens", Request.OPEN_SCENE: "scene", Request.OPEN_PICTURE: "picture",
@@ -47,8 +52,8 @@ KINDS = {Request.OPEN_LENS: "lens", Request.OPEN_SCENE: "scene", Request.OPEN_PI
 class Files:
     """File actions of the window: open, save and export."""
 
-    def __init__(self, state: WindowState, export: ExportDialog):
-        self._state, self._export = state, export
+    def __init__(self, state: WindowState, export: ExportDialog, analyses: Analyses):
+        self._state, self._export, self._analyses = state, export, analyses
         self._prompt = FilePrompt()
 
     def ask(self, request: Request) -> None:
@@ -79,6 +84,8 @@ class Files:
             self.save_settings(path)
         elif request is Request.SAVE_INTRINSICS:
             self.save_intrinsics(path)
+        elif request in (Request.SAVE_PLOT_CSV, Request.SAVE_PLOT_SVG, Request.SAVE_PLOT_PNG):
+            self._analyses.save(path)
 
     def drop(self, paths: Sequence[str]) -> None:
         """Open files that were dropped on the window, each by its kind."""

@@ -10,7 +10,9 @@ from lensbench.app.state.pose import at_home
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import VIEWS, Settings
 from lensbench.app.widgets import theme
+from lensbench.app.window.analyses import PANELS
 from lensbench.app.window.dialogs import centre_next
+from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.state import WindowState
 from lensbench.lenses import WRITERS
 
@@ -24,7 +26,6 @@ KEYS = (
     ("M · Alt + wheel", "magnifier with pixel values · its magnification"),
     ("P · C · Z · H · V", "peaking · circles of confusion · clipping · histogram · next view"),
     ("A · S · W · D", "pin the picture as A · compare side by side · by a wipe · their difference"),
-    ("K", "lock the dials of A to those of B"),
     ("Space · R", "pause · restart the render"),
     ("Ctrl + Z · Ctrl + Shift + Z", "undo · redo"),
     ("L", "lens browser: click or arrows try, Enter keeps, Escape returns"),
@@ -92,9 +93,17 @@ def _edit_menu(state: WindowState) -> None:
 
 def _view_menu(state: WindowState) -> None:
     runner = hello_imgui.get_runner_params()
-    for panel in runner.docking_params.dockable_windows:
-        if panel.label != "Render" and _item(panel.label, "", True, panel.is_visible):
-            panel.is_visible = not panel.is_visible
+    panels = runner.docking_params.dockable_windows
+    if imgui.begin_menu("Layout"):
+        for name, layout in LAYOUTS.items():
+            if _item(name, "", True, state.layout == name):
+                state.choose_layout(name)
+            imgui.set_item_tooltip(layout.about)
+        imgui.end_menu()
+    if imgui.begin_menu("Analysis"):
+        _panels([panel for panel in panels if panel.label in PANELS])
+        imgui.end_menu()
+    _panels([panel for panel in panels if panel.label not in (*PANELS, "Render")])
     imgui.separator()
     if _item("Pin pixel", "I", state.view.links.pinned is not None or state.view.pointed is not None,
              state.view.links.pinned is not None):
@@ -113,9 +122,16 @@ def _view_menu(state: WindowState) -> None:
         state.choose_theme(False)
     imgui.separator()
     if _item("Reset layout"):
-        for panel in runner.docking_params.dockable_windows:
-            panel.is_visible = True
         state.requests.add(Request.RESET_LAYOUT)
+    imgui.set_item_tooltip("Every panel of the layout back in its place, for the present size of the window")
+
+
+def _panels(panels: list[hello_imgui.DockableWindow]) -> None:
+    """Show and hide panels; one that is shown comes to the front of its dock."""
+    for panel in panels:
+        if _item(panel.label, "", True, panel.is_visible):
+            panel.is_visible = not panel.is_visible
+            panel.focus_window_at_next_frame = panel.is_visible
 
 
 def _help_menu(state: WindowState) -> None:
@@ -198,10 +214,6 @@ def shortcuts(state: WindowState) -> None:
     if pressed(KEY.v):
         views = list(VIEWS)
         state.edited = replace(state.edited, view=views[(views.index(state.edited.view) + 1) % len(views)])
-    if pressed(KEY.k) and view.pinned is None:
-        view.say(NOTHING_PINNED)
-    elif pressed(KEY.k):
-        view.locked = not view.locked
     if pressed(KEY.m):
         toggle_magnifier(view)
     if pressed(KEY.i):

@@ -27,11 +27,12 @@ from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import use_dials
-from lensbench.app.window.comparing import Comparing
+from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.dialogs import ExportDialog
-from lensbench.app.window.docking import Panels, layout
+from lensbench.app.window.docking import Panels
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.file_watch import FileWatch, forget_derived, is_about
+from lensbench.app.window.layouts import LAYOUTS, place, splits
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.menus import NOTHING_PINNED, Help, shortcuts
 from lensbench.app.window.state import WindowState
@@ -47,8 +48,8 @@ class Session(WindowState):
         super().__init__(settings, remember, threads)
         self.export, self.help, self.watch = ExportDialog(self.wake), Help(), FileWatch()
         self.browsing = LensBrowsing(self)
-        self.comparing = Comparing(self, threads)
-        self.files, self.panels = Files(self, self.export), Panels(self, self.browsing)
+        self.analyses = Analyses(self)
+        self.files, self.panels = Files(self, self.export, self.analyses), Panels(self, self.browsing, self.analyses)
         self.shots_taken = 0                            # screenshots of the window that have been saved
         self.shot_is_early = False                      # the screenshot was taken before the picture was ready
         self.shot_problem = ""                          # why the latest of them was not
@@ -79,6 +80,9 @@ class Session(WindowState):
             self.chooser.locked.update(set(hello_imgui.load_lasting_pref("locked").split()) & set(LOCKS))
             self._locked = frozenset(self.chooser.locked)
             self.browsing.load()
+            layout = hello_imgui.load_lasting_pref("layout")
+            if layout in LAYOUTS:
+                self.layout = layout
         theme.choose(self.dark)
         imgui.get_io().config_error_recovery_enable_tooltip = False     # a message above the picture says it
         glfw.set_drop_callback(glfw_window_hello_imgui(), self.dropped)
@@ -88,10 +92,10 @@ class Session(WindowState):
         """The window is about to close."""
         self.export.cancel()
         self.browsing.closed()
+        self.analyses.stop()
         self.panels.closed()
         self.light_field.worker.stop()
         self.charts.stop()
-        self.comparing.closed()
         self.worker.stop()
 
     def _prepare(self, task: Task[None]) -> None:
@@ -110,10 +114,11 @@ class Session(WindowState):
         self.files.drop(paths)
 
     def _lay_out(self) -> None:
-        """Restore the default layout of the panels, for the present size of the window."""
+        """Place the panels as the chosen layout has them, for the present size of the window."""
         size = imgui.get_main_viewport().size
         docking = hello_imgui.get_runner_params().docking_params
-        docking.docking_splits = layout(max(size.x, 1.0), max(size.y, 1.0), imgui.get_font_size())
+        docking.docking_splits = splits(self.layout, max(size.x, 1.0), max(size.y, 1.0), imgui.get_font_size())
+        place(self.layout, docking.dockable_windows)
         docking.layout_reset = True
 
     def _lay_out_once(self) -> None:
@@ -138,6 +143,7 @@ class Session(WindowState):
         self._reload()
         self._take_failure()
         self.view.links.advance()
+        self.analyses.begin()
         self._unpin()
         shortcuts(self)
         self.files.answer()
@@ -159,10 +165,8 @@ class Session(WindowState):
         held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
         self.keep(held)
         self._keep_locks()
-        busy = self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor
-        self.worker.hold(busy)
+        self.worker.hold(self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor)
         self.apply()
-        self.comparing.advance(busy)
 
     def _keep_locks(self) -> None:
         """Remember what another lens leaves as it is, beyond this session."""
@@ -195,7 +199,8 @@ class Session(WindowState):
             self.worker.resume() if self.worker.paused else self.worker.pause()
         if Request.RESTART in wanted:
             self.worker.again()
-        if Request.PIN in wanted and self.comparing.pin():
+        if Request.PIN in wanted and self.presenter.pin(self.history.present) and self.presenter.pinned is not None:
+            self.view.pinned = self.presenter.pinned.settings
             self.view.messages = [message for message in self.view.messages if message != NOTHING_PINNED]
         if Request.EXPORT in wanted:
             self.export.open(self.history.present)
@@ -229,7 +234,6 @@ class Session(WindowState):
             self.edited = self.history.present
         self.charts.forget()
         self.worker.reload(self.history.present)
-        self.comparing.reload()
 
     def _take_failure(self) -> None:
         """Say why settings cannot be rendered, and take them back."""
@@ -281,5 +285,6 @@ class Session(WindowState):
         if (update is None or update.generation != self.worker.generation or update.depth is None
                 or update.is_provisional):
             return False
-        return self.prepared and update.samples >= min(samples, update.settings.samples)
+        ready = self.prepared and not self.analyses.worker.busy
+        return ready and update.samples >= min(samples, update.settings.samples)
 

@@ -23,6 +23,7 @@ from lensbench.app.state.settings import Settings
 from lensbench.app.state.undo import History
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import DialState
+from lensbench.app.window.layouts import BENCH
 from lensbench.app.workers.chart_worker import ChartWorker
 from lensbench.app.workers.render_worker import RenderWorker
 
@@ -44,6 +45,7 @@ class WindowState:
         self.light_field = LightFieldController(self.view, self.presenter, settings, self.requests, self.wake)
         self.remember = remember                        # layout, theme and recent files, beyond this session
         self.dark = True
+        self.layout = BENCH                             # the chosen one of LAYOUTS
         self.recent: list[Path] = []                    # files that were opened, the newest first
         self.reopened: Path | None = None               # a recent file that is to be opened
         self.screenshot: Path | None = None             # where a picture of the window is to be saved
@@ -107,3 +109,10 @@ class WindowState:
         theme.choose(dark)
         if self.remember:
             hello_imgui.save_lasting_pref("theme", "dark" if dark else "light")
+
+    def choose_layout(self, name: str) -> None:
+        """Lay the panels out as one of LAYOUTS, now and in later sessions."""
+        self.layout = name
+        self.requests.add(Request.RESET_LAYOUT)
+        if self.remember:
+            hello_imgui.save_lasting_pref("layout", name)

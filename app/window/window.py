@@ -9,7 +9,7 @@ import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
-from lensbench.app.window.docking import layout
+from lensbench.app.window.layouts import splits
 from lensbench.app.window.menus import menus
 from lensbench.app.window.session import Session
 
@@ -58,7 +58,7 @@ def parameters(session: Session, size: tuple[int, int] = SIZE) -> hello_imgui.Ru
     call.before_swap = guarded("Screenshot", session.drawn)
 
     session.laid_out_for = (*size, theme.FONT_SIZE)
-    runner.docking_params.docking_splits = layout(*session.laid_out_for)
+    runner.docking_params.docking_splits = splits(session.layout, *session.laid_out_for)
     runner.docking_params.dockable_windows = session.panels.windows()
     return runner
 

@@ -1,0 +1,1 @@
+"""The analysis panels: one file a panel, its choices and gestures; `drawing` draws every figure."""

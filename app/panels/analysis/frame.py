@@ -1,0 +1,118 @@
+"""The frame that all analysis panels share: the figure or the reason for none, its conditions, and its menu."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
+
+from lensbench.app.panels.analysis.drawing import Drawn, Under, draw_figure
+from lensbench.app.state.analysis.figure import Figure
+from lensbench.app.state.analysis.query import query
+from lensbench.app.state.request import Request
+from lensbench.app.state.settings import Settings
+from lensbench.app.widgets import theme
+from lensbench.app.widgets.paragraph import paragraph
+from lensbench.app.workers.analysis_worker import AnalysisWorker, Job
+
+SAVES = {Request.SAVE_PLOT_CSV: "Save as CSV…", Request.SAVE_PLOT_SVG: "Save as SVG…",
+         Request.SAVE_PLOT_PNG: "Save as PNG…"}
+
+
+@dataclass
+class AnalysisState:
+    """State of one analysis panel between frames; its choices are not part of the settings."""
+
+    choices: dict[str, Any] = field(default_factory=dict)
+    drawn: Drawn = field(default_factory=Drawn)
+    figure: Figure | None = None            # as shown last; None: the panel says why there is none
+    reason: str = ""                        # why there is none
+
+
+@dataclass
+class Sheet:
+    """What all analysis panels of a window share: the worker, the requests, and the figure that is to be saved."""
+
+    worker: AnalysisWorker
+    requests: set[Request]
+    saving: Figure | None = None
+
+
+def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, make: Callable[..., Figure],
+             options: tuple = (), points: tuple[int, int] = (16, 32)) -> Under | None:
+    """Draw the figure of an analysis in the rest of the window; what is under the cursor.
+
+    make, options, points: as `Job` takes them.
+    """
+    state.figure, state.reason = None, ""
+    try:
+        asked = query(settings)
+    except (ValueError, OSError) as error:
+        state.reason = str(error)
+        paragraph(state.reason)
+        return None
+    answer = sheet.worker.want(name, Job(make, asked, options, points))
+    if answer is None:
+        imgui.text_disabled("Tracing…")
+        return None
+    if answer.figure is None:
+        state.reason = sentence(answer.message)
+        paragraph(state.reason)
+        return None
+    figure = state.figure = answer.figure
+    theme.small()
+    size = imgui.get_content_region_avail()
+    line = imgui.get_text_line_height_with_spacing()
+    below = line * (2.0 if figure.remarks else 1.0)
+    under = draw_figure(name, figure, ImVec2(size.x, max(size.y - below, 1.0)), state.drawn)
+    _conditions(figure, size.x)
+    imgui.pop_font()
+    _menu(name, figure, sheet)
+    return under
+
+
+def sentence(words: str) -> str:
+    """The words with a capital first letter."""
+    return words[:1].upper() + words[1:]
+
+
+def tools(name: str, state: AnalysisState) -> None:
+    """At the right of a row of choices: a button that opens the menu of the panel."""
+    if state.figure is None:
+        return
+    width = theme.em(1.75)
+    imgui.same_line(imgui.get_cursor_pos_x() + max(imgui.get_content_region_avail().x - width, 0.0))
+    imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
+    if imgui.button(f"{icons_fontawesome_6.ICON_FA_ELLIPSIS}###{name} menu", ImVec2(width, 0.0)):
+        imgui.open_popup(f"{name} data")
+    imgui.pop_style_color()
+    imgui.set_item_tooltip("Copy or save this figure; also by a right click")
+
+
+def _conditions(figure: Figure, width: float) -> None:
+    imgui.text_disabled(theme.shortened(figure.conditions, width))
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(figure.conditions.replace(" · ", "\n"))
+    if figure.remarks:
+        imgui.text_disabled(theme.shortened(sentence("; ".join(figure.remarks)), width))
+        if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip) and imgui.begin_tooltip():
+            imgui.push_text_wrap_pos(theme.em(30.0))
+            for remark in figure.remarks:
+                imgui.text_unformatted(sentence(remark))
+            imgui.pop_text_wrap_pos()
+            imgui.end_tooltip()
+
+
+def _menu(name: str, figure: Figure, sheet: Sheet) -> None:
+    """The menu of a right click: copy the numbers, save numbers or figure."""
+    if imgui.is_window_hovered(imgui.HoveredFlags_.child_windows) and imgui.is_mouse_released(
+            imgui.MouseButton_.right) and imgui.get_mouse_drag_delta(imgui.MouseButton_.right, 4.0).x == 0.0:
+        imgui.open_popup(f"{name} data")
+    if imgui.begin_popup(f"{name} data"):
+        if imgui.menu_item("Copy data", "", False)[0]:
+            imgui.set_clipboard_text(figure.table.text("\t"))
+        for request, words in SAVES.items():
+            if imgui.menu_item(words, "", False)[0]:
+                sheet.saving = figure
+                sheet.requests.add(request)
+        imgui.end_popup()

@@ -1,0 +1,183 @@
+"""A figure of an analysis: plots made of curves, points and marks, and the table of their numbers.
+
+A value, equal in the window, in SVG and PNG files, and in tables of comma-separated values. The units of all numbers
+are those that the labels of the axes name. A tint is the name of a purpose ("strong", "dim", "field1"), or a
+wavelength in µm.
+"""
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+Tint = str | float
+SOLID, DASHED, DOTTED = (0.0, 0.0), (6.0, 3.0), (1.5, 3.0)      # dashes and gaps, pixels
+
+# Colours of wavelengths up to each µm, for a dark and for a light ground; none is the amber of what is in focus
+_SPECTRUM = ((0.45, "a98bff", "6a3fc8"), (0.50, "6f9dff", "2458c4"), (0.55, "4fc3c9", "0f7f86"),
+             (0.60, "5fc46a", "2a7d33"), (0.64, "ef8a62", "b1481b"), (9e9, "f06a6a", "b3261e"))
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A line through x and y (n,); NaN breaks it. dash: pixels on and off; name "" leaves it out of the legend."""
+
+    name: str
+    x: np.ndarray
+    y: np.ndarray
+    tint: Tint = "strong"
+    dash: tuple[float, float] = SOLID
+    weight: float = 1.6
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Marks at x and y (n,), of one `shape` for each wavelength or field: "triangle", "square" or "diamond"."""
+
+    name: str
+    x: np.ndarray
+    y: np.ndarray
+    tint: Tint = "strong"
+    shape: str = "square"
+
+
+@dataclass(frozen=True, eq=False)
+class Bars:
+    """Upright bars of heights y about places x (n,), `width` wide, from 0."""
+
+    name: str
+    x: np.ndarray
+    y: np.ndarray
+    width: float
+    tint: Tint = "strong"
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """Values (rows, columns) between low and high as shades, over x0 to x1 and y0 to y1; row 0 lies at y0.
+
+    levels: values at which contours are drawn.
+    """
+
+    name: str
+    values: np.ndarray
+    x: tuple[float, float]
+    y: tuple[float, float]
+    low: float = 0.0
+    high: float = 1.0
+    levels: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Label:
+    """Small text at a place; `side` of the place: "left", "right", "above", "below" or "middle"."""
+
+    x: float
+    y: float
+    text: str
+    tint: Tint = "dim"
+    side: str = "right"
+
+
+@dataclass(frozen=True)
+class Area:
+    """A part of a plot and what is said of it under the cursor."""
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    text: str
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis: its label with the unit (None: no figures at all), and its range."""
+
+    label: str | None
+    low: float
+    high: float
+    log: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Plot:
+    """One pair of axes. equal: a unit is as long on either axis; across: the curves are read at a y, not at an x."""
+
+    x: Axis
+    y: Axis
+    layers: tuple = ()
+    title: str = ""
+    equal: bool = False
+    across: bool = False
+
+    def named(self) -> list:
+        """The curves, points and bars of the legend: one of each name."""
+        found = {}
+        for layer in self.layers:
+            if isinstance(layer, Curve | Points | Bars) and layer.name:
+                found.setdefault(layer.name, layer)
+        return list(found.values())
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The numbers of a figure: a head with units, and rows of numbers or words."""
+
+    head: tuple[str, ...]
+    rows: tuple[tuple, ...]
+
+    def text(self, separator: str = ",") -> str:
+        """As comma-separated values, or separated by tabs for a spreadsheet; a missing value is empty."""
+        out = io.StringIO()
+        writer = csv.writer(out, delimiter=separator, lineterminator="\n")
+        writer.writerow(self.head)
+        for row in self.rows:
+            writer.writerow([_cell(each) for each in row])
+        return out.getvalue()
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """What a panel shows: rows of plots, the line that states their conditions, and the numbers.
+
+    title: for files. conditions: fields, wavelengths, object, rays and reference in one line. remarks: what is missing
+    or assumed, each a sentence. heights: of the rows, relative.
+    """
+
+    title: str
+    rows: tuple[tuple[Plot, ...], ...]
+    table: Table
+    conditions: str = ""
+    remarks: tuple[str, ...] = ()
+    heights: tuple[float, ...] = ()
+
+
+def _cell(value) -> str:
+    if isinstance(value, str):
+        return value
+    return "" if not np.isfinite(value) else f"{float(value):.7g}"
+
+
+def wavelength_colour(micrometres: float, dark: bool) -> str:
+    """Colour of a wavelength as six hexadecimal digits: told apart on a dark or a light ground, not its true colour."""
+    return next(night if dark else day for end, night, day in _SPECTRUM if micrometres < end)
+
+
+def wavelength_name(micrometres: float) -> str:
+    """A wavelength in nm."""
+    return f"{1000.0 * micrometres:.0f} nm"
+
+
+def shape_of(index: int) -> str:
+    """The shape of the marks of the wavelength or field with this index."""
+    return ("triangle", "square", "diamond")[index % 3]
+
+
+def reach(values: Sequence[float] | np.ndarray, least: float = 0.0) -> float:
+    """The next number of the series 1, 1.5, 2, 3, 5, 7 × 10ⁿ beyond all values: limits rest while a lens moves."""
+    array = np.abs(np.asarray(values, float))
+    array = array[np.isfinite(array)]
+    most = max(float(array.max()) if array.size else 0.0, least, 1e-9)
+    decade = 10.0 ** np.floor(np.log10(most))
+    return float(next(decade * step for step in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0) if decade * step >= 0.999 * most))

@@ -1,0 +1,90 @@
+"""What an analysis of the window is about: the lens of the settings, focused and stopped down, and its object.
+
+The fields run from the film's centre to its corner. The object lies at the focus distance. A query is a hashable
+value: equal queries have equal figures.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import lensbench as lb
+from lensbench.analysis.field_conditions import FIELDS, Conditions, conditions
+from lensbench.analysis.traced_grid import RayGrid, ray_grid
+from lensbench.app.state.build import Setup, setup
+from lensbench.app.state.camera_kinds import LENS_MODELS
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.text_values import format_distance
+from lensbench.kernels.figures import fixed
+from lensbench.optics.finding import Kind
+
+NO_LENS = "This camera has no lens to analyse. Choose one with a lens in the left column"
+
+
+@dataclass(frozen=True)
+class Query:
+    """A lens in front of its film, and the distance from its first vertex to the object (mm, inf).
+
+    model: name of the ideal model that the picture is taken with, or "".
+    """
+
+    setup: Setup
+    object_distance: float
+    focus_distance: float
+    model: str = ""
+
+    @property
+    def lens(self) -> lb.Lens:
+        """The lens, focused and stopped down."""
+        return self.setup.lens
+
+    def conditions(self, fields=FIELDS) -> Conditions:
+        """Fields over the film; wavelengths of the lens. fields: as `lensbench.analysis.conditions` takes them."""
+        return _conditions(self.setup, self.object_distance, fields)
+
+    def grid(self, points: int) -> RayGrid:
+        """The rays that all analyses of this query share; LensError where there are none."""
+        return ray_grid(self.lens, self.setup.film_distance, self.conditions(), points)
+
+    def words(self, rays: RayGrid | None = None, *more: str) -> str:
+        """The conditions in one line. more: what the analysis adds, such as its reference."""
+        given = self.conditions() if rays is None else rays.conditions
+        lines = ", ".join(f"{1000.0 * line:.0f}" for line in given.wavelengths)
+        parts = [f"object {format_distance(self.focus_distance)}", f"{lines} nm", *more]
+        if rays is not None:
+            parts.append(f"{rays.opd.shape[-1]} × {rays.opd.shape[-1]} rays")
+        return " · ".join(parts)
+
+    def remarks(self, rays: RayGrid) -> tuple[str, ...]:
+        """What the rays leave out, and what the picture does otherwise."""
+        said = [str(finding.message) for finding in rays.findings if finding.kind is not Kind.ASSUMED]
+        lost, launched = int(rays.lost.sum()), int(rays.launched.sum())
+        if lost:
+            said.append(f"{lost} of {launched} rays through the stop are lost at other rims "
+                        f"({fixed(100.0 * lost / launched, 0)} %)")
+        if self.model:
+            said.append(f"figures of the traced lens; the picture is taken with the model “{self.model}”")
+        if self.setup.reason:
+            said.append(self.setup.reason)
+        return tuple(said)
+
+
+def query(settings: Settings) -> Query:
+    """The query of these settings; ValueError or OSError, with the reason, where there is nothing to analyse."""
+    if not settings.has_lens:
+        raise ValueError(NO_LENS)
+    built = setup(settings)
+    distance = settings.focus_distance - built.film_z if math.isfinite(settings.focus_distance) else math.inf
+    if not distance > 0.0:
+        raise ValueError("The plane in focus lies within the lens: there is no object to analyse. Focus farther away")
+    model = LENS_MODELS[settings.lens_model]
+    return Query(built, distance, settings.focus_distance, "" if model.follows_lens else model.title)
+
+
+@lru_cache(maxsize=64)
+def _conditions(built: Setup, object_distance: float, fields) -> Conditions:
+    given = conditions(built.lens, built.film, fields=fields, object_distance=object_distance)
+    if all(finding.kind is not Kind.GLASS for finding in given.findings):
+        return given
+    # Without dispersion all wavelengths have the same rays: one is enough
+    return replace(given, wavelengths=(given.primary_wavelength,), weights=(1.0,), primary=0)

@@ -1,0 +1,167 @@
+"""Spots of the fields, side by side through focus or by colour, to one scale; with Airy disk and pixel."""
+
+import math
+
+import numpy as np
+
+from lensbench.analysis.spot_diagram import Spots, spots
+from lensbench.analysis.traced_grid import RayGrid
+from lensbench.app.state.analysis.figure import (
+    DASHED,
+    Area,
+    Axis,
+    Curve,
+    Figure,
+    Label,
+    Plot,
+    Points,
+    Table,
+    reach,
+    shape_of,
+    wavelength_name,
+)
+from lensbench.app.state.analysis.query import Query
+from lensbench.kernels.figures import fixed, significant, true_minus
+
+COLUMNS = 5                     # of a row through focus
+DRAWN = 260                     # points of a wavelength in one spot, at most; its size counts all rays
+CELL = 2.6                      # half a cell is at least so many rms radii of the largest spot in focus
+REFERENCES = {"chief": "chief ray", "centroid": "centroid"}
+CIRCLE = np.linspace(0.0, 2.0 * math.pi, 49)
+
+
+def spots_figure(query: Query, points: int, columns: str = "focus", reference: str = "chief", rows: int = 4) -> Figure:
+    """Spots of `rows` fields.
+
+    columns: "focus" puts places of the film side by side, "colour" the wavelengths. reference: "chief" or "centroid".
+    LensError where no light reaches the film.
+    """
+    rays = query.grid(points)
+    fields = _chosen(len(rays.images), rows)
+    still = spots(rays, reference)
+    shifts = np.array([0.0])
+    if columns == "focus":
+        shifts = _step(rays, still) * (np.arange(COLUMNS) - COLUMNS // 2)
+    found = still if columns != "focus" else spots(rays, reference, shifts)
+    size = still.white_rms_radius[fields, 0]
+    half = reach([CELL * float(np.nanmax(size, initial=0.0))], 0.5 * query.setup.film.pitch)
+    plot, beyond = _plot(query, found, fields, columns, half)
+    remarks = query.remarks(rays)
+    if beyond:
+        remarks = (*remarks, f"{beyond} points lie outside their cells and are not drawn")
+    words = query.words(rays, REFERENCES[reference], f"cell {significant(2000.0 * half, 3)} µm")
+    return Figure("Spots", ((plot,),), _table(found), words, remarks)
+
+
+def _chosen(count: int, rows: int) -> np.ndarray:
+    """Indices of so many of the fields, evenly spread with both ends."""
+    return np.unique(np.round(np.linspace(0, count - 1, min(rows, count))).astype(int))
+
+
+def _step(rays: RayGrid, still: Spots) -> float:
+    """The shift of the film (mm) that blurs a perfect spot as far as the spots of the middle fields are wide."""
+    lit = np.flatnonzero(rays.lit)
+    areas = rays.coverage[:, rays.conditions.primary].sum((1, 2)) * rays.steps.prod(1)
+    half = 0.5 * float(np.median(areas[lit])) ** 0.5
+    radius = max(float(np.median(still.white_rms_radius[lit, 0])), float(np.nanmin(still.airy_radius)))
+    return reach([0.9 * radius / max(half, 1e-6)])
+
+
+def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: float) -> tuple[Plot, int]:
+    """The cells, 1 wide and 1 high, from (0, 0) to the right and downward; and how many points lie outside them."""
+    rays, given, film = found.rays, found.rays.conditions, query.setup.film
+    colours = range(len(given.wavelengths))
+    across = [[(c, k) for c in colours] for k in range(len(found.shifts))] if columns == "focus" else \
+        [[(c, 0)] for c in colours]
+    clouds: list[list[np.ndarray]] = [[] for _ in colours]
+    airy, pixel, layers, beyond = [], [], [], 0
+    nan = np.full((1, 2), math.nan)
+    square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * 0.25 * np.array(
+        [film.width / film.pixels_x, film.height / film.pixels_y]) / half
+    stride = max(1, math.ceil((rays.opd.shape[-1] ** 2 * 0.8 / DRAWN) ** 0.5))
+    for row, f in enumerate(fields):
+        for column, group in enumerate(across):
+            middle = np.array([column, -row])
+            for c, k in group:
+                cloud = _thinned(found, f, c, k, stride) / (2.0 * half)
+                inside = (np.abs(cloud) < 0.5).all(1)
+                beyond += int((~inside).sum())
+                clouds[c].append(cloud[inside] + middle)
+            radius = found.airy_radius[f, group[len(group) // 2][0]] / (2.0 * half)
+            airy += [middle + radius * np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)]), nan]
+            pixel += [middle + square, nan]
+            layers += _words(found, f, group, column, row, columns)
+    corner = len(across) - 0.5, 0.5 - len(fields)
+    grid = [np.array([[x - 0.5, 0.5], [x - 0.5, corner[1]], [math.nan] * 2]) for x in range(len(across) + 1)]
+    grid += [np.array([[-0.5, 0.5 - y], [corner[0], 0.5 - y], [math.nan] * 2]) for y in range(len(fields) + 1)]
+    lines = [Curve("", *np.concatenate(grid).T, "grid", weight=1.0)]
+    marks = [Points(wavelength_name(line), *np.concatenate(cloud).T, line, shape_of(c))
+             for c, (line, cloud) in enumerate(zip(given.wavelengths, clouds, strict=True))]
+    ends = [Curve("pixel", *np.concatenate(pixel).T, "text", weight=1.0),
+            Curve("Airy", *np.concatenate(airy).T, "strong", DASHED, 1.0)]
+    heads = [Label(x, 0.5, _head(found, group, columns),
+                   "amber" if _in_focus(found, group, columns) else "dim", "above") for x, group in enumerate(across)]
+    return Plot(Axis(None, -0.52, corner[0] + 0.02), Axis(None, corner[1] - 0.02, 0.74),
+                (*lines, *marks, *ends, *layers, *heads), equal=True), beyond
+
+
+def _thinned(found: Spots, f: int, c: int, k: int, stride: int) -> np.ndarray:
+    """Every `stride`-th ray in rows and columns of the pupil that passes: (n, 2) mm from the reference."""
+    rays, shift = found.rays, found.shifts[k]
+    some = (f, c, slice(None, None, stride), slice(None, None, stride))
+    passed = rays.passed[some]
+    return np.column_stack([(offset[some] + shift * slope[some])[passed] - middle for offset, slope, middle in
+                            ((rays.offset_s, rays.slope_s, found.references[f, k, 0]),
+                             (rays.offset_t, rays.slope_t, found.references[f, k, 1]))])
+
+
+def _in_focus(found: Spots, group: list, columns: str) -> bool:
+    return columns == "focus" and found.shifts[group[0][1]] == 0.0
+
+
+def _head(found: Spots, group: list, columns: str) -> str:
+    if columns != "focus":
+        return wavelength_name(found.rays.conditions.wavelengths[group[0][0]])
+    shift = found.shifts[group[0][1]]
+    return "film" if shift == 0.0 else true_minus(f"{significant(1000.0 * shift, 3, signed=True)} µm")
+
+
+def _words(found: Spots, f: int, group: list, column: int, row: int, columns: str) -> list:
+    """Labels of one cell, and what is said of it under the cursor."""
+    rays, k = found.rays, group[0][1]
+    cell = (column - 0.5, column + 0.5), (-row - 0.5, 0.5 - row)
+    height, angle = rays.image_heights[f], math.degrees(rays.field_angles[f])
+    name = "axis" if height < 1e-9 else f"{significant(height, 3)} mm"
+    made: list = [Label(column - 0.48, 0.48 - row, name, "text", "right below")] if column == 0 else []
+    if not rays.lit[f]:
+        made.append(Label(column, -row, "dark", "dim", "middle"))
+        return [*made, Area(*cell, f"{name}: no light reaches this field")]
+    rms = 1000.0 * (found.white_rms_radius[f, k] if columns == "focus" else found.rms_radius[f, group[0][0], k])
+    made.append(Label(column + 0.47, -row - 0.48, significant(rms, 2), "dim", "left above"))
+    moved = f", film {_head(found, group, columns)}" if columns == "focus" and found.shifts[k] else ""
+    said = [f"{name}, {fixed(angle, 1)}°{moved}"]
+    if len(group) > 1:
+        geo = significant(1000.0 * found.white_geo[f, k], 3)
+        said.append(f"all colours   RMS {significant(rms, 3)} µm   GEO {geo} µm")
+    for c, _ in group:
+        line = wavelength_name(rays.conditions.wavelengths[c])
+        said.append(f"{line}   RMS {significant(1000.0 * found.rms_radius[f, c, k], 3)} µm   "
+                    f"GEO {significant(1000.0 * found.geo[f, c, k], 3)} µm   "
+                    f"Airy {significant(1000.0 * found.airy_radius[f, c].mean(), 3)} µm")
+    lost = int(rays.lost[f].sum())
+    if lost:
+        said.append(f"{lost} of {int(rays.launched[f].sum())} rays lost at rims")
+    return [*made, Area(*cell, "\n".join(said))]
+
+
+def _table(found: Spots) -> Table:
+    head = ("field (mm)", "field (deg)", "film shift (mm)", "wavelength (um)", "rms sagittal (um)",
+            "rms tangential (um)", "rms radius (um)", "geo radius (um)", "Airy radius (um)", "rays lost", "rays")
+    rays, rows = found.rays, []
+    for f, height in enumerate(rays.image_heights):
+        for k, shift in enumerate(found.shifts):
+            for c, line in enumerate(rays.conditions.wavelengths):
+                rows.append((height, math.degrees(rays.field_angles[f]), shift, line, *(1000.0 * found.rms[f, c, k]),
+                             1000.0 * found.rms_radius[f, c, k], 1000.0 * found.geo[f, c, k],
+                             1000.0 * found.airy_radius[f, c].mean(), rays.lost[f, c], rays.launched[f, c]))
+    return Table(head, tuple(rows))

@@ -1,0 +1,113 @@
+"""Figures of analyses written to files: SVG and PNG on the light sheet of the charts, numbers as CSV."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lensbench.app.files.export import ExportError, replacing
+from lensbench.app.state.analysis.figure import Bars, Curve, Figure, Label, Map, Plot, Points, Tint, wavelength_colour
+from lensbench.app.studies.plotting import AMBER, COLOURS, DIM, FAINT, GRID, INK, SUFFIXES, look, plot, save, sheet
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WIDTH = 8.0                     # inches
+TINTS = {"strong": INK, "text": DIM, "dim": COLOURS["grey"], "faint": FAINT, "grid": GRID, "amber": AMBER,
+         "field0": COLOURS["blue"], "field1": COLOURS["green"], "field2": COLOURS["vermilion"], "dead": FAINT}
+CHART = ("vermilion", "purple", "blue", "green", "olive", "sky", "black", "grey")
+SHAPES = {"triangle": "^", "square": "s", "diamond": "D"}
+
+
+def write_figure(figure: Figure, path: Path, title: str = "") -> None:
+    """Write a figure; the suffix of the path sets the format. title: the lens, printed above.
+
+    ExportError for another suffix, and where the path cannot be written.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".csv":
+        with replacing(path) as part:
+            part.write_text(figure.table.text(), encoding="utf-8")
+        return
+    if suffix not in SUFFIXES:
+        raise ExportError(f"{path}: a figure is written as {', '.join((*SUFFIXES, '.csv'))}: choose one of these "
+                          "suffixes")
+    with look():
+        save(_drawn(figure, title), path)
+
+
+def _drawn(figure: Figure, title: str):
+    weights = figure.heights or (1.0,) * len(figure.rows)
+    shape = max((_shape(row) for row in figure.rows), default=0.6)
+    drawn = sheet(WIDTH, min(max(WIDTH * shape * sum(weights) / max(weights), 3.5), 14.0))
+    grids = drawn.add_gridspec(len(figure.rows), 1, height_ratios=weights)
+    for grid, row in zip(grids, figure.rows, strict=True):
+        for cell, each in zip(grid.subgridspec(1, len(row)), row, strict=True):
+            _axes(drawn.add_subplot(cell), each)
+    named = {layer.name: layer for row in figure.rows for each in row for layer in each.named()}
+    handles = [_handle(layer) for layer in named.values()]
+    if handles:
+        drawn.legend(handles=handles, loc="outside upper right", ncols=min(len(handles), 6), frameon=False, fontsize=8)
+    words = f"{title}: {figure.title}" if title else figure.title
+    drawn.suptitle(words, x=0.01, ha="left", fontsize=10.5)
+    drawn.supxlabel("\n".join((figure.conditions, *figure.remarks)), x=0.01, ha="left", fontsize=7.5, color=DIM)
+    return drawn
+
+
+def _shape(row: tuple[Plot, ...]) -> float:
+    """Height over width of a row."""
+    if row[0].equal:
+        each = row[0]
+        return (each.y.high - each.y.low) / (each.x.high - each.x.low) / len(row)
+    return 0.55 if len(row) == 1 else 0.9 / len(row)
+
+
+def colour(tint: Tint) -> str:
+    """The colour of a tint on white."""
+    if isinstance(tint, float):
+        return f"#{wavelength_colour(tint, dark=False)}"
+    return COLOURS[CHART[int(tint[5:]) % 8]] if tint.startswith("chart") else TINTS[tint]
+
+
+def _axes(axes: "Axes", each: Plot) -> None:
+    plot(axes, each.x.label or "", each.y.label or "", each.title, (each.x.log, each.y.log))
+    axes.set_xlim(each.x.low, each.x.high)
+    axes.set_ylim(each.y.low, each.y.high)
+    if each.equal:
+        axes.set_aspect("equal")
+    if each.x.label is None:
+        axes.set_axis_off()
+    for layer in each.layers:
+        if isinstance(layer, Curve):
+            axes.plot(layer.x, layer.y, color=colour(layer.tint), linewidth=0.75 * layer.weight, **_dash(layer))
+        elif isinstance(layer, Points):
+            axes.plot(layer.x, layer.y, SHAPES[layer.shape], color=colour(layer.tint), markersize=1.0,
+                      markeredgewidth=0.0)
+        elif isinstance(layer, Bars):
+            axes.bar(layer.x, layer.y, layer.width, color=colour(layer.tint))
+        elif isinstance(layer, Map):
+            axes.imshow(layer.values, cmap="bone", vmin=layer.low, vmax=layer.high, origin="lower", aspect="auto",
+                        extent=(*layer.x, *layer.y), interpolation="nearest")
+            x, y = (low + (np.arange(n) + 0.5) / n * (high - low) for n, (low, high)
+                    in zip(layer.values.shape[::-1], (layer.x, layer.y), strict=True))
+            if layer.levels:
+                lines = axes.contour(x, y, layer.values, layer.levels, colors=[INK], linewidths=0.5)
+                axes.clabel(lines, fontsize=6.5)
+        elif isinstance(layer, Label):
+            first, last = layer.side.split()[0], layer.side.split()[-1]
+            axes.text(layer.x, layer.y, layer.text, fontsize=7.0, color=colour(layer.tint), clip_on=False,
+                      ha={"left": "right", "right": "left"}.get(first, "center"),
+                      va={"above": "bottom", "below": "top"}.get(last, "center"))
+
+
+def _dash(curve: Curve) -> dict:
+    return {"dashes": [0.75 * each for each in curve.dash]} if curve.dash[0] else {}
+
+
+def _handle(layer):
+    from matplotlib.lines import Line2D
+
+    if isinstance(layer, Curve):
+        return Line2D([], [], color=colour(layer.tint), label=layer.name, linewidth=0.75 * layer.weight, **_dash(layer))
+    return Line2D([], [], color=colour(layer.tint), label=layer.name, linestyle="",
+                  marker=SHAPES[layer.shape] if isinstance(layer, Points) else "s", markersize=4.0)

@@ -1,0 +1,59 @@
+"""The analysis panels of a window: their table, what they share, and the saving of their figures."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
+from lensbench.app.panels.analysis.spots import spots_panel
+from lensbench.app.state.build import design
+from lensbench.app.state.settings import Settings
+from lensbench.app.window.state import WindowState
+from lensbench.app.workers.analysis_worker import AnalysisWorker
+from lensbench.app.workers.task import Task
+
+PANELS: dict[str, Callable[[Settings, AnalysisState, Sheet], Settings | None]] = {
+    "Spots": spots_panel,
+}
+
+
+class Analyses:
+    """The states of the panels, the worker that computes their figures, and the figure being saved."""
+
+    def __init__(self, window: WindowState):
+        self._window = window
+        self.worker = AnalysisWorker(window.wake)
+        self.sheet = Sheet(self.worker, window.requests)
+        self.states = {name: AnalysisState() for name in PANELS}
+        self._saving: Task[None] | None = None
+        self._path = Path()
+
+    def panel(self, name: str) -> Callable[[Settings], Settings]:
+        """Draws the panel of this name: settings to settings."""
+        return lambda settings: PANELS[name](settings, self.states[name], self.sheet) or settings
+
+    def begin(self) -> None:
+        """Call it at the beginning of each frame."""
+        self.worker.advance()
+        if self._saving is not None and self._saving.done:
+            task, self._saving = self._saving, None
+            if task.error is None:
+                self._window.view.say(f"The figure was saved as {self._path.name}", done=True)
+            else:
+                self._window.view.say(task.message)
+
+    def save(self, path: Path) -> None:
+        """Write the figure whose saving was asked for, in the format of the suffix."""
+        figure, settings = self.sheet.saving, self._window.history.present
+        if figure is None:
+            return
+
+        def work(_: Task[None]) -> None:
+            from lensbench.app.studies.analysis_sheet import write_figure
+
+            write_figure(figure, path, design(settings).name)
+
+        self._path, self._saving = path, Task("Saving the figure", work, self._window.wake)
+
+    def stop(self) -> None:
+        """The window is about to close."""
+        self.worker.stop()

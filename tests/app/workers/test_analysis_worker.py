@@ -1,0 +1,70 @@
+"""The worker of the analysis panels: coarse first, refined when still, and only what a panel wants."""
+
+from threading import Event
+from time import monotonic, sleep
+
+from lensbench.app.state.analysis.figure import Figure, Table
+from lensbench.app.workers import analysis_worker
+from lensbench.app.workers.analysis_worker import AnalysisWorker, Job
+
+
+def waited(worker, job, done, name="Spots"):
+    """Frames of one panel until its answer is as wanted."""
+    end = monotonic() + 20.0
+    while True:
+        worker.advance()
+        answer = worker.want(name, job)
+        if answer is not None and done(answer):
+            return answer
+        assert monotonic() < end
+        sleep(0.002)
+
+
+def test_a_figure_is_coarse_first_and_refined_when_still(monkeypatch):
+    monkeypatch.setattr(analysis_worker, "STILL", 0.0)
+    seen = []
+
+    def make(query, points):
+        seen.append((query, points))
+        return Figure(str(points), (), Table((), ()))
+
+    worker, job = AnalysisWorker(), Job(make, "a lens", (), (16, 64))
+    waited(worker, job, lambda answer: answer.refined)
+    assert seen == [("a lens", 16), ("a lens", 64)]
+    worker.advance()
+    worker.want("Spots", job)
+    assert not worker.busy and seen == [("a lens", 16), ("a lens", 64)]     # equal jobs are not computed again
+
+
+def test_a_panel_that_is_no_longer_drawn_computes_nothing(monkeypatch):
+    monkeypatch.setattr(analysis_worker, "STILL", 0.0)
+    begun, go_on, seen = Event(), Event(), []
+
+    def make(query, points):
+        seen.append((query, points))
+        begun.set()
+        assert go_on.wait(20.0)
+        return Figure("", (), Table((), ()))
+
+    worker = AnalysisWorker()
+    worker.advance()
+    worker.want("Spots", Job(make, "first"))
+    assert begun.wait(20.0)
+    worker.advance()                            # a frame in which no panel is drawn
+    worker.advance()
+    go_on.set()
+    while worker._task is not None and not worker._task.done:
+        sleep(0.002)
+    assert seen == [("first", 16)] and not worker.busy
+
+
+def test_an_error_is_a_message_and_the_next_job_has_its_own_answer():
+    def make(query, points):
+        if query == "dark":
+            raise ValueError("no light of these fields reaches the film")
+        return Figure("", (), Table((), ()))
+
+    worker = AnalysisWorker()
+    answer = waited(worker, Job(make, "dark"), lambda answer: answer.figure is None)
+    assert answer.message == "no light of these fields reaches the film" and answer.refined
+    assert waited(worker, Job(make, "lit"), lambda answer: answer.job.query == "lit").figure is not None
