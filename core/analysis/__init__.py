@@ -17,9 +17,11 @@ if TYPE_CHECKING:
     from lensbench.analysis.fans import Fans, ray_fans
     from lensbench.analysis.field_beams import field_name
     from lensbench.analysis.field_conditions import Conditions, conditions
+    from lensbench.analysis.focus_map import MtfMap, mtf_map
     from lensbench.analysis.meridional_curves import FieldCurves, field_curves
     from lensbench.analysis.spot_diagram import Spots, spots
     from lensbench.analysis.traced_grid import RayGrid, ray_grid
+    from lensbench.analysis.transfer_function import Mtf, mtf
     from lensbench.analysis.wavefront import Wavefront, wavefronts
     from lensbench.analysis.zernike import fringe_index, noll_indices, zernike_name, zernikes
 
@@ -28,16 +30,18 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
     "analysis.fans": "Fans ray_fans",
     "analysis.field_beams": "field_name",
     "analysis.field_conditions": "Conditions conditions",
+    "analysis.focus_map": "MtfMap mtf_map",
     "analysis.meridional_curves": "FieldCurves field_curves",
     "analysis.spot_diagram": "Spots spots",
     "analysis.traced_grid": "RayGrid ray_grid",
+    "analysis.transfer_function": "Mtf mtf",
     "analysis.wavefront": "Wavefront wavefronts",
     "analysis.zernike": "fringe_index noll_indices zernike_name zernikes",
 }
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
-    "Conditions", "Fans", "FieldCurves", "FocalShift", "Longitudinal", "RayGrid", "Spots", "Wavefront",
+    "Conditions", "Fans", "FieldCurves", "FocalShift", "Longitudinal", "Mtf", "MtfMap", "RayGrid", "Spots", "Wavefront",
     "chromatic_focal_shift", "conditions", "field_curves", "field_name", "fringe_index", "longitudinal_aberration",
-    "noll_indices", "ray_fans", "ray_grid", "spots", "wavefronts", "zernike_name", "zernikes",
+    "mtf", "mtf_map", "noll_indices", "ray_fans", "ray_grid", "spots", "wavefronts", "zernike_name", "zernikes",
 ]

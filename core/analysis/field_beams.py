@@ -196,10 +196,9 @@ class FieldBeams:
 
     def open_boxes(self, conditions: Conditions) -> tuple[np.ndarray, list[Finding]]:
         """(F, 2, 2) low and high pupil coordinate, sagittal and tangential, of the open region; NaN where dark."""
-        determinant = np.linalg.det(self.stop_slopes)
+        a, b, c, d = self.stop_slopes.reshape(-1, 4).T
         with np.errstate(divide="ignore", invalid="ignore"):
-            a, b, c, d = self.stop_slopes.reshape(-1, 4).T
-            half = MARGIN * np.column_stack([np.hypot(d, b), np.hypot(c, a)]) / np.abs(determinant)[:, None]
+            half = MARGIN * np.column_stack([np.hypot(d, b), np.hypot(c, a)]) / np.abs(a * d - b * c)[:, None]
         low, high = self.chief_pupil - half, self.chief_pupil + half
         boxes = np.full((len(low), 2, 2), nan)
         left = np.flatnonzero(np.isfinite(half).all(1))

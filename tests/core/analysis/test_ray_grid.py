@@ -142,7 +142,7 @@ def test_colours_share_the_reference_of_the_primary_wavelength():
 def test_conditions_come_from_the_lens_or_say_that_they_are_assumed():
     stack = lenses.load("pbrt-dgauss-50mm")
     assumed = lb.analysis.conditions(stack)
-    assert [finding.kind for finding in assumed.findings] == [Kind.ASSUMED, Kind.ASSUMED]
+    assert [finding.kind for finding in assumed.findings] == [Kind.ASSUMED, Kind.ASSUMED, Kind.GLASS]
     assert len(assumed.fields) == 12 and assumed.fields[-1][1] == pytest.approx(21.633, abs=1e-3)
     system = lb.SystemData(field_kind=lb.FieldKind.ANGLE, fields=(lb.FieldPoint(0.0, 0.0), lb.FieldPoint(0.0, 14.0)),
                            wavelengths=(lb.Wavelength(0.55, 2.0), lb.Wavelength(0.45, 1.0)))
