@@ -90,6 +90,7 @@ class View:
     scale: float = 1.0                              # screen pixels for a pixel of the picture, as drawn last
     covered: tuple[float, float, float, float] | None = None    # by the picture on the screen: left, top, right, bottom
     pinned: Settings | None = None                  # those of the picture A
+    locked: bool = False                            # A follows the dials that are turned in B
     dragged: bool = False
     requests: set[Request] = field(default_factory=set)     # to the window
     messages: list[str] = field(default_factory=list)   # until they are dismissed

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -105,6 +106,10 @@ class Presenter:
         self._keep(shown._replace(settings=settings, image=_light(shown, present)))
         return True
 
+    def repin(self, update: RenderUpdate, settings: Settings) -> None:
+        """Show a newer update of A, exposed by A's own settings."""
+        self._keep(update._replace(settings=settings, image=_light(update, settings)))
+
     def keep(self, image: NDArray[np.float32], settings: Settings) -> None:
         """Keep a picture of these settings as A."""
         self._keep(RenderUpdate(0, exposed(settings, image), settings.samples, 0.0, settings, 0.0))
@@ -149,8 +154,8 @@ class Presenter:
         screen.draw_at(view.scale)
         light = Light(self.light, settings.exposure, "raw" if update.raw else settings.tone, settings.noise)
         if difference is not None and self.pinned is not None:
-            light = self._apart.of((self._pins, of), lambda a=self.pinned.image, b=self.light, scale=difference.scale:
-                                   Light(np.abs(b - a), tone="difference", scale=scale))
+            apart = self._apart.of((self._pins, of), partial(_apart, self.pinned.image, self.light))
+            light = Light(apart, tone="difference", scale=difference.scale)
         shares = None
         if view.histogram:
             tone = (settings.exposure, "raw" if update.raw else settings.tone, settings.noise)
@@ -199,6 +204,10 @@ class Presenter:
     def _softening(self, update: RenderUpdate) -> float:
         """The share of the softening; 0 where a processor draws, which takes longer for it than for a picture."""
         return 0.0 if self.software else softening(update.samples)
+
+
+def _apart(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.abs(b - a)
 
 
 def _stripe(view: View) -> float:

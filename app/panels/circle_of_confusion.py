@@ -20,7 +20,16 @@ from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.app.widgets.paragraph import paragraph
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, dashed_line, log_ticks, pieces, text
+from lensbench.app.widgets.plot_axes import (
+    AXIS_FLAGS,
+    PLOT_FLAGS,
+    PlotMap,
+    dashed_line,
+    log_ticks,
+    pieces,
+    polyline,
+    text,
+)
 from lensbench.kernels.figures import significant
 
 NEAR_END = 0.7                  # of the plot's width: with the focus beyond it, lines have their names at the left
@@ -40,10 +49,12 @@ class CocState:
 
 
 
-def circle_of_confusion_panel(settings: Settings, state: CocState, links: Pointed | None = None) -> Settings:
+def circle_of_confusion_panel(settings: Settings, state: CocState, links: Pointed | None = None,
+                              other: Settings | None = None) -> Settings:
     """Draw the plot in the rest of the window; returns the settings with the dragged focus.
 
-    links: what the mouse points at in all panels; distance and blur of its pixel are marked.
+    links: what the mouse points at in all panels; distance and blur of its pixel are marked. other: the
+    settings A, while they are compared.
     """
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
@@ -68,6 +79,8 @@ def circle_of_confusion_panel(settings: Settings, state: CocState, links: Pointe
         state.y0, state.y1 = 10.0**plot.y0, 10.0**plot.y1
         implot.push_plot_clip_rect()
         _draw(implot.get_plot_draw_list(), plot, settings, got, shown, state)
+        if other is not None:
+            _draw_other(implot.get_plot_draw_list(), plot, other, low, high)
         if links is not None:
             _draw_pixel(implot.get_plot_draw_list(), plot, settings, links)
         implot.pop_plot_clip_rect()
@@ -265,6 +278,21 @@ def _name_models(draw: imgui.ImDrawList, plot: PlotMap, shown: Curves, focus: fl
         text(draw, ImVec2(x + 19.0 * pixel, y), colour.dim, name)
         y += line
     return [(plot.bottom - (len(rows) + 0.1) * line, plot.bottom, wide)]
+
+
+def _draw_other(draw: imgui.ImDrawList, plot: PlotMap, other: Settings, low: float, high: float) -> None:
+    """The curve of the settings A."""
+    try:
+        shown = curves(other.optics, low, high)
+    except (ValueError, OSError):               # A has no circle of confusion
+        return
+    points = plot.pixels(shown.distances, main_curve(shown))
+    polyline(draw, points, theme.packed(theme.compared()), 1.5)
+    inside = np.flatnonzero((points[:, 1] > plot.top + theme.em(1.2)) & (points[:, 1] < plot.bottom - theme.em(1.2)))
+    if inside.size:
+        x, y = points[inside[0]]
+        text(draw, ImVec2(x + 3.0 * theme.scale(), y - 0.5 * imgui.get_text_line_height()), theme.compared(), "A",
+             plate=True)
 
 
 def _draw_pixel(draw: imgui.ImDrawList, plot: PlotMap, settings: Settings, links: Pointed) -> None:

@@ -45,11 +45,12 @@ class PupilState:
     memo: Memo = field(default_factory=lambda: Memo(20))   # outlines and samples in pixels
 
 
-def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, links: Pointed | None = None) -> float:
+def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, links: Pointed | None = None,
+                     other: Settings | None = None) -> float:
     """Draw the panel in the rest of the window; returns film_radius (mm), changed by its dial.
 
     links: what the mouse points at in all panels; the film point of its pixel takes precedence. The ray through the
-    point under the mouse is set there.
+    point under the mouse is set there. other: the settings A, while they are compared.
     """
     links = links if links is not None else Pointed()
     size = imgui.get_content_region_avail()
@@ -84,8 +85,9 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, 
         imgui.pop_font()
         imgui.set_item_tooltip("This lens has cylinders: film points beside the axis have other regions than those "
                                "above it, which are shown. Pictures follow the true ones all over the film")
+    ghost = _ghost(other, shown, azimuth)
     crossed = rear_place(settings, raster, links.ray) if links.ray is not None else None
-    rear = _plot(lens_setup, fields, seen, samples, reach, links.surfaces, crossed, state)
+    rear = _plot(lens_setup, fields, seen, samples, reach, links.surfaces, crossed, ghost, state)
     if rear is not None:
         x, y = rear @ turn(lens_setup.lens, at)
         ray = ray_through(settings, at, (float(x), float(y)))
@@ -95,11 +97,12 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, 
 
 
 def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,
-          lit: tuple[int, ...], crossed: np.ndarray | None, state: PupilState) -> np.ndarray | None:
+          lit: tuple[int, ...], crossed: np.ndarray | None, ghost: np.ndarray | None,
+          state: PupilState) -> np.ndarray | None:
     """Draw the plot; returns the point (2,) under the mouse, upright, in mm, if there is one.
 
     lit: indices of the surfaces whose blocked samples are marked. crossed: the point of the ray that the mouse points
-    at in any panel.
+    at in any panel. ghost: outline (n, 2) of the region of A, or None.
     """
     corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     if size.y < 40.0:
@@ -126,6 +129,9 @@ def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSam
         draw = implot.get_plot_draw_list()
         implot.push_plot_clip_rect()
         _draw(draw, plot, rear, fields, seen, samples, reach, lit, state)
+        if ghost is not None:
+            polyline(draw, plot.pixels(*ghost.T), theme.packed(theme.compared()), 1.5, closed=True)
+            text(draw, plot.at(*ghost[int(np.argmin(ghost[:, 0]))]), theme.compared(), "A ", right=True)
         if crossed is not None:
             draw.add_circle(plot.at(*crossed), 5.0 * theme.scale(), theme.packed(theme.pointed()), 0,
                             2.0 * theme.scale())
@@ -141,6 +147,18 @@ def _plot(lens_setup: Setup, fields: list[Region], seen: Region, samples: BoxSam
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(size)
     return pointed
+
+
+def _ghost(other: Settings | None, film_radius: float, azimuth: float) -> np.ndarray | None:
+    """Outline (n, 2) of the region of the settings A for the same film point, on the plane of its own last vertex."""
+    if other is None or not (other.has_lens and other.has_stop):
+        return None
+    try:
+        built = setup(other)
+        outline = region(built.lens, built.film_distance, film_radius, azimuth).outline
+    except (ValueError, OSError):               # A has no region to compare with
+        return None
+    return outline if len(outline) else None
 
 
 def _limits(rear: float, width: int, height: int) -> tuple[float, float, float, float]:

@@ -65,8 +65,11 @@ def falling(lens_setup: Setup) -> Falling:
     return Falling(light, shape, ideal, real)
 
 
-def falloff_panel(settings: Settings, state: FalloffState) -> None:
-    """Draw both plots in the rest of the window."""
+def falloff_panel(settings: Settings, state: FalloffState, other: Settings | None = None) -> None:
+    """Draw both plots in the rest of the window.
+
+    other: the settings A, while they are compared: their light and their distortion are drawn too.
+    """
     size = imgui.get_content_region_avail()
     if size.x < 60.0 or size.y < 60.0:
         return
@@ -86,11 +89,26 @@ def falloff_panel(settings: Settings, state: FalloffState) -> None:
     _words(found)
     room = imgui.get_content_region_avail()
     below = imgui.get_frame_height_with_spacing()
-    _light_plot(found.light, ImVec2(room.x, 0.52 * (room.y - below)))
+    ghost = _ghost(other)
+    _light_plot(found.light, ghost, ImVec2(room.x, 0.52 * (room.y - below)))
     state.shown = toggles("Distortion", SHOWN, state.shown, TIPS, 5.6)
     room = imgui.get_content_region_avail()
-    (_shape_plot if state.shown == "curve" else _grid)(found, room)
+    if state.shown == "curve":
+        _shape_plot(found, ghost, room)
+    else:
+        _grid(found, room)
     imgui.pop_font()
+
+
+def _ghost(other: Settings | None) -> Falling | None:
+    """Falloff and distortion of the settings A; None where they have none."""
+    if other is None or not other.has_lens:
+        return None
+    try:
+        built = setup(other)
+        return falling(built) if built.lens.is_rotationally_symmetric else None
+    except (ValueError, OSError):               # A has nothing to compare with
+        return None
 
 
 def _stops(part: float) -> str:
@@ -116,8 +134,8 @@ def _words(found: Falling) -> None:
                            "the picture that keeps lines straight, or of a fisheye the rule that it follows best")
 
 
-def _light_plot(light: Falloff, size: ImVec2) -> None:
-    """Percent of the axis over the radius: the total, and its two parts."""
+def _light_plot(light: Falloff, ghost: Falling | None, size: ImVec2) -> None:
+    """Percent of the axis over the radius: the total, and its two parts; and the total of A."""
     if not _begin("Falloff plot", size, "Light (%)", (0.0, float(light.radii[-1])), (0.0, 105.0), 25.0):
         return
     colour, plot, draw = theme.colours(), PlotMap.current(log=False), implot.get_plot_draw_list()
@@ -127,6 +145,8 @@ def _light_plot(light: Falloff, size: ImVec2) -> None:
         for piece in pieces(plot.pixels(light.radii, 100.0 * part), on * pixel, off * pixel):
             draw.add_polyline(piece, theme.packed(tint), pixel, imgui.ImDrawFlags_.none)
     polyline(draw, plot.pixels(light.radii, 100.0 * light.total), theme.packed(colour.strong), 2.0)
+    if ghost is not None:
+        _draw_ghost(draw, plot, plot.pixels(ghost.light.radii, 100.0 * ghost.light.total))
     line, x = imgui.get_text_line_height(), plot.left + 6.0 * pixel
     y = plot.bottom - 3.4 * line
     for name, (on, off), tint in (("natural", NATURAL, colour.text), ("vignetting", RIMS, colour.text),
@@ -148,7 +168,17 @@ def _light_plot(light: Falloff, size: ImVec2) -> None:
     implot.end_plot()
 
 
-def _shape_plot(found: Falling, size: ImVec2) -> None:
+def _draw_ghost(draw: imgui.ImDrawList, plot: PlotMap, points: np.ndarray) -> None:
+    """A curve of A through pixels (n, 2), with its name at its end."""
+    polyline(draw, points, theme.packed(theme.compared()), 1.5)
+    good = points[np.isfinite(points).all(1)]
+    if len(good):
+        x = min(float(good[-1][0]), plot.right) - 4.0 * theme.scale()
+        above = float(good[-1][1]) - 1.1 * imgui.get_text_line_height()
+        text(draw, ImVec2(x, above), theme.compared(), "A", right=True)
+
+
+def _shape_plot(found: Falling, ghost: Falling | None, size: ImVec2) -> None:
     shape = found.shape
     percent = np.where(np.isfinite(shape.percent), shape.percent, np.nan)
     most = max(0.5, 1.15 * float(np.nanmax(np.abs(percent))))
@@ -158,6 +188,8 @@ def _shape_plot(found: Falling, size: ImVec2) -> None:
     colour, plot, draw = theme.colours(), PlotMap.current(log=False), implot.get_plot_draw_list()
     implot.push_plot_clip_rect()
     polyline(draw, plot.pixels(shape.radii, percent), theme.packed(colour.strong), 2.0)
+    if ghost is not None:
+        _draw_ghost(draw, plot, plot.pixels(ghost.shape.radii, ghost.shape.percent))
     zero = plot.at(0.0, 0.0).y
     draw.add_line(ImVec2(plot.left, zero), ImVec2(plot.right, zero), theme.packed(colour.faint), theme.scale())
     implot.pop_plot_clip_rect()

@@ -8,6 +8,7 @@ from imgui_bundle import ImVec2, imgui
 import lensbench as lb
 from lensbench.app.state.build import design, focus_text
 from lensbench.app.state.coating import coating
+from lensbench.app.state.comparison.difference import difference
 from lensbench.app.state.figures import Readings, colours, readings
 from lensbench.app.state.settings import LIMITS, Settings
 from lensbench.app.state.text_values import format_angle, format_distance, format_length
@@ -40,10 +41,30 @@ class Row:
     amber: bool = False
 
 
-def readouts_panel(settings: Settings, status: Status) -> None:
-    """Draw the table in the rest of the window."""
+@dataclass(frozen=True)
+class PairedRow:
+    """One read-out of A and B in words, and B less A, or "" where the two read alike or are no single numbers."""
+
+    name: str
+    a: str
+    b: str
+    apart: str
+    unit: str
+    meaning: str
+    gap: bool = False
+
+
+def readouts_panel(settings: Settings, status: Status, other: Settings | None = None,
+                   other_status: Status | None = None) -> None:
+    """Draw the table in the rest of the window.
+
+    other: the settings A, while they are compared: their figures then stand before those of the present settings.
+    """
     width = imgui.get_content_region_avail().x
     if width < 24.0:
+        return
+    if other is not None:
+        _compared(settings, status, other, other_status or Status(), width)
         return
     got = readings(settings)
     colour, line = theme.colours(), imgui.get_text_line_height()
@@ -76,6 +97,55 @@ def readouts_panel(settings: Settings, status: Status) -> None:
     if got.reason:
         imgui.dummy(ImVec2(width, round(0.4 * line)))
         paragraph(got.reason)
+
+
+def _compared(settings: Settings, status: Status, other: Settings, other_status: Status, width: float) -> None:
+    """A, B and the difference of each figure in three columns; figures too wide for these in two lines."""
+    theme.small()
+    colour, line, draw = theme.colours(), imgui.get_text_line_height(), imgui.get_window_draw_list()
+    pitch, gap = round(1.22 * line), theme.em(0.5)
+    table = [row for row in paired_rows(settings, status, other, other_status) if (row.a, row.b) != (NONE, NONE)]
+    names = min(max(imgui.calc_text_size(row.name).x for row in table), 0.42 * width)
+    column = (width - names) / 3.0
+    ends = [names + column, names + 2.0 * column, width]
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
+    header = PairedRow("", "A", "B", "B − A", "", "The settings A, the present ones, and how much these are more")
+    for row in [header, *table]:
+        if row.gap:
+            imgui.dummy(ImVec2(width, round(0.4 * line)))
+        wide = any(imgui.calc_text_size(value).x > column - gap for value in (row.a, row.b))
+        corner = imgui.get_cursor_screen_pos()
+        imgui.dummy(ImVec2(width, (2.0 if wide else 1.0) * pitch))
+        if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+            _explain(Row(row.name, "", "", f"{row.meaning}\n\nA {row.a} {row.unit}\nB {row.b} {row.unit}"))
+        y = corner.y + math.floor(0.5 * (pitch - line))
+        draw.add_text(ImVec2(corner.x, y), theme.packed(colour.dim), theme.shortened(row.name, names))
+        places = ((row.a, width, 0.0), (row.b, width, pitch)) if wide else \
+            ((row.a, ends[0], 0.0), (row.b, ends[1], 0.0))
+        for (value, end, down), tint in zip(places, (theme.compared(), colour.strong), strict=True):
+            draw.add_text(ImVec2(math.floor(corner.x + end - imgui.calc_text_size(value).x), y + down),
+                          theme.packed(colour.dim if value == NONE else tint), value)
+        if not wide:
+            draw.add_text(ImVec2(math.floor(corner.x + width - imgui.calc_text_size(row.apart).x), y),
+                          theme.packed(colour.dim), row.apart)
+    imgui.pop_style_var()
+    imgui.pop_font()
+
+
+def paired_rows(settings: Settings, status: Status, other: Settings, other_status: Status) -> list[PairedRow]:
+    """The rows of two settings by their names, in the order of the present ones."""
+    mine = rows(settings, readings(settings), status)
+    theirs = {row.name: row for row in rows(other, readings(other), other_status)}
+    found = []
+    for row in mine:
+        a = theirs.pop(row.name, None)
+        value, b = (a.value if a is not None else NONE), row.value
+        same_unit = a is None or a.unit == row.unit
+        apart = difference(value, b) if same_unit else ""
+        apart += f" {row.unit}" if apart and row.unit and apart[-1].isdigit() else ""
+        found.append(PairedRow(row.name, value, b, apart, row.unit, row.meaning, row.gap))
+    found += [PairedRow(row.name, row.value, NONE, "", row.unit, row.meaning) for row in theirs.values()]
+    return found
 
 
 def _explain(row: Row) -> None:

@@ -6,10 +6,12 @@ shoulder, and the edge is a cylinder of the larger one.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import lensbench as lb
 from lensbench.app.state.build import Setup, design, setup
@@ -19,6 +21,7 @@ from lensbench.app.state.settings import Settings
 
 STEP = 0.06             # of the edge's radius, the tallest strip: its chord errs by less than a pixel on a screen
 SURFACE_POINTS = 33     # of an outline's curve, rim to rim
+EDGE_POINTS, EDGE_STEPS = 65, 7     # heights of which one is the edge, and how often the gap beside it is divided
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,15 +47,15 @@ class Element:
         return inside
 
 
-def sag(surface: lb.Surface, height: float) -> float:
-    """Depth of a surface at a height in the y–z section, flat beyond its rim and beyond the sphere's equator."""
-    c = surface.curvature
-    r = min(abs(height), surface.semi_diameter, 1.0 / abs(c) if c else np.inf)
+def sag(surface: lb.Surface, height: ArrayLike) -> np.ndarray:
+    """Depth of a surface at heights in the y–z section, flat beyond its rim and beyond the sphere's equator."""
+    c, height = surface.curvature, np.abs(height)
+    r = np.minimum(height, min(surface.semi_diameter, 1.0 / abs(c) if c else np.inf))
+    depth = c * r * r / (1.0 + np.sqrt(np.maximum(1.0 - c * c * r * r, 0.0)))
     if not surface.is_spherical:
-        depth = float(surface.sag(0.0, min(abs(height), surface.semi_diameter)))
-        if math.isfinite(depth):
-            return depth
-    return c * r * r / (1.0 + math.sqrt(max(1.0 - c * c * r * r, 0.0)))
+        own = surface.sag(0.0, np.minimum(height, surface.semi_diameter))
+        depth = np.where(np.isfinite(own), own, depth)
+    return depth
 
 
 @lru_cache(maxsize=32)
@@ -76,40 +79,40 @@ def surface_curves(lens: lb.Lens) -> tuple[np.ndarray, ...]:
 
 
 def _element(index: int, front: lb.Surface, front_z: float, rear: lb.Surface, rear_z: float) -> Element:
-    def front_at(y: float) -> float:
+    def front_at(y: ArrayLike) -> np.ndarray:
         return front_z + sag(front, y)
 
-    def rear_at(y: float) -> float:
+    def rear_at(y: ArrayLike) -> np.ndarray:
         return rear_z + sag(rear, y)
 
     # The edge lies at the largest height with glass between both surfaces
     edge = max(front.semi_diameter, rear.semi_diameter)
     if rear_at(edge) < front_at(edge):
         low, high = 0.0, edge
-        for _ in range(40):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if rear_at(middle) >= front_at(middle) else (low, middle)
+        for _ in range(EDGE_STEPS):
+            heights = np.linspace(low, high, EDGE_POINTS)
+            beyond = max(1, int(np.argmax(rear_at(heights) < front_at(heights))))
+            low, high = float(heights[beyond - 1]), float(heights[beyond])
         edge = low
 
-    def curve(at, semi_diameter: float) -> np.ndarray:
+    def curve(at: Callable[[ArrayLike], np.ndarray], semi_diameter: float) -> np.ndarray:
         """From the lower edge to the upper: shoulder, surface, shoulder."""
         rim = min(semi_diameter, edge)
         y = rim * np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, SURFACE_POINTS))
         if rim < edge:
             y = np.concatenate([[-edge], y, [edge]])
-        return np.array([(at(height), height) for height in y])
+        return np.stack([at(y), y], axis=1)
 
     outline = np.concatenate([curve(front_at, front.semi_diameter), curve(rear_at, rear.semi_diameter)[::-1]])
 
     # Strips between heights, among them those of the rims, where the shape has corners
     corners = sorted({0.0, min(front.semi_diameter, edge), min(rear.semi_diameter, edge), edge})
-    heights = [0.0]
+    upper = [0.0]
     for low, high in zip(corners, corners[1:], strict=False):
         count = max(1, math.ceil((high - low) / (STEP * edge)))
-        heights += [low + (high - low) * (k + 1) / count for k in range(count)]
-    y = np.array([-h for h in reversed(heights[1:])] + heights)
-    z_front, z_rear = np.array([front_at(h) for h in y]), np.array([rear_at(h) for h in y])
-    left, right = np.stack([z_front, y], axis=1), np.stack([z_rear, y], axis=1)
+        upper += [low + (high - low) * (k + 1) / count for k in range(count)]
+    y = np.array([-h for h in reversed(upper[1:])] + upper)
+    left, right = np.stack([front_at(y), y], axis=1), np.stack([rear_at(y), y], axis=1)
     strips = np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
     return Element(index, front.glass, outline, strips)
 

@@ -104,6 +104,11 @@ def colours() -> Palette:
     return palette(imgui.get_style().color_(imgui.Col_.text).x > 0.5)
 
 
+def compared() -> Colour:
+    """The colour of A in the panels of B: ghosted curves, outlines and figures."""
+    return tints()[4]
+
+
 def pointed() -> Colour:
     """The colour of the one ray that the mouse points at, in every panel."""
     return tints()[1]

@@ -154,8 +154,15 @@ class Panels:
 
     def _readouts(self) -> None:
         update = self._state.presenter.update
+        pinned = self._state.presenter.pinned
         readouts_panel(self._state.edited, Status(update.rate if update else 0.0, hello_imgui.frame_rate(),
-                                                  update.samples if update else 0))
+                                                  update.samples if update else 0),
+                       self._other, Status(samples=pinned.samples if pinned else 0))
+
+    @property
+    def _other(self) -> Settings | None:
+        """The settings A, while they are compared with the present ones."""
+        return self._state.view.pinned if self._state.edited.compare != "off" else None
 
     def _lens_card(self) -> None:
         lens_card_panel(self._state.edited, self._card_state, self._state.view.links.surfaces)
@@ -196,15 +203,17 @@ class Panels:
     def _section(self) -> None:
         self._beside_browser()
         self._following(lambda before: lens_section_panel(before, self._section_state, self._field * lit(before),
-                                                          self._state.view.links))
+                                                          self._state.view.links, self._other))
 
     def _confusion(self) -> None:
-        self._following(lambda before: circle_of_confusion_panel(before, self._coc_state, self._state.view.links))
+        self._following(lambda before: circle_of_confusion_panel(before, self._coc_state, self._state.view.links,
+                                                                 self._other))
 
     def _pupil(self) -> None:
         settings = self._state.history.present
         full = lit(settings)
-        radius = exit_pupil_panel(settings, self._field * full, self._pupil_state, self._state.view.links)
+        radius = exit_pupil_panel(settings, self._field * full, self._pupil_state, self._state.view.links,
+                                  self._other)
         if radius != self._field * full and full > 0.0:
             self._field = radius / full
 
@@ -213,7 +222,7 @@ class Panels:
         return lambda: self._following(draw)
 
     def _falloff(self) -> None:
-        falloff_panel(self._state.history.present, self._falloff_state)
+        falloff_panel(self._state.history.present, self._falloff_state, self._other)
 
     def _models(self) -> None:
         window, update = self._state, self._state.presenter.update

@@ -41,6 +41,7 @@ class LensBrowsing:
         self._window = state
         self._thumbnails: LensThumbnails | None = None  # from when the browser is first opened
         self._textures: SmallTextures | None = None
+        self._sections = SmallTextures(self.state.sections)
         self._before: Settings | None = None            # the settings at the opening
         self._tried: Settings | None = None             # with the lens that is tried
         self._saved = ""                                # favourites and recent lenses in the preferences
@@ -109,7 +110,8 @@ class LensBrowsing:
                                | flags.no_docking | flags.no_nav_inputs)
         imgui.pop_style_color()
         if shown:
-            lens_browser_panel(_cards(), state, self._textures.of, thumbnails.problems, thumbnails.missing)
+            lens_browser_panel(_cards(), state, self._textures.of, self._sections.of, thumbnails.problems,
+                               thumbnails.missing)
         imgui.end()
         seen = set(state.in_sight)
         thumbnails.want((*state.in_sight, *(card.name for card in _cards() if card.name not in seen)),

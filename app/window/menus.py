@@ -26,6 +26,7 @@ KEYS = (
     ("M · Alt + wheel", "magnifier with pixel values · its magnification"),
     ("P · C · Z · H · V", "peaking · circles of confusion · clipping · histogram · next view"),
     ("A · S · W · D", "pin the picture as A · compare side by side · by a wipe · their difference"),
+    ("K", "lock the dials of A to those of B"),
     ("Space · R", "pause · restart the render"),
     ("Ctrl + Z · Ctrl + Shift + Z", "undo · redo"),
     ("L", "lens browser: click or arrows try, Enter keeps, Escape returns"),
@@ -214,6 +215,10 @@ def shortcuts(state: WindowState) -> None:
     if pressed(KEY.v):
         views = list(VIEWS)
         state.edited = replace(state.edited, view=views[(views.index(state.edited.view) + 1) % len(views)])
+    if pressed(KEY.k) and view.pinned is None:
+        view.say(NOTHING_PINNED)
+    elif pressed(KEY.k):
+        view.locked = not view.locked
     if pressed(KEY.m):
         toggle_magnifier(view)
     if pressed(KEY.i):

@@ -28,6 +28,7 @@ from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import use_dials
 from lensbench.app.window.analyses import Analyses
+from lensbench.app.window.comparing import Comparing
 from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.docking import Panels
 from lensbench.app.window.file_actions import QUESTIONS, Files
@@ -48,6 +49,7 @@ class Session(WindowState):
         super().__init__(settings, remember, threads)
         self.export, self.help, self.watch = ExportDialog(self.wake), Help(), FileWatch()
         self.browsing = LensBrowsing(self)
+        self.comparing = Comparing(self, threads)
         self.analyses = Analyses(self)
         self.files, self.panels = Files(self, self.export, self.analyses), Panels(self, self.browsing, self.analyses)
         self.shots_taken = 0                            # screenshots of the window that have been saved
@@ -96,6 +98,7 @@ class Session(WindowState):
         self.panels.closed()
         self.light_field.worker.stop()
         self.charts.stop()
+        self.comparing.closed()
         self.worker.stop()
 
     def _prepare(self, task: Task[None]) -> None:
@@ -165,8 +168,10 @@ class Session(WindowState):
         held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
         self.keep(held)
         self._keep_locks()
-        self.worker.hold(self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor)
+        busy = self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor
+        self.worker.hold(busy)
         self.apply()
+        self.comparing.advance(busy)
 
     def _keep_locks(self) -> None:
         """Remember what another lens leaves as it is, beyond this session."""
@@ -199,8 +204,7 @@ class Session(WindowState):
             self.worker.resume() if self.worker.paused else self.worker.pause()
         if Request.RESTART in wanted:
             self.worker.again()
-        if Request.PIN in wanted and self.presenter.pin(self.history.present) and self.presenter.pinned is not None:
-            self.view.pinned = self.presenter.pinned.settings
+        if Request.PIN in wanted and self.comparing.pin():
             self.view.messages = [message for message in self.view.messages if message != NOTHING_PINNED]
         if Request.EXPORT in wanted:
             self.export.open(self.history.present)
@@ -234,6 +238,7 @@ class Session(WindowState):
             self.edited = self.history.present
         self.charts.forget()
         self.worker.reload(self.history.present)
+        self.comparing.reload()
 
     def _take_failure(self) -> None:
         """Say why settings cannot be rendered, and take them back."""

@@ -63,9 +63,14 @@ def prepare(settings: Settings) -> tuple[Any, Any]:
 class RenderWorker:
     """Renders the latest settings until their samples are reached; see the module."""
 
-    def __init__(self, settings: Settings, wake: Callable[[], None] = lambda: None, threads: int | None = None):
-        """Begin with these settings. wake: called from another thread when there is something new to show."""
-        self._wake = wake
+    def __init__(self, settings: Settings, wake: Callable[[], None] = lambda: None, threads: int | None = None,
+                 urgent: bool = True):
+        """Begin with these settings.
+
+        wake: called from another thread when there is something new to show. urgent: the user waits for its first
+        passes; False for a picture beside another one, all of whose threads have a low priority.
+        """
+        self._wake, self._urgent = wake, urgent
         self._threads = threads or thread_count()
         self._change = threading.Condition()
         self._settings = settings
@@ -80,7 +85,7 @@ class RenderWorker:
         self._first_seconds = math.inf          # from the restart to the first picture, the last time
         self._reloaded = False                  # the automatic model was chosen for an older file
         with self._change:      # runs until it is cancelled; at full priority, for the user waits for the first pass
-            self._task: Task[None] = Task("Rendering", self._work, wake, lowered=False)
+            self._task: Task[None] = Task("Rendering", self._work, wake, lowered=not urgent)
 
     # The window's side
 
@@ -203,7 +208,8 @@ class RenderWorker:
                 ThreadPoolExecutor(1, "lensbench choice", initializer=lower_priority) as choices, \
                 ThreadPoolExecutor(1, "lensbench light", initializer=lower_priority) as lights, \
                 ThreadPoolExecutor(4, "lensbench pass") as passes, \
-                ThreadPoolExecutor(self._threads, "lensbench first") as first, \
+                ThreadPoolExecutor(self._threads, "lensbench first",
+                                   initializer=None if self._urgent else lower_priority) as first, \
                 ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:
             self._model, self._before, self._lights = AutomaticModel(choices), PictureBefore(), lights
             self._first_pool, self._pool = first, pool

@@ -105,7 +105,7 @@ def _pinned_alone(picture: Picture, settings: Settings, view: View, corner: ImVe
     end = ImVec2(corner.x + room.x, corner.y + room.y)
     draw_pinned(draw, picture.pinned, upper, lower, (corner, end))
     draw.push_clip_rect(corner, end, True)
-    draw_plate(draw, "A", picture.pinned.settings, settings, picture.pinned.samples,
+    draw_plate(draw, "A, locked" if view.locked else "A", picture.pinned.settings, settings, picture.pinned.samples,
                ImVec2(max(upper.x, corner.x) + 14.0 * pixel, max(upper.y, corner.y) + 10.0 * pixel))
     draw.pop_clip_rect()
 
@@ -212,7 +212,7 @@ def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, l
     if comparison == "side":
         draw_plate(draw, "B", own, pinned.settings, picture.samples, a)
     else:
-        draw_plate(draw, "A", pinned.settings, own, pinned.samples, a)
+        draw_plate(draw, "A, locked" if view.locked else "A", pinned.settings, own, pinned.samples, a)
         draw_plate(draw, "B", own, pinned.settings, picture.samples, b, right=True)
     return settings
 

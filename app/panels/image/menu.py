@@ -76,13 +76,17 @@ def comparison_menu(settings: Settings, pinned: Settings | None, view: View) -> 
     """
     if imgui.menu_item("Pin as A", "A", False)[0]:
         view.requests.add(Request.PIN)
-    imgui.set_item_tooltip("Keep the present picture, to compare later ones with it")
+    imgui.set_item_tooltip("Keep the present picture, to compare later ones with it; it goes on refining")
     imgui.separator()
     for key, name in COMPARISONS.items():
         if imgui.menu_item(f"{name}###{key}", COMPARISON_KEYS[key], key == settings.compare, pinned is not None)[0]:
             settings = replace(settings, compare=key)
         imgui.set_item_tooltip(COMPARISON_TIPS[key])
     imgui.separator()
+    if imgui.menu_item("Lock A's dials to B", "K", view.locked, pinned is not None)[0]:
+        view.locked = not view.locked
+    imgui.set_item_tooltip("A follows every dial that is turned in B: focus, aperture, exposure, place, scene…\n"
+                           "It keeps its own lens and camera model")
     if imgui.menu_item("Take A's settings", "", False, pinned is not None)[0] and pinned is not None:
         settings = replace(pinned, compare=settings.compare, wipe=settings.wipe, overlay=settings.overlay)
     imgui.set_item_tooltip("Take over all settings of the picture A; undo brings the present ones back")

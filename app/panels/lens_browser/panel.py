@@ -6,11 +6,14 @@ drawn.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from time import perf_counter
 
+import numpy as np
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
+from lensbench import lenses
 from lensbench.app.panels.lens_browser.filters import filters, search
-from lensbench.app.panels.lens_browser.section import Drawing, draw_section, drawing
+from lensbench.app.panels.lens_browser.section import Pixels, section_picture
 from lensbench.app.state.lens_shelf import Shelf, film_name, film_of, shelved, short_title
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
@@ -19,10 +22,11 @@ from lensbench.lenses import Card
 
 CELL = 8.9                     # em, the least width of a cell
 PICTURE, SECTION = 2.0 / 3.0, 0.34      # heights, of the width
-NEW_SECTIONS = 2                # that are computed in one frame
+SECTION_SECONDS = 0.006         # of one frame, for new sections
 fa, Key = icons_fontawesome_6, imgui.Key
 
 Picture = tuple[int, tuple[int, int]]           # GL name of a texture, and its size in pixels
+Textures = Callable[[str], Picture | None]      # by the name of a lens
 
 
 @dataclass
@@ -42,15 +46,16 @@ class BrowserState:
     in_grid: bool = False                       # the arrows left and right move in the grid, not in the text
     scroll: bool = False                        # to the selected cell
     found: Memo = field(default_factory=lambda: Memo(4))
-    drawings: dict[str, Drawing | None] = field(default_factory=dict)
+    sections: dict[str, Pixels] = field(default_factory=dict)      # pictures of them, for `sections_for`
+    sections_for: tuple = ()                    # their size, the theme and the screen's scale
 
 
-def lens_browser_panel(cards: tuple[Card, ...], state: BrowserState, pictures: Callable[[str], Picture | None],
+def lens_browser_panel(cards: tuple[Card, ...], state: BrowserState, pictures: Textures, sections: Textures,
                        problems: Mapping[str, str], missing: int) -> None:
     """Draw the browser into the current window.
 
-    pictures: the texture of a lens, None until it is there. problems: why there is none. missing: how many are being
-    made.
+    pictures: the texture of a lens, None until it is there; sections: that of its section, from `state.sections`.
+    problems: why there is no picture. missing: how many are being made.
     """
     before = state.shelf
     escape, enter = imgui.is_key_pressed(Key.escape, False), (imgui.is_key_pressed(Key.enter, False)
@@ -66,7 +71,7 @@ def lens_browser_panel(cards: tuple[Card, ...], state: BrowserState, pictures: C
             state.selected, state.scroll = shown[0].name, True
     footer = imgui.get_frame_height_with_spacing() + theme.em(0.2)
     if imgui.begin_child("Grid", ImVec2(0.0, -footer)):
-        columns = _grid(shown, state, pictures, problems)
+        columns = _grid(shown, state, pictures, sections, problems)
     else:
         columns = 1
     imgui.end_child()
@@ -100,7 +105,7 @@ def _keys(shown: tuple[Card, ...], state: BrowserState, columns: int) -> None:
         state.selected, state.tried, state.scroll = names[at], names[at], True
 
 
-def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Callable[[str], Picture | None],
+def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Textures, sections: Textures,
           problems: Mapping[str, str]) -> int:
     """Draw the rows in sight; the number of columns."""
     room, gap = imgui.get_content_region_avail(), theme.em(0.55)
@@ -121,7 +126,8 @@ def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Callable[[str]
             imgui.set_scroll_y(max(0.0, place * pitch - 0.5 * (room.y - size.y)))
         state.scroll = False
     sight: list[str] = []
-    made = 0
+    _fit_sections(state, width)
+    started = perf_counter()
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(gap, gap))
     clipper = imgui.ListClipper()
     clipper.begin(rows, size.y + gap)
@@ -132,10 +138,9 @@ def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Callable[[str]
                 if i % columns:
                     imgui.same_line()
                 sight.append(card.name)
-                if card.name not in state.drawings and made < NEW_SECTIONS:
-                    state.drawings[card.name] = _drawing(card.name)
-                    made += 1
-                _cell(card, state, size, pictures(card.name), problems.get(card.name, ""))
+                if card.name not in state.sections and perf_counter() - started < SECTION_SECONDS:
+                    state.sections[card.name] = _section(card.name, *state.sections_for)
+                _cell(card, state, size, pictures(card.name), sections(card.name), problems.get(card.name, ""))
     clipper.end()
     imgui.pop_style_var()
     drawn = set(sight)
@@ -143,14 +148,25 @@ def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Callable[[str]
     return columns
 
 
-def _drawing(name: str) -> Drawing | None:
+def _fit_sections(state: BrowserState, width: float) -> None:
+    """Drop the pictures of sections that were drawn for another width of a cell, theme or scale of the screen."""
+    inset = 2.0 * theme.em(0.35)
+    size = max(1, round(width - inset)), max(1, round(SECTION * width - inset))
+    wanted = size, theme.colours().dark, theme.scale()
+    if state.sections_for != wanted:
+        state.sections.clear()
+        state.sections_for = wanted
+
+
+def _section(name: str, size: tuple[int, int], dark: bool, pixel: float) -> Pixels:
     try:
-        return drawing(name)
+        return section_picture(lenses.load(name), size, dark, pixel)
     except (ValueError, OSError):               # trying the lens says why
-        return None
+        return np.zeros((size[1], size[0], 4), np.uint8)
 
 
-def _cell(card: Card, state: BrowserState, size: ImVec2, picture: Picture | None, problem: str) -> None:
+def _cell(card: Card, state: BrowserState, size: ImVec2, picture: Picture | None, section: Picture | None,
+          problem: str) -> None:
     """One lens: picture, section, title, and a line of its figures."""
     colour, pixel, draw = theme.colours(), theme.scale(), imgui.get_window_draw_list()
     corner = imgui.get_cursor_screen_pos()
@@ -166,8 +182,9 @@ def _cell(card: Card, state: BrowserState, size: ImVec2, picture: Picture | None
         _explain(card, problem)
 
     ground = colour.frame_active if selected else colour.frame if hovered else colour.well
-    draw.add_rect_filled(corner, end, theme.packed(ground), 3.0 * pixel)
     below = ImVec2(end.x, round(corner.y + PICTURE * size.x))
+    draw.add_rect_filled(ImVec2(corner.x, below.y), end, theme.packed(ground), 3.0 * pixel,
+                         imgui.ImDrawFlags_.round_bottom)
     if picture is not None:
         _picture(draw, picture, corner, below)
     else:
@@ -176,10 +193,12 @@ def _cell(card: Card, state: BrowserState, size: ImVec2, picture: Picture | None
             draw.add_text(ImVec2(corner.x + theme.em(0.5), corner.y + theme.em(0.5)), theme.packed(colour.warning),
                           theme.shortened("No picture", size.x - theme.em(1.0)))
     bottom = round(below.y + SECTION * size.x)
-    of = state.drawings.get(card.name)
-    if of is not None:
-        inset = theme.em(0.35)
-        draw_section(draw, of, ImVec2(corner.x + inset, below.y + inset), ImVec2(end.x - inset, bottom - 2.0 * pixel))
+    if section is not None:
+        texture, (across, down) = section
+        left, top = round(corner.x + 0.5 * (size.x - across)), round(0.5 * (below.y + bottom - down))
+        axis = top + down // 2 + 0.5
+        draw.add_line(ImVec2(left, axis), ImVec2(left + across, axis), theme.packed(colour.faint, 0.55), pixel)
+        draw.add_image(imgui.ImTextureRef(texture), ImVec2(left, top), ImVec2(left + across, top + down))
     if selected:
         draw.add_rect(corner, end, theme.packed(colour.strong), 3.0 * pixel, 1.5 * pixel)
     margin = theme.em(0.5)
@@ -198,12 +217,16 @@ def _cell(card: Card, state: BrowserState, size: ImVec2, picture: Picture | None
 def _picture(draw: imgui.ImDrawList, picture: Picture, corner: ImVec2, end: ImVec2) -> None:
     """The picture between two corners, whole and in the middle."""
     texture, (across, down) = picture
-    draw.add_rect_filled(corner, end, theme.packed((0.0, 0.0, 0.0, 1.0)), 3.0 * theme.scale())
     width, height = end.x - corner.x, end.y - corner.y
     scale = min(width / across, height / down)
-    x, y = corner.x + 0.5 * (width - scale * across), corner.y + 0.5 * (height - scale * down)
-    draw.add_image(imgui.ImTextureRef(texture), ImVec2(round(x), round(y)),
-                   ImVec2(round(x + scale * across), round(y + scale * down)))
+    x, y = round(corner.x + 0.5 * (width - scale * across)), round(corner.y + 0.5 * (height - scale * down))
+    right, bottom = min(round(x + scale * across), end.x), min(round(y + scale * down), end.y)
+    black = theme.packed((0.0, 0.0, 0.0, 1.0))
+    for upper, lower in (((corner.x, corner.y), (end.x, y)), ((corner.x, bottom), (end.x, end.y)),
+                         ((corner.x, y), (x, bottom)), ((right, y), (end.x, bottom))):
+        if upper[0] < lower[0] and upper[1] < lower[1]:         # beside the picture, so that no pixel is drawn twice
+            draw.add_rect_filled(ImVec2(*upper), ImVec2(*lower), black)
+    draw.add_image(imgui.ImTextureRef(texture), ImVec2(x, y), ImVec2(right, bottom))
 
 
 def _star(card: Card, state: BrowserState, corner: ImVec2, hovered: bool) -> None:

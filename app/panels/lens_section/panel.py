@@ -14,6 +14,7 @@ import lensbench as lb
 from lensbench.app.panels.lens_section import cardinal_points as marks
 from lensbench.app.panels.lens_section import draw as drawing
 from lensbench.app.panels.lens_section.draw import Canvas
+from lensbench.app.panels.lens_section.ghost import draw_ghost, front_of, ghost_of
 from lensbench.app.panels.lens_section.links import FADED, draw_lit_surfaces, draw_pixel_fan, draw_ray, surfaces_at
 from lensbench.app.panels.lens_section.viewport import View, fitted
 from lensbench.app.state.build import design
@@ -50,11 +51,11 @@ class SectionState:
 
 
 def lens_section_panel(settings: Settings, state: SectionState, film_radius: float | None = None,
-                       links: Pointed | None = None) -> Settings:
+                       links: Pointed | None = None, other: Settings | None = None) -> Settings:
     """Draw the section in the rest of the window; returns the settings, changed by a drag of the stop or the film.
 
     film_radius: of the film point (mm) whose exit-pupil region is marked on the rear plane. links: what the mouse
-    points at in all panels; the surfaces under the mouse are set there.
+    points at in all panels; the surfaces under the mouse are set there. other: the settings A, while they are compared.
     """
     size = imgui.get_content_region_avail()
     if size.x < 24.0 or size.y < 24.0:
@@ -70,7 +71,8 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
         return settings
 
     links = links if links is not None else Pointed()
-    canvas = _canvas(settings, shown, corner, size, state)
+    ghost = ghost_of(other)
+    canvas = _canvas(settings, shown, ghost, corner, size, state)
     stop_handle, film_handle = _handles(shown, canvas)
     imgui.set_next_item_allow_overlap()
     imgui.invisible_button("Section canvas", size, imgui.ButtonFlags_.mouse_button_left
@@ -97,6 +99,8 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
 
     draw.push_clip_rect(corner, ImVec2(corner.x + size.x, corner.y + size.y), True)
     theme.small()
+    if ghost is not None:
+        draw_ghost(draw, shown, ghost, canvas)
     _draw(draw, settings, shown, canvas, film_radius, stop_lit, film_lit, film_handle is not None, links, state)
     if shown.lens is not None and not shown.lens.is_rotationally_symmetric:
         extent = imgui.calc_text_size(ONE_OF_TWO)
@@ -163,11 +167,13 @@ def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> 
     draw.add_text(imgui.get_font(), imgui.get_font_size(), at, theme.packed(theme.colours().dim), text, wrap)
 
 
-def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2, state: SectionState) -> Canvas:
+def _canvas(settings: Settings, shown: Sketch, ghost: Sketch | None, corner: ImVec2, size: ImVec2,
+            state: SectionState) -> Canvas:
     """The kept view; fitted again if lens, film or panel has changed, or if focusing has moved the film out of view."""
     line = imgui.get_text_line_height()
     key = (settings.lens, settings.focal_length, settings.camera, settings.film_width,
-           settings.film_height, size.x, size.y)
+           settings.film_height, size.x, size.y,
+           None if ghost is None else (round(ghost.film_z, 3), ghost.film_height, ghost.glass_radius))
     if state.film_z != shown.film_z and state.view is not None and not imgui.is_mouse_down(0):
         if not 0.0 < state.view.to_screen(ImVec2(0.0, 0.0), shown.film_z, 0.0).x < size.x:
             state.fitted_to = ()
@@ -175,6 +181,9 @@ def _canvas(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2, sta
     if state.view is None or state.fitted_to != key:
         front = min([0.0, *(float(ray.path[1][0]) for fan in shown.fans for ray in fan.rays)])
         half = max(shown.film_height / settings.crop, 1.1 * shown.glass_radius)
+        if ghost is not None:
+            front = min(front, front_of(shown, ghost))
+            half = max(half, ghost.film_height, 1.1 * ghost.glass_radius)
         state.view = fitted(size.x, size.y, front, shown.film_z, half, 0.8 * line)
         state.fitted_to = key
     return Canvas(corner.x, corner.y, size.x, size.y, state.view, state.memo)
