@@ -11,6 +11,8 @@ from lensbench.app.state.setting import spec
 from lensbench.app.state.text_values import read_aperture, read_close, read_zoom
 from lensbench.kernels.quotation import escaped
 
+LENS_HELP = "a lens of the library (see `lensbench lenses`), a lens file, or an exported picture with its settings"
+
 
 def option(read: Callable[[str], Any]) -> Callable[[str], Any]:
     """A reader for argparse, whose message reaches the user."""

@@ -7,22 +7,17 @@ LENSBENCH_DEBUG is set; 130 for Ctrl-C. Each command imports the heavy modules t
 import argparse
 import ctypes
 import os
-import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from time import perf_counter
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from lensbench.app.command.errors import UsageError
-from lensbench.app.command.output import print_json, progress
-from lensbench.kernels.figures import fixed
 from lensbench.kernels.quotation import escaped
 
 SCREENSHOT = "lensbench-window.png"     # where there is no display
 LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libXext.so.6")
 PACKAGES = "libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6"     # that bring them, on Debian and Ubuntu
-LENS_HELP = "a lens of the library (see `lensbench lenses`), a lens file, or an exported picture with its settings"
 
 
 class _Parser(argparse.ArgumentParser):
@@ -101,7 +96,7 @@ def _mistakes() -> tuple[type[Exception], ...]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    from lensbench.app.command import chart, check, info, lens_files, library, light_field, stability
+    from lensbench.app.command import chart, check, info, lens_files, library, light_field, render, stability
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
                      "section. Without a command it opens the bench.")
@@ -109,7 +104,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for name, run, add, summary in (
             ("view", _view, _add_view_options, "Open the bench on a lens and a scene."),
-            ("render", _render, _add_render_options, "Render a picture through a lens."),
+            ("render", render.render, render.add_render_options, "Render a picture, or the frames of one that moves."),
             ("info", info.info, info.add_info_options,
              "Print provenance, first-order data, glasses and check of a lens."),
             ("lenses", library.library, library.add_library_options, "List the lenses of the library."),
@@ -130,31 +125,13 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_view_options(parser: argparse.ArgumentParser) -> None:
+    from lensbench.app.command.lens_options import LENS_HELP
     from lensbench.app.command.options import add_picture_options
 
     parser.add_argument("lens", nargs="?", metavar="LENS", help=LENS_HELP)
     add_picture_options(parser)
     parser.add_argument("--screenshot", metavar="FILE.png",
                         help="write a picture of the whole window and end; needs no display")
-
-
-def _add_render_options(parser: argparse.ArgumentParser) -> None:
-    from lensbench.app.command.lens_options import option
-    from lensbench.app.command.options import add_picture_options
-    from lensbench.app.state.text_values import read_count
-
-    add = parser.add_argument
-    add("lens", nargs="?", metavar="LENS",
-        help=f"{LENS_HELP}; not needed with --settings, or for a --camera without a lens")
-    add_picture_options(parser)
-    add("-o", "--output", required=True, metavar="FILE",
-        help="developed picture (.png, .ppm) or linear light (.exr, .pfm)")
-    add("--bits", type=int, choices=(8, 16), default=8, help="depth of a PNG or PPM")
-    add("--text", action="store_true", help="write a PPM as numbers in text (P3)")
-    add("--save-settings", metavar="FILE.toml",
-        help="write the settings too, to be read by --settings or changed by hand")
-    add("--threads", type=option(read_count), metavar="N", help="threads; one a core by default")
-    add("--json", action="store_true", help="print the result as JSON")
 
 
 def _view(arguments: argparse.Namespace) -> int:
@@ -195,44 +172,6 @@ def _loads(library: str) -> bool:
     except OSError:
         return False
     return True
-
-
-def _render(arguments: argparse.Namespace) -> int:
-    from lensbench.app.command.options import settings_from
-    from lensbench.app.files.export import export_render
-    from lensbench.app.files.settings_file import save_settings
-    from lensbench.app.state.auto_model import choice_summary, record
-    from lensbench.app.state.camera_kinds import CAMERA_KINDS
-    from lensbench.app.workers.warm_cache import compiling_ahead
-
-    needs_lens = CAMERA_KINDS[arguments.camera or "lens"].has_lens
-    if needs_lens and arguments.lens is None and arguments.settings is None:
-        raise UsageError("which LENS? Name one, an exported picture, or --settings (see lensbench render --help)")
-    settings = settings_from(arguments)
-    if arguments.save_settings is not None:
-        save_settings(arguments.save_settings, settings)
-    # Let a termination unwind, so that a half-written file is removed
-    former = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
-    started = perf_counter()
-    chosen: list[Any] = []                              # the choice of the automatic model, if any
-    try:
-        with compiling_ahead(settings.scene), progress() as show:
-            export_render(settings, arguments.output, bits=arguments.bits, progress=show, threads=arguments.threads,
-                          text=arguments.text, on_choice=chosen.append)
-    finally:
-        signal.signal(signal.SIGTERM, former)
-    seconds = perf_counter() - started
-    across, down = settings.pixels_x, settings.pixels_y
-    if arguments.json:
-        print_json({"path": arguments.output, "pixels": [across, down], "samples": settings.samples,
-                    "seconds": seconds, "samples_per_second": across * down * settings.samples / seconds,
-                    "chosen": record(chosen[0]) if chosen else None})
-    else:
-        each = f"{settings.samples} sample{'s' if settings.samples > 1 else ''} each"
-        print(f"{arguments.output}: {across} × {down} pixels, {each}, {fixed(seconds, 1)} s")
-        if chosen:
-            print(", ".join(choice_summary(chosen[0], None)))
-    return 0
 
 
 if __name__ == "__main__":

@@ -14,13 +14,9 @@ import secrets
 import struct
 import zlib
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
-from threading import Event
-from time import perf_counter
 from typing import BinaryIO
 
 import numpy as np
@@ -30,11 +26,9 @@ from lensbench.app.files import netpbm
 from lensbench.app.files.exr_header import SIGNATURE as EXR_SIGNATURE
 from lensbench.app.files.exr_header import HeaderError, exr_attribute
 from lensbench.app.state import tone
-from lensbench.app.state.auto_model import is_automatic, record
-from lensbench.app.state.build import camera
+from lensbench.app.state.auto_model import record
 from lensbench.app.state.exposure import exposed
 from lensbench.app.state.false_colours import aov_codes
-from lensbench.app.state.scene_file import find_scene
 from lensbench.app.state.settings import CHOSEN, Settings
 from lensbench.kernels.quotation import MOST, cut, escaped
 
@@ -45,7 +39,6 @@ KEY = "lensbench"                       # of the settings in a picture's metadat
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 MAX_TEXT = 1 << 20                      # bytes of settings that a picture may carry
 BAND = 64                               # rows that are tone-mapped at once
-PASS_SECONDS = 0.2                      # of rendering between two steps of the progress
 
 
 class ExportError(ValueError):
@@ -137,65 +130,6 @@ def settings_of(text: str, path: Path, say: Callable[[str], object] = lambda tex
         return Settings.from_dict(plain, lambda note: say(f"{path}: {note}"))
     except ValueError as error:
         raise ExportError(f"{path}: {error}") from error
-
-
-def export_render(settings: Settings, path: str | Path, size: tuple[int, int] | None = None, samples: int | None = None,
-                  bits: int = 8, progress: Callable[[float], object] = lambda fraction: None,
-                  cancelled: Callable[[], bool] = lambda: False, threads: int | None = None,
-                  text: bool = False, on_choice: Callable[[lb.Choice], object] = lambda choice: None) -> bool:
-    """Render the settings at a size (pixels across, down) and a number of samples, and save the picture.
-
-    The automatic model is chosen for that size; `on_choice` receives the choice. `progress` receives the finished
-    part, 0 to 1; the rendering threads call `cancelled` many times a second. Returns False after a cancellation:
-    nothing is written then. The path is tried before the work begins.
-    """
-    path = Path(path)
-    checked_place(path, text)
-    check_writable(path)
-    across, down = size or (settings.pixels_x, settings.pixels_y)
-    settings = replace(settings, pixels_x=across, pixels_y=down, samples=samples or settings.samples).checked()
-    chosen: list[lb.Choice] = []
-    image = render(settings, progress, cancelled, threads, chosen.append)
-    if image is None:
-        return False
-    for choice in chosen:
-        on_choice(choice)
-    save_picture(path, image, settings, bits, text, chosen[0] if chosen else None)
-    return True
-
-
-def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
-           cancelled: Callable[[], bool] = lambda: False, threads: int | None = None,
-           on_choice: Callable[[lb.Choice], object] = lambda choice: None) -> np.ndarray | None:
-    """Render all samples of the settings: (h, w, 3) float32 linear, or None after a cancellation.
-
-    `on_choice` receives the choice of the automatic model.
-    """
-    view, scene = camera(settings), find_scene(settings.scene)
-    if is_automatic(settings):
-        assert isinstance(view, lb.LensCamera)
-        choice = lb.choose_model(view, scene)
-        view = choice.applied(view)
-        on_choice(choice)
-    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view,
-                             light_tracing=settings.light_tracing)
-    threads = threads or os.cpu_count() or 1
-    stopped = Event()
-    batch = 1
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            while rendering.samples < settings.samples:
-                progress(rendering.samples / settings.samples)
-                started = perf_counter()
-                batch = min(batch, settings.samples - rendering.samples)
-                if not rendering.add(batch, pool, lambda: not (stopped.is_set() or cancelled()), threads):
-                    return None
-                if perf_counter() - started < 0.5 * PASS_SECONDS:
-                    batch *= 2
-        finally:
-            stopped.set()               # so that the threads end soon after Ctrl-C
-    progress(1.0)
-    return rendering.image()
 
 
 def checked_place(path: Path, text: bool = False) -> str:

@@ -42,7 +42,7 @@ def load_light_field(path: str | Path, say: Callable[[str], object] = lambda tex
 
     `say` receives a sentence if the settings have names of an earlier version.
     """
-    found, settings = load_arrays(Path(path), "light field", "capture", _wanted, _fit, say)
+    found, settings = load_arrays(Path(path), "light field", "lightfield capture", _wanted, _fit, say)
     try:
         return _of_sensor(found, settings) if "raw" in found else _of_views(found, settings)
     except lb.LightFieldError as error:

@@ -30,7 +30,7 @@ def load_lumigraph(path: str | Path, say: Callable[[str], object] = lambda text:
 
     `say` receives a sentence if the settings have names of an earlier version.
     """
-    found, settings = load_arrays(Path(path), "lumigraph", "array",
+    found, settings = load_arrays(Path(path), "lumigraph", "lightfield array",
                                   lambda names: set() if set(ARRAYS) - names else set(ARRAYS), _fit, say)
     pictures, nearness, spacing, distance = (found[name] for name in ARRAYS)
     if not min(float(spacing), float(distance)) > 0.0:

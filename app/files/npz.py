@@ -93,7 +93,7 @@ def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], 
                 members = _members(archive)
                 known = wanted(set(members)) if SETTINGS in members else set()
                 if not known:
-                    raise ExportError(f"{path}: this is no {what}; lensbench lightfield {maker} records one")
+                    raise ExportError(f"{path}: this is no {what}; lensbench {maker} records one")
                 if strange := sorted(set(members) - known - set(TEXTS)):
                     raise DamagedError(f"it holds {excerpt(strange[0])}, which no {what} has")
                 if CHECKSUM in members and _text(archive, members[CHECKSUM]) != _checksum(

@@ -15,7 +15,7 @@ from typing import Any
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from imgui_bundle import portable_file_dialogs as native
 
-from lensbench.app.files.export import export_render
+from lensbench.app.files.picture_render import export_render
 from lensbench.app.panels.task_progress import task_progress
 from lensbench.app.state.constraints import with_longer_side
 from lensbench.app.state.request import Request
@@ -294,7 +294,7 @@ class ExportDialog:
     def _export(self, settings: Settings, path: Path, bits: int) -> Task[bool]:
         """Begin to export; the result of the task is whether there is a file."""
         def work(task: Task[bool]) -> bool:
-            return export_render(settings, path, None, None, bits, task.report, lambda: task.cancelled)
+            return export_render(settings, path, bits, task.report, lambda: task.cancelled) is not None
 
         return Task(f"Rendering {path.name}", work, self._wake)
 

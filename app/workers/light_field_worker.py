@@ -275,7 +275,7 @@ def _save(path: Path, recording: Recorded) -> str:
 
 def _compared(task: Task, field_picture: FieldPicture) -> Compared | None:
     """The camera's own picture; None after a cancellation."""
-    from lensbench.app.files.export import render
+    from lensbench.app.files.picture_render import render
     from lensbench.app.state.picture_statistics import decibels
 
     look, recording = field_picture.look, field_picture.recording
@@ -286,7 +286,8 @@ def _compared(task: Task, field_picture: FieldPicture) -> Compared | None:
             camera, scene, look.view, radius(look, recording.field), COMPARED, settings.seed,
             recording.of_moment(look), task.report)
     else:
-        image = render(settings, task.report, lambda: task.cancelled)
+        rendered = render(settings, task.report, lambda: task.cancelled)
+        image = rendered and rendered.image
     return None if image is None else Compared(field_picture, image, settings, decibels(field_picture.image, image))
 
 

@@ -16,7 +16,7 @@ of a pixel and nothing hides a part of the light; elsewhere one ray is one ray.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from itertools import count, islice
 from typing import NamedTuple
@@ -135,6 +135,22 @@ class LightImage:
     def image(self) -> np.ndarray:
         """The mean of the passes so far: (h, w, 3)."""
         return self._sums.reshape(self._down, self._across, 3) * np.float32(1.0 / max(self._passes, 1))
+
+    def add_to(self, picture: np.ndarray) -> None:
+        """Add the mean of the passes so far to a picture (h, w, 3), line by line: a large one has no room to spare."""
+        share = np.float32(1.0 / max(self._passes, 1))
+        for line, sums in zip(picture, self._sums.reshape(self._down, self._across, 3), strict=True):
+            line += sums * share
+
+    @property
+    def state(self) -> dict[str, np.ndarray]:
+        """The sums so far, by name, for `restore`."""
+        return {"light_passes": np.int64(self._passes), "light_sums": self._sums}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from such sums."""
+        self._passes = int(state["light_passes"])
+        self._sums[:] = state["light_sums"]
 
     def layer(self) -> LightLayer | None:
         """Rays of the first pass, for another picture; None if several passes were added at once, or for too many."""

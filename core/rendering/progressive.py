@@ -1,7 +1,7 @@
 """Progressive pictures: a camera and a scene become one list of stages, run over the film band by band."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from itertools import count
 
@@ -189,6 +189,41 @@ class Rendering:
         image = self._light_image
         return frozenset() if image is None else frozenset(light.number for light in image.lights)
 
+    @property
+    def state(self) -> dict[str, np.ndarray]:
+        """The sums so far, by name: `restore` of another rendering of the same arguments goes on with them.
+
+        A borrowed layer of light is not among them.
+        """
+        found = {"samples": np.int64(self.samples), "sums": self._sums}
+        if self._arrived is not None:
+            found["arrived"] = self._arrived
+        return found | ({} if self._light_image is None or self._light_image.is_empty else self._light_image.state)
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from the sums of a rendering of the same arguments.
+
+        Parameters
+        ----------
+        state
+            As `state` gave them.
+
+        Raises
+        ------
+        ValueError
+            For sums of another picture; the rendering is then unchanged.
+        """
+        own = self.state
+        if own.keys() != state.keys() or any(
+                (value.shape, value.dtype) != (state[name].shape, state[name].dtype) for name, value in own.items()):
+            raise ValueError("these are sums of another picture")
+        self.samples = int(state["samples"])
+        self._sums[:] = state["sums"]
+        if self._arrived is not None:
+            self._arrived[:] = state["arrived"]
+        if self._light_image is not None:
+            self._light_image.restore(state)
+
     def _is_uncoloured(self, samples: int) -> bool:
         """Whether the next samples are of the d line alone, all channels at once."""
         return not self._disperses or self.samples + samples == 1
@@ -275,9 +310,11 @@ class Rendering:
         ndarray
             float32 (h, w, 3), linear RGB, the top row first; a fresh array.
         """
-        mean, light = self.camera_image(), self.light()
-        if light is not None:
-            mean += light
+        mean = self.camera_image()
+        if self._borrowed_image is not None:
+            mean += self._borrowed_image
+        elif self._light_image is not None and not self._light_image.is_empty:
+            self._light_image.add_to(mean)
         return mean.astype(np.float32, copy=False)
 
     def camera_image(self) -> np.ndarray:

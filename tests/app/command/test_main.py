@@ -10,6 +10,7 @@ import types
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -17,7 +18,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command import options
 from lensbench.app.command.main import main
-from lensbench.app.files import export
+from lensbench.app.files import picture_render
 from lensbench.app.files.export import read_settings, save_picture
 from lensbench.app.state import text_values
 from lensbench.app.state.lens_choice import with_lens
@@ -43,7 +44,13 @@ def viewed(monkeypatch):
 def rendered(monkeypatch):
     """What `lensbench render` hands to the export, in place of rendering."""
     calls = []
-    monkeypatch.setattr(export, "export_render", lambda settings, path, **rest: calls.append((settings, path, rest)))
+    def export_render(settings, path, bits, progress, **rest):
+        calls.append((settings, str(path), {"bits": bits, **rest}))
+        progress(0.5)
+        image = np.zeros((settings.pixels_y, settings.pixels_x, 3), np.float32)
+        return picture_render.Rendered(image, settings.samples, None, None)
+
+    monkeypatch.setattr(picture_render, "export_render", export_render)
     return calls
 
 
@@ -237,10 +244,6 @@ def test_a_picture_is_rendered_with_figures_and_no_bar_off_a_terminal(tmp_path, 
 
 
 def test_the_bar_is_drawn_on_a_terminal_and_cleared(rendered, monkeypatch, capsys):
-    def half(settings, path, progress, **rest):
-        progress(0.5)
-
-    monkeypatch.setattr(export, "export_render", half)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     assert main(["render", LENS, "-o", "x.png"]) == 0
     err = capsys.readouterr().err

@@ -9,8 +9,6 @@ import struct
 import subprocess
 import sys
 import zlib
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import OpenEXR
@@ -20,7 +18,7 @@ from hypothesis import settings as profile
 from hypothesis import strategies as st
 from PIL import Image
 
-from lensbench.app.files.export import ExportError, develop, export_render, read_settings, save_picture
+from lensbench.app.files.export import ExportError, develop, read_settings, save_picture
 from lensbench.app.state.settings import VERSION, Settings
 
 SETTINGS = Settings(lens="pbrt-dgauss-50mm", focus_distance=math.inf, f_number=None, position=(1.0, -2.0, 3.5),
@@ -249,58 +247,3 @@ def test_the_old_file_survives_a_kill_amid_the_writing(tmp_path):
         assert running.stdout.readline() == "writing\n"
         running.send_signal(signal.SIGKILL)
     assert path.read_bytes() == b"the old file"
-
-
-# Rendering into a file
-
-
-SMALL = replace(Settings(), pixels_x=24, pixels_y=16, samples=3)
-
-
-def test_an_export_renders_its_size_and_samples_and_says_so_in_the_settings(tmp_path):
-    told = []
-    assert export_render(SMALL, tmp_path / "a.png", size=(30, 20), samples=5, progress=told.append)
-    with Image.open(tmp_path / "a.png") as read:
-        assert read.size == (30, 20)
-    assert read_settings(tmp_path / "a.png") == replace(SMALL, pixels_x=30, pixels_y=20, samples=5)
-    assert told == sorted(told) and told[0] == 0.0 and told[-1] == 1.0
-
-
-def test_the_same_settings_export_the_same_picture_bit_for_bit_on_any_number_of_threads(tmp_path):
-    for threads in (1, 3):
-        export_render(SMALL, tmp_path / f"{threads}.exr", threads=threads)
-    one, three = (OpenEXR.File(str(tmp_path / f"{threads}.exr")).channels()["RGB"].pixels for threads in (1, 3))
-    np.testing.assert_array_equal(one, three)
-    assert np.isfinite(one).all() and one.max() > 0.0
-
-
-def test_a_cancelled_export_writes_nothing(tmp_path):
-    asked = []
-
-    def cancelled():
-        asked.append(True)
-        return len(asked) > 3
-
-    (tmp_path / "a.png").write_bytes(b"the old file")
-    assert not export_render(replace(SMALL, samples=10_000), tmp_path / "a.png", cancelled=cancelled)
-    assert os.listdir(tmp_path) == ["a.png"]
-    assert (tmp_path / "a.png").read_bytes() == b"the old file"
-
-
-def test_a_folder_that_may_not_be_written_to_is_said_before_anything_is_rendered(tmp_path, monkeypatch):
-    def forbidden(path):                    # as the system answers; the tests may run as one who may write anywhere
-        raise PermissionError(13, "Permission denied")
-
-    told = []
-    (tmp_path / "a.png").write_bytes(b"the old file")
-    monkeypatch.setattr(Path, "touch", forbidden)
-    with pytest.raises(ExportError, match=r"a\.png: Permission denied: nothing was written"):
-        export_render(SMALL, tmp_path / "a.png", progress=told.append)
-    assert not told and (tmp_path / "a.png").read_bytes() == b"the old file"
-
-
-def test_an_export_that_cannot_be_written_fails_before_it_renders(tmp_path):
-    told = []
-    with pytest.raises(ExportError, match="there is no folder"):
-        export_render(SMALL, tmp_path / "no" / "a.png", progress=told.append)
-    assert not told

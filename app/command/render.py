@@ -1,0 +1,182 @@
+"""The command `lensbench render`: one picture, or the frames of a camera or scene that moves."""
+
+import argparse
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from lensbench.app.command.errors import UsageError
+from lensbench.app.command.output import print_json, progress
+from lensbench.kernels.figures import fixed, significant
+
+if TYPE_CHECKING:
+    from lensbench.app.files.picture_render import Rendered
+    from lensbench.app.state.settings import Settings
+
+MOST_SAMPLES = 1 << 16          # where the noise is to end the render and no number of samples is given
+MOST_FRAMES = 100_000
+
+
+def add_render_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench render`."""
+    from lensbench.app.command.lens_options import LENS_HELP, option
+    from lensbench.app.command.options import add_picture_options
+    from lensbench.app.state.text_values import read_count, read_percent
+
+    add = parser.add_argument
+    add("lens", nargs="?", metavar="LENS",
+        help=f"{LENS_HELP}; not needed with --settings, or for a --camera without a lens")
+    add_picture_options(parser)
+    add("-o", "--output", required=True, metavar="FILE",
+        help="developed picture (.png, .ppm) or linear light (.exr, .pfm)")
+    add("--bits", type=int, choices=(8, 16), default=8, help="depth of a PNG or PPM")
+    add("--text", action="store_true", help="write a PPM as numbers in text (P3)")
+    add("--until-noise", type=option(read_percent), metavar="PART",
+        help="render until the noise of the developed picture is at most this part of white, such as 1%%; --samples "
+             f"are then the most, {MOST_SAMPLES} by default")
+    add("--resume", action="store_true",
+        help="keep the samples beside the picture, in FILE.part.npz, while it is rendered and when Ctrl-C or a "
+             "termination stops it; go on from such a file. With --frames, leave out the frames that are there")
+    add("--frames", type=option(read_count), metavar="N",
+        help="render so many frames, evenly spaced over --duration, to FILE-0001 and so on; camera or scene must move")
+    add("--save-settings", metavar="FILE.toml",
+        help="write the settings too, to be read by --settings or changed by hand")
+    add("--threads", type=option(read_count), metavar="N", help="threads; one a core by default")
+    add("--json", action="store_true", help="print the result as JSON")
+
+
+def render(arguments: argparse.Namespace) -> int:
+    """Render what the arguments ask for; the exit code."""
+    from lensbench.app.command.options import settings_from
+    from lensbench.app.files.picture_render import export_render, kept_path
+    from lensbench.app.files.settings_file import save_settings
+    from lensbench.app.state.camera_kinds import CAMERA_KINDS
+    from lensbench.app.workers.warm_cache import compiling_ahead
+
+    needs_lens = CAMERA_KINDS[arguments.camera or "lens"].has_lens
+    if needs_lens and arguments.lens is None and arguments.settings is None:
+        raise UsageError("which LENS? Name one, an exported picture, or --settings (see lensbench render --help)")
+    settings = settings_from(arguments)
+    if arguments.until_noise is not None and arguments.samples is None:
+        settings = replace(settings, samples=MOST_SAMPLES)
+    if arguments.save_settings is not None:
+        save_settings(arguments.save_settings, settings)
+    pictures = [(settings, Path(arguments.output))]
+    if arguments.frames is not None:
+        pictures = frames(settings, Path(arguments.output), arguments.frames)
+    begun = perf_counter()
+    done: list[dict[str, Any]] = []
+    with compiling_ahead(settings.scene), progress() as show, _stop_signals(arguments.resume) as signals:
+        for i, (picture, path) in enumerate(pictures):
+            if arguments.resume and arguments.frames is not None and _is_there(picture, path):
+                continue
+            started = perf_counter()
+            found = export_render(picture, path, arguments.bits, partial(_show_part, show, i, len(pictures)),
+                                  threads=arguments.threads, text=arguments.text, noise=arguments.until_noise,
+                                  resume=arguments.resume, stopping=lambda: bool(signals))
+            if found is None:
+                which = f"in picture {i + 1} of {len(pictures)}, " if len(pictures) > 1 else ""
+                print(f"lensbench: stopped {which}after {fixed(perf_counter() - begun, 0)} s; the samples are in "
+                      f"{kept_path(path)}, and the same command goes on from there", file=sys.stderr)
+                return 128 + signals[0]
+            done.append(_figures(path, found, arguments.until_noise, perf_counter() - started))
+            if not arguments.json:
+                print(_summary(done[-1], found))
+    if arguments.json:
+        print_json(done[0] if arguments.frames is None else done)
+    elif len(done) < len(pictures):
+        print(f"{len(pictures) - len(done)} of {len(pictures)} frames were there already")
+    return 0
+
+
+def frames(settings: "Settings", path: Path, count: int) -> list[tuple["Settings", Path]]:
+    """The frames of a sequence: settings and path of each.
+
+    They begin at the moment of the settings and are evenly spaced up to their duration, so that one more frame
+    would be at its end. UsageError where nothing moves.
+    """
+    from lensbench.app.state.text_values import format_time
+
+    if not 2 <= count <= MOST_FRAMES:
+        raise UsageError(f"--frames {count}: 2 to {MOST_FRAMES} frames make a sequence")
+    if not settings.moves:
+        raise UsageError("--frames: nothing moves. Give the camera a second keyframe (--end-position), or choose a "
+                         "scene that moves, such as fairground")
+    if settings.moment >= settings.duration:
+        raise UsageError(f"--frames: --moment {format_time(settings.moment)} is not before the end, --duration "
+                         f"{format_time(settings.duration)}")
+    length, digits = settings.duration - settings.moment, max(4, len(str(count)))
+    return [(replace(settings, moment=settings.moment + length * i / count),
+             path.with_name(f"{path.stem}-{i + 1:0{digits}}{path.suffix}")) for i in range(count)]
+
+
+def _show_part(show: Callable[[float], object], i: int, count: int, part: float) -> None:
+    """Report the progress of picture i of so many."""
+    show((i + part) / count)
+
+
+def _is_there(settings: "Settings", path: Path) -> bool:
+    """Whether a frame has been rendered: a picture of these settings, of any number of samples."""
+    from lensbench.app.files.export import ExportError, read_settings
+
+    try:
+        return path.exists() and replace(read_settings(path), samples=settings.samples) == settings
+    except ExportError:                     # a picture of something else, which is rendered over
+        return False
+
+
+@contextmanager
+def _stop_signals(kept: bool) -> Iterator[list[int]]:
+    """The signals that have asked for an end: Ctrl-C and a termination, where samples are kept.
+
+    The first one lets the present pass of samples end, the next one ends at once. Where nothing is kept, Ctrl-C
+    interrupts as usual, and a termination unwinds, so that a half-written file is removed.
+    """
+    asked: list[int] = []
+
+    def handle(number: int, frame: object) -> None:
+        if kept and not asked:
+            asked.append(number)
+            return
+        if number == signal.SIGINT:
+            raise KeyboardInterrupt
+        sys.exit(128 + number)
+
+    former = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield asked
+    finally:
+        for number, handler in former.items():
+            signal.signal(number, handler)
+
+
+def _figures(path: Path, found: "Rendered", wanted: float | None, seconds: float) -> dict[str, Any]:
+    from lensbench.app.state.auto_model import record
+
+    down, across = found.image.shape[:2]
+    return {"path": str(path), "pixels": [across, down], "samples": found.samples, "seconds": seconds,
+            "samples_per_second": across * down * found.samples / seconds, "noise": found.noise,
+            "noise_reached": None if wanted is None else found.noise is not None and found.noise <= wanted,
+            "chosen": found.choice and record(found.choice)}
+
+
+def _summary(figures: dict[str, Any], found: "Rendered") -> str:
+    """The figures of a picture in a line, and the choice of its model in another."""
+    from lensbench.app.state.auto_model import choice_summary
+
+    across, down = figures["pixels"]
+    words = [f"{across} × {down} pixels", f"{found.samples} sample{'s' if found.samples > 1 else ''} each",
+             f"{fixed(figures['seconds'], 1)} s"]
+    if found.noise is not None:
+        words.append(f"noise {significant(100.0 * found.noise, 2)} %"
+                     + ("" if figures["noise_reached"] else ", not yet what was wanted: give more --samples"))
+    lines = [f"{figures['path']}: {', '.join(words)}"]
+    if found.choice is not None:
+        lines.append(", ".join(choice_summary(found.choice, None)))
+    return "\n".join(lines)

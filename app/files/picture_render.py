@@ -1,0 +1,225 @@
+"""A picture rendered to a file: its samples, its noise, and what is kept so that a stopped render goes on.
+
+The kept samples are an .npz beside the picture, `kept_path`. It holds the sums of all samples so far, so that the
+finished picture is that of a render without a stop, bit for bit.
+"""
+
+import os
+import zlib
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from threading import Event
+from time import perf_counter
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.files.export import ExportError, check_writable, checked_place, develop, save_picture
+from lensbench.app.files.npz import TEXTS, load_arrays, save_arrays
+from lensbench.app.state.auto_model import is_automatic
+from lensbench.app.state.build import camera
+from lensbench.app.state.exposure import exposed
+from lensbench.app.state.scene_file import find_scene
+from lensbench.app.state.settings import Settings
+
+PASS_SECONDS = 0.2              # of rendering between two steps of the progress
+KEEP_SECONDS = 60.0             # between two writings of the kept samples
+FIRST_LOOK = 8                  # samples at the first estimate of the noise
+LEAST_STEP, MOST_STEP = 1.1, 2.0        # growth of the samples between two estimates
+
+
+def _never() -> bool:
+    return False
+
+
+@dataclass(frozen=True, eq=False)
+class Rendered:
+    """A rendered picture.
+
+    Parameters
+    ----------
+    image
+        (h, w, 3) float32, linear.
+    samples
+        Samples per pixel.
+    noise
+        Its noise, as `Noise` estimates it; None where nothing was asked for.
+    choice
+        Of the automatic model, if that was asked for.
+    """
+
+    image: np.ndarray
+    samples: int
+    noise: float | None
+    choice: lb.Choice | None
+
+
+class Noise:
+    """Noise of a picture while it is rendered: the root mean square error of its sRGB values, black 0 and white 1.
+
+    The samples before and after an earlier estimate are two pictures of the same scene, whose difference tells the
+    noise of their mean. Samples of a net are spread more evenly all together than in parts: the estimate is rather too
+    high.
+
+    Parameters
+    ----------
+    settings
+        For exposure and tone curve; the noise of a sensor is left out.
+    goal
+        Noise that is enough.
+    """
+
+    def __init__(self, settings: Settings, goal: float):
+        self._settings, self._goal = replace(settings, noise=False), goal
+        self._earlier: tuple[int, np.ndarray] | None = None
+        self.next_look = FIRST_LOOK         # samples
+        self.noise: float | None = None
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether the picture of the last estimate is as good as wanted."""
+        return self.noise is not None and self.noise <= self._goal
+
+    def look(self, rendering: lb.Rendering) -> None:
+        """Estimate the noise from the samples since the last look, and say when to look again."""
+        samples, image = rendering.samples, rendering.image()
+        grown = MOST_STEP
+        if self._earlier is not None:
+            before, earlier = self._earlier
+            later = (samples * image - before * earlier) / np.float32(samples - before)
+            apart = self._codes(later) - self._codes(earlier)
+            self.noise = float(np.sqrt(np.mean(apart**2, dtype=np.float64) / (
+                samples / before + samples / (samples - before))))
+            grown = min(max((self.noise / self._goal) ** 2, LEAST_STEP), MOST_STEP)
+        self._earlier = samples, image
+        self.next_look = int(np.ceil(grown * samples))
+
+    def _codes(self, image: np.ndarray) -> np.ndarray:
+        return develop(exposed(self._settings, image), self._settings).astype(np.float32)
+
+
+def export_render(settings: Settings, path: str | Path, bits: int = 8,
+                  progress: Callable[[float], object] = lambda fraction: None,
+                  cancelled: Callable[[], bool] = _never, threads: int | None = None, text: bool = False,
+                  noise: float | None = None, resume: bool = False,
+                  stopping: Callable[[], bool] = _never) -> Rendered | None:
+    """Render the settings and save the picture. The path is tried before the work begins.
+
+    Parameters
+    ----------
+    settings
+        Their size, and their samples or, with `noise`, these at the most.
+    path
+        Of the picture; the suffix is one of SUFFIXES.
+    bits, text
+        As for `save_picture`.
+    progress
+        Receives the finished part, 0 to 1.
+    cancelled
+        Called by the rendering threads many times a second.
+    threads
+        Number of threads; None: one for each core.
+    noise
+        Stop as soon as the noise (`Noise`) is at most this.
+    resume
+        Keep the samples in `kept_path` on the way and when stopped, and begin with those that are there.
+    stopping
+        Called after each pass of samples: whether to stop there.
+
+    Returns
+    -------
+    Rendered or None
+        None after a cancellation or a stop: no picture is written then.
+
+    Raises
+    ------
+    ExportError
+        For a path that cannot be written, and for kept samples of other settings or a damaged file of them.
+    """
+    path = Path(path)
+    checked_place(path, text)
+    check_writable(path)
+    settings = settings.checked()
+    kept = kept_path(path) if resume else None
+    rendered = render(settings, progress, cancelled, threads, noise, kept, stopping)
+    if rendered is None:
+        return None
+    save_picture(path, rendered.image, replace(settings, samples=rendered.samples), bits, text, rendered.choice)
+    if kept is not None:
+        kept.unlink(missing_ok=True)
+    return rendered
+
+
+def render(settings: Settings, progress: Callable[[float], object] = lambda fraction: None,
+           cancelled: Callable[[], bool] = _never, threads: int | None = None, noise: float | None = None,
+           kept: Path | None = None, stopping: Callable[[], bool] = _never) -> Rendered | None:
+    """Render all samples of the settings, as `export_render`; None after a cancellation or a stop.
+
+    kept: where samples are kept on the way.
+    """
+    view, scene, choice = camera(settings), find_scene(settings.scene), None
+    if is_automatic(settings):
+        assert isinstance(view, lb.LensCamera)
+        choice = lb.choose_model(view, scene)
+        view = choice.applied(view)
+    rendering = lb.Rendering(view, scene, seed=settings.seed, view=settings.sample_view,
+                             light_tracing=settings.light_tracing)
+    made_by = _maker(choice)
+    if kept is not None and kept.exists():
+        _restore(rendering, kept, settings, made_by)
+    meter = None if noise is None else Noise(settings, noise)
+    threads = threads or os.cpu_count() or 1
+    stopped = Event()
+    batch, since = 1, perf_counter()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            while rendering.samples < settings.samples and not (meter and meter.is_enough):
+                progress(rendering.samples / settings.samples)
+                started = perf_counter()
+                batch = min(batch, settings.samples - rendering.samples)
+                if meter and rendering.samples < meter.next_look:
+                    batch = min(batch, meter.next_look - rendering.samples)
+                if not rendering.add(batch, pool, lambda: not (stopped.is_set() or cancelled()), threads):
+                    return None
+                now = perf_counter()
+                if now - started < 0.5 * PASS_SECONDS:
+                    batch *= 2
+                if meter and rendering.samples >= meter.next_look:
+                    meter.look(rendering)
+                stop = stopping()
+                if kept is not None and (stop or now - since > KEEP_SECONDS):
+                    save_arrays(kept, settings, made_by=made_by, **rendering.state)
+                    since = perf_counter()
+                if stop:
+                    return None
+        finally:
+            stopped.set()               # so that the threads end soon after Ctrl-C
+    progress(1.0)
+    return Rendered(rendering.image(), rendering.samples, meter and meter.noise, choice)
+
+
+def kept_path(path: Path) -> Path:
+    """Where the samples of a picture are kept while it is rendered."""
+    return path.with_name(f"{path.name}.part.npz")
+
+
+def _maker(choice: lb.Choice | None) -> np.int64:
+    """Checksum of what besides the settings the samples depend on: the version, the choice of the automatic model."""
+    return np.int64(zlib.crc32(repr((version("lensbench"), choice and (choice.model, choice.degree))).encode()))
+
+
+def _restore(rendering: lb.Rendering, kept: Path, settings: Settings, made_by: np.int64) -> None:
+    """Begin with the kept samples; ExportError where they are not of this picture."""
+    arrays, former = load_arrays(kept, "render that was stopped", "render --resume",
+                                 lambda names: names - set(TEXTS) if "made_by" in names else set(),
+                                 lambda headers, former: True, lambda note: None)
+    if replace(former, samples=settings.samples) != settings or int(arrays.pop("made_by")) != made_by:
+        raise ExportError(f"{kept}: these are samples of other settings or of another version: remove the file, or "
+                          "render without --resume")
+    try:
+        rendering.restore(arrays)
+    except ValueError as error:
+        raise ExportError(f"{kept}: {error}: remove the file, or render without --resume") from error

@@ -1,0 +1,83 @@
+"""The command `lensbench render`: sequences, and renders that are stopped and go on."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from lensbench.app.command.main import main
+from lensbench.app.files.export import read_settings
+
+MOVING = ["render", "pbrt-dgauss-50mm", "--scene", "white-wall", "--end-position=1m,0,0", "--duration", "2s",
+          "--size", "12x8", "--samples", "1", "--threads", "1"]
+
+
+def test_frames_are_evenly_spaced_over_the_duration(tmp_path, capsys):
+    assert main([*MOVING, "--frames", "4", "--json", "-o", str(tmp_path / "a.png")]) == 0
+    names = [f"a-000{i}.png" for i in (1, 2, 3, 4)]
+    assert sorted(os.listdir(tmp_path)) == names
+    assert [os.path.basename(figures["path"]) for figures in json.loads(capsys.readouterr().out)] == names
+    assert [read_settings(tmp_path / name).moment for name in names] == [0.0, 0.5, 1.0, 1.5]
+
+
+def test_frames_that_are_there_are_left_out(tmp_path, capsys):
+    words = [*MOVING, "--frames", "3", "--resume", "-o", str(tmp_path / "a.png")]
+    assert main(words) == 0
+    (tmp_path / "a-0002.png").unlink()
+    kept = {name: (tmp_path / name).stat().st_mtime_ns for name in os.listdir(tmp_path)}
+    capsys.readouterr()
+    assert main(words) == 0
+    assert "2 of 3 frames were there already" in capsys.readouterr().out
+    assert {name: (tmp_path / name).stat().st_mtime_ns for name in kept} == kept
+    assert (tmp_path / "a-0002.png").exists()
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    (["--frames", "1"], "2 to 100000 frames make a sequence"),
+    (["--frames", "3", "--moment", "2s"], "is not before the end")])
+def test_sequences_that_cannot_be_are_one_line(tmp_path, capsys, words, message):
+    assert main([*MOVING, *words, "-o", str(tmp_path / "a.png")]) == 2
+    assert message in capsys.readouterr().err and not os.listdir(tmp_path)
+
+
+def test_frames_of_what_stands_still_are_refused(tmp_path, capsys):
+    still = ["render", "pbrt-dgauss-50mm", "--scene", "white-wall", "--frames", "3"]
+    assert main([*still, "-o", str(tmp_path / "a.png")]) == 2
+    assert "nothing moves" in capsys.readouterr().err
+
+
+def test_the_noise_that_was_reached_is_printed(tmp_path, capsys):
+    words = ["render", "pbrt-dgauss-50mm", "--scene", "white-wall", "--size", "12x8", "-o", str(tmp_path / "a.png")]
+    assert main([*words, "--until-noise", "5%", "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["noise_reached"] and figures["noise"] <= 0.05 and figures["samples"] < 64
+    assert main([*words, "--until-noise", "0.001%", "--samples", "16"]) == 0
+    assert "not yet what was wanted" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_keeps_the_samples_and_the_same_command_goes_on(tmp_path, number):
+    words = [sys.executable, "-m", "lensbench.app", "render", "pbrt-dgauss-50mm", "--size", "300x200",
+             "--threads", "1", "--resume", "-o", str(tmp_path / "a.png")]
+    # It says when it has begun: the first pass writes to the bar only on a terminal, so wait for the kernels here
+    subprocess.run([*words[:-1], str(tmp_path / "warm.png"), "--samples", "1"], check=True, capture_output=True)
+    with subprocess.Popen([*words, "--samples", "100000"], stderr=subprocess.PIPE, text=True) as running:
+        with pytest.raises(subprocess.TimeoutExpired):
+            running.wait(8.0)
+        running.send_signal(number)
+        error = running.communicate(timeout=60.0)[1]
+    assert running.returncode == 128 + number and "the same command goes on from there" in error
+    assert sorted(os.listdir(tmp_path)) == ["a.png.part.npz", "warm.png"]
+    with np.load(tmp_path / "a.png.part.npz") as kept:
+        samples = int(kept["samples"])
+    done = subprocess.run([*words, "--samples", str(samples + 1)], check=True, capture_output=True, text=True)
+    assert f"{samples + 1} samples each" in done.stdout
+    with Image.open(tmp_path / "a.png") as read:
+        assert read.size == (300, 200)
+    assert sorted(os.listdir(tmp_path)) == ["a.png", "warm.png"]

@@ -1,0 +1,173 @@
+"""Pictures rendered to files: the same bits however they are made, no half files, and an end at a wanted noise."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pytest
+from PIL import Image
+
+import lensbench as lb
+from lensbench.app.files.export import ExportError, develop, read_settings
+from lensbench.app.files.picture_render import Noise, export_render, kept_path, render
+from lensbench.app.state.settings import Settings
+
+SMALL = replace(Settings(), pixels_x=24, pixels_y=16, samples=3)
+
+
+def test_an_export_renders_its_samples_and_says_so_in_the_settings(tmp_path):
+    told = []
+    assert export_render(SMALL, tmp_path / "a.png", progress=told.append).samples == 3
+    with Image.open(tmp_path / "a.png") as read:
+        assert read.size == (24, 16)
+    assert read_settings(tmp_path / "a.png") == SMALL
+    assert told == sorted(told) and told[0] == 0.0 and told[-1] == 1.0
+
+
+def test_the_same_settings_export_the_same_picture_bit_for_bit_on_any_number_of_threads(tmp_path):
+    for threads in (1, 3):
+        export_render(SMALL, tmp_path / f"{threads}.exr", threads=threads)
+    one, three = (OpenEXR.File(str(tmp_path / f"{threads}.exr")).channels()["RGB"].pixels for threads in (1, 3))
+    np.testing.assert_array_equal(one, three)
+    assert np.isfinite(one).all() and one.max() > 0.0
+
+
+def test_a_cancelled_export_writes_nothing(tmp_path):
+    asked = []
+
+    def cancelled():
+        asked.append(True)
+        return len(asked) > 3
+
+    (tmp_path / "a.png").write_bytes(b"the old file")
+    assert not export_render(replace(SMALL, samples=10_000), tmp_path / "a.png", cancelled=cancelled)
+    assert os.listdir(tmp_path) == ["a.png"]
+    assert (tmp_path / "a.png").read_bytes() == b"the old file"
+
+
+def test_a_folder_that_may_not_be_written_to_is_said_before_anything_is_rendered(tmp_path, monkeypatch):
+    def forbidden(path):                    # as the system answers; the tests may run as one who may write anywhere
+        raise PermissionError(13, "Permission denied")
+
+    told = []
+    (tmp_path / "a.png").write_bytes(b"the old file")
+    monkeypatch.setattr(Path, "touch", forbidden)
+    with pytest.raises(ExportError, match=r"a\.png: Permission denied: nothing was written"):
+        export_render(SMALL, tmp_path / "a.png", progress=told.append)
+    assert not told and (tmp_path / "a.png").read_bytes() == b"the old file"
+
+
+def test_an_export_that_cannot_be_written_fails_before_it_renders(tmp_path):
+    told = []
+    with pytest.raises(ExportError, match="there is no folder"):
+        export_render(SMALL, tmp_path / "no" / "a.png", progress=told.append)
+    assert not told
+
+
+# A render that is stopped, and goes on
+
+LIT = replace(SMALL, scene="night-lights", samples=12)
+STOPPED = {"a picture": SMALL, "lights traced to the film": LIT, "means over what arrives": replace(SMALL, view="time"),
+           "a lens that disperses": replace(SMALL, dispersion="on", lens="lv-leica-summicron-m-50f2-v5")}
+
+
+def stops_after(passes):
+    asked = []
+    return lambda: len(asked) >= passes or asked.append(None) is None and len(asked) >= passes
+
+
+@pytest.mark.parametrize("name", STOPPED)
+def test_a_render_that_was_stopped_goes_on_to_the_same_bits(tmp_path, name):
+    settings, path = STOPPED[name], tmp_path / "a.exr"
+    assert export_render(settings, path, resume=True, stopping=stops_after(2)) is None
+    assert os.listdir(tmp_path) == [kept_path(path).name]
+    told = []
+    found = export_render(settings, path, resume=True, progress=told.append)
+    assert os.listdir(tmp_path) == ["a.exr"] and found.samples == settings.samples and told[0] > 0.0
+    np.testing.assert_array_equal(found.image, render(settings).image)
+
+
+def test_more_samples_may_be_wanted_of_a_stopped_render(tmp_path):
+    path = tmp_path / "a.exr"
+    export_render(SMALL, path, resume=True, stopping=stops_after(1))
+    more = replace(SMALL, samples=7)
+    np.testing.assert_array_equal(export_render(more, path, resume=True).image, render(more).image)
+
+
+def test_kept_samples_of_other_settings_are_refused_and_stay(tmp_path):
+    path = tmp_path / "a.exr"
+    export_render(SMALL, path, resume=True, stopping=stops_after(1))
+    kept = kept_path(path).read_bytes()
+    with pytest.raises(ExportError, match="of other settings or of another version: remove the file"):
+        export_render(replace(SMALL, seed=5), path, resume=True)
+    assert kept_path(path).read_bytes() == kept
+
+
+def test_a_damaged_file_of_kept_samples_is_refused(tmp_path):
+    path = tmp_path / "a.exr"
+    export_render(SMALL, path, resume=True, stopping=stops_after(1))
+    kept = kept_path(path)
+    kept.write_bytes(kept.read_bytes()[:-200])
+    with pytest.raises(ExportError, match="cut short"):
+        export_render(SMALL, path, resume=True)
+
+
+def test_sums_of_another_picture_are_refused_and_nothing_changes():
+    scene = lb.builtin_scene("white-wall")
+    small, large = (lb.Rendering(lb.PerspectiveCamera(lb.Film(36.0, 24.0, side, side)), scene) for side in (8, 40))
+    large.add(1, threads=1)
+    with pytest.raises(ValueError, match="another picture"):
+        small.restore(large.state)
+    assert small.samples == 0
+
+
+# The noise of a picture
+
+
+class Made:
+    """A rendering whose samples are known: white noise of a given strength about middle grey."""
+
+    def __init__(self, deviation):
+        self._random, self._deviation = np.random.default_rng(1), deviation
+        self._sum, self.samples = np.zeros((120, 120, 3)), 0
+
+    def add(self, samples):
+        for _ in range(samples):
+            self._sum += 0.2 + self._random.normal(0.0, self._deviation, self._sum.shape)
+        self.samples += samples
+
+    def image(self):
+        return (self._sum / self.samples).astype(np.float32)
+
+
+def test_the_noise_is_the_error_of_the_developed_picture():
+    settings, made = replace(SMALL, tone="none"), Made(0.02)
+    meter = Noise(settings, 1e-3)
+    looks = []
+    while not meter.is_enough:
+        made.add(meter.next_look - made.samples)
+        meter.look(made)
+        if meter.noise is not None:
+            truth = develop(np.full((1, 1, 3), 0.2, np.float32), settings)
+            error = np.sqrt(np.mean((develop(made.image(), settings) - truth) ** 2))
+            assert meter.noise == pytest.approx(error, rel=0.02)        # 43,000 numbers: 0.3 %, and as much again
+            looks.append(made.samples)
+    assert 300 < looks[-1] < 700            # 0.02 / √n in codes of slope 1.16: 540 samples bring it to 0.001
+
+
+def test_a_render_ends_at_a_wanted_noise_and_says_so(tmp_path):
+    settings = replace(SMALL, samples=4096)
+    found = export_render(settings, tmp_path / "a.png", noise=0.02)
+    assert 0.0 < found.noise <= 0.02 and found.samples < 4096
+    assert read_settings(tmp_path / "a.png").samples == found.samples
+    # The estimate is not too small: the picture is that near to one of many more samples
+    best = render(replace(settings, samples=4096, seed=9)).image
+    error = np.sqrt(np.mean((develop(found.image, settings) - develop(best, settings)) ** 2))
+    assert error < 1.2 * found.noise
+
+
+def test_samples_that_do_not_suffice_are_said():
+    found = render(replace(SMALL, samples=16), noise=1e-5)
+    assert found.samples == 16 and found.noise > 1e-5
