@@ -186,8 +186,9 @@ def _text(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> str:
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeader) -> np.ndarray:
     """The array of a member; DamagedError for other numbers than finite ones from 0."""
     values = np.empty(header.shape[::-1] if header.transposed else header.shape, header.kind)
-    into = memoryview(values.reshape(-1).view(np.uint8))
+    into = values.reshape(-1).view(np.uint8).data
     with archive.open(member) as file:
+        assert isinstance(file, zipfile.ZipExtFile)
         file.read(header.begins)
         at = 0
         while at < len(into):

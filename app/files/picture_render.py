@@ -198,7 +198,7 @@ def render(settings: Settings, progress: Callable[[float], object] = lambda frac
         finally:
             stopped.set()               # so that the threads end soon after Ctrl-C
     progress(1.0)
-    return Rendered(rendering.image(), rendering.samples, meter and meter.noise, choice)
+    return Rendered(rendering.image(), rendering.samples, meter.noise if meter is not None else None, choice)
 
 
 def kept_path(path: Path) -> Path:

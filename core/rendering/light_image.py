@@ -145,7 +145,7 @@ class LightImage:
     @property
     def state(self) -> dict[str, np.ndarray]:
         """The sums so far, by name, for `restore`."""
-        return {"light_passes": np.int64(self._passes), "light_sums": self._sums}
+        return {"light_passes": np.array(self._passes, np.int64), "light_sums": self._sums}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from such sums."""

@@ -195,7 +195,7 @@ class Rendering:
 
         A borrowed layer of light is not among them.
         """
-        found = {"samples": np.int64(self.samples), "sums": self._sums}
+        found = {"samples": np.array(self.samples, np.int64), "sums": self._sums}
         if self._arrived is not None:
             found["arrived"] = self._arrived
         return found | ({} if self._light_image is None or self._light_image.is_empty else self._light_image.state)
