@@ -192,10 +192,11 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeade
         file.read(header.begins)
         at = 0
         while at < len(into):
-            count = file.readinto(into[at:at + BLOCK])
-            if not count:
+            part = file.read(min(BLOCK, len(into) - at))
+            if not part:
                 raise DamagedError(f"{excerpt(member.filename)} ends early")
-            at += count
+            into[at:at + len(part)] = part
+            at += len(part)
         if file.read(1):                # at the end, where the CRC is checked
             raise DamagedError(f"{excerpt(member.filename)} is too long")
     if header.kind in FLOATS and values.size:
