@@ -3,8 +3,9 @@
 # make test-slow  run the rest, which are marked `slow`
 # make wheel      a wheel in dist/ with compiled kernels for x86-64-v3 and v4 (three minutes)
 # make lint       style (ruff) and types (mypy)
-# make fuzz       damage every sample lens file 2,000 times by bytes and 2,000 times by lines (half an hour;
+# make fuzz       damage every sample file of every reader 2,000 times in each way (half an hour;
 #                 LENSBENCH_LENS_FILES=FOLDER adds files of your own); the tests run a short form
+# make abuse      4,000 random commands of odd and impossible values (a quarter of an hour); the tests run a short form
 # make choices    choose the model of 400 random cameras: good enough, and the simplest that is? (ten minutes)
 # make peers      trace the same rays in rayoptics, Optiland and batoid, in an environment of its own
 #
@@ -15,7 +16,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6
 
-.PHONY: run test test-slow wheel lint fuzz choices peers needs clean
+.PHONY: run test test-slow wheel lint fuzz abuse choices peers needs clean
 
 run: $(VENV)/.installed
 	@$(BIN)/lensbench
@@ -45,6 +46,9 @@ lint: $(VENV)/.installed-test
 
 fuzz: $(VENV)/.installed-test
 	$(BIN)/python -m pytest trials/test_fuzz.py
+
+abuse: $(VENV)/.installed-test
+	$(BIN)/python -m pytest trials/test_abuse.py
 
 choices: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -s trials/test_choices.py

@@ -7,13 +7,14 @@ LENSBENCH_DEBUG is set; 130 for Ctrl-C. Each command imports the heavy modules t
 import argparse
 import ctypes
 import os
+import re
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
 from lensbench.app.command.errors import UsageError
-from lensbench.kernels.quotation import escaped
+from lensbench.kernels.quotation import MOST, cut, escaped
 
 SCREENSHOT = "lensbench-window.png"     # where there is no display
 LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libXext.so.6")
@@ -30,10 +31,14 @@ class _Parser(argparse.ArgumentParser):
         add, self.add_options = self.add_options, None
         if add is not None:
             add(self)
+        for argument in args or ():
+            if argument.startswith("--") and argument.endswith("=--"):         # argparse would make it an empty list
+                self.error(f"argument {argument[:-3]}: -- is no value")
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
-        raise UsageError(f"{message} (see {self.prog} --help)")
+        short = re.sub(rf"\S{{{MOST + 1},}}", lambda word: cut(word[0]), message)
+        raise UsageError(f"{cut(short, 20 * MOST)} (see {self.prog} --help)")
 
 
 class _Version(argparse.Action):

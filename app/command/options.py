@@ -31,13 +31,14 @@ from lensbench.app.state.settings import PICTURES, Settings, SettingsError
 from lensbench.app.state.text_values import read_angle
 from lensbench.app.state.zoom import asked_zoom
 from lensbench.kernels.figures import fixed
+from lensbench.kernels.quotation import cut
 
 
 def read_size(text: str) -> tuple[int, int]:
     """“960x640” in pixels across and down."""
     match = re.fullmatch(r"\s*(\d{1,9})\s*[x×]\s*(\d{1,9})\s*", text.lower())
     if match is None:
-        raise ValueError(f"“{text}”: type pixels across and down, such as 960x640")
+        raise ValueError(f"“{cut(text)}”: type pixels across and down, such as 960x640")
     return int(match[1]), int(match[2])
 
 
@@ -54,7 +55,7 @@ def read_film(text: str) -> tuple[float, float]:
         return float(match[1]), float(match[2])
     near = get_close_matches(_plain(text), plain, n=3, cutoff=0.3)
     names = [name for name in FORMATS if not near or _plain(name) in near]
-    raise ValueError(f"“{text}”: type a size in mm such as 36x24, or a format: {', '.join(names)}")
+    raise ValueError(f"“{cut(text)}”: type a size in mm such as 36x24, or a format: {', '.join(names)}")
 
 
 def _plain(name: str) -> str:

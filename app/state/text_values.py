@@ -8,7 +8,9 @@ import math
 import re
 
 from lensbench.kernels.figures import INFINITE, f_number_text, fixed, significant, true_minus
+from lensbench.kernels.quotation import cut
 
+LARGEST = 1e300                 # of a number that is read: no unit makes it infinite
 NUMBER = r"([-+−]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?)"
 
 
@@ -94,8 +96,11 @@ def read_number(pattern: str, text: str, example: str) -> tuple[float, str]:
     """Number and unit of a text, by a pattern in which # is the number; ValueError names the example."""
     match = re.fullmatch(pattern.replace("#", NUMBER), text.strip().lower())
     if match is None:
-        raise ValueError(f"“{text.strip()}”: type {example}")
-    return float(match[1].replace(",", ".").replace("−", "-")), match[2] if match.re.groups > 1 and match[2] else ""
+        raise ValueError(f"“{cut(text.strip())}”: type {example}")
+    number = float(match[1].replace(",", ".").replace("−", "-"))
+    if not abs(number) <= LARGEST:
+        raise ValueError(f"“{cut(text.strip())}”: this number is too large")
+    return number, match[2] if match.re.groups > 1 and match[2] else ""
 
 
 def read_distance(text: str) -> float:
@@ -137,7 +142,7 @@ def read_position(text: str) -> tuple[float, float, float]:
     """“0,0.2,-1.5m”: x, y, z in the world, in metres where no unit is given."""
     parts = text.split(",")
     if len(parts) != 3:
-        raise ValueError(f"“{text}”: type three distances with commas, such as 0,20cm,-1.5m")
+        raise ValueError(f"“{cut(text)}”: type three distances with commas, such as 0,20cm,-1.5m")
     x, y, z = (read_distance(part) for part in parts)
     return x, y, z
 
@@ -146,7 +151,7 @@ def read_part(text: str) -> float:
     """“25%”, “0.25”."""
     match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(%?)\s*", text)
     if match is None:
-        raise ValueError(f"“{text}”: type a part such as 25%")
+        raise ValueError(f"“{cut(text)}”: type a part such as 25%")
     return float(match[1]) / (100.0 if match[2] else 1.0)
 
 
@@ -163,7 +168,7 @@ def read_whole(text: str) -> int:
 def read_seed(text: str) -> int:
     """A whole number from 0 to 2³² − 1."""
     if not re.fullmatch(r"\s*\d{1,10}\s*", text) or int(text) >= 1 << 32:
-        raise ValueError(f"“{text}”: type a whole number from 0 to {(1 << 32) - 1}")
+        raise ValueError(f"“{cut(text)}”: type a whole number from 0 to {(1 << 32) - 1}")
     return int(text)
 
 
@@ -200,7 +205,7 @@ def read_light(text: str) -> float:
 
 def _whole(text: str, least: int) -> int:
     if not re.fullmatch(r"\s*\d{1,9}\s*", text) or int(text) < least:
-        raise ValueError(f"“{text}”: type a whole number of at least {least}")
+        raise ValueError(f"“{cut(text)}”: type a whole number of at least {least}")
     return int(text)
 
 
@@ -222,5 +227,5 @@ def _read_share(text: str, range_text: str) -> float:
     except ValueError:
         part = math.nan
     if not 0.0 <= part <= 1.0:
-        raise ValueError(f"“{text.strip()}”: type a number from {range_text}")
+        raise ValueError(f"“{cut(text.strip())}”: type a number from {range_text}")
     return part

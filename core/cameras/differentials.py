@@ -184,12 +184,13 @@ def spread_step(camera: CameraProtocol, real) -> Step:
     middle = [np.full(x.size, number) for number in (*camera.pupil_centre, 0.5)]
     given = {X: x, Y: y, U0: middle[0], U1: middle[1], TIME: middle[2]}
     rays = Program(camera.steps(), real).run(given, _RAY, x.size).astype(float)
-    slopes = ray_slopes(camera, given, real, D_LINE, camera.moves)
-    origin_slopes, direction_slopes = slopes[..., :3], slopes[..., 3:]
-    directions = rays[3:6].T
-    origin_slopes = origin_slopes - (origin_slopes * directions).sum(-1)[..., None] * directions    # across the ray
-    spread, foot = (np.sqrt((value**2).sum(-1).mean(0)) for value in (direction_slopes, origin_slopes))
-    foot = np.copysign(foot, (origin_slopes * direction_slopes).sum((0, 2)))
+    with np.errstate(invalid="ignore", over="ignore"):      # rays that do not arrive hold any numbers
+        slopes = ray_slopes(camera, given, real, D_LINE, camera.moves)
+        origin_slopes, direction_slopes = slopes[..., :3], slopes[..., 3:]
+        directions = rays[3:6].T
+        origin_slopes = origin_slopes - (origin_slopes * directions).sum(-1)[..., None] * directions    # across the ray
+        spread, foot = (np.sqrt((value**2).sum(-1).mean(0)) for value in (direction_slopes, origin_slopes))
+        foot = np.copysign(foot, (origin_slopes * direction_slopes).sum((0, 2)))
     seen = (rays[6] > 0.0) & np.isfinite(spread) & np.isfinite(foot)
     table = fill_gaps(np.where(seen, spread, math.nan).reshape(CELLS, CELLS))
     p = np.empty(SPREADS + CELLS * CELLS)

@@ -113,7 +113,8 @@ class FisheyeCamera(Camera):
             meridian = np.stack([-out[:, 0] * cosine, -out[:, 1] * cosine, sine], 1)
             ring = np.stack([out[:, 1], -out[:, 0], np.zeros(len(out))], 1)
             turn = -out[:, 1] if axis == 0 else out[:, 0]
-            slopes[axis, :, 3:] = (out[:, axis] * along)[:, None] * meridian + (turn * across)[:, None] * ring
+            with np.errstate(invalid="ignore"):         # at the rim of an orthographic one, dθ/dr is infinite
+                slopes[axis, :, 3:] = (out[:, axis] * along)[:, None] * meridian + (turn * across)[:, None] * ring
         return slopes
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:

@@ -54,6 +54,7 @@ SLACK = 1.05                # (r / semi-diameter)² up to which a ray beyond the
 HELD_OUT = 127              # rays on which the error is measured; with those of degree 9, one block of lanes
 EVENLY = 0.6                # exponent of the weights, from Chebyshev's (0) to shares of film and pupil area (1)
 SPREAD = (0.7548776662466927, 0.5698402909980532)       # whose multiples fill a square evenly: 1/ρ, 1/ρ² of ρ³ = ρ + 1
+OFF = 0.05                  # of the length of a fitted direction from 1; two steps of Newton's method leave 3e-5
 DRIFT_POINTS = 17           # film points at which the drift of the regions' centres is measured
 
 # Parameters of the stage: −film distance over the reach of the aim, (1 − drift) over that reach (1/mm), 1 / film radius
@@ -101,7 +102,8 @@ class Polynomial:
         Raises
         ------
         LensError
-            Another degree, a lens without rotational symmetry, or too little light for a fit.
+            Another degree, a lens without rotational symmetry, too little light for a fit, or directions that are far
+            from unit vectors.
         """
         if degree not in DEGREES:
             raise LensError(f"polynomial degree {degree}: choose one of {', '.join(map(str, DEGREES))}")
@@ -122,10 +124,15 @@ class Polynomial:
             raise LensError("too little light passes this lens for a polynomial to be fitted: open the stop")
         towards, points = fit_vector_fields(abc, weights, fields, n, low)
 
+        there, here = evaluate_polynomials(abc, towards, n), evaluate_polynomials(abc, points, low)
+        if not _holds(film / table.radius, v, there, here, nearness):
+            raise LensError(f"no polynomial of degree {degree} fits this lens on this film: choose another degree, "
+                            "a smaller film or the full trace")
+
         # Measure the error on the rays that were held out
-        held = np.ascontiguousarray(abc[:, len(shares):])
-        rms, worst = _errors(film, lines, v, table.radius, evaluate_polynomials(held, towards, n),
-                             evaluate_polynomials(held, points, low), nearness, len(shares))
+        held = slice(len(shares), None)
+        rms, worst = _errors(film, lines, v, table.radius, np.ascontiguousarray(there[:, held]),
+                             np.ascontiguousarray(here[:, held]), nearness, len(shares))
         scale = _film_scale(lens, fo, nearness, centre)
         p = np.empty(COEFFICIENTS + towards.size + points.size)
         p[DISTANCE_SHARE], p[DRIFT_SHARE] = -film_distance / reach, (1.0 - drift) / reach
@@ -265,6 +272,19 @@ def _errors(film, lines, v, radius, there, here, nearness, first):
             square = max(dx * dx + dy * dy + dz * dz, far)
             total, worst, seen = total + square, max(worst, square), seen + 1
     return (math.sqrt(total / seen), math.sqrt(worst)) if seen else (math.inf, math.inf)
+
+
+def _holds(u: np.ndarray, v: np.ndarray, there: np.ndarray, here: np.ndarray, nearness: float) -> bool:
+    """Whether the fitted directions are unit vectors but for OFF, which the stage normalises.
+
+    u (n,), v (2, n): film points and aims; there, here: as for `_errors`, of all rays. A fit that oscillates between
+    its rays, or whose equations are singular, gives vectors of any length, or nan.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        px, py, pz = here[0] * u + here[1] * v[0], here[1] * v[1], here[2]
+        x, y = there[0] * u + there[1] * v[0] - nearness * px, there[1] * v[1] - nearness * py
+        size = np.sqrt(x * x + y * y + (there[2] - nearness * pz) ** 2)
+    return bool((np.abs(size - 1.0) <= OFF).all())
 
 
 def _film_scale(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float:

@@ -282,7 +282,7 @@ def _object_of(lens: Lens, film_distance: float, image: Callable[[float], float]
     else:
         raise FocusError(f"no object has its image {fixed(film_distance, 3)} mm behind the last vertex")
     nearness = find_root(lambda nearness: image(nearness) - film_distance, 0.0, high)
-    return lens.length + film_distance + 1.0 / nearness
+    return lens.length + film_distance + (1.0 / nearness if nearness > 0.0 else inf)
 
 
 @lru_cache(maxsize=64)
@@ -372,6 +372,8 @@ def _check_distance(focus_distance: float, nearest: float) -> None:
 
 
 def _rounded_up(value: float) -> float:
-    """The value rounded up to four digits, so that a limit in a message is itself allowed."""
-    unit = 10.0 ** (floor(log10(value)) - 3)
+    """The value, of either sign, rounded up to four digits, so that a limit in a message is itself allowed."""
+    if value == 0.0:
+        return value
+    unit = 10.0 ** (floor(log10(abs(value))) - 3)
     return ceil(value / unit) * unit

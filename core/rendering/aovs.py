@@ -5,7 +5,8 @@ An AOV takes the samples of a picture through the same stages, and shows the mea
 direction   (d + 1) / 2 of the ray's unit direction d in the world
 origin      the point (mm, camera frame) where the ray leaves the lens
 time        when the sample was taken: 0 as the first row begins to open, 1 as the last row has closed
-depth       1 / distance (1/m) of the hit, from the camera's origin along −z; 0 for the sky
+depth       1 / distance (1/m) of the hit, from the camera's origin along −z; 0 for the sky. Of a camera that also
+            sees behind itself (`sees_behind`) the distance is that along the ray
 weight      the share of light that the camera passes, in the units of the camera's weights
 fate        1 (white) where a ray from anywhere in the lens's rear opening arrives in the scene, elsewhere
             the colour of the surface that ended the ray: see `fate_colours`
@@ -46,6 +47,7 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.concentric_map import concentric_disk
+from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.prescription import Lens
 from lensbench.scenery.intersect.sky import SKY_DISTANCE
@@ -58,6 +60,9 @@ AVERAGED = ("direction", "origin", "time", "depth")     # over the samples that 
 # Rows that no stage of these pictures uses otherwise: no light is gathered, and no path is bounced
 START_DEPTH, DEPTH_PER_MM = TR, TG      # along the camera's −z: of the ray's start (mm), and per mm of the ray; negated
 HAS_ENDED = EMITS                       # 1: a surface has ended the ray
+
+PLACES = 33             # across and down the film, at which a camera is asked whether it sees behind itself
+STEEPEST = 1e-3         # cosine to the axis: a depth along it would be a thousandth of the distance
 
 # Parameters of `show_rows`
 GAIN, SHIFT = range(2)
@@ -84,9 +89,24 @@ def aov_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
         steps = camera.steps(timed=scene.moves)
         here = len(steps) - len(camera.carried)         # still in the camera frame
         size = np.linalg.norm(camera.world_from_camera_at(camera.shutter_open + camera.exposure_time / 2.0)[:3, 2])
-        return [*steps[:here], Step(keep_depth, [size]), *steps[here:], *scene.depth_steps(camera.shutter_open),
+        axial = 0.0 if sees_behind(camera) else 1.0
+        return [*steps[:here], Step(keep_depth, [size, axial]), *steps[here:], *scene.depth_steps(camera.shutter_open),
                 Step(show_depth)]
     return [*camera.steps(), Step(show_white if view == "fate" else show_weight)]
+
+
+def sees_behind(camera: Camera) -> bool:
+    """Whether some ray of the camera leaves it sideways or backwards, as of panoramas and of fisheyes over 180°.
+
+    Of such a camera a depth is the distance along the ray: along the axis it would be 0 or negative.
+    """
+    film = camera.film
+    shares = np.linspace(1e-6, 1.0 - 1e-6, PLACES)
+    x, y = (values.ravel() for values in np.meshgrid(shares * film.pixels_x, shares * film.pixels_y))
+    u, v = camera.pupil_centre
+    given = {X: x, Y: y, U0: np.full(x.size, u), U1: np.full(x.size, v), TIME: np.full(x.size, 0.5)}
+    slope, weight = Program([camera.clock, camera.film_step, *camera.aimed()]).run(given, [N, WEIGHT], x.size)
+    return bool((slope[weight > 0.0] > -STEEPEST).any())
 
 
 def arrival_steps(camera: Camera, timed: bool) -> list[Step]:
@@ -130,11 +150,16 @@ def show_rows(lanes, p, ints, key):
 
 @stage
 def keep_depth(lanes, p, ints, key):
-    """START_DEPTH, DEPTH_PER_MM: of the ray in the camera frame. p[0]: size of a camera unit in the world."""
+    """START_DEPTH, DEPTH_PER_MM: of the ray in the camera frame. p: size of a camera unit in the world, AXIAL.
+
+    AXIAL: 1 for depths along the camera's axis, 0 along the ray.
+    """
+    real = lanes.dtype.type
     row = rows(lanes)
     z, n, start, slope = row[Z], row[N], row[START_DEPTH], row[DEPTH_PER_MM]
+    size, axial = p[0] * p[1], p[1]
     for i in range(B):
-        start[i], slope[i] = p[0] * z[i], n[i]
+        start[i], slope[i] = size * z[i], axial * n[i] - (real(1) - axial)
 
 
 @stage

@@ -17,7 +17,7 @@ from lensbench.kernels.block import GREEN, RED, TIME, U0, U1, WEIGHT, B, N, Step
 from lensbench.kernels.program import Program
 from lensbench.kernels.sampling import sampling_steps
 from lensbench.kernels.tile_order import raster_image
-from lensbench.rendering.aovs import AVERAGED, aov_steps, arrival_steps
+from lensbench.rendering.aovs import AVERAGED, aov_steps, arrival_steps, sees_behind
 from lensbench.rendering.light_image import LightImage
 from lensbench.rendering.light_layer import LightLayer
 from lensbench.scenery.scene import Scene
@@ -389,7 +389,8 @@ def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
     -------
     ndarray
         float32 (h, w) mm from the camera's origin along its −z, the top row first; inf where only sky is seen, NaN
-        where the camera passes no light.
+        where the camera passes no light. Of a camera that also sees sideways or behind itself, such as a panorama or
+        a fisheye over 180°, the distance along each ray in mm.
     """
     camera, film = resolved(camera, scene), camera.film
     h, w = film.pixels_y, film.pixels_x
@@ -405,6 +406,6 @@ def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
     place = camera.world_from_camera
     scale = place.scale_at(camera.shutter_open + clock) if isinstance(place, AnimatedTransform) else 1.0
     with np.errstate(invalid="ignore", over="ignore"):
-        depth = -(z * scale + slope * along)
+        depth = along if sees_behind(camera) else -(z * scale + slope * along)
     depth = np.where(hit > 0.0, depth, np.inf)
     return np.where(weight > 0.0, depth, np.nan).reshape(h, w).astype(np.float32)

@@ -145,7 +145,8 @@ def damaged(array, rng):
     if kind == 1:
         return np.array([object(), None] if rng.random() < 0.5 else {"a": 1}, dtype=object)
     if kind == 2 and array.dtype.kind in "fi":
-        return array.astype(rng.choice(["<f2", "<f4", "<f8", "<i8"]))
+        with np.errstate(invalid="ignore", over="ignore"):
+            return array.astype(rng.choice(["<f2", "<f4", "<f8", "<i8"]))
     if kind == 3:
         return np.zeros([rng.randrange(4) for _ in range(rng.randrange(7))], array.dtype)
     if kind == 4:

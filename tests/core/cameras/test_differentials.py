@@ -1,6 +1,7 @@
 """Ray differentials against finer differences of independent rays, and the patterns that are averaged by them."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -145,3 +146,11 @@ def test_a_sample_knows_the_spread_of_its_pixel(camera):
     # a cell is a 32nd of the film, and knows its middle: 1 / 64 of the way of a spread that halves, or doubles, over it
     assert lit.sum() > 400
     assert found[lit] == pytest.approx(wanted[lit], rel=0.04)
+
+
+def test_the_rim_of_an_orthographic_fisheye_has_no_slope_and_its_samples_a_size():
+    of = lb.FisheyeCamera(lb.Film(36.0, 24.0, 32, 32), fov=math.pi, projection="orthographic", fov_axis="longer")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        step = spread_step(of, np.float32)
+    assert np.isfinite(step.parameters).all() and (step.parameters[3:] > 0.0).all()

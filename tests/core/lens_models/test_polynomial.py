@@ -146,6 +146,32 @@ def test_the_camera_shows_what_the_trace_shows():
     assert np.abs(traced.directions - fitted.directions).max() < 0.1 * PIXEL / 50.0
 
 
+SINGLETS = {
+    "plano-convex": lb.Lens((lb.Surface(0.02, 6.0, 12.0, lb.Glass(1.8, 30.0)), lb.Surface(0.0, 50.0, 12.0)), 0),
+    "biconvex": lb.Lens((lb.Surface(0.025, 8.0, 9.0, lb.Glass(1.6, 50.0)), lb.Surface(-0.02, 30.0, 9.0)), 1)}
+
+
+@pytest.mark.parametrize(("name", "degree", "side", "slower", "distance"), [
+    ("lib-us10281683", 11, 34.0, 25.0, 1000.0), ("lib-us10281683", 9, 8.7, 1.0, 3000.0),
+    ("lib-us10281683", 11, 9.0, 200.0, 3000.0), ("lib-us10281683", 11, 150.0, 200.0, math.inf),
+    *((name, degree, side, 1.0, 1000.0) for name in SINGLETS for degree in (3, 5, 9) for side in (24.0, 160.0))])
+def test_a_fit_that_does_not_hold_is_refused_and_any_other_gives_unit_directions(name, degree, side, slower, distance):
+    lens = SINGLETS.get(name) or lenses.load(name)
+    camera = lb.LensCamera(lens, lb.Film(side, side, 64, 64), distance, lb.first_order(lens).f_number * slower,
+                           model="polynomial", degree=degree)
+    random = np.random.default_rng(7)
+    try:
+        rays = camera.generate_rays(64.0 * random.random((SAMPLES, 2)), random.random((SAMPLES, 2)))
+    except lb.LensError as error:
+        assert "no polynomial" in str(error) or "too little light" in str(error)
+        rung = lb.choose_model(replace(camera, model="auto"), lb.builtin_scene("white-wall"))
+        assert rung.model != "polynomial" or rung.degree != degree          # Auto refuses this one too
+        return
+    seen = rays.weights > 0.0
+    assert not np.isnan(rays.weights).any() and np.isfinite(rays.origins[seen]).all()
+    assert np.abs((rays.directions[seen] ** 2).sum(1) - 1.0).max(initial=0.0) < 2e-4
+
+
 def test_what_cannot_be_fitted_is_refused():
     lens, film_distance, table = setup()
     with pytest.raises(lb.LensError, match="choose one of 3, 5, 7, 9, 11"):

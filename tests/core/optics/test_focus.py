@@ -1,6 +1,6 @@
 """Focusing: the closed form, the real lens, their inverse, and how much light comes through."""
 
-from math import hypot, inf, nan
+from math import hypot, inf, nan, nextafter
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import lensbench as lb
 from lensbench import lenses as library
+from lensbench.optics import focus
 from lensbench.optics.focus import focused
 from lensbench.optics.paraxial import ray_matrix
 from tests.core.oracles import LAW, NAMES, PBRT_FOCUS, REFERENCE, biconvex, lens, rms_on_film
@@ -205,3 +206,22 @@ def test_the_working_f_number_of_a_small_stop_grows_with_the_magnification(stop,
 def test_a_film_within_the_lens_has_no_working_f_number(film):
     with pytest.raises(lb.LensError, match="behind the last vertex"):
         lb.working_f_number(biconvex(), film)
+
+
+def test_a_film_at_the_rear_focus_is_focused_at_infinity_by_real_rays():
+    """Also where it lies behind it by rounding only: the nearness of the object is then 0."""
+    lens = lb.stopped_down(library.load("pbrt-dgauss-50mm"), 8.0)
+    image = focus._imager(lens, "real")
+    film = rear = image(0.0)
+    assert focus._object_of(lens, rear, image) == inf
+    for _ in range(20):
+        film = nextafter(film, inf)
+        assert focus._object_of(lens, film, image) > 1e9
+    assert focus._object_of(lens, rear + 1.0, image) == pytest.approx(lb.focused_distance(lens, rear + 1.0), rel=0.02)
+
+
+@given(st.floats(-1e9, 1e9).filter(lambda value: abs(value) > 1e-9) | st.just(0.0))
+def test_a_limit_of_either_sign_is_rounded_up_to_four_digits(value):
+    rounded = focus._rounded_up(value)
+    assert value <= rounded * (1.0 + 1e-12 * (1 if rounded > 0.0 else -1)) + 1e-300
+    assert rounded - value <= 1.001e-3 * abs(value)

@@ -63,6 +63,23 @@ def test_the_depth_of_a_pinhole_is_the_depth_map():
     np.testing.assert_allclose(out[0], 1000.0 / depth, rtol=1e-5)           # float32 along metres of ray
 
 
+@pytest.mark.parametrize("of", [
+    lb.EnvironmentCamera(lb.Film(36.0, 18.0, 60, 40), world_from_camera=TURNED),
+    lb.FisheyeCamera(lb.Film(36.0, 24.0, 60, 40), fov=3.8, fov_axis="longer", world_from_camera=TURNED)],
+    ids=["panorama", "fisheye"])
+def test_the_depth_of_a_camera_that_sees_behind_itself_is_the_distance_along_the_ray(of):
+    y, x = (np.mgrid[0:40, 0:60] + 0.5).reshape(2, -1)
+    rays = of.generate_rays(np.stack([x, y], 1), np.full((x.size, 2), 0.5))
+    there = rays.weights > 0.0
+    true = SCENE.distance(rays.origins[there], rays.directions[there])
+    depth = lb.depth_map(of, SCENE).ravel()
+    assert np.isnan(depth[~there]).all() and depth[there].min() > 0.0 and np.isfinite(true).any()
+    np.testing.assert_allclose(1000.0 / depth[there], 1000.0 / true, rtol=1e-3, atol=1e-6)
+    half = np.full(x.size, 0.5)
+    out = Program(aov_steps(of, SCENE, "depth")).run({X: x, Y: y, U0: half, U1: half}, [RED, WEIGHT], x.size)
+    np.testing.assert_allclose(out[0][there], 1000.0 / depth[there], rtol=1e-4)
+
+
 def test_the_weight_is_the_picture_of_an_even_sky():
     even = lb.Scene("even", sky=lb.Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3))
     of = camera(dispersion=False)
