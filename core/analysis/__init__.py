@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lensbench.analysis.field_conditions import Conditions, conditions
     from lensbench.analysis.focus_map import MtfMap, mtf_map
     from lensbench.analysis.meridional_curves import FieldCurves, field_curves
+    from lensbench.analysis.point_spread import PointSpread, encircled_energy, psf
     from lensbench.analysis.spot_diagram import Spots, spots
     from lensbench.analysis.traced_grid import RayGrid, ray_grid
     from lensbench.analysis.transfer_function import Mtf, mtf
@@ -32,6 +33,7 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
     "analysis.field_conditions": "Conditions conditions",
     "analysis.focus_map": "MtfMap mtf_map",
     "analysis.meridional_curves": "FieldCurves field_curves",
+    "analysis.point_spread": "PointSpread encircled_energy psf",
     "analysis.spot_diagram": "Spots spots",
     "analysis.traced_grid": "RayGrid ray_grid",
     "analysis.transfer_function": "Mtf mtf",
@@ -41,7 +43,8 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
-    "Conditions", "Fans", "FieldCurves", "FocalShift", "Longitudinal", "Mtf", "MtfMap", "RayGrid", "Spots", "Wavefront",
-    "chromatic_focal_shift", "conditions", "field_curves", "field_name", "fringe_index", "longitudinal_aberration",
-    "mtf", "mtf_map", "noll_indices", "ray_fans", "ray_grid", "spots", "wavefronts", "zernike_name", "zernikes",
+    "Conditions", "Fans", "FieldCurves", "FocalShift", "Longitudinal", "Mtf", "MtfMap", "PointSpread", "RayGrid",
+    "Spots", "Wavefront", "chromatic_focal_shift", "conditions", "encircled_energy", "field_curves", "field_name",
+    "fringe_index", "longitudinal_aberration", "mtf", "mtf_map", "noll_indices", "psf", "ray_fans", "ray_grid", "spots",
+    "wavefronts", "zernike_name", "zernikes",
 ]
