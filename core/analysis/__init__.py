@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from lensbench.kernels.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from lensbench.analysis.aperture_curves import Breathing, FocusShift, breathing, focus_shift, relative_illumination
     from lensbench.analysis.axial_curves import FocalShift, Longitudinal, chromatic_focal_shift, longitudinal_aberration
     from lensbench.analysis.fans import Fans, ray_fans
     from lensbench.analysis.field_beams import field_name
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from lensbench.analysis.zernike import fringe_index, noll_indices, zernike_name, zernikes
 
 _HOMES = {           # the imports above, as they are made at run time; no module has the name of what it supplies
+    "analysis.aperture_curves": "Breathing FocusShift breathing focus_shift relative_illumination",
     "analysis.axial_curves": "FocalShift Longitudinal chromatic_focal_shift longitudinal_aberration",
     "analysis.fans": "Fans ray_fans",
     "analysis.field_beams": "field_name",
@@ -43,8 +45,9 @@ _HOMES = {           # the imports above, as they are made at run time; no modul
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
-    "Conditions", "Fans", "FieldCurves", "FocalShift", "Longitudinal", "Mtf", "MtfMap", "PointSpread", "RayGrid",
-    "Spots", "Wavefront", "chromatic_focal_shift", "conditions", "encircled_energy", "field_curves", "field_name",
-    "fringe_index", "longitudinal_aberration", "mtf", "mtf_map", "noll_indices", "psf", "ray_fans", "ray_grid", "spots",
-    "wavefronts", "zernike_name", "zernikes",
+    "Breathing", "Conditions", "Fans", "FieldCurves", "FocalShift", "FocusShift", "Longitudinal", "Mtf", "MtfMap",
+    "PointSpread", "RayGrid", "Spots", "Wavefront", "breathing", "chromatic_focal_shift", "conditions",
+    "encircled_energy", "field_curves", "field_name", "focus_shift", "fringe_index", "longitudinal_aberration", "mtf",
+    "mtf_map", "noll_indices", "psf", "ray_fans", "ray_grid", "relative_illumination", "spots", "wavefronts",
+    "zernike_name", "zernikes",
 ]

@@ -89,7 +89,7 @@ def longitudinal_aberration(lens: Lens, film_distance: float, conditions: Condit
     upper = slice(points - 1, None)
     with np.errstate(divide="ignore", invalid="ignore"):
         foci = np.where(fans.passed, -fans.offset[..., 1] / fans.slope[..., 1], nan)[0, 1, :, upper]
-    foci[:, 0] = [_paraxial_focus(lens, conditions.object_distance, line) - film_distance
+    foci[:, 0] = [paraxial_focus(lens, conditions.object_distance, line) - film_distance
                   for line in conditions.wavelengths]
     return Longitudinal(conditions, fans.heights[upper], foci)
 
@@ -124,13 +124,13 @@ def chromatic_focal_shift(lens: Lens, film_distance: float, conditions: Conditio
     foci = np.full(points, nan)
     for i, line in enumerate(lines):
         try:
-            foci[i] = _paraxial_focus(lens, conditions.object_distance, float(line)) - film_distance
+            foci[i] = paraxial_focus(lens, conditions.object_distance, float(line)) - film_distance
         except GlassError:
             continue
     return FocalShift(lines, foci)
 
 
-def _paraxial_focus(lens: Lens, object_distance: float, wavelength: float) -> float:
+def paraxial_focus(lens: Lens, object_distance: float, wavelength: float) -> float:
     """Last vertex → paraxial image of the axis point (mm); inf for an afocal lens, or an image at infinity."""
     fo = first_order(lens, wavelength)
     if isinf(fo.efl):

@@ -141,16 +141,16 @@ def psf(rays: RayGrid, samples: int = SAMPLES, window: float | None = None, pixe
         share = np.full(share.shape, float(method == "diffraction"))
     share = np.where(rays.lit[:, None], share, np.nan)
     density = np.full((fields, colours, samples, samples), np.nan, np.float32)
-    pupils = pupil_functions(rays, shift)[1, :, :, :, PAD:-PAD] if (share > 0.0).any() else None
+    pupils = pupil_functions(rays, shift)[1, :, :, :, PAD:-PAD]
 
     def fill(at: tuple[int, int]) -> None:
         """One pattern."""
         f, c = at
-        made: np.ndarray | float = 0.0
+        made = np.zeros((samples, samples), np.float32)
         if share[f, c] > 0.0:
-            made = share[f, c] * _pattern(pupils[f, c], rays, f, lines[c], centres[f], pitch[f], samples)
+            made += share[f, c] * _pattern(pupils[f, c], rays, f, lines[c], centres[f], pitch[f], samples)
         if share[f, c] < 1.0:
-            made = made + (1.0 - share[f, c]) * _density(rays, f, c, shift, centres[f], pitch[f], samples)
+            made += (1.0 - share[f, c]) * _density(rays, f, c, shift, centres[f], pitch[f], samples)
         density[f, c] = _over_pixel(made, pixel / pitch[f]) if pixel else made
 
     work = [(int(f), int(c)) for f in np.flatnonzero(rays.lit)

@@ -1,0 +1,236 @@
+"""Curves of a lens as it is stopped down or focused: focus shift, breathing, relative illumination.
+
+Lengths in mm. Foci are measured from the film, positive behind it.
+"""
+
+from dataclasses import dataclass
+from math import inf, isinf, nan
+
+import numpy as np
+
+from lensbench.analysis.axial_curves import paraxial_focus
+from lensbench.analysis.chief_rays import find_chief_rays
+from lensbench.analysis.falloff import Falloff, falloff
+from lensbench.analysis.field_conditions import Conditions
+from lensbench.analysis.focus_map import best_places, through_focus
+from lensbench.analysis.traced_grid import ray_grid
+from lensbench.imaging.film import Film
+from lensbench.kernels.figures import f_number_text, significant
+from lensbench.optics.finding import Finding, Kind
+from lensbench.optics.focus import FocusError, focused, nearest_focus
+from lensbench.optics.focus import film_distance as focus_on
+from lensbench.optics.paraxial import first_order, stopped_down
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.system import FieldKind
+
+STOPS = 8               # half stops from the widest, that focus shift takes by default
+FREQUENCY = 30.0        # cycles/mm, at which the MTF chooses a focus
+PLACES = 81             # of the film, for the MTF
+PUPIL = 64
+DISTANCES = 12          # focus distances of breathing, by default
+FARTHEST = 100.0        # focal lengths: beyond, breathing changes no more
+
+
+@dataclass(frozen=True, eq=False)
+class FocusShift:
+    """Best focus on the axis against the aperture, from `focus_shift`.
+
+    Parameters
+    ----------
+    f_numbers
+        (n,) f-numbers, the widest first.
+    least_blur
+        (n,) place of least rms blur, mm behind the film; all wavelengths with their weights.
+    best_mtf
+        (n,) place of the highest white MTF at `frequency`, mm behind the film; NaN where none was found near it.
+    paraxial
+        The paraxial focus, the limit of small stops, in the mean of the wavelengths, mm behind the film.
+    frequency
+        Cycles/mm.
+    depth
+        (n,) how far the film may lie from the best place, so that a point of even light becomes the blur `limit`, mm.
+    limit
+        Diameter of that blur, mm.
+    """
+
+    f_numbers: np.ndarray
+    least_blur: np.ndarray
+    best_mtf: np.ndarray
+    paraxial: float
+    frequency: float
+    depth: np.ndarray
+    limit: float
+
+    @property
+    def shift(self) -> np.ndarray:
+        """(n,) the place of least blur less that wide open, mm: positive where the focus moves away from the lens."""
+        return self.least_blur - self.least_blur[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Breathing:
+    """Field of view against the focus distance, from `breathing`; NaN where the lens cannot focus.
+
+    Parameters
+    ----------
+    distances
+        (n,) film → object, mm, the farthest first; inf is infinity.
+    half_angles
+        (n,) angle from the axis at which the chief ray of the film's corner leaves for the scene, rad.
+    focal_lengths
+        (n,) of the lens with its groups at that focus, mm.
+    magnifications
+        (n,) paraxial, of the plane in focus, positive; 0 at infinity.
+    findings
+        Distances that the lens cannot be focused on.
+    """
+
+    distances: np.ndarray
+    half_angles: np.ndarray
+    focal_lengths: np.ndarray
+    magnifications: np.ndarray
+    findings: tuple[Finding, ...]
+
+    @property
+    def change(self) -> np.ndarray:
+        """(n,) percent by which the view is wider than at the first distance: the tangents' ratio less 1."""
+        tangents = np.tan(self.half_angles)
+        return 100.0 * (tangents / tangents[0] - 1.0)
+
+
+def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numbers=None,
+                frequency: float = FREQUENCY, limit: float = 0.03) -> FocusShift:
+    """The best focus on the axis as the lens is stopped down.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens, wide open and focused.
+    film_distance : float
+        Last vertex → film, mm.
+    conditions : Conditions
+        Its wavelengths and object distance.
+    f_numbers : (n,) array_like or None
+        f-numbers in air, rising; None: half stops from the widest.
+    frequency : float
+        Cycles/mm at which the MTF chooses a focus.
+    limit : float
+        Diameter of the blur that counts as sharp, mm, for the depth of focus.
+
+    Returns
+    -------
+    FocusShift
+
+    Raises
+    ------
+    LensError
+        For an afocal lens, f-numbers that the lens does not reach, and as `ray_grid`.
+    """
+    widest = first_order(lens.in_air).f_number
+    if not widest < inf:
+        raise LensError("this lens is afocal: it has no focus to shift")
+    numbers = widest * np.sqrt(2.0) ** np.arange(STOPS + 1) if f_numbers is None else \
+        np.atleast_1d(np.asarray(f_numbers, float))
+    axis = Conditions(FieldKind.REAL_IMAGE_HEIGHT, ((0.0, 0.0),), conditions.wavelengths, conditions.weights,
+                      conditions.primary, conditions.object_distance)
+    blur, mtf, depth = (np.full(len(numbers), nan) for _ in range(3))
+    for i, number in enumerate(numbers):
+        rays = ray_grid(stopped_down(lens, float(number)), film_distance, axis, PUPIL)
+        # Sums over the colours' rays: rms blur is least at −Σ offset slope / Σ slope²
+        share = np.array(axis.weights)[:, None, None] * rays.weight[0]
+        s, t, m_s, m_t = rays.light[:, 0]
+        spread = (share * (m_s**2 + m_t**2)).sum()
+        blur[i] = -(share * (s * m_s + t * m_t)).sum() / spread
+        cone = np.sqrt(spread / share.sum())            # rms slope
+        depth[i] = 0.5 * limit / (np.sqrt(2.0) * cone)
+        reach = max(3.0 / (frequency * cone * 2.0 * np.sqrt(2.0)), 2.0 * abs(blur[i]))
+        places = blur[i] + np.linspace(-0.5 * reach, 0.5 * reach, PLACES)
+        otf = np.einsum("cak,c->k", through_focus(rays, frequency, places)[0], axis.weights)
+        mtf[i] = best_places(places, np.abs(otf)[None])[0]
+    foci = [paraxial_focus(lens, axis.object_distance, line) for line in axis.wavelengths]
+    return FocusShift(numbers, blur, mtf, float(np.average(foci, weights=axis.weights)) - film_distance, frequency,
+                      depth, limit)
+
+
+def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None = None) -> Breathing:
+    """How the field of view changes with the focus distance.
+
+    Parameters
+    ----------
+    lens : Lens
+        The lens at its zoom setting.
+    film : Film
+        The film, whose corner bounds the view.
+    distances : (n,) array_like or None
+        Film → object, mm; None: twelve from infinity to the nearest focus.
+    wavelength : float or None
+        µm; None: the primary wavelength of the lens.
+
+    Returns
+    -------
+    Breathing
+
+    Raises
+    ------
+    FocusError
+        Where the lens forms no real image.
+    """
+    line = lens.system.primary_wavelength if wavelength is None else wavelength
+    if distances is None:
+        nearest = nearest_focus(lens)
+        far = FARTHEST * abs(first_order(lens).efl)
+        near = nearest if lens.has_focus_groups else max(nearest, 10.0 * abs(first_order(lens).efl))
+        steps = np.geomspace(far, near * (1.0 + 1e-9), DISTANCES - 1) if not isinf(nearest) else np.zeros(0)
+        places = np.array([inf, *steps])
+    else:
+        places = np.atleast_1d(np.asarray(distances, float))
+    corner = np.array([[0.0, 0.5 * film.diagonal]])
+    angles, focal, magnified = (np.full(len(places), nan) for _ in range(3))
+    refused = []
+    for i, place in enumerate(places):
+        try:
+            there = focused(lens, float(place))
+            away = focus_on(there, float(place))
+        except FocusError as error:
+            refused.append((float(place), str(error)))
+            continue
+        fo = first_order(there, line)
+        focal[i], magnified[i] = fo.efl, (away - first_order(there).bfl) / fo.efl
+        angles[i] = find_chief_rays(there, away, corner, inf, True, line).angles[0, 1]
+    findings = tuple(Finding(Kind.FIELD, None, f"no focus at {significant(place / 1000.0, 3)} m: {why}",
+                             figures={"distance": place}) for place, why in refused)
+    return Breathing(places, np.abs(angles), focal, magnified, findings)
+
+
+def relative_illumination(lens: Lens, film_distance: float, film: Film, f_numbers=None,
+                          points: int = 33) -> tuple[tuple[str, Falloff], ...]:
+    """Falloff over the film at several apertures, each split into natural falloff and vignetting.
+
+    Parameters
+    ----------
+    lens : Lens
+        Rotationally symmetric lens, wide open and focused.
+    film_distance : float
+        Last vertex → film, mm.
+    film : Film
+        Its half-diagonal ends the curves.
+    f_numbers : sequence or None
+        f-numbers in air; None: the widest, and one, two and three stops less.
+    points : int
+        Film radii.
+
+    Returns
+    -------
+    tuple of (str, Falloff)
+        The aperture in words, and its falloff.
+
+    Raises
+    ------
+    LensError
+        As `falloff` and `stopped_down`.
+    """
+    widest = first_order(lens.in_air).f_number
+    numbers = widest * np.sqrt(2.0) ** np.arange(4) if f_numbers is None else f_numbers
+    radii = np.linspace(0.0, 0.5 * film.diagonal, points)
+    return tuple((f_number_text(float(number)), falloff(stopped_down(lens, float(number)), film_distance, radii))
+                 for number in numbers)

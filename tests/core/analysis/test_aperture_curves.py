@@ -1,0 +1,65 @@
+"""Focus shift, breathing and relative illumination, against third order, single rays and the falloff."""
+
+from math import atan, inf
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.optics.finding import Kind
+from tests.core.oracles import biconvex
+
+AXIS = lb.analysis.Conditions(lb.FieldKind.ANGLE, ((0.0, 0.0),), (lb.D_LINE,), (1.0,), 0)
+
+
+def test_the_focus_shifts_as_third_order_aberration_has_it():
+    """Least rms blur lies S_I / (3 NA²) before the paraxial focus: W = W040 ρ⁴ + W20 ρ², least at W20 = −4/3 W040."""
+    single = biconvex(0.02, 4.0, 1.5, 5.0)
+    fo = lb.first_order(single)
+    numbers = fo.f_number * np.array([1.0, 1.4, 2.0, 2.8])
+    found = lb.analysis.focus_shift(single, fo.bfl, AXIS, numbers)
+    for number, place in zip(numbers, found.least_blur, strict=True):
+        radius = 0.5 * fo.efl / number
+        expected = -lb.seidel(single, 0.0, radius).total[0] / (3.0 * (radius / fo.efl) ** 2)
+        # What is left is of the fifth order: 1 / N² of the third
+        assert place == pytest.approx(expected, rel=0.6 / number)
+    assert found.paraxial == pytest.approx(0.0, abs=1e-12) and (found.shift >= 0.0).all()
+    assert found.depth == pytest.approx(0.03 * numbers, rel=0.02)       # of a point that lights its pupil evenly
+
+
+def test_the_mtf_and_the_blur_agree_about_the_focus_of_small_aberrations():
+    stack = lb.stopped_down(lenses.load("lib-tronnier-1953"), 8.0)
+    found = lb.analysis.focus_shift(stack, lb.film_distance(stack, inf), lb.analysis.conditions(stack), [8.0, 11.0])
+    assert (np.abs(found.best_mtf - found.least_blur) < 0.15 * found.depth).all()
+
+
+def test_a_lens_focused_as_a_whole_breathes_with_its_extension():
+    stack = lenses.load("pbrt-dgauss-50mm")
+    film, distances = lb.Film(), [inf, 3000.0, 1000.0]
+    found = lb.analysis.breathing(stack, film, distances)
+    assert found.change[0] == 0.0 and (np.diff(found.change) < 0.0).all()
+    for distance, half_angle in zip(distances, found.half_angles, strict=True):
+        away = lb.film_distance(stack, distance)
+        chief = lb.chief_ray(stack, float(half_angle))
+        at = chief.points[-1] + (stack.length + away - chief.points[-1, 2]) / chief.direction[2] * chief.direction
+        assert at[1] == pytest.approx(0.5 * film.diagonal, abs=1e-9)
+    assert found.half_angles[0] == pytest.approx(atan(0.5 * film.diagonal / 50.0), abs=0.03)
+    refused = lb.analysis.breathing(stack, film, [inf, 50.0])
+    assert np.isnan(refused.half_angles[1]) and [each.kind for each in refused.findings] == [Kind.FIELD]
+
+
+def test_relative_illumination_flattens_as_vignetting_ends():
+    stack = lenses.load("pbrt-dgauss-50mm")
+    found = lb.analysis.relative_illumination(stack, lb.film_distance(stack, inf), lb.Film(), [2.0, 2.8, 4.0, 5.6])
+    assert [words for words, _ in found] == ["f/2", "f/2.8", "f/4", "f/5.6"]
+    corner = [falloff.vignetting[-1] for _, falloff in found]
+    assert (np.diff(corner) > 0.0).all() and corner[0] < 0.5
+    for _, falloff in found:
+        np.testing.assert_allclose(falloff.total, falloff.natural * falloff.vignetting)
+
+
+def test_an_afocal_lens_has_no_focus_to_shift():
+    plate = lb.Lens((lb.Surface(0.0, 5.0, 8.0, lb.Glass(1.5)), lb.Surface(0.0, 0.0, 8.0)), 0)
+    with pytest.raises(lb.LensError, match="afocal"):
+        lb.analysis.focus_shift(plate, 30.0, AXIS)
