@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
+from time import time
 from typing import BinaryIO
 
 import numpy as np
@@ -38,6 +39,7 @@ BITS = (8, 16)
 KEY = "lensbench"                       # of the settings in a picture's metadata
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 MAX_TEXT = 1 << 20                      # bytes of settings that a picture may carry
+DAY = 86400.0                           # seconds
 BAND = 64                               # rows that are tone-mapped at once
 
 
@@ -145,13 +147,18 @@ def checked_place(path: Path, text: bool = False) -> str:
 
 @contextmanager
 def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
-    """A temporary file beside `path`; at the end it replaces `path`, unless keep is false."""
+    """A temporary file beside `path`; at the end it replaces `path`, unless keep is false.
+
+    Of two writers of one file the later one wins: each has a temporary file of its own. Those that a
+    process left when it was killed are removed from the folder first.
+    """
     path = path.resolve()               # a link stays, its target is replaced
-    part = path.with_name(f".lensbench-{secrets.token_hex(4)}.part")
+    part = path.with_name(f".lensbench-{os.getpid()}-{secrets.token_hex(4)}.part")
     if not path.parent.is_dir():
         raise ExportError(f"{path}: there is no folder {path.parent}")
     if path.is_dir():
         raise ExportError(f"{path}: this is a folder")
+    _clear(path.parent)
     try:
         yield part
         if keep:
@@ -163,6 +170,27 @@ def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
         raise ExportError(f"{path}: {error.strerror}: nothing was written") from error
     finally:
         part.unlink(missing_ok=True)
+
+
+def _clear(folder: Path) -> None:
+    """Remove the temporary files of processes that have ended, or that are a day old."""
+    for part in folder.glob(".lensbench-*.part"):
+        with suppress(OSError, ValueError):     # another process has removed it; a name of an earlier version
+            if time() - part.lstat().st_mtime > DAY or not _runs(int(part.name.split("-")[1])):
+                part.unlink()
+
+
+def _runs(process: int) -> bool:
+    """Whether a process runs on this machine; True where the system cannot tell."""
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:                             # it runs, as another user
+        return True
+    return True
 
 
 def check_writable(path: Path) -> None:

@@ -18,7 +18,7 @@ from hypothesis import settings as profile
 from hypothesis import strategies as st
 from PIL import Image
 
-from lensbench.app.files.export import ExportError, develop, read_settings, save_picture
+from lensbench.app.files.export import ExportError, develop, read_settings, replacing, save_picture
 from lensbench.app.state.settings import VERSION, Settings
 
 SETTINGS = Settings(lens="pbrt-dgauss-50mm", focus_distance=math.inf, f_number=None, position=(1.0, -2.0, 3.5),
@@ -247,3 +247,19 @@ def test_the_old_file_survives_a_kill_amid_the_writing(tmp_path):
         assert running.stdout.readline() == "writing\n"
         running.send_signal(signal.SIGKILL)
     assert path.read_bytes() == b"the old file"
+    assert len(os.listdir(tmp_path)) == 2           # the process could not remove its temporary file
+    other = tmp_path / f".lensbench-{os.getpid()}-01234567.part"
+    other.write_bytes(b"of a process that runs")
+    save_picture(path, picture(), SETTINGS)         # the next writer does
+    assert sorted(os.listdir(tmp_path)) == sorted(["a.png", other.name])
+    os.utime(other, (1e9, 1e9))
+    save_picture(path, picture(), SETTINGS)
+    assert os.listdir(tmp_path) == ["a.png"]
+
+
+def test_two_writers_of_one_file_do_not_disturb_each_other(tmp_path):
+    path = tmp_path / "a.png"
+    with replacing(path) as one, replacing(path) as two:
+        one.write_bytes(b"the first")
+        two.write_bytes(b"the second")
+    assert path.read_bytes() == b"the first" and os.listdir(tmp_path) == ["a.png"]
