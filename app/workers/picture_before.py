@@ -30,9 +30,13 @@ class PictureBefore:
         return lit[1] if lit is not None and lit[0] is scene else None
 
     def own_light(self, rendering: Any, scene: Any, pool: Executor, threads: int) -> Any:
-        """The light image of a rendering; its layer is lent from now on, also where the picture has gone by."""
+        """The light image of a rendering; its layer is lent from now on, also where the picture has gone by.
+
+        Not where the camera's rays would see other light: samples of the pictures of a drag could not be reused.
+        """
         light_image = rendering.own_light(pool, threads)
-        self.lend(scene, light_image.layer())
+        if rendering.leaves_out(light_image.left_out):
+            self.lend(scene, light_image.layer())
         return light_image
 
     def lend(self, scene: Any, layer: Any) -> None:
@@ -41,24 +45,29 @@ class PictureBefore:
             self._lit = scene, layer
 
     def samples(self, settings: Settings, rendering: Any, pool: Executor, threads: int) -> Any:
-        """The samples of the picture before, carried into a rendering of these settings; None where they do not fit."""
+        """The samples of the picture before, carried into a rendering of these settings; None where they do not fit.
+
+        Samples that saw other light count nothing; the depth goes on.
+        """
         seen = self._seen
         if seen is None or settings.sample_view or seen[0] != _unmapped(settings):
             return None
-        return seen[2].carried(rendering.camera, pool, threads) if rendering.leaves_out(seen[1]) else None
+        before = seen[2] if rendering.leaves_out(seen[1]) else seen[2]._replace(counts=np.zeros_like(seen[2].counts))
+        return before.carried(rendering.camera, pool, threads)
 
     def keep(self, settings: Settings, rendering: Any, mixed: Any, image: NDArray[np.float32],
              depth: NDArray[np.float32] | None) -> None:
         """Keep the picture that is shown now. mixed: with old samples; None: it is `image`, without the light layer."""
         from lensbench.rendering.temporal_reuse import Reusable
 
-        if settings.sample_view or settings.moves or depth is None and mixed is None:
-            self._seen = None
+        self._seen = None
+        if settings.sample_view or settings.moves:
             return
-        if mixed is None:
-            counts = np.full(image.shape[:2], rendering.samples, np.float32)
-            mixed = Reusable(rendering.camera, image, counts, depth)
-        self._seen = _unmapped(settings), rendering.excluded, mixed if depth is None else mixed._replace(depth=depth)
+        if mixed is None and depth is not None:
+            mixed = Reusable(rendering.camera, image, np.full(image.shape[:2], rendering.samples, np.float32), depth)
+        if mixed is not None:
+            self._seen = (_unmapped(settings), rendering.excluded,
+                          mixed if depth is None else mixed._replace(depth=depth))
 
 
 def _unmapped(settings: Settings) -> Settings:

@@ -213,6 +213,7 @@ class RenderWorker:
                 ThreadPoolExecutor(self._threads, "lensbench ray", initializer=lower_priority) as pool:
             self._model, self._before, self._lights = AutomaticModel(choices), PictureBefore(), lights
             self._first_pool, self._pool = first, pool
+            self._making: tuple[Any, Future] | None = None      # a rendering, and its light on the way
             job: _Job | None = None
             while True:
                 if helper is not None and helper.poll() is not None:
@@ -272,12 +273,25 @@ class RenderWorker:
                                      light_tracing=job.light_tracing and job.settings.light_tracing,
                                      layer=self._before.layer(job.scene))
 
+    def _trace_lights(self, job: _Job) -> None:
+        """Begin with the picture's own light, if nothing of it is under way.
+
+        That of settings that have gone by is made to its end, for the next ones: a drag need not rest for it.
+        """
+        if self._making is None or self._making[1].done():
+            self._making = job.rendering, self._lights.submit(self._before.own_light, job.rendering, job.scene,
+                                                              self._pool, self._threads)
+
     def _light(self, job: _Job, finished: Finished) -> None:
-        """Give the picture its own light. That of settings that have gone by is made to its end, for the next ones."""
-        making = self._lights.submit(self._before.own_light, job.rendering, job.scene, self._pool, self._threads)
-        if not finished(making):
+        """Give the picture its own light."""
+        self._trace_lights(job)
+        assert self._making is not None
+        rendering, making = self._making
+        if not finished(making) or rendering is not job.rendering:
             return
+        self._making = None
         job.rendering.adopt(making.result())
+        self._before.lend(job.scene, job.rendering.layer())
         if job.rendering.samples:
             self._show(job)
         else:                           # the camera's rays saw other light before
@@ -356,7 +370,9 @@ class RenderWorker:
         if wanted() or first:
             update = self._show(job)
             if first:                                   # the next pass must not slow the frame down
-                if not rendering.is_borrowing:
+                if rendering.is_borrowing:
+                    self._trace_lights(job)
+                else:
                     self._before.lend(job.scene, rendering.layer())
                 with self._change:
                     self._change.wait_for(lambda: self._shown is update or not wanted(), HOLD_SECONDS)
@@ -368,7 +384,7 @@ class RenderWorker:
         image = (seen if light is None else seen + light).astype(np.float32, copy=False)
         job.mixed = None
         if job.before is not None and rendering.samples < min(REUSED_SAMPLES, self._present_target):
-            job.mixed = job.before.mixed(seen, rendering.samples)
+            job.mixed = job.before.mixed(seen, rendering.samples, self._first_pool, self._threads)
             plain, image = image, job.mixed.image if light is None else job.mixed.image + light
         self._before.keep(job.settings, rendering, job.mixed, seen, job.depth)
         update = RenderUpdate(job.generation, image, rendering.samples, job.seconds, job.settings, job.rate, job.depth,

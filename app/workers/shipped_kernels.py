@@ -92,8 +92,8 @@ def exercise(progress: Any = print) -> None:
             lb.Rendering(made, scene, layer=rendering.layer()).add(1, threads=2)
         with ThreadPoolExecutor(2) as pool:
             carried = before.carried(made, pool, 2)
-        if carried is not None:
-            carried.mixed(rendering.camera_image(), 2)
+            if carried is not None:
+                carried.mixed(rendering.camera_image(), 2, pool, 2)
         if settings.has_lens and settings.lens not in shown:
             shown.add(settings.lens)
             prepare(settings)

@@ -120,6 +120,7 @@ class LightImage:
         self._sums = np.zeros((film.pixels_x * film.pixels_y if self._selected else 0, 3), np.float32)
         self._passes = self._next = 0               # passes with lights, and the number of the next pass
         self._kept: list[tuple[int, np.ndarray]] | None = []     # lights and rays of the first pass
+        self._layer: LightLayer | None = None
         self._is_prepared, self._period = not self._selected, PERIOD
 
     @property
@@ -154,9 +155,14 @@ class LightImage:
 
     def layer(self) -> LightLayer | None:
         """Rays of the first pass, for another picture; None if several passes were added at once, or for too many."""
-        if self._kept is None:
-            return None
-        return LightLayer.of(self._camera, self._selected, self._kept, None if self.is_empty else self.excluded)
+        if self._kept is not None and self._layer is None:
+            self._layer = LightLayer.of(self._camera, self._selected, self._kept, self.left_out)
+        return self._layer
+
+    @property
+    def left_out(self) -> ExcludedLight | None:
+        """What the camera's rays must not see; None where no light is traced."""
+        return None if self.is_empty else self.excluded
 
     def add(self, passes: list[tuple[int, int | None]], afresh: bool, pool: Executor, threads: int,
             wanted: Callable[[], bool]) -> bool:
@@ -172,7 +178,7 @@ class LightImage:
             self._passes = self._next = 0
         is_first = self._next == 0
         if is_first:
-            self._kept = [] if len(passes) == 1 else None
+            self._kept, self._layer = [] if len(passes) == 1 else None, None
         own = [(self._own_number(number), place) for number, place in passes if number >= self._next
                and (number < FIRST_PASSES or number % self._period == 0)]
         self._next = max(self._next, passes[-1][0] + 1)

@@ -128,7 +128,7 @@ class Rendering:
         """Light that the camera's rays leave out, because it is traced from the light; None: nothing."""
         if self._borrowed is not None:
             return self._borrowed.excluded
-        return None if self._light_image is None or self._light_image.is_empty else self._light_image.excluded
+        return None if self._light_image is None else self._light_image.left_out
 
     def leaves_out(self, excluded: ExcludedLight | None) -> bool:
         """Whether the camera's rays leave out just this light."""

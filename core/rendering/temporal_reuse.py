@@ -3,8 +3,9 @@
 Each pixel of the new picture finds what it sees in the picture before, by the first-order maps of both cameras and the
 depth there. Those samples count the less, the more the circle of confusion has changed: noise and the error of an old
 sample both grow with the contrast inside the circle, so that an old sample has the variance 1 + GHOST · q² of a new one
-if the diameter has changed by the part q. The traced light of small lights is kept apart. Raster points in pixels,
-lengths in mm.
+if the diameter has changed by the part q. Where the lens blurs, neighbouring new samples are averaged as well: they
+lie closer together than the circle of confusion is wide. The traced light of small lights is kept apart. Raster points
+in pixels, lengths in mm.
 """
 
 from concurrent.futures import Executor
@@ -16,10 +17,12 @@ from lensbench.cameras.base import Camera
 from lensbench.kernels.cache import njit
 from lensbench.rendering.light_layer import first_order_map
 
-MOST = 16.0             # old samples of a pixel that count at most
-GHOST = 6.0             # variance of an old sample whose circle of confusion has doubled, in units of a new one's
+MOST = 32.0             # old samples of a pixel that count at most
+GHOST = 12.0            # variance of an old sample whose circle of confusion has doubled, in units of a new one's
 SHARP = 1.0             # pixels: a circle of confusion smaller than a pixel is none
 FARTHEST = 1e9          # mm; what lies farther is as far
+SPREAD = 0.2            # of the diameter of the circle of confusion: distance of the new pixels that are averaged,
+FARTHEST_TAP = 3        # at most (pixels)
 GONE = 16               # new samples from which on the old ones have no weight
 
 # A first-order map and its film, as of `Gaussian` and `film_from_raster`: rows of the kernel's parameters
@@ -30,44 +33,53 @@ class Reusable(NamedTuple):
     """A picture whose samples the next one may use.
 
     image: (h, w, 3) linear RGB without the light layer. counts: (h, w) samples that it is worth. depth: (h, w) mm from
-    the film along the axis, inf for the sky.
+    the film along the axis, inf for the sky. blur: (h, w) diameter of the circle of confusion (pixels).
     """
 
     camera: Camera
     image: np.ndarray
     counts: np.ndarray
     depth: np.ndarray
+    blur: np.ndarray | None = None
 
     def carried(self, camera: Camera, pool: Executor, threads: int) -> "Reusable | None":
         """The same samples in the picture of another camera; None where a map or the size of the film differs."""
         old, new, film = first_order_map(self.camera), first_order_map(camera), camera.film
         if old is None or new is None or self.depth.shape != (film.pixels_y, film.pixels_x):
             return None
-        found = Reusable(camera, np.zeros_like(self.image), np.zeros_like(self.counts), np.zeros_like(self.depth))
+        found = Reusable(camera, np.zeros_like(self.image), np.zeros_like(self.counts), np.zeros_like(self.depth),
+                         np.zeros_like(self.counts))
         maps = np.array([[*lens[:5], *each.film_step.parameters] for lens, each in ((old, self.camera), (new, camera))],
                         np.float32)
-        old_from_new = np.linalg.inv(self.camera.world_from_camera) @ camera.world_from_camera
+        was, now = self.camera.world_from_camera_at(0.0), camera.world_from_camera_at(0.0)      # neither moves
+        old_from_new = np.linalg.inv(was) @ now
         places = np.stack([old_from_new, np.linalg.inv(old_from_new)]).astype(np.float32)
-        is_still = np.array_equal(self.camera.world_from_camera, camera.world_from_camera)
+        is_still = np.array_equal(was, now)
 
         def carry(i: int) -> None:
             top, bottom = film.pixels_y * i // threads, film.pixels_y * (i + 1) // threads
-            _carry(found.image, found.counts, found.depth, self.image, self.counts, self.depth, maps, places,
-                   is_still, top, bottom)
+            _carry(found.image, found.counts, found.depth, found.blur, self.image, self.counts, self.depth, maps,
+                   places, is_still, top, bottom)
 
         list(pool.map(carry, range(threads)))
         return found
 
-    def mixed(self, image: np.ndarray, samples: int) -> "Reusable":
+    def mixed(self, image: np.ndarray, samples: int, pool: Executor, threads: int) -> "Reusable":
         """The same with `samples` new samples per pixel, whose mean is `image`."""
         share = np.float32(max(0.0, 1.0 - (samples - 1) / (GONE - 1.0)))
         counts, found = np.empty_like(self.counts), np.empty_like(self.image)
-        _mix(found, counts, image, np.float32(samples), self.image, self.counts, share)
+        blur, rows = self.blur if self.blur is not None else np.zeros_like(counts), len(counts)
+
+        def mix(i: int) -> None:
+            _mix(found, counts, image, np.float32(samples), self.image, self.counts, blur, share, rows * i // threads,
+                 rows * (i + 1) // threads)
+
+        list(pool.map(mix, range(threads)))
         return self._replace(image=found, counts=counts)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _carry(image, counts, depth, old_image, old_counts, old_depth, maps, places, is_still, top, bottom):
+def _carry(image, counts, depth, blur, old_image, old_counts, old_depth, maps, places, is_still, top, bottom):
     """Fill the rows top … bottom − 1.
 
     maps (2, 7): the old camera's and the new one's. places (2, 4, 4): old from new, and back. is_still: both are the
@@ -107,6 +119,7 @@ def _carry(image, counts, depth, old_image, old_counts, old_depth, maps, places,
 
             # Weigh its samples by the change of the circle of confusion
             before, now = _diameter(old, there), _diameter(new, far)
+            blur[i, j] = now
             change, wide = now - before, max(now, before) + sharp
             known = min(old_counts[row, column], most)
             counts[i, j] = known * wide * wide / (wide * wide + known * ghost * change * change)
@@ -160,13 +173,31 @@ def _new_depth(x, y, far, old, places):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _mix(found, counts, image, samples, old_image, old_counts, share):
-    """The mean of new samples, `image`, and old ones that count for `share` of their number."""
+def _mix(found, counts, image, samples, old_image, old_counts, blur, share, top, bottom):
+    """Fill the rows top … bottom − 1 with the mean of new samples, `image`, and old ones, `share` of their number.
+
+    Where the lens blurs, nine new pixels are one: no detail is finer than the circle of confusion.
+    """
     h, w = counts.shape
-    for i in range(h):
+    for i in range(top, bottom):
         for j in range(w):
-            old = share * old_counts[i, j]
-            counts[i, j] = old + samples
-            part = old / counts[i, j]
-            for c in range(3):
-                found[i, j, c] = image[i, j, c] + part * (old_image[i, j, c] - image[i, j, c])
+            step = int(min(blur[i, j] * np.float32(SPREAD * share), np.float32(FARTHEST_TAP)))
+            red = green = blue = np.float32(0)
+            taps = 0
+            for k in range(-step, step + 1, max(step, 1)):
+                row = np.uint32(min(max(i + k, 0), h - 1))
+                for m in range(-step, step + 1, max(step, 1)):
+                    column = np.uint32(min(max(j + m, 0), w - 1))
+                    if blur[row, column] * np.float32(SPREAD * share) >= step:
+                        red += image[row, column, 0]
+                        green += image[row, column, 1]
+                        blue += image[row, column, 2]
+                        taps += 1
+            one = np.float32(1) / np.float32(taps)
+            old, new = share * old_counts[i, j], samples * np.float32(taps)
+            counts[i, j] = old + new
+            part = old / (old + new)
+            red, green, blue = red * one, green * one, blue * one
+            found[i, j, 0] = red + part * (old_image[i, j, 0] - red)
+            found[i, j, 1] = green + part * (old_image[i, j, 1] - green)
+            found[i, j, 2] = blue + part * (old_image[i, j, 2] - blue)

@@ -83,5 +83,17 @@ def test_old_samples_are_gone_after_sixteen_new_ones(pool):
     camera = lb.PerspectiveCamera(FILM)
     new = np.random.default_rng(3).random((54, 96, 3), np.float32)
     carried = reusable(camera, 1000.0).carried(camera, pool, 2)
-    np.testing.assert_allclose(carried.mixed(new, 1).image, (8.0 * coordinates() + new) / 9.0, rtol=1e-5)
-    np.testing.assert_array_equal(carried.mixed(new, GONE).image, new)
+    np.testing.assert_allclose(carried.mixed(new, 1, pool, 2).image, (8.0 * coordinates() + new) / 9.0, rtol=1e-5)
+    np.testing.assert_array_equal(carried.mixed(new, GONE, pool, 2).image, new)
+
+
+def test_new_samples_are_averaged_only_where_the_lens_blurs(pool):
+    camera = lb.LensCamera(lenses.load("pbrt-telephoto-250mm"), FILM, 5000.0, model="thin")
+    depth = np.full((54, 96), 5000.0, np.float32)
+    depth[:, 48:] = 100_000.0
+    before = Reusable(camera, coordinates(), np.zeros((54, 96), np.float32), depth)
+    new = np.random.default_rng(3).random((54, 96, 3), np.float32)
+    found = before.carried(camera, pool, 2).mixed(new, 1, pool, 2)
+    np.testing.assert_array_equal(found.image[:, :48], new[:, :48])         # none of the blurred side bleeds over
+    assert found.image[4:50, 56:90].std() < 0.4 * new[4:50, 56:90].std()    # nine samples: a third
+    assert (found.counts[:, :48] == 1.0).all() and (found.counts[4:50, 56:90] == 9.0).all()
