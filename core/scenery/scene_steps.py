@@ -187,7 +187,7 @@ def _light(scene: Scene, shadows: bool, opening: float) -> list[Step]:
     """Stages of the light that falls on an albedo: sky, sun and lamps."""
     balls, flat = by_family(scene.objects)
     held = [s for s in balls if shadows and not s.material.shines]
-    around = np.concatenate([_surround(scene), scene.ambient, sky_occluders(_still(held))])
+    around = np.concatenate([_surround(scene), scene.ambient])
     occluders, moved = occluder_parameters([], []), join()
     if shadows:
         occluders = occluder_parameters(_still(balls), _still(flat))
@@ -196,7 +196,8 @@ def _light(scene: Scene, shadows: bool, opening: float) -> list[Step]:
     if not shadows:
         steps = [Step(open_light, np.concatenate([around, *(point_parameters(o) for o in _still(lamps))]))]
     else:
-        steps = [_step(ambient, moving_ambient, Packed(around), moving_sky_occluders(_moving(held), opening))]
+        steps = [_step(ambient, moving_ambient, join(Packed(around), sky_occluders(_still(held))),
+                       moving_sky_occluders(_moving(held), opening))]
     if scene.sun is not None:
         steps.append(_step(sun, moving_sun, join(Packed(sun_parameters(scene.sun)), occluders), moved))
     for o in lamps if shadows else _moving(lamps):

@@ -47,9 +47,26 @@ LEAST, GREATEST, LEAST_SLOPE, GREATEST_SLOPE = range(4)
 @stage
 def beam(lanes, p, ints, key):
     """Bound the rays of the block by two pairs of planes: the row BEAM, read by `beam_misses`."""
+    row = rows(lanes)
+    bound_beam(row[X], row[Y], row[Z], row[L], row[M], row[N], row[BEAM])
+
+
+@stage
+def shadow_beam(lanes):
+    """Bound the shadow rays of the block as `beam` does its rays; unlit lanes lose their direction, A3 A4 A5."""
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, dx, dy, dz, out = row[X], row[Y], row[Z], row[L], row[M], row[N], row[BEAM]
+    wx, wy, wz, red, green, blue = row[A3], row[A4], row[A5], row[RED], row[GREEN], row[BLUE]
+    for i in range(B):
+        lit = red[i] + green[i] + blue[i] > real(0)
+        wx[i], wy[i], wz[i] = wx[i] if lit else real(0), wy[i] if lit else real(0), wz[i] if lit else real(0)
+    bound_beam(row[A0], row[A1], row[A2], wx, wy, wz, row[BEAM])
+
+
+@stage
+def bound_beam(x, y, z, dx, dy, dz, out):
+    """Bound rays from x, y, z along dx, dy, dz; a lane without a direction does not count."""
+    real = x.dtype.type
 
     # Take the frame of a ray in the middle, or of the first one that has a direction
     k = B // 2
@@ -165,6 +182,26 @@ def shadow_bounds(lanes):
         p, q = np.int32(az if lit else real(0)), np.int32(bz if lit else real(0))
         z0, z1 = min(z0, min(p, q) if lit else np.int32(MOST)), max(z1, max(p, q) if lit else np.int32(-MOST))
     one = np.int32(2)
+    return (real(np.int32(x0 - one)), real(np.int32(y0 - one)), real(np.int32(z0 - one)),
+            real(np.int32(x1 + one)), real(np.int32(y1 + one)), real(np.int32(z1 + one)))
+
+
+@stage
+def lit_bounds(lanes):
+    """Box around the lit points A0 A1 A2 of the block, as `shadow_bounds`."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    hx, hy, hz, red, green, blue = row[A0], row[A1], row[A2], row[RED], row[GREEN], row[BLUE]
+    most, least, one = np.int32(MOST), np.int32(-MOST), np.int32(2)
+    x0, x1, y0, y1, z0, z1 = most, least, most, least, most, least
+    for i in range(B):
+        lit = red[i] + green[i] + blue[i] > real(0)
+        n = np.int32(hx[i] if lit else real(0))
+        x0, x1 = min(x0, n if lit else most), max(x1, n if lit else least)
+        n = np.int32(hy[i] if lit else real(0))
+        y0, y1 = min(y0, n if lit else most), max(y1, n if lit else least)
+        n = np.int32(hz[i] if lit else real(0))
+        z0, z1 = min(z0, n if lit else most), max(z1, n if lit else least)
     return (real(np.int32(x0 - one)), real(np.int32(y0 - one)), real(np.int32(z0 - one)),
             real(np.int32(x1 + one)), real(np.int32(y1 + one)), real(np.int32(z1 + one)))
 

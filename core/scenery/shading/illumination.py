@@ -44,7 +44,9 @@ from lensbench.kernels.block import (
 )
 from lensbench.kernels.cache import njit
 from lensbench.kernels.layout import offsets, vector
+from lensbench.scenery.intersect.block_bounds import lit_bounds
 from lensbench.scenery.intersect.sky import SKY, gradient
+from lensbench.scenery.intersect.sphere_tree import CROWD
 
 # ∫ (w·u)₊ (w·n)₊ dw / π over the cosine of the angle between u and n: a quartic, exact at −1, 0 and 1, within 0.002
 RISE0, RISE1, RISE2, RISE4 = 2 / (3 * math.pi), 1 / 3, 1 / (3 * math.pi), 1 / 3 - 1 / math.pi
@@ -53,7 +55,11 @@ F0 = ((INDEX - 1) / (INDEX + 1)) ** 2
 
 # Light from everywhere: the sky's numbers, then the AMBIENT radiance. Spheres that occlude the sky follow, or lamps
 _, AMBIENT, SURROUND = offsets(SKY, 3)
-CENTRE, RADIUS2, OCCLUDER = offsets(3, 1)
+# RADIUS2: of a node of many spheres, the sum of theirs, and CENTRE their mean; REACH: what they extend from there (mm).
+# Integers: how many follow each and belong to it
+CENTRE, RADIUS2, REACH, OCCLUDER = offsets(3, 1, 1)
+FAR = 4.0               # × the reach of a node: from there on it is one sphere,
+FAINT = 0.04            # if it covers no more of the sky than this. Light is then right to half a percent
 # `daylight`, after SURROUND
 SUN_DIRECTION, SUN_IRRADIANCE, DAYLIGHT = SURROUND, SURROUND + 3, SURROUND + 6
 # A lamp without shadows. POINT_AREA: unit normal times area / π; POINT_RADIUS2: of a sphere, else 0
@@ -190,12 +196,12 @@ def ambient(lanes, p, ints, key):
 
     A sphere of radius r at distance d, its centre at the angle θ from the normal, covers cos θ r²/d² of the
     irradiance of a uniform sky (exact where it lies entirely above the surface's horizon); several multiply.
-    p: SURROUND numbers, then OCCLUDER for each sphere.
+    p, ints: SURROUND numbers, then sky_occluders.
     """
     if count_lit(lanes) == 0:
         return
     sky_begin(lanes)
-    sky_occlusion(lanes, p[SURROUND:])
+    sky_occlusion(lanes, p[SURROUND:], ints)
     add_sky(lanes, p)
 
 
@@ -253,15 +259,34 @@ def sky_begin(lanes):
 
 
 @stage
-def sky_occlusion(lanes, p):
-    """Multiply A3 by what spheres leave of the sky.  p: OCCLUDER numbers for each."""
+def sky_occlusion(lanes, p, ints):
+    """Multiply A3 by what spheres leave of the sky.  p, ints: sky_occluders.
+
+    A node of many spheres that is far from all lit points of the block counts as one (Barnes and Hut 1986).
+    """
     real = lanes.dtype.type
     row = rows(lanes)
     nx, ny, nz, hx, hy, hz, free = row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2], row[A3]
-    for s in range(0, p.size, OCCLUDER):
-        (cx, cy, cz), r2 = vector(p, s + CENTRE), p[s + RADIUS2]
+    box = lit_bounds(lanes) if p.size > 2 * CROWD * OCCLUDER else (real(0), real(0), real(0), real(0), real(0), real(0))
+    s, k = 0, 0
+    while s < p.size:
+        (cx, cy, cz), r2, reach, below = vector(p, s + CENTRE), p[s + RADIUS2], p[s + REACH], ints[k]
+        s, k = s + OCCLUDER, k + 1
+        if below > 0:
+            qx, qy, qz = outside(real, box[0], box[3], cx), outside(real, box[1], box[4], cy), outside(
+                real, box[2], box[5], cz)
+            d2 = qx * qx + qy * qy + qz * qz
+            if (d2 < real(FAR * FAR) * reach * reach) | (d2 * real(FAINT) < r2):
+                continue
+            s, k = s + below * OCCLUDER, k + below
         for i in range(B):
             free[i] *= unoccluded(real, cx - hx[i], cy - hy[i], cz - hz[i], r2, nx[i], ny[i], nz[i])
+
+
+@njit(inline="always")
+def outside(real, low, high, x):
+    """Distance of a number from an interval."""
+    return max(low - x, x - high, real(0))
 
 
 @njit(inline="always")

@@ -38,7 +38,7 @@ from lensbench.kernels.block import (
     rows,
     stage,
 )
-from lensbench.kernels.layout import Packed, join, vector
+from lensbench.kernels.layout import Packed, join, pack, vector
 from lensbench.kernels.rotation import sine_versine
 from lensbench.scenery.intersect.block_bounds import boxes_disjoint, shadow_bounds
 from lensbench.scenery.intersect.moving_objects import (
@@ -55,11 +55,13 @@ from lensbench.scenery.intersect.moving_objects import (
     to_rest_frame,
     to_world_frame,
 )
+from lensbench.scenery.intersect.sphere_tree import counts_below, sphere_tree
 from lensbench.scenery.objects import Shape, Sphere
 from lensbench.scenery.shading.illumination import (
     CENTRE,
     OCCLUDER,
     RADIUS2,
+    REACH,
     SURROUND,
     add_sky,
     count_lit,
@@ -85,14 +87,22 @@ def moving_occluders(shapes: Sequence[Shape], opening: float) -> Packed:
     return moving_groups([o for o in shapes if not o.material.shines], opening, occluder_parameters)
 
 
-def sky_occluders(spheres: Sequence[Sphere]) -> np.ndarray:
-    """OCCLUDER numbers of spheres that occlude the sky; glass occludes a part of what it covers."""
-    return np.array([[*s.centre, s.radius**2 * (0.4 if s.material.kind == "glass" else 1.0)] for s in spheres]).ravel()
+def sky_occluders(spheres: Sequence[Sphere]) -> Packed:
+    """A tree of spheres that occlude the sky, as `ambient` reads it; glass occludes a part of what it covers."""
+    centres = np.array([s.centre for s in spheres]).reshape(-1, 3)
+    radii = np.array([s.radius for s in spheres])
+    covers = radii**2 * [0.4 if s.material.kind == "glass" else 1.0 for s in spheres]
+    tree, numbers = sphere_tree(centres), [np.zeros(0)]
+    for members, _ in tree:
+        middle = np.average(centres[members], 0, covers[members]) if len(members) > 1 else centres[members[0]]
+        reach = (np.linalg.norm(centres[members] - middle, axis=1) + radii[members]).max()
+        numbers.append(pack(OCCLUDER, {CENTRE: middle, RADIUS2: covers[members].sum(), REACH: reach}))
+    return Packed(np.concatenate(numbers), counts_below(tree))
 
 
 def moving_sky_occluders(spheres: Sequence[Sphere], opening: float) -> Packed:
     """Parameters of `moving_ambient` for moving spheres. opening: seconds at TIME 0."""
-    return moving_groups(spheres, opening, lambda group, _: Packed(sky_occluders(group)))
+    return moving_groups(spheres, opening, lambda group, _: sky_occluders(group))
 
 
 def after(still: Packed, moved: Packed) -> Packed:
@@ -110,8 +120,9 @@ def moving_ambient(lanes, p, ints, key):
     nx, ny, nz, hx, hy, hz, free, time = row[NX], row[NY], row[NZ], row[A0], row[A1], row[A2], row[A3], row[TIME]
     sine, versine = row[A4], row[A5]
     sky_begin(lanes)
-    s, k = ints[0], 1
-    sky_occlusion(lanes, p[SURROUND:s])
+    s = ints[0]
+    k = 1 + (s - SURROUND) // OCCLUDER
+    sky_occlusion(lanes, p[SURROUND:s], ints[1:])
     while s < p.size:
         end, motion = s + ints[k + LENGTH], motion_of(p, s)
         px, py, pz, vx, vy, vz, ax, ay, az, rate, phase = motion
@@ -169,7 +180,7 @@ def moving_sun(lanes, p, ints, key):
     still = ints[0]
     sample_sun(lanes, p)
     shadow(lanes, p[SUN:still], ints[1:])
-    shadow_moving(lanes, p[still:], ints[2:])
+    shadow_moving(lanes, p[still:], ints[2 + ints[1]:])
     add_light(lanes, p[IRRADIANCE:])
 
 
@@ -208,5 +219,5 @@ def moving_lamp(lanes, p, ints, key):
         x[i], y[i], z[i], dx[i], dy[i], dz[i] = hx[i], hy[i], hz[i], ex[i], ey[i], ez[i]
         nx[i], ny[i], nz[i] = ux[i], uy[i], uz[i]
     shadow(lanes, p[MOTION + LAMP:still], ints[2:])
-    shadow_moving(lanes, p[still:], ints[3:])
+    shadow_moving(lanes, p[still:], ints[3 + ints[2]:])
     add_light(lanes, p[MOTION + RADIANCE:])

@@ -18,6 +18,7 @@ from lensbench.kernels.block import (
     A5,
     A6,
     A7,
+    BEAM,
     BLUE,
     DEPTH,
     GREEN,
@@ -42,12 +43,21 @@ from lensbench.kernels.block import (
 )
 from lensbench.kernels.concentric_map import concentric_disk
 from lensbench.kernels.layout import Packed, offsets, pack, vector
-from lensbench.scenery.intersect.block_bounds import boxes_disjoint, plane_misses, shadow_bounds
+from lensbench.scenery.intersect.block_bounds import (
+    beam_misses,
+    boxes_disjoint,
+    plane_misses,
+    shadow_beam,
+    shadow_bounds,
+)
 from lensbench.scenery.intersect.quadrics import closest_approach, inside_edge, plane_point
+from lensbench.scenery.intersect.sphere_tree import CROWD, bounding_sphere, counts_below, sphere_tree
 from lensbench.scenery.shading.illumination import POINT, POINT_AREA, POINT_LIGHT, POINT_PLACE, POINT_RADIUS2, count_lit
 from lensbench.scenery.values import across, unit
 
-# Occluders: spheres, then planar shapes; integer: how many spheres. TRANSMITTED: part of the light that passes
+# Occluders: spheres and nodes of many, then planar shapes. Integers: how many spheres and nodes, then for each of them
+# how many follow it and belong to it. RADIUS2: of a node, of a sphere around it. TRANSMITTED: part of the light that
+# passes
 CENTRE, RADIUS2, TRANSMITTED, BALL = offsets(3, 1, 1)
 _, NORMAL, AXIS_U, AXIS_V, IS_DISK, CLEAR, HALF_WIDTHS, SHADE = offsets(3, 3, 3, 3, 1, 1, 3)
 GLASS_BALL = 0.85       # part of the light that passes a glass ball, averaged over incidences
@@ -74,9 +84,18 @@ def planar_occluder(shape) -> np.ndarray:
 
 
 def occluder_parameters(spheres, planar) -> Packed:
-    """Parameters of `shadow`: the spheres, then the planar shapes; lights are left out."""
+    """Parameters of `shadow`: a tree of the spheres, then the planar shapes; lights are left out."""
     spheres, planar = ([o for o in shapes if not o.material.shines] for shapes in (spheres, planar))
-    return Packed(np.concatenate([np.zeros(0), *(o.occluder_numbers() for o in (*spheres, *planar))]), [len(spheres)])
+    centres, radii = np.array([o.centre for o in spheres]).reshape(-1, 3), np.array([o.radius for o in spheres])
+    tree, numbers = sphere_tree(centres), [np.zeros(0)]
+    for members, below in tree:
+        if below:
+            middle, reach = bounding_sphere(centres[members], radii[members])
+            numbers.append(pack(BALL, {CENTRE: middle, RADIUS2: reach**2}))
+        else:
+            numbers.append(spheres[members[0]].occluder_numbers())
+    return Packed(np.concatenate([*numbers, *(o.occluder_numbers() for o in planar)]),
+                  [len(tree), *counts_below(tree)])
 
 
 def sphere_lamp(sphere) -> Packed:
@@ -121,11 +140,22 @@ def shadow(lanes, p, ints):
     box = shadow_bounds(lanes)
 
     # Spheres
-    end = BALL * ints[0]
-    for s in range(0, end, BALL):
-        (cx, cy, cz), r2, clear = vector(p, s + CENTRE), p[s + RADIUS2], p[s + TRANSMITTED]
+    count = ints[0]
+    end, s, k, seen = BALL * count, 0, 1, row[BEAM]
+    crowded = count > 2 * CROWD
+    if crowded:
+        shadow_beam(lanes)
+    while s < end:
+        (cx, cy, cz), r2, clear, below = vector(p, s + CENTRE), p[s + RADIUS2], p[s + TRANSMITTED], ints[k]
         radius = math.sqrt(r2)
-        if boxes_disjoint(box, cx, cy, cz, radius, radius, radius):
+        missed = boxes_disjoint(box, cx, cy, cz, radius, radius, radius)
+        if crowded:
+            missed = missed or beam_misses(seen, cx, cy, cz, radius, radius, radius)
+        s, k = s + BALL, k + 1
+        if missed:
+            s, k = s + below * BALL, k + below
+            continue
+        if below > 0:
             continue
         for i in range(B):
             along, miss2 = closest_approach(cx - hx[i], cy - hy[i], cz - hz[i], wx[i], wy[i], wz[i])
