@@ -34,7 +34,7 @@ from lensbench.optics.block_trace import surface_steps
 from lensbench.optics.scalar_trace import surface_table, trace_rays
 from lensbench.pupils.radial_sampler import POINTS, PupilTable
 from lensbench.pupils.rim_solver import solve_rims
-from lensbench.scenery.builtin.benchmark import benchmark_scene
+from lensbench.scenery.builtin.benchmark import benchmark_scene, crowded_scene
 
 MANY = 24                       # passes; every fourth, eighth or twelfth traces small lights
 
@@ -94,6 +94,14 @@ def fused() -> Iterator[tuple[str, float, str]]:
         rendering.add(4, threads=2)
         seconds = least_times({"add": partial(rendering.add, MANY, threads=2)}, 1.0)["add"]
         yield f"{name} with shadows, two threads", FILM.pixels_x * FILM.pixels_y * MANY / seconds / 1e6, "Msamples/s"
+
+
+def crowds() -> Iterator[tuple[str, float, str]]:
+    """Whole samples of many spheres with shadows, one thread, perspective camera."""
+    renderings = {count: lb.Rendering(lb.PerspectiveCamera(FILM), crowded_scene(count)) for count in (10, 1000, 3000)}
+    best = least_times({str(count): partial(rendering.add, 1, threads=1) for count, rendering in renderings.items()})
+    for count, seconds in best.items():
+        yield f"{count} spheres with shadows, a sample", 1e9 * seconds / (FILM.pixels_x * FILM.pixels_y), "ns"
 
 
 def cameras() -> Iterator[tuple[str, float, str]]:
@@ -213,7 +221,7 @@ def precision() -> Iterator[tuple[str, float, str]]:
         yield f"fates that differ in {n:,}, {name}", float(((single[3] > 0.0) != (double[3] > 0.0)).sum()), ""
 
 
-PARTS = {"tracer": block_against_scalar, "render": fused, "cameras": cameras, "pupil": pupil,
+PARTS = {"tracer": block_against_scalar, "render": fused, "crowds": crowds, "cameras": cameras, "pupil": pupil,
          "sampling": sampling, "light-tracing": light_tracing_errors, "precision": precision}
 LONG = ("sampling", "light-tracing", "precision", "light-field", "differentials")    # studies of errors: minutes each
 FORMER = {"splats": "light-tracing"}        # former: present name of a part

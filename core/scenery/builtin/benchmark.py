@@ -1,4 +1,8 @@
-"""The scene of the speed figures: ten spheres, a checkered floor, sky and sun."""
+"""The scenes of the speed figures: spheres on a checkered floor, sky and sun."""
+
+import math
+
+import numpy as np
 
 from lensbench.scenery.objects import Floor, Material, Sphere, Sun
 from lensbench.scenery.scene import Scene
@@ -14,3 +18,13 @@ def benchmark_scene() -> Scene:
     balls = tuple(Sphere((float(x), float(y), float(z)), float(r), Material(c))
                   for (x, y, z, r), c in zip(places, colours, strict=True))
     return Scene("benchmark", sun=Sun((0.5, 0.8, 0.45)), floor=Floor(), spheres=balls)
+
+
+def crowded_scene(count: int) -> Scene:
+    """Matte spheres in rows on a checkered floor, from 0.6 m on; render it with shadows."""
+    rng, side, balls = np.random.default_rng(2), math.ceil(math.sqrt(count)), []
+    for i in range(count):
+        radius, (aside, back) = rng.uniform(20.0, 50.0), rng.uniform(-20.0, 20.0, 2)
+        place = (120.0 * (i % side - side / 2) + aside, radius - 300.0, -600.0 - 120.0 * (i // side) + back)
+        balls.append(Sphere(place, radius, Material(tuple(rng.uniform(0.2, 0.9, 3)))))
+    return Scene("crowd", sun=Sun((0.4, 0.7, 0.3)), floor=Floor(-300.0), spheres=tuple(balls))
