@@ -26,6 +26,7 @@ from lensbench.optics.glass import Glass, GlassError, from_formula
 MAKERS = ("SCHOTT", "OHARA", "HOYA", "CDGM", "SUMITA", "HIKARI", "MISC")      # in order of preference
 FILE = Path(__file__).parent / "glasses.csv"
 PREFIXES = ("N", "S", "H", "E", "K", "D", "P", "L", "M", "J", "Q")    # of newer kinds of a glass: N-BK7 followed BK7
+RENAMED = {"E-": "J-"}                                        # Hikari's former and present names of a glass
 MOULDED = re.compile(r"[_-]MOLD(ED)?$", re.IGNORECASE)        # moulding lowers the index by some thousandths
 TOLERANCE_N, TOLERANCE_V = 5e-4, 5e-3                         # of one melt: n_d, and V_d as a share of it
 
@@ -139,7 +140,7 @@ def entries() -> tuple[Entry, ...]:
 
 
 def findings() -> tuple[str, ...]:
-    """Sentences about files and glasses in the user's folder that could not be read; see `doubt` for the others."""
+    """Sentences about files and glasses in the user's folder that could not be read; for others see `resolve`."""
     return _known().findings
 
 
@@ -173,7 +174,7 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
             if entry.maker == "MISC":
                 note = f"no {entry.name} of {wanted} is known: that of the catalogue MISC is taken"
         elif not wanted and others and entry.maker in MAKERS:
-            note = f"{entry.name} is made by {entry.maker} and {', '.join(others)}: that of {entry.maker} is taken"
+            note = f"{entry.name} is made by {' and '.join((entry.maker, *others))}: that of {entry.maker} is taken"
         return Resolved(entry.make(), entry.maker, "; ".join(filter(None, (note, entry.doubt))))
     if numbers := code_numbers(glass):
         entry = _by_code(*numbers, wanted)
@@ -182,6 +183,12 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
         unmoulded = resolve(MOULDED.sub("", glass), wanted)
         return unmoulded._replace(note=f"{glass.strip()}, a moulded glass, is taken as unmoulded "
                                        f"{unmoulded.maker} {unmoulded.glass.name}")
+    for former, present in RENAMED.items():
+        if glass.strip().upper().startswith(former) and (
+                same := table.get(key(present + glass.strip()[len(former):]))):
+            entry = _preferred(same, wanted, glass)
+            return Resolved(entry.make(), entry.maker,
+                            f"{glass.strip()} is in no catalogue: {entry}, its present name, is taken for it")
     bare = key(glass)
     kinds = [entry for prefix in PREFIXES for entry in table.get(prefix + bare, ())]
     if bare[:1] in PREFIXES and re.match(r"\s*\w-", glass):
@@ -217,12 +224,6 @@ def lookup(name: str, maker: str | None = None) -> Glass | None:
     """The glass that `find` returns, or None if no catalogue has the name."""
     entry = _named(name, maker)
     return entry.make() if entry else None
-
-
-def doubt(name: str, maker: str | None = None) -> str:
-    """What is in doubt about the glass that `find` returns, in one sentence; "" for nothing, or no such glass."""
-    entry = _named(name, maker)
-    return entry.doubt if entry else ""
 
 
 def _named(name: str, maker: str | None) -> Entry | None:

@@ -13,7 +13,7 @@ from dataclasses import replace
 from math import inf
 from typing import Any
 
-from lensbench.lenses import glass_catalogue, media
+from lensbench.lenses import media
 from lensbench.lenses.configurations import Configurations
 from lensbench.lenses.design import Design, Row
 from lensbench.lenses.file_error import LensFileError
@@ -83,8 +83,7 @@ def _medium(design: Design, name: str, makers: list[str]) -> Glass:
     coded = media.code(name)
     if coded is not None:
         return coded
-    known = glass_catalogue.makers(name)
-    glass, assumed = media.named(name, next((maker for maker in makers if maker in known), None))
+    glass, assumed = media.named(name, media.maker_among(name, makers))
     design.assume_glass(assumed)
     return glass
 

@@ -1,7 +1,9 @@
 """Media as lens files name them: catalogue glasses, model glasses of n_d and V_d, plastics and liquids, air."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
+from math import sqrt
 
 from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses import glass_catalogue
@@ -27,6 +29,12 @@ OTHERS = {
     "EP7000": (1.6510, 21.5), "EP8000": (1.6610, 20.4), "EP10000": (1.6830, 18.4),
     "PC": (1.5855, 29.9), "PS": (1.5905, 30.9),
 }
+
+# Water of 20 °C, whose index depends on its salt: grams in a kilogram
+WATERS = {"WATER": 0.0, "SEAWATER": 35.0}
+DAIMON = ((0.5684027565, 0.005101829712), (0.1726177391, 0.01821153936), (0.02086189578, 0.02620722293),
+          (0.1130748688, 10.69792721))          # B and C (µm²) of its formula
+AIR_INDEX = 1.00027
 
 # Powers of the wavelength in the formulas of `optics.glass` that give n²
 POWERS = {"schott": (0, 2, -2, -4, -6, -8, -10, -12), "extended-2": (0, 2, -2, -4, -6, -8, 4, 6),
@@ -64,7 +72,11 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
     try:
         exact = glass_catalogue.lookup(name, maker)
         if exact is not None:
-            return exact, glass_catalogue.resolve(name, maker).note if maker else glass_catalogue.doubt(name)
+            return exact, glass_catalogue.resolve(name, maker).note
+        if name.upper() in WATERS:
+            salt = WATERS[name.upper()]
+            salty = f" with {significant(salt)} g/kg of salt (X. Quan and E. S. Fry, 1995)" if salt else ""
+            return _water(name, salt), (f"{name} was taken as water of 20 °C (M. Daimon and A. Masumura, 2007)" + salty)
         if name.upper() in OTHERS:
             n_d, v_d = OTHERS[name.upper()]
             return Glass(n_d, v_d, name), f"{name} was taken as n_d {significant(n_d)} and V_d {significant(v_d)}"
@@ -75,6 +87,27 @@ def named(name: str, maker: str | None = None, spare: tuple[float, float] | None
         return near.glass, near.note
     except GlassError as error:
         raise RowError(str(error)) from None
+
+
+def maker_among(name: str, catalogues: Sequence[str]) -> str | None:
+    """The maker of a glass by the first of a file's catalogues (such as SUMITA, SUMITA_2011) that has it; else None."""
+    known = glass_catalogue.makers(name)
+    return next((maker for catalogue in catalogues for maker in known
+                 if catalogue == maker or catalogue.startswith(f"{maker}_")), None)
+
+
+def _water(name: str, salt: float) -> Glass:
+    """Water of 20 °C: index in air from 0.2 to 1.12 µm.
+
+    Pure water by M. Daimon and A. Masumura, Appl. Opt. 46, 3811 (2007), who measured it in vacuum; what salt (g/kg)
+    adds by X. Quan and E. S. Fry, Appl. Opt. 34, 3477 (1995), who fitted it from 0.40 to 0.70 µm.
+    """
+    def index(w: float) -> float:
+        squared = w * w
+        pure = sqrt(1.0 + sum(b * squared / (squared - c) for b, c in DAIMON)) / AIR_INDEX
+        return pure + (1.779e-4 - 1.05e-6 * 20.0 + 1.6e-8 * 20.0**2 + 1.155e-5 / w) * salt
+
+    return tabulated(name, [(w / 100.0, index(w / 100.0)) for w in range(20, 113)])
 
 
 def stated(name: str, n_d: float, v_d: float, maker: str | None = None) -> Glass:
@@ -162,9 +195,9 @@ def listed(name: str, maker: str | None, points: list[tuple[float, float]]) -> G
     return None
 
 
-def is_known(glass: Glass) -> bool:
-    """Whether a reader finds this exact glass by its name."""
-    return bool(glass.name) and glass.formula != "model" and glass_catalogue.lookup(glass.name) == glass
+def is_known(glass: Glass, maker: str | None = None) -> bool:
+    """Whether a reader finds this exact glass by its name, and by the maker where the file says which."""
+    return bool(glass.name) and glass.formula != "model" and glass_catalogue.lookup(glass.name, maker) == glass
 
 
 def maker_of(glass: Glass) -> str:
@@ -175,14 +208,17 @@ def maker_of(glass: Glass) -> str:
                  if maker != MISC and glass_catalogue.lookup(glass.name, maker) == glass), "")
 
 
-def glass_loss(glass: Glass, i: int, with_maker: bool = False) -> list[Finding]:
+def glass_loss(glass: Glass, i: int, with_maker: bool = False,
+               is_found: bool | None = None) -> list[Finding]:
     """Finding about what is lost if only name, n_d and V_d of the glass of surface i are written; empty if nothing.
 
-    with_maker: its maker is written as well.
+    with_maker: its maker is written as well. is_found: whether a reader finds it in the
+    catalogues that the file names; None: it names none.
     """
     if glass.n_d == 1.0:
         lost = f"the name of {glass.name}, of index 1, is left out" if glass.name else ""
-    elif glass.formula == "model" or (maker_of(glass) if with_maker else is_known(glass)):
+    elif glass.formula == "model" or (maker_of(glass) if with_maker else is_known(glass) if is_found is None
+                                      else is_found):
         lost = ""
     else:
         lost = f"of the dispersion of {glass.name or 'a glass'} only n_d and V_d are written"

@@ -90,9 +90,12 @@ def at_reference(lens: Lens) -> tuple[Lens, float]:
     wavelength = reference_wavelength(lens.surfaces, lens.system)
     if is_d_line(wavelength):
         return lens, wavelength
-    surfaces = tuple(replace(surface, glass=Glass(surface.glass.index(wavelength), None, surface.glass.name))
-                     for surface in lens.surfaces)
-    return replace(lens, surfaces=surfaces), wavelength
+    seen = lens.known.get(("at reference", wavelength))
+    if seen is None:
+        surfaces = tuple(replace(surface, glass=Glass(surface.glass.index(wavelength), None, surface.glass.name))
+                         for surface in lens.surfaces)
+        seen = lens.known["at reference", wavelength] = replace(lens, surfaces=surfaces)
+    return seen, wavelength
 
 
 def is_d_line(wavelength: float) -> bool:

@@ -90,6 +90,7 @@ def read(text: str, path: str) -> Lens:
     _read_header(design, header, surfaces[0])
     design.name = header.get("NAME", (0, [""]))[1][0].strip().strip('"')
     design.notes = " ".join(" ".join(notes).split())
+    catalogues = [name.upper() for name in header.get("GCAT", (0, []))[1]]
     row_of: dict[int, int] = {}
     for i, (keys, values) in enumerate(zip(surfaces, numbered, strict=True)):
         row_of[i] = len(design.rows)
@@ -107,7 +108,7 @@ def read(text: str, path: str) -> Lens:
             design.found(Kind.LEFT_OUT, f"SURF {i}: the ideal lens (TYPE PARAXIAL) between the lens and its image is "
                                         "left out")
         else:
-            design.add(_row(design, i, keys, values, i == len(surfaces) - 1))
+            design.add(_row(design, i, keys, values, i == len(surfaces) - 1, catalogues))
     first = listed.first("aperture", 0)
     if first is not None and design.system.aperture is not None:
         design.state_aperture(design.system.aperture.kind, first)
@@ -182,8 +183,8 @@ def _configure(listed: configurations.Configurations, path: str, line: int, key:
         surfaces[index][FIRST[key]] = (line, words[2:3])
 
 
-def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool) -> Row:
-    """The row of one SURF block."""
+def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool, catalogues: list[str]) -> Row:
+    """The row of one SURF block. catalogues: of glasses, in the order of the file."""
     path, line = design.path, keys["SURF"][0]
     row = Row(line)
     kind_line, words = keys.get("TYPE", (line, ["STANDARD"]))
@@ -218,7 +219,7 @@ def _row(design: Design, index: int, keys: dict, numbered: dict, is_image: bool)
         except RowError as error:
             raise LensFileError(path, kind_line, f"SURF {index}, TYPE {kind}: {error}") from None
     if "GLAS" in keys and keys["GLAS"][1] and not is_image:
-        row.glass = _glass(design, index, keys["GLAS"][0], keys["GLAS"][1], " ".join(keys.get("COMM", (0, []))[1]))
+        row.glass = _glass(design, index, keys["GLAS"], " ".join(keys.get("COMM", (0, []))[1]), catalogues)
     return row
 
 
@@ -258,9 +259,10 @@ def _shape(row: Row, kind: str, numbered: dict, path: str) -> None:
         raise RowError(f"a term in r^{max(row.aspheric)} is not traced: powers go to 20")
 
 
-def _glass(design: Design, index: int, line: int, words: list[str], comment: str) -> Glass:
-    """The medium of a GLAS line; the comment of the surface may name a model glass."""
-    path, name = design.path, words[0]
+def _glass(design: Design, index: int, entry: tuple[int, list[str]], comment: str, catalogues: list[str]) -> Glass:
+    """The medium of a GLAS line, from the first catalogue that has it; the surface's comment may name a model glass."""
+    path, (line, words) = design.path, entry
+    name = words[0]
     if name.upper() == "MIRROR":
         raise LensFileError(path, line, f"SURF {index} is a mirror (GLAS MIRROR): only lenses are traced")
     flag = words[1] if len(words) > 1 else "0"
@@ -273,7 +275,7 @@ def _glass(design: Design, index: int, line: int, words: list[str], comment: str
         if flag == "1" or not shown:
             return media.stated(shown, n_d, v_d)
         spare = None if (n_d, v_d) in LEFTOVERS else (n_d, v_d)
-        glass, assumed = media.named(name, spare=spare)
+        glass, assumed = media.named(name, media.maker_among(name, catalogues), spare)
     except RowError as error:
         raise LensFileError(path, line, f"SURF {index}, GLAS: {error}") from None
     design.assume_glass(assumed)

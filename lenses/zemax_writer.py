@@ -33,10 +33,11 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
             lines.append("  STOP")
         lines += _surface_lines(surface)
         glass = surface.glass
-        remarks += media.glass_loss(glass, i)
+        is_found = media.is_known(glass, media.maker_among(glass.name, makers))
+        remarks += media.glass_loss(glass, i, is_found=is_found)
         if glass.n_d != 1.0:
             name = " ".join(glass.name.split())
-            is_known = media.is_known(glass) and name == glass.name and " " not in name
+            is_known = is_found and name == glass.name and " " not in name
             if name and not is_known:                       # a model glass has no name
                 lines.insert(-len(_surface_lines(surface)), f"  COMM {GLASS_COMMENT}{name}")
             lines.append(f"  GLAS {name if is_known else '___BLANK'} {0 if is_known else 1} 0 {glass.n_d!r} "

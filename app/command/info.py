@@ -24,20 +24,24 @@ def info(arguments: argparse.Namespace) -> int:
     """Print what is known of a lens, as text or JSON."""
     import lensbench as lb
     from lensbench.app.command import lens_card
-    from lensbench.app.state.build import design
+    from lensbench.app.state.build import design, picture_wavelength, published
     from lensbench.app.state.coating import coating
+    from lensbench.app.state.lens_choice import USUAL, own_film
     from lensbench.app.state.lens_settings import AUTO
     from lensbench.app.state.settings import Settings
     from lensbench.app.state.zoom import positioned, station_lines, stations
     from lensbench.lenses.paraxial import is_d_line
 
-    lens = design(replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked())
-    card = lens_card.lens_card(lens)
-    lens = positioned(lens, arguments)
+    settings = replace(Settings(), lens=arguments.lens, focal_length=arguments.focal_length).checked()
+    lens = published(settings)
+    card, seen_at = lens_card.lens_card(lens), picture_wavelength(settings, lens)
+    lens = positioned(design(settings), arguments)
     if getattr(arguments, "f_number", None) is not None:
         lens = lb.stopped_down(lens, arguments.f_number)
     assumed = coating(replace(Settings(), coating=arguments.coating or AUTO), lens)
-    data = {**_lens_data(lens, assumed.name), **card, "coating": assumed.name, "positions": stations(lens)}
+    film = own_film(settings.lens, lens) if settings.focal_length is None else USUAL
+    data = {**_lens_data(lens, assumed.name, film), "picture_wavelength": seen_at, **card, "coating": assumed.name,
+            "positions": stations(lens)}
     if arguments.json:
         print_json({"units": {"length": "mm", "angle": "degrees"}, **data})
         return 0
@@ -59,15 +63,17 @@ def info(arguments: argparse.Namespace) -> int:
     rows += [("Petzval radius", f"{fixed(data['petzval_radius'], 1)} mm"),
              ("Nearest focus, from the film", "none: it forms no real image" if data["nearest_focus"] is None
               else f"{fixed(data['nearest_focus'] / 1000.0, 3)} m"),
-             ("Field of view on 36 × 24, h × v, diagonal",
-              f"{fixed(view['horizontal'], 1)}° × {fixed(view['vertical'], 1)}°, {fixed(view['diagonal'], 1)}°")]
+             ("Field of view, h × v, diagonal",
+              f"{fixed(view['horizontal'], 1)}° × {fixed(view['vertical'], 1)}°, {fixed(view['diagonal'], 1)}° on "
+              f"{significant(film[0])} × {significant(film[1])} mm{'' if film == lens.film_size else ' (assumed)'}")]
     if data["intrinsics"]:
         pixels = data["intrinsics"]
         rows.append((f"Intrinsics at {pixels['width']} × {pixels['height']} pixels of that film",
                      f"fx {fixed(pixels['fx'], 2)}, fy {fixed(pixels['fy'], 2)}, cx {fixed(pixels['cx'], 2)}, cy "
                      f"{fixed(pixels['cy'], 2)}"))
     if not is_d_line(data["wavelength"]):
-        rows.insert(0, ("Figures at the primary wavelength", f"{significant(1000.0 * data['wavelength'])} nm"))
+        rows.insert(0, ("Figures at the primary wavelength", f"{significant(1000.0 * data['wavelength'])} nm"
+                        + (", its pictures too" if seen_at is not None else "")))
     year = f"{data['year']}{lens_card.star(card, 'year')}" if data["year"] else ""
     print(", ".join(word for word in (data["name"] or arguments.lens, data["kind"], year) if word))
     print("\n".join([*lens_card.card_lines(card, data["source"]),
@@ -82,8 +88,11 @@ def _mm(length: float) -> str:
     return f"{fixed(length, 3)} mm"
 
 
-def _lens_data(lens, coating: str) -> dict[str, Any]:
-    """The figures of `lensbench info`: lengths in mm, angles in degrees (by efl, distortion left out)."""
+def _lens_data(lens, coating: str, film_size: tuple[float, float]) -> dict[str, Any]:
+    """The figures of `lensbench info`: lengths in mm, angles in degrees (by efl, distortion left out).
+
+    film_size: width and height for field of view and intrinsics.
+    """
     import lensbench as lb
     from lensbench.lenses.paraxial import reference_wavelength
 
@@ -95,7 +104,7 @@ def _lens_data(lens, coating: str) -> dict[str, Any]:
         nearest = None
     across = None if lens.is_rotationally_symmetric else lb.first_order(lens.section("x"), wavelength)
     squeeze = fo.efl / across.efl if across and math.isfinite(fo.efl) and math.isfinite(across.efl) else 1.0
-    film = lb.Film(36.0 * abs(squeeze), 24.0)               # as wide as what a lens with cylinders squeezes into it
+    film = lb.Film(film_size[0] * abs(squeeze), film_size[1])   # as wide as what a lens with cylinders squeezes into it
     return {
         "name": lens.name, "kind": lens.kind, "year": lens.year, "source": lens.source,
         "stated_efl": lens.stated_efl, "stated_f_number": lens.stated_f_number,
@@ -108,6 +117,7 @@ def _lens_data(lens, coating: str) -> dict[str, Any]:
         "exit_pupil": {"z": fo.exit_pupil.z, "radius": fo.exit_pupil.radius},
         "petzval_radius": fo.petzval_radius, "stop_radius": fo.stop_radius,
         "nearest_focus": nearest,
+        "film": film_size,
         "field_of_view": {axis: math.degrees(lb.field_of_view(abs(fo.efl), film, axis))
                           for axis in ("horizontal", "vertical", "diagonal")},
         "intrinsics": _intrinsics(lens, film),

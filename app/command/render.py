@@ -53,9 +53,11 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
 
 def render(arguments: argparse.Namespace) -> int:
     """Render what the arguments ask for; the exit code."""
+    from lensbench.app.command.lens_options import say
     from lensbench.app.command.options import settings_from
     from lensbench.app.files.picture_render import export_render, kept_path
     from lensbench.app.files.settings_file import save_settings
+    from lensbench.app.state.build import wavelength_remark
     from lensbench.app.state.camera_kinds import CAMERA_KINDS
     from lensbench.app.workers.warm_cache import compiling_ahead
 
@@ -63,6 +65,9 @@ def render(arguments: argparse.Namespace) -> int:
     if needs_lens and arguments.lens is None and arguments.settings is None:
         raise UsageError("which LENS? Name one, an exported picture, or --settings (see lensbench render --help)")
     settings = settings_from(arguments)
+    remark = wavelength_remark(settings)
+    if remark:
+        say(f"{settings.lens}: {remark}")
     if arguments.until_noise is not None and arguments.samples is None:
         settings = replace(settings, samples=MOST_SAMPLES)
     if arguments.save_settings is not None:

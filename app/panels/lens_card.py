@@ -10,7 +10,7 @@ from imgui_bundle import ImVec2, imgui, implot
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.state.build import design
+from lensbench.app.state.build import published
 from lensbench.app.state.lens_shelf import film_name
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
@@ -56,7 +56,7 @@ def lens_card_panel(settings: Settings, state: LensCardState, lit: tuple[int, ..
         paragraph("This camera has no lens")
         return
     try:
-        lens = design(settings.plain("zoom", "blades", "blade_rotation", "roundness", "medium", "immersed"))
+        lens = published(settings.plain("zoom", "blades", "blade_rotation", "roundness", "medium", "immersed"))
     except (ValueError, OSError) as error:
         paragraph(str(error))
         return

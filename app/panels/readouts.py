@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
-from lensbench.app.state.build import design, focus_text
+from lensbench.app.state.build import design, focus_text, picture_wavelength, published
 from lensbench.app.state.coating import coating
 from lensbench.app.state.comparison.difference import difference
 from lensbench.app.state.figures import Readings, colours, readings
@@ -178,7 +178,7 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
     return [
         Row("Focal length", *_length(got.efl), "Effective focal length (EFL), f: from the rear principal plane P′ "
                                                "to the rear focus F′"),
-        *_wavelength(got),
+        *_wavelength(settings, got),
         *_across(got),
         Row("Back focal length", *_length(got.bfl), "Back focal length (BFL): from the last vertex "
                                                     "to the rear focus F′"),
@@ -223,13 +223,14 @@ def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:
     ]
 
 
-def _wavelength(got: Readings) -> list[Row]:
+def _wavelength(settings: Settings, got: Readings) -> list[Row]:
     """The row of the primary wavelength of a lens that was not designed for the d line."""
     if is_d_line(got.wavelength):
         return []
+    picture = ("The picture is that of this wavelength too" if not colours(settings).used else
+               "The film lies where the d line, 587.6 nm, is in focus, and the picture sees the visible spectrum")
     return [Row("  at", significant(1000.0 * got.wavelength), "nm",
-                "The primary wavelength of the design: that of focal lengths, field, pupils and Airy disk. The film "
-                "lies where the d line, 587.6 nm, is in focus")]
+                f"The primary wavelength of the design: that of focal lengths, field, pupils and Airy disk. {picture}")]
 
 
 def _t_stop(settings: Settings, got: Readings) -> Row:
@@ -265,11 +266,16 @@ def _signed(length: float) -> str:
 
 def _colours(settings: Settings) -> Row:
     """The wavelengths of the picture, and the reason."""
+    value, wavelength = NONE, None
     try:
         used, why = colours(settings)[1:]
+        if settings.has_lens:
+            wavelength = picture_wavelength(settings, published(settings))
+            value = "24 wavelengths" if used else "d line"
     except (ValueError, OSError) as error:
-        used, why = False, str(error)
-    value = NONE if not settings.has_lens else "24 wavelengths" if used else "d line"
+        why = str(error)
+    if wavelength is not None:
+        return Row("Colours", significant(1000.0 * wavelength), "nm", why)
     return Row("Colours", value, "", why)
 
 

@@ -15,13 +15,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.state.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.cameras.real_lens import missing_dispersion
+from lensbench.imaging.spectrum import WAVELENGTHS
+from lensbench.kernels.block import BLUE, RED
 from lensbench.kernels.figures import significant
-from lensbench.lenses.paraxial import reference_wavelength
+from lensbench.lenses.paraxial import at_reference, is_d_line, reference_wavelength
 from lensbench.scenery.shading.participating_medium import WATER_INDEX
 
 if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
 
+VISIBLE = WAVELENGTHS[BLUE][0], WAVELENGTHS[RED][-1]    # µm, of pictures with dispersion
 ENOUGH = 0.5                    # of a pixel: a smaller gain does not move the film
 
 
@@ -80,7 +84,37 @@ def _load(lens: str, stamp: Stamp) -> lb.Lens:
 
 
 def design(settings: "Settings") -> lb.Lens:
-    """The lens wide open, scaled to the chosen focal length (for a zoom, its shortest), then zoomed.
+    """The lens of `published` as pictures and figures see it: at one wavelength where `picture_wavelength` says so.
+
+    Errors are those of `published`.
+    """
+    lens = published(settings)
+    return lens if picture_wavelength(settings, lens) is None else at_reference(lens)[0]
+
+
+def picture_wavelength(settings: "Settings", lens: lb.Lens) -> float | None:
+    """The wavelength (µm) of pictures through a lens that was designed for another one than the d line.
+
+    It is the primary one of its design. None for a lens whose pictures are those of the d line, or of the visible
+    spectrum: where its primary wavelength is visible, its dispersion known and not turned off.
+    """
+    wavelength = reference_wavelength(lens.surfaces, lens.system)
+    if is_d_line(wavelength):
+        return None
+    is_coloured = (settings.follows_lens and settings.dispersion != "off" and VISIBLE[0] <= wavelength <= VISIBLE[1]
+                   and any(surface.glass.disperses for surface in lens.surfaces) and not missing_dispersion(lens))
+    return None if is_coloured else wavelength
+
+
+def wavelength_remark(settings: "Settings") -> str:
+    """What a user should know of the wavelength of these pictures; "" for the d line and the visible spectrum."""
+    wavelength = picture_wavelength(settings, published(settings)) if settings.has_lens else None
+    return "" if wavelength is None else (f"its pictures and figures are those at {significant(1000.0 * wavelength)} "
+                                          "nm alone, the primary wavelength of its design")
+
+
+def published(settings: "Settings") -> lb.Lens:
+    """The lens wide open with its glasses, scaled to the chosen focal length (for a zoom, its shortest), then zoomed.
 
     LensError if the settings zoom a lens that cannot zoom.
     """

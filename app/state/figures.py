@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.state.build import FocusPosition, design, setup
+from lensbench.app.state.build import VISIBLE, FocusPosition, design, picture_wavelength, published, setup
 from lensbench.app.state.coating import coating
 from lensbench.app.state.ray_fans import lit_radius
 from lensbench.cameras.real_lens import missing_dispersion
-from lensbench.kernels.figures import fixed
+from lensbench.kernels.figures import fixed, significant
 from lensbench.lenses.paraxial import reference_wavelength
 from lensbench.pupils.image_circle import edge_of_light
 from lensbench.pupils.ray_aiming import Aim
@@ -26,6 +26,7 @@ from lensbench.pupils.ray_aiming import Aim
 if TYPE_CHECKING:
     from lensbench.app.state.settings import Settings
 
+SEEN = f"{fixed(VISIBLE[0], 2)} to {fixed(VISIBLE[1], 2)} µm"
 NARROW = 0.97                   # of the film's diagonal: a smaller image circle is reported
 
 
@@ -34,7 +35,7 @@ class Readings:
     """The read-outs; None where a figure has no meaning for the camera.
 
     wavelength: of the focal lengths, the widest f-number, the pupils and the Airy disk (µm), the primary one of the
-    design; what depends on the focus of the picture is at the d line.
+    design.
     f_number: in air, focused at infinity. widest_f_number: the same with the stop fully open. working_f_number: of the
     cone of light on the film, at the present focus. reason: why the lens cannot follow the settings, or "".
     """
@@ -83,16 +84,23 @@ class Colours(NamedTuple):
 
 def colours(settings: "Settings") -> Colours:
     """The dispersion of the lens under these settings; ValueError or OSError if the lens cannot be loaded."""
-    if not settings.follows_lens:
+    if not settings.has_lens:
         return Colours(False, False, "Only the real lens disperses: this camera is an ideal one, at the d line")
-    lens = design(settings)
+    lens = published(settings)
+    wavelength = picture_wavelength(settings, lens)
+    alone = "At the d line alone" if wavelength is None else \
+        f"At {significant(1000.0 * wavelength)} nm alone, the primary wavelength of the design"
+    if not settings.follows_lens:
+        return Colours(False, False, f"{alone}: only the real lens disperses, this model is an ideal one")
     if not any(surface.glass.disperses for surface in lens.surfaces):
-        return Colours(False, False, "At the d line alone: no dispersion is known for the glasses of this lens")
+        return Colours(False, False, f"{alone}: no dispersion is known for the glasses of this lens")
+    if wavelength is not None and not VISIBLE[0] <= wavelength <= VISIBLE[1]:
+        return Colours(False, False, f"{alone}, which lies beside what a colour picture sees, {SEEN}")
     missing = missing_dispersion(lens)
     if missing:
-        return Colours(False, False, f"At the d line alone: {missing}, and a picture sees 0.42 to 0.65 µm")
+        return Colours(False, False, f"{alone}: {missing}, and a picture sees {SEEN}")
     if settings.dispersion == "off":
-        return Colours(True, False, "At the d line alone: dispersion is turned off")
+        return Colours(True, False, f"{alone}: dispersion is turned off")
     return Colours(True, True, "Traced at 24 wavelengths, eight for each of red, green and blue: lateral and "
                                "longitudinal colour show. A sample takes three times as long"
                                + (". The automatic model does so where they amount to half a pixel"

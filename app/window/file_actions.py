@@ -12,7 +12,7 @@ from pathlib import Path
 from imgui_bundle import hello_imgui
 
 from lensbench import lenses
-from lensbench.app.state.build import design
+from lensbench.app.state.build import published
 from lensbench.app.state.constraints import constrained
 from lensbench.app.state.lens_choice import with_lens
 from lensbench.app.state.pose import at_home
@@ -148,7 +148,7 @@ class Files:
         """Save the lens, scaled and zoomed, in the format of the suffix; messages name what the format cannot hold."""
         say = self._state.view.say
         try:
-            remarks = lenses.save(design(self._state.history.present), path)
+            remarks = lenses.save(published(self._state.history.present), path)
         except (ValueError, OSError) as error:
             say(str(error))
             return

@@ -16,7 +16,7 @@ from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
 from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.panels.light_field.controller import LightFieldController
-from lensbench.app.state.build import design
+from lensbench.app.state.build import published, wavelength_remark
 from lensbench.app.state.constraints import showable
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
@@ -97,9 +97,13 @@ class WindowState:
         return shown
 
     def say_findings(self, settings: Settings) -> None:
-        """Show the assumptions of the reader of the lens file."""
-        for finding in design(settings).findings:
-            self.view.say(f"{Path(settings.lens).name}: {finding}")
+        """Show the assumptions of the reader of the lens file, and a wavelength of its own."""
+        lens, name = published(settings), Path(settings.lens).name
+        for finding in lens.findings:
+            self.view.say(f"{name}: {finding}")
+        remark = wavelength_remark(settings)
+        if remark:
+            self.view.say(f"{name}: {remark}")
 
     # The window
 

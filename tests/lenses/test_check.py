@@ -1,22 +1,17 @@
 """Checks of a prescription: they explain known errors, find inserted errors, and accept sound lenses."""
 
-import json
 from dataclasses import replace
-from functools import cache
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 
-from lensbench import AIR, Glass, Lens, Surface, first_order, lenses
-from lensbench.lenses.rows import stop_of
+from lensbench import Glass, Lens, Surface, first_order, lenses
+from tests.lenses.published import published
 from tests.lenses.test_position_table import lenses_with_positions
 from tests.lenses.test_toml_format import prescriptions
 from tests.library import EVERY
 
 MOVING = [each for each in EVERY if lenses.load(each if isinstance(each, str) else each.values[0]).positions]
-
-DATA = json.loads((Path(__file__).parents[1] / "data" / "suspect_lenses.json").read_text(encoding="utf-8"))
 
 # What each published table with an error in it must be found out by
 SUSPECTS = {
@@ -29,21 +24,6 @@ SUSPECTS = {
     "lib-us4505553": {"glass", "back-focus", "f-number", "blur", "stop"},
     "lv-nikon-fisheye-nikkor-6mm-f28": {"focal-length", "back-focus", "f-number"},
 }
-
-
-@cache
-def published(name):
-    """The lens of a table in the test data."""
-    entry = DATA[name]
-    surfaces = []
-    for radius, gap, n, v, rim, *more in entry["rows"]:
-        extra = more[0] if more else {}
-        shape = {"conic": extra.get("conic", 0.0), "curvature_x": 0.0 if extra.get("cylinder") else None,
-                 "aspheric": tuple((int(power), a) for power, a in extra.get("aspheric", {}).items())}
-        glass = Glass(n, v, extra.get("glass", "")) if n > 1.0 else AIR
-        surfaces.append(Surface(1.0 / radius if radius else 0.0, gap, rim, glass, **shape))
-    stop, findings = stop_of(tuple(surfaces), [] if entry["stop"] is None else [entry["stop"]])
-    return Lens(tuple(surfaces), stop, stated_efl=entry["efl"], stated_f_number=entry["f_number"], findings=findings)
 
 
 def kinds(lens):

@@ -1,21 +1,16 @@
 """Named causes: a good lens is damaged in a known way, and `check` must name that way with the right value."""
 
-import json
 import random
 from dataclasses import replace
 from functools import cache
 from math import inf
-from pathlib import Path
 
 import pytest
 
-from lensbench import AIR, Glass, Lens, Surface, first_order, lenses
+from lensbench import Glass, Lens, Surface, first_order, lenses
 from lensbench.lenses.checks.field import lit_field
-from lensbench.lenses.rows import stop_of
 from lensbench.optics.system import FieldPoint, SystemData
-from lensbench.optics.zoom_positions import Positions
-
-DATA = json.loads((Path(__file__).parents[1] / "data" / "suspect_causes.json").read_text(encoding="utf-8"))
+from tests.lenses.published import published
 
 SPHERICAL = ["pbrt-dgauss-50mm", "lv-czj-tessar-50-f28", "lv-zeiss-distagon-35mm-f4-contarex", "lib-tronnier-1953",
              "lv-leica-summicron-m-50f2-v5", "lib-bertele-sonnar-1998704a"]
@@ -264,28 +259,6 @@ def test_a_near_limit_that_the_modelled_gaps_do_not_reach_is_a_note():
 
 
 # Published tables with an error in them
-
-@cache
-def published(name):
-    """The lens of a table in the test data."""
-    entry = DATA[name]
-    surfaces = []
-    for radius, gap, n, v, rim, *more in entry["rows"]:
-        extra = more[0] if more else {}
-        surfaces.append(Surface(1.0 / radius if radius else 0.0, gap, rim, Glass(n, v) if n > 1.0 else AIR,
-                                extra.get("conic", 0.0),
-                                tuple((int(power), a) for power, a in extra.get("aspheric", {}).items())))
-    stop, findings = stop_of(tuple(surfaces), [entry["stop"]])
-    fields = (FieldPoint(0.0, entry["half_field"]),) if entry["half_field"] else ()
-    positions = None
-    if entry["gaps"]:
-        table = entry["gaps"]
-        positions = Positions(tuple(table["surfaces"]), tuple((tuple(row),) for row in table["thicknesses"]),
-                              tuple(table["stations"]), focal_lengths=tuple(table["focal_lengths"]),
-                              f_numbers=tuple(table["f_numbers"] or ()))
-    return Lens(tuple(surfaces), stop, year=entry["year"], stated_efl=entry["efl"], stated_f_number=entry["f_number"],
-                positions=positions, findings=findings, system=SystemData(fields=fields), estimates="all rims").at()
-
 
 @pytest.mark.parametrize(("name", "kind", "surface", "after"), [
     ("canon-rf-is-stm-28-70-f28", "cover-glass", 27, 2.04),

@@ -263,3 +263,36 @@ def test_a_file_that_holds_no_glass_is_an_error_of_one_line(tmp_path, folder, co
         agf.read(tmp_path / "none.agf")
     with pytest.raises(glass_catalogue.UnknownGlass, match=r"bad\.agf"):
         glass_catalogue.find("A")
+
+
+def quan_and_fry(wavelength, salt):
+    """Index in air of water of 20 °C with salt (g/kg) at 0.40 to 0.70 µm, Appl. Opt. 34, 3477 (1995)."""
+    t, w = 20.0, 1000.0 * wavelength
+    return (1.31405 + (1.779e-4 - 1.05e-6 * t + 1.6e-8 * t * t) * salt - 2.02e-6 * t * t
+            + (15.868 + 0.01155 * salt - 0.00423 * t) / w - 4382.0 / w**2 + 1.1455e6 / w**3)
+
+
+@pytest.mark.parametrize(("name", "salt"), [("WATER", 0.0), ("seawater", 35.0)])
+def test_water_has_the_dispersion_that_others_measured(name, salt):
+    water, note = media.named(name)
+    assert "Daimon" in note and ("35 g/kg" in note) == bool(salt)
+    for wavelength in (0.4047, 0.4358, F_LINE, 0.5461, D_LINE, 0.6328, C_LINE, 0.69):
+        assert water.index(wavelength) == pytest.approx(quan_and_fry(wavelength, salt), abs=3e-5)
+    # As design programs have them
+    assert (water.n_d, water.v_d) == pytest.approx((1.339462, 54.90) if salt else (1.333041, 55.77), abs=0.1)
+    assert water.n_d == pytest.approx(1.339462 if salt else 1.333041, abs=2e-5)
+    assert 1.327 < water.index(0.8) - 6.2e-3 * bool(salt) < 1.330
+    with pytest.raises(GlassError, match="0.2 to 1.12"):
+        water.index(1.2)
+
+
+def test_hikaris_former_names_lead_to_hikaris_glasses():
+    found = glass_catalogue.resolve("E-LLF6")
+    assert (found.maker, found.glass.name) == ("HIKARI", "J-LLF6") and "its present name" in found.note
+
+
+def test_a_name_in_several_catalogues_says_which_was_taken():
+    glass, note = media.named("F2")
+    assert glass == glass_catalogue.find("F2", "SCHOTT") and note == (
+        "F2 is made by SCHOTT and CDGM and SUMITA: that of SCHOTT is taken")
+    assert media.named("F2", "SUMITA") == (glass_catalogue.find("F2", "SUMITA"), "")

@@ -218,3 +218,17 @@ def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
     odd = replace(lens, surfaces=(replace(lens.surfaces[0], glass=table), *lens.surfaces[1:]))
     assert any("MINE" in str(remark) for remark in lenses.save(odd, tmp_path / "c.zmx"))
     assert lenses.load(tmp_path / "c.zmx").surfaces[0].glass == Glass(1.5, 60.0, "MINE")
+
+
+def test_the_catalogues_of_the_file_say_whose_glass_a_name_is(tmp_path):
+    """Zemax takes the first catalogue of GCAT that has the name."""
+    plain = SAMPLE.replace("GLAS N-BK7", "GLAS F2").replace("GCAT ", "XCAT ")
+    for catalogues, maker in (("SUMITA SCHOTT", "SUMITA"), ("SCHOTT SUMITA", "SCHOTT"), ("SUMITA_AUG2011", "SUMITA"),
+                              ("OHARA SUMITA", "SUMITA")):
+        lens = loaded(tmp_path, "a.zmx", f"GCAT {catalogues}\n{plain}")
+        assert lens.surfaces[0].glass == glass_catalogue.find("F2", maker)
+        assert not any("made by" in str(finding) for finding in lens.findings)
+        lenses.save(lens, tmp_path / "b.zmx")
+        assert lenses.load(tmp_path / "b.zmx").surfaces[0].glass == lens.surfaces[0].glass
+    told = loaded(tmp_path, "a.zmx", plain).findings
+    assert any("that of SCHOTT is taken" in str(finding) for finding in told)

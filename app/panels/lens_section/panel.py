@@ -29,6 +29,7 @@ from lensbench.app.state.text_values import format_distance, format_f_number
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
 from lensbench.kernels.figures import fixed, significant, true_minus
+from lensbench.lenses.paraxial import index_of, is_d_line, reference_wavelength
 
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
 FINE = 0.1
@@ -315,11 +316,16 @@ def _explain(shown: Sketch, canvas: Canvas, lit: tuple[int, ...], state: Section
     if len(lit) == 1 and shown.lens is not None:
         _tooltip(*_surface_words(shown, lit[0]))
         return
-    for number, element in enumerate(elements(shown.lens) if shown.lens is not None else (), start=1):
+    if shown.lens is None:
+        return
+    for number, element in enumerate(elements(shown.lens), start=1):
         if element.holds(z, y):
             glass = element.glass
+            wavelength = reference_wavelength(shown.lens.surfaces, shown.lens.system)
+            line = "the d line" if is_d_line(wavelength) else f"{significant(1000.0 * wavelength)} nm"
             abbe = f", V = {fixed(glass.v_d, 1)}" if glass.v_d is not None else ""
-            _tooltip(f"Element {number}  {glass.name}".rstrip(), f"n = {fixed(glass.n_d, 4)}{abbe} at the d line")
+            _tooltip(f"Element {number}  {glass.name}".rstrip(),
+                     f"n = {fixed(index_of(glass, wavelength), 4)} at {line}{abbe}")
             return
 
 

@@ -1,0 +1,79 @@
+"""Lenses that were designed for another wavelength than the d line: film, picture and figures are at theirs."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lensbench as lb
+from lensbench import lenses
+from lensbench.app.command.main import main
+from lensbench.app.state.build import camera, design, picture_wavelength, published, setup, wavelength_remark
+from lensbench.app.state.figures import colours, readings
+from lensbench.app.state.settings import Settings
+from tests.lenses.test_system_data import SILICA
+
+SMALL = Settings(film_width=3.6, film_height=2.4, pixels_x=36, pixels_y=24, lens_model="trace", f_number=None,
+                 focus_distance=math.inf)
+GREEN = SILICA.replace("WAVM 1 0.248 1", "WAVM 1 0.5461 1")
+
+
+@pytest.fixture
+def settings(tmp_path):
+    def of(text, **changed):
+        path = tmp_path / "a.zmx"
+        path.write_text(text)
+        return replace(SMALL, lens=str(path), **changed)
+
+    return of
+
+
+def thick(n, radius=50.0, thickness=5.0):
+    """Focal length and back focus of the biconvex lens, by the lensmaker's equation."""
+    efl = 1.0 / (2.0 * (n - 1.0) / radius - (n - 1.0) ** 2 * thickness / (n * radius**2))
+    return efl, efl * (1.0 - (n - 1.0) * thickness / (n * radius))
+
+
+def test_film_and_picture_of_a_design_for_248_nm_are_those_at_248_nm(settings):
+    silica = settings(SILICA, focus_position="paraxial")
+    efl, bfl = thick(1.50855)                           # Malitson's index at 0.248 µm; 1.45846 at the d line
+    assert setup(silica).film_distance == pytest.approx(bfl, rel=1e-4) == camera(silica).film_distance
+    assert setup(silica).film_distance < 0.92 * thick(1.45846)[1]
+    assert readings(silica).efl == pytest.approx(efl, rel=1e-4)
+    # Rays from the middle of the film leave the lens parallel to the axis
+    slow = camera(replace(silica, f_number=50.0))
+    rays = slow.generate_rays([[18.0, 12.0]] * 3, [[0.1, 0.5], [0.5, 0.9], [0.3, 0.1]])
+    assert np.abs(rays.directions[:, :2]).max() < 3e-6      # of the aberration; at the d line they lean by 7e-4
+    assert "248 nm alone" in wavelength_remark(silica) and "248 nm alone" in colours(silica).why
+    assert not colours(silica).possible
+
+
+def test_a_visible_design_keeps_its_colours_and_turns_to_its_line_without_them(settings):
+    green = settings(GREEN, focus_position="paraxial")
+    assert colours(green).used and wavelength_remark(green) == "" and camera(green).disperses
+    plain = replace(green, dispersion="off")
+    assert picture_wavelength(plain, published(plain)) == 0.5461 and "546.1 nm" in colours(plain).why
+    assert colours(plain).possible
+    assert setup(plain).film_distance == pytest.approx(thick(1.46008)[1], rel=1e-4)    # Malitson's at 0.5461 µm
+
+
+def test_lenses_for_the_d_line_are_what_they_were():
+    settings = Settings()
+    assert picture_wavelength(settings, published(settings)) is None and wavelength_remark(settings) == ""
+    assert design(settings) is published(settings)
+
+
+def test_a_rendered_picture_says_its_wavelength_and_info_too(settings, tmp_path, capsys):
+    path = settings(SILICA).lens
+    assert main(["render", path, "--size", "24x16", "--samples", "1", "-o", str(tmp_path / "a.png")]) == 0
+    assert "248 nm alone" in capsys.readouterr().err
+    assert main(["info", path]) == 0
+    assert "248 nm, its pictures too" in capsys.readouterr().out
+
+
+def test_a_saved_lens_keeps_its_glass(settings, tmp_path):
+    lens = published(settings(SILICA))
+    lenses.save(lens, tmp_path / "b.zmx")
+    assert lenses.load(tmp_path / "b.zmx").surfaces[0].glass.name == "F_SILICA"
+    assert lb.first_order(lens, 0.248).efl == pytest.approx(lb.first_order(design(settings(SILICA))).efl, rel=1e-12)
