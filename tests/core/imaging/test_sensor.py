@@ -78,6 +78,14 @@ def test_a_picture_clips_where_the_well_is_full_or_the_converter_at_its_end():
         assert np.unique(lb.Sensor(read_noise=0.0, bits=bits).record(ramp, 100.0)[..., 0]).size <= 2**bits
 
 
+@pytest.mark.parametrize("full_well", [200.0, 1000.0])
+def test_a_full_well_gives_its_own_number_of_electrons_and_not_one_less(full_well):
+    """At half the base ISO the converter reaches twice as far as the well: what fills it is exactly the full well."""
+    sensor = lb.Sensor(full_well=full_well, read_noise=0.0, bits=16)
+    shot = sensor.record(flat(5.0 * full_well, sensor, (20, 30)), 50.0).astype(float) * sensor.electrons
+    assert np.abs(shot - full_well).max() <= 0.51 * sensor.top(50.0) / 65535.0
+
+
 def test_fewer_photons_become_electrons_and_larger_pixels_collect_more():
     small, large = lb.Sensor(pitch=4.0), lb.Sensor(pitch=8.0, full_well=200_000.0)
     assert large.electrons == pytest.approx(4.0 * small.electrons)

@@ -40,6 +40,20 @@ def real_field():
     return lb.capture_light_field(real(1200.0), lb.builtin_scene(STILL), (9, 9), 16)
 
 
+@pytest.mark.parametrize("distance", [300.0, 500.0, 800.0, 2000.0, math.inf])
+def test_refocusing_magnifies_about_the_middle_of_the_picture(distance):
+    """Of views that are all the same ramp: their shifts cancel, and the middle stays where it was to 0.003 pixels."""
+    ramp = 1.0 + 0.01 * (np.arange(81) - 40.0)
+    light = np.broadcast_to((ramp + ramp[:61, None] - ramp[30]).astype(np.float32), (5, 5, 3, 61, 81)).copy()
+    camera = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), lb.Film(36.0, 27.1, 81, 61), 500.0, 5.6, model="thin")
+    field = LightField(camera, 1.0, light, np.ones((5, 5, 61, 81), np.float32))
+    scale = field._shifts_and_weights(distance, None, (0.0, 0.0))[-1]
+    assert abs(scale - 1.0) > 0.02 or distance == 500.0
+    there, here = (field.refocus(d)[25:36, 35:46] for d in (distance, 500.0))
+    assert there.mean() == pytest.approx(here.mean(), abs=0.003 * 0.02)
+    assert there[:, -1].mean() - there[:, 0].mean() == pytest.approx(0.1 * scale, rel=0.01)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("distance", [900.0, 1000.0, 1200.0, 1700.0, 2500.0])
 def test_refocusing_is_focusing_before_the_capture(ideal_field, distance):

@@ -10,6 +10,7 @@ from lensbench import lenses
 from lensbench.kernels.block import CLEARANCE, WEIGHT, L, M, N, X, Y, Z
 from lensbench.kernels.program import Program
 from lensbench.optics.block_trace import surface_steps
+from tests.core.optics.test_surfaces import rays_that_leave_an_ellipsoid_behind_its_equator
 from tests.core.oracles import lens as reference_lens
 
 
@@ -161,3 +162,26 @@ def test_strong_aspheres_lose_no_light_at_the_films_edge_in_single_precision():
     assert double.mean() > 0.98
     # A ray within a rounding of a rim may fall on either side of it
     assert (single != double).sum() <= 5
+
+
+@pytest.mark.parametrize(("curvature", "conic"), [(0.1, 0.0), (0.1, 0.5), (0.08, -0.4)])
+@pytest.mark.parametrize("terms", [(), ((4, 1e-30),)], ids=["conic", "asphere"])
+def test_no_ray_that_meets_a_surface_behind_its_equator_alone_passes(curvature, conic, terms):
+    surface, origins, directions = rays_that_leave_an_ellipsoid_behind_its_equator(curvature, conic)
+    lens = lb.Lens((replace(surface, aspheric=terms), lb.Surface(0.0, 0.0, 1e3)), 0)
+    weight, clearance = block(lens, 50.0, origins, directions, "film")[6:]
+    assert not (weight > 0.0).any() and np.isinf(clearance).all()
+
+
+@pytest.mark.parametrize("fields", [{}, {"conic": 0.5}, {"aspheric": ((4, 1e-9),)}, {"aspheric": ((3, 1e-9),)},
+                                    {"curvature_x": 0.09}], ids=["sphere", "conic", "even", "odd", "toroid"])
+def test_a_ray_higher_than_the_equator_misses_every_kind_of_surface(fields):
+    surface = lb.Surface(0.1, 3.0, 1e3, lb.Glass(1.5), **fields)
+    lens = lb.Lens((surface, lb.Surface(0.0, 0.0, 1e3)), 0)
+    heights = np.linspace(10.01, 14.0, 50) / np.sqrt(1.0 + surface.conic)
+    origins = np.stack([np.zeros(50), heights, np.full(50, -2.0)], 1)
+    directions = np.tile([0.0, 0.0, 1.0], (50, 1))
+    assert (lb.trace(lens, origins, directions).fate == lb.Fate.MISSED).all()
+    assert not (block(lens, 50.0, origins, directions, "film")[6] > 0.0).any()
+    below = block(lens, 50.0, origins * [1.0, 0.4, 1.0], directions, "film")
+    assert (below[6] > 0.0).all()

@@ -203,6 +203,46 @@ def agree(stack, origin, direction, forward):
     np.testing.assert_allclose(t.directions[0], [float(v) for v in after], rtol=0.0, atol=10.0 * tolerance)
 
 
+def rays_that_leave_an_ellipsoid_behind_its_equator(curvature, conic, count=40):
+    """A surface, and rays (origins, directions) that cross it in the sense of +z behind its equator alone.
+
+    The ellipsoid z = a (1 − cos t), r = b sin t is closed and convex: a ray meets it once inwards and once outwards. At
+    t in (π/2, π) the gradient −F, which points inwards, has a negative z component, and every ray with a positive
+    product with it crosses there in the sense that the vertex's side has.
+    """
+    a, b = 1.0 / (curvature * (1.0 + conic)), 1.0 / (curvature * sqrt(1.0 + conic))
+    surface = lb.Surface(curvature, 3.0, 2.0 * b, lb.Glass(1.5), conic)
+    t = np.linspace(0.55, 0.9, count) * np.pi
+    points = np.stack([-b * np.sin(t), np.zeros(count), a * (1.0 - np.cos(t))], 1)
+    side = 1.0 - (1.0 + conic) * curvature * points[:, 2]
+    gradients = np.stack([-curvature * points[:, 0], np.zeros(count), side], 1)
+    directions = gradients / np.linalg.norm(gradients, axis=1)[:, None] + [[0.0, 0.0, 1.01]]
+    assert (directions[:, 2] > 0.0).all() and ((directions * gradients).sum(1) > 0.0).all()
+    return surface, points - 3.0 * directions, directions / np.linalg.norm(directions, axis=1)[:, None]
+
+
+@pytest.mark.parametrize(("curvature", "conic"), [(0.1, 0.0), (0.1, 0.5), (0.08, -0.4)])
+def test_a_ray_that_meets_the_conic_behind_its_equator_alone_misses(curvature, conic):
+    surface, origins, directions = rays_that_leave_an_ellipsoid_behind_its_equator(curvature, conic)
+    traced = lb.trace(lb.Lens((surface, lb.Surface(0.0, 0.0, 1e3)), 0), origins, directions)
+    assert (traced.fate == lb.Fate.MISSED).all()
+
+
+@pytest.mark.parametrize("terms", [((4, 1e-5),), ((3, 2e-4),), ((4, 2e-5), (6, -1e-8))])
+def test_a_ray_that_passes_a_surface_at_a_hundred_picometres_misses(terms):
+    """Along tangents of an asphere that bulges towards the ray, moved away by 10⁻⁷ mm: its residual is never 0."""
+    surface = lb.Surface(0.03, 0.0, 9.0, lb.Glass(1.6), aspheric=terms)
+    y = np.linspace(1.0, 7.0, 60)
+    slope = (surface.sag(0.0, y + 1e-5) - surface.sag(0.0, y - 1e-5)) / 2e-5
+    tangents = np.stack([np.zeros(60), np.ones(60), slope], 1) / np.sqrt(1.0 + slope**2)[:, None]
+    normals = np.stack([np.zeros(60), -slope, np.ones(60)], 1) / np.sqrt(1.0 + slope**2)[:, None]
+    points = np.stack([np.zeros(60), y, surface.sag(0.0, y)], 1)
+    for away in (1e-7, 1e-8, 1e-9):
+        # On the convex side, before the surface: the ray never reaches it
+        traced = lb.trace(lb.Lens((surface,), 0), points - away * normals - 2.0 * tangents, tangents)
+        assert (traced.fate == lb.Fate.MISSED).all()
+
+
 # --- Sag
 
 @LAW

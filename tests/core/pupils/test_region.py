@@ -346,3 +346,23 @@ def test_a_table_ends_where_the_light_does():
 def test_invalid_radii_and_distances_are_refused(distance, radii):
     with pytest.raises(lb.LensError, match="exit pupil"):
         lb.exit_pupil(lenses.load("pbrt-dgauss-50mm"), distance, radii)
+
+
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-wide-22mm"])
+def test_the_samples_of_the_corner_fill_the_region_of_the_last_ring(name):
+    """The corners of the sectors, as they are sampled from the very edge of the table and from just inside of it."""
+    lens = lenses.load(name)
+    film_distance = lb.film_distance(lens, 2000.0)
+    table = PupilTable.of(lens, film_distance, 21.6, widened=False)
+    outline, sectors = table.outline, table.outline.shape[1] - 1
+    for inside in (0.0, 0.3, 0.9):                      # of the way to the ring before
+        r = table.radius
+        if inside:                                      # the film radius at this place between the last two rings
+            r = table.end * (1.0 - (1.0 - (RINGS - 1.0 - inside) / table.scale) ** 2)
+        n = sectors
+        given = {X: np.full(n, r * (1.0 - 1e-9)), U0: (np.arange(n) + 1e-9) / (2.0 * sectors), U1: np.ones(n)}
+        l, m, n_ = Program([table.step(1.0)], np.float64).run(given, [L, M, N], n)
+        rear = np.stack([given[X] - l / n_ * film_distance, -m / n_ * film_distance], 1)
+        wanted = (1.0 - inside) * outline[-1] + inside * outline[-2]
+        wanted = wanted[:-1] + [table.centre(given[X][:1])[0], 0.0]
+        np.testing.assert_allclose(rear, wanted, atol=2e-3 * np.abs(outline).max())
