@@ -41,9 +41,10 @@ def _drawn(figure: Figure, title: str):
     shape = max((_shape(row) for row in figure.rows), default=0.6)
     drawn = sheet(WIDTH, min(max(WIDTH * shape * sum(weights) / max(weights), 3.5), 14.0))
     grids = drawn.add_gridspec(len(figure.rows), 1, height_ratios=weights)
-    for grid, row in zip(grids, figure.rows, strict=True):
-        for cell, each in zip(grid.subgridspec(1, len(row)), row, strict=True):
-            _axes(drawn.add_subplot(cell), each)
+    for i, row in enumerate(figure.rows):
+        cells = grids[i].subgridspec(1, len(row))
+        for j, each in enumerate(row):
+            _axes(drawn.add_subplot(cells[0, j]), each)
     named = {layer.name: layer for row in figure.rows for each in row for layer in each.named()}
     handles = [_handle(layer) for layer in named.values()]
     if handles:

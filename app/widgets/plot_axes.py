@@ -7,7 +7,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.widgets import theme
-from lensbench.kernels.figures import significant
+from lensbench.kernels.figures import significant, true_minus
 
 PLOT_FLAGS = (implot.Flags_.no_title | implot.Flags_.no_legend | implot.Flags_.no_menus | implot.Flags_.no_box_select
               | implot.Flags_.no_mouse_text)
@@ -109,6 +109,15 @@ def text(draw: imgui.ImDrawList, at: ImVec2, colour: theme.Colour, words: str, r
         draw.add_rect_filled(ImVec2(x - 2.0 * pad, y + pad), ImVec2(x + size.x + 2.0 * pad, y + size.y),
                              theme.packed(theme.colours().well, 0.8), 2.0 * pad)
     draw.add_text(ImVec2(x, y), theme.packed(colour), words)
+
+
+def linear_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:
+    """Ticks of a linear axis from low to high of a length in pixels, each needing `room` pixels: by 1, 2 or 5 × 10ⁿ."""
+    least = abs(high - low) * max(room / max(pixels, 1.0), 0.02)
+    decade = 10.0 ** floor(np.log10(max(least, 1e-300)))
+    step = next(decade * part for part in (1.0, 2.0, 5.0, 10.0) if decade * part >= least)
+    values = [step * k for k in range(-floor(-min(low, high) / step), floor(max(low, high) / step) + 1)]
+    return values, [true_minus(significant(value, 6)) for value in values]
 
 
 def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:

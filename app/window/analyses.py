@@ -3,7 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from lensbench.app.panels.analysis.fans import fans_panel
+from lensbench.app.panels.analysis.field_curves import field_curves_panel
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
+from lensbench.app.panels.analysis.mtf import mtf_panel
+from lensbench.app.panels.analysis.mtf_map import mtf_map_panel
 from lensbench.app.panels.analysis.spots import spots_panel
 from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
@@ -13,6 +17,10 @@ from lensbench.app.workers.task import Task
 
 PANELS: dict[str, Callable[[Settings, AnalysisState, Sheet], Settings | None]] = {
     "Spots": spots_panel,
+    "Ray fans": fans_panel,
+    "Field curves": field_curves_panel,
+    "MTF": mtf_panel,
+    "MTF map": mtf_map_panel,
 }
 
 

@@ -26,7 +26,7 @@ from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings, differences
 from lensbench.app.widgets import theme
 from lensbench.app.window.analyses import PANELS, Analyses
-from lensbench.app.window.layouts import place
+from lensbench.app.window.layouts import placed
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
@@ -67,8 +67,7 @@ class Panels:
             *(self._docked(name, self._analysis(name), padding=8.0) for name in PANELS),
             self._docked(RENDER, self._render, "MainDockSpace", padding=0.0),
         ]
-        place(self._state.layout, made)
-        return made
+        return placed(self._state.layout, made)
 
     def _docked(self, label: str, draw: Callable[[], None], dock: str = "Right",
                 padding: float | None = None) -> hello_imgui.DockableWindow:

@@ -9,8 +9,8 @@ from imgui_bundle import hello_imgui, imgui
 class Layout:
     """Panels by dock, the front tab first; what is for whom in words; and the width of the right column.
 
-    right: its part of the window; narrowest and widest in em. Docks: Left, LeftBottom, Bottom, BottomRight, Right,
-    RightMiddle, RightBottom; those without panels are not made.
+    right: its part of the window; narrowest and widest in em. Docks: Left, LeftBottom, Bottom, Right, RightBottom, and
+    BottomRight where there are panels for it.
     """
 
     about: str
@@ -28,8 +28,8 @@ LAYOUTS = {
             "RightBottom": ("Exit pupil", "Falloff", "Models", "Light field")}),
     "Photographer": Layout(
         "Picture, section, and how sharp the lens draws", {
-            **LEFT, "Bottom": ("Section",), "Right": ("Spots", "Circle of confusion", "Plan"),
-            "RightBottom": ("Falloff", "Exit pupil", "Pixel")}, (0.25, 19.4, 46.0)),
+            **LEFT, "Bottom": ("Section",), "Right": ("MTF", "MTF map", "Circle of confusion"),
+            "RightBottom": ("Spots", "Falloff", "Pixel")}, (0.25, 19.4, 46.0)),
     "Student": Layout(
         "Coordinate spaces, stability of the formulas, models of the lens", {
             "Left": ("Controls",), "LeftBottom": ("Spaces", "Read-outs", "Lens card"),
@@ -37,8 +37,8 @@ LAYOUTS = {
             "Right": ("Models", "Circle of confusion", "Plan"), "RightBottom": ("Exit pupil", "Pixel", "Falloff")}),
     "Designer": Layout(
         "Spots and the aberrations behind them", {
-            **LEFT, "Bottom": ("Section",), "Right": ("Spots",),
-            "RightBottom": ("Falloff", "Exit pupil")}, (0.30, 22.0, 70.0), 0.34),
+            **LEFT, "Bottom": ("Section",), "BottomRight": ("Field curves", "MTF map"),
+            "Right": ("Spots", "Falloff"), "RightBottom": ("Ray fans", "MTF")}, (0.30, 22.0, 70.0), 0.36),
 }
 
 
@@ -53,17 +53,18 @@ def splits(name: str, width: float, height: float, em: float) -> list[hello_imgu
         hello_imgui.DockingSplit("MainDockSpace", "Right", side.right, min(right / max(width - left, 1.0), 0.45)),
         hello_imgui.DockingSplit("MainDockSpace", "Bottom", side.down, chosen.bottom),
         hello_imgui.DockingSplit("Left", "LeftBottom", side.down, min(max(1.0 - 32.6 * em / height, 0.28), 0.45)),
-        hello_imgui.DockingSplit("Right", "RightBottom", side.down, 0.33 if "RightMiddle" in chosen.docks else 0.55),
+        hello_imgui.DockingSplit("Right", "RightBottom", side.down, 0.55),
     ]
-    if "RightMiddle" in chosen.docks:
-        made.append(hello_imgui.DockingSplit("Right", "RightMiddle", side.down, 0.5))
     if "BottomRight" in chosen.docks:
         made.append(hello_imgui.DockingSplit("Bottom", "BottomRight", side.right, 0.5))
     return made
 
 
-def place(name: str, windows: list[hello_imgui.DockableWindow]) -> None:
-    """Show the panels of a layout in its docks, and hide the others; the render stays."""
+def placed(name: str, windows: list[hello_imgui.DockableWindow]) -> list[hello_imgui.DockableWindow]:
+    """The panels in the order of a layout, shown in its docks; the others are hidden, the render stays.
+
+    The first of each dock is its front tab.
+    """
     docks = {panel: (dock, panel == panels[0]) for dock, panels in LAYOUTS[name].docks.items() for panel in panels}
     for window in windows:
         if window.label in docks:
@@ -71,3 +72,5 @@ def place(name: str, windows: list[hello_imgui.DockableWindow]) -> None:
             window.is_visible = True
         elif window.dock_space_name != "MainDockSpace":
             window.dock_space_name, window.is_visible = "Right", False
+    order = list(docks)
+    return sorted(windows, key=lambda window: order.index(window.label) if window.label in docks else len(order))

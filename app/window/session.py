@@ -33,7 +33,7 @@ from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.docking import Panels
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.file_watch import FileWatch, forget_derived, is_about
-from lensbench.app.window.layouts import LAYOUTS, place, splits
+from lensbench.app.window.layouts import LAYOUTS, placed, splits
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.menus import NOTHING_PINNED, Help, shortcuts
 from lensbench.app.window.state import WindowState
@@ -121,7 +121,7 @@ class Session(WindowState):
         size = imgui.get_main_viewport().size
         docking = hello_imgui.get_runner_params().docking_params
         docking.docking_splits = splits(self.layout, max(size.x, 1.0), max(size.y, 1.0), imgui.get_font_size())
-        place(self.layout, docking.dockable_windows)
+        docking.dockable_windows = placed(self.layout, list(docking.dockable_windows))
         docking.layout_reset = True
 
     def _lay_out_once(self) -> None:

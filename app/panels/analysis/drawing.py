@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from imgui_bundle import ImVec2, ImVec4, imgui, implot
@@ -21,7 +22,7 @@ from lensbench.app.state.analysis.figure import (
 )
 from lensbench.app.widgets import theme
 from lensbench.app.widgets.memo import Memo
-from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, log_ticks, pieces, text
+from lensbench.app.widgets.plot_axes import AXIS_FLAGS, PLOT_FLAGS, PlotMap, linear_ticks, log_ticks, pieces, text
 from lensbench.kernels.figures import significant, true_minus
 
 MARKERS = {"triangle": implot.Marker_.up, "square": implot.Marker_.square, "diamond": implot.Marker_.diamond}
@@ -36,6 +37,20 @@ class Drawn:
     memo: Memo = field(default_factory=lambda: Memo(96))    # strokes in pixels
     told: str = ""                                          # the numbers under the cursor
     fitted: dict[str, tuple] = field(default_factory=dict)  # the limits that each plot was fitted to
+    limits: dict[str, tuple] = field(default_factory=dict)  # of each plot as drawn last, x and y
+
+
+@dataclass
+class Grip:
+    """An upright line in amber that the mouse drags: where it is (in the plot's x), its name, and its tooltip.
+
+    held: whether it is dragged in this frame.
+    """
+
+    at: float
+    name: str
+    tip: str = ""
+    held: bool = False
 
 
 @dataclass(frozen=True)
@@ -60,8 +75,8 @@ def colour_of(tint: Tint) -> theme.Colour:
     return colour
 
 
-def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn) -> Under | None:
-    """Draw the legend and all plots into `size` pixels; what is under the cursor."""
+def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Grip | None = None) -> Under | None:
+    """Draw the legend and all plots into `size` pixels; what is under the cursor. grip: a line in the first plot."""
     top = imgui.get_cursor_screen_pos()
     _legend(figure, size.x)
     corner = imgui.get_cursor_screen_pos()
@@ -73,7 +88,7 @@ def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn) -> Under 
         for j, plot in enumerate(row):
             imgui.set_cursor_screen_pos(ImVec2(corner.x + j * room.x / len(row), y))
             cell = ImVec2(room.x / len(row), float(heights[i]))
-            at = _plot(f"{name} {i} {j}", plot, cell, state)
+            at = _plot(f"{name} {i} {j}", plot, cell, state, grip if i == j == 0 else None)
             if at is not None:
                 found = Under(plot, i, j, *at)
         y += float(heights[i])
@@ -129,12 +144,13 @@ def _sample(draw: imgui.ImDrawList, layer, at: ImVec2, width: float) -> None:
 # One pair of axes
 
 
-def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn) -> tuple[float, float] | None:
+def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None = None) -> tuple[float, float] | None:
     """Draw one plot; the place under the cursor in its units."""
     if size.x < 40.0 or size.y < 40.0 or not implot.begin_plot(name, size, PLOT_FLAGS | implot.Flags_.no_frame):
         return None
     _axes(name, plot, size, state)
     shown = PlotMap.current(log=False)
+    state.limits[name] = (shown.x0, shown.x1), (shown.y0, shown.y1)
     if plot.x.log or plot.y.log:
         shown = PlotMap.current(log=True)
     draw, at = implot.get_plot_draw_list(), None
@@ -155,9 +171,10 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn) -> tuple[float, flo
     if plot.title:
         text(draw, ImVec2(shown.left + 4.0 * theme.scale(), shown.top + 2.0 * theme.scale()), theme.colours().text,
              plot.title, plate=True)
+    held = _grip(draw, shown, grip) if grip is not None else False
     implot.pop_plot_clip_rect()
     implot.pop_plot_clip_rect()
-    if implot.is_plot_hovered():
+    if implot.is_plot_hovered() and not held:
         mouse = implot.get_plot_mouse_pos()
         at = float(mouse.x), float(mouse.y)
         if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
@@ -178,15 +195,17 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
     for index, axis, length, room in ((implot.ImAxis_.x1, plot.x, size.x, 3.4),
                                       (implot.ImAxis_.y1, plot.y, size.y, 1.9)):
         flags = AXIS_FLAGS | (implot.AxisFlags_.no_decorations if axis.label is None else implot.AxisFlags_.none)
-        implot.setup_axis(index, axis.label if roomy else None, flags)
+        fits = roomy and axis.label is not None and imgui.calc_text_size(axis.label).x < 0.85 * length
+        implot.setup_axis(index, axis.label if fits else None, flags)
         if axis.log:
             implot.setup_axis_scale(index, implot.Scale_.log10)
             values, labels = log_ticks(axis.low, axis.high, 0.8 * length, room * imgui.get_text_line_height())
             implot.setup_axis_ticks(index, values, labels, False)
-        low, high = axis.low, axis.high
-        implot.setup_axis_limits(index, low, high, implot.Cond_.always if refit else implot.Cond_.once)
-        if axis.label is not None and not axis.log:
-            implot.setup_axis_format(index, "%g")
+        elif axis.label is not None:
+            low, high = (axis.low, axis.high) if refit else state.limits[name][index == implot.ImAxis_.y1]
+            values, labels = linear_ticks(low, high, 0.8 * length, room * imgui.get_text_line_height())
+            implot.setup_axis_ticks(index, values, labels, False)
+        implot.setup_axis_limits(index, axis.low, axis.high, implot.Cond_.always if refit else implot.Cond_.once)
     state.fitted[name] = key
     if plot.equal and refit:
         wide, high = plot.x.high - plot.x.low, plot.y.high - plot.y.low
@@ -237,9 +256,15 @@ def _label(draw: imgui.ImDrawList, shown: PlotMap, label: Label) -> None:
 def _map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, state: Drawn) -> None:
     """Shades from the ground to strong, and contours at the levels."""
     implot.push_colormap(_shades(theme.colours().dark))
-    implot.plot_heatmap("##map", np.ascontiguousarray(shades.values[::-1], float), shades.low, shades.high, "",
+    known = np.nan_to_num(np.clip(shades.values, shades.low, shades.high), nan=shades.low)
+    implot.plot_heatmap("##map", np.ascontiguousarray(known[::-1], float), shades.low, shades.high, "",
                         implot.Point(shades.x[0], shades.y[0]), implot.Point(shades.x[1], shades.y[1]))
     implot.pop_colormap()
+    # What is not known is a gap
+    rise = (shades.y[1] - shades.y[0]) / len(known)
+    for row in np.flatnonzero(np.isnan(shades.values).all(1)).tolist():
+        a, b = shown.at(shades.x[0], shades.y[0] + row * rise), shown.at(shades.x[1], shades.y[0] + (row + 1) * rise)
+        draw.add_rect_filled(ImVec2(a.x, b.y), ImVec2(b.x, a.y), theme.packed(theme.colours().well))
     strokes = state.memo.of((name, "contours", shades, shown), lambda: [
         (level, [pieces(shown.pixels(*line.T)) for line in _contours(shades, level)]) for level in shades.levels])
     tint = theme.packed(theme.colours().ground, 0.8)
@@ -274,7 +299,26 @@ def _contours(shades: Map, level: float) -> tuple[np.ndarray, ...]:
     rows, columns = shades.values.shape
     x = shades.x[0] + (np.arange(columns) + 0.5) / columns * (shades.x[1] - shades.x[0])
     y = shades.y[0] + (np.arange(rows) + 0.5) / rows * (shades.y[1] - shades.y[0])
-    return tuple(contour_generator(x, y, np.ma.masked_invalid(shades.values)).lines(level))
+    lines: Any = contour_generator(x, y, np.ma.masked_invalid(shades.values)).lines(level)
+    return tuple(lines)
+
+
+def _grip(draw: imgui.ImDrawList, shown: PlotMap, grip: Grip) -> bool:
+    """Draw the line and let the mouse drag it; whether the mouse is on it."""
+    colour, pixel, line = theme.colours(), theme.scale(), imgui.get_text_line_height()
+    changed, at, _, hovered, held = implot.drag_line_x(0, grip.at, ImVec4(*colour.amber), 2.0 * pixel,
+                                                       implot.DragToolFlags_.no_fit, False, False, False)
+    grip.held = held
+    if changed:
+        grip.at = float(at)
+    x = shown.at(grip.at, shown.y0).x
+    leftward = x + imgui.calc_text_size(grip.name).x + 8.0 * pixel > shown.right
+    text(draw, ImVec2(x + (-5.0 if leftward else 5.0) * pixel, shown.bottom - line - 3.0 * pixel), colour.amber_text,
+         grip.name, right=leftward, plate=True)
+    if (hovered or held) and grip.tip and imgui.begin_tooltip():
+        imgui.text_unformatted(grip.tip)
+        imgui.end_tooltip()
+    return hovered or held
 
 
 # Under the cursor

@@ -6,7 +6,7 @@ from typing import Any
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
-from lensbench.app.panels.analysis.drawing import Drawn, Under, draw_figure
+from lensbench.app.panels.analysis.drawing import Drawn, Grip, Under, draw_figure
 from lensbench.app.state.analysis.figure import Figure
 from lensbench.app.state.analysis.query import query
 from lensbench.app.state.request import Request
@@ -39,10 +39,10 @@ class Sheet:
 
 
 def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, make: Callable[..., Figure],
-             options: tuple = (), points: tuple[int, int] = (16, 32)) -> Under | None:
+             options: tuple = (), points: tuple[int, int] = (16, 32), grip: Grip | None = None) -> Under | None:
     """Draw the figure of an analysis in the rest of the window; what is under the cursor.
 
-    make, options, points: as `Job` takes them.
+    make, options, points: as `Job` takes them. grip: a line that is dragged through the first plot.
     """
     state.figure, state.reason = None, ""
     try:
@@ -64,7 +64,7 @@ def analysis(name: str, settings: Settings, state: AnalysisState, sheet: Sheet, 
     size = imgui.get_content_region_avail()
     line = imgui.get_text_line_height_with_spacing()
     below = line * (2.0 if figure.remarks else 1.0)
-    under = draw_figure(name, figure, ImVec2(size.x, max(size.y - below, 1.0)), state.drawn)
+    under = draw_figure(name, figure, ImVec2(size.x, max(size.y - below, 1.0)), state.drawn, grip)
     _conditions(figure, size.x)
     imgui.pop_font()
     _menu(name, figure, sheet)

@@ -32,6 +32,13 @@ class Curve:
     weight: float = 1.6
 
 
+    @classmethod
+    def through(cls, name: str, points: np.ndarray, tint: Tint = "strong", dash: tuple[float, float] = SOLID,
+                weight: float = 1.6) -> "Curve":
+        """The line through points (n, 2)."""
+        return cls(name, points[:, 0], points[:, 1], tint, dash, weight)
+
+
 @dataclass(frozen=True, eq=False)
 class Points:
     """Marks at x and y (n,), of one `shape` for each wavelength or field: "triangle", "square" or "diamond"."""
@@ -113,7 +120,7 @@ class Plot:
 
     def named(self) -> list:
         """The curves, points and bars of the legend: one of each name."""
-        found = {}
+        found: dict[str, Curve | Points | Bars] = {}
         for layer in self.layers:
             if isinstance(layer, Curve | Points | Bars) and layer.name:
                 found.setdefault(layer.name, layer)
@@ -172,6 +179,11 @@ def wavelength_name(micrometres: float) -> str:
 def shape_of(index: int) -> str:
     """The shape of the marks of the wavelength or field with this index."""
     return ("triangle", "square", "diamond")[index % 3]
+
+
+def dash_of(index: int, primary: int) -> tuple[float, float]:
+    """The dash of a wavelength with this index: solid for the primary one, dashed for shorter, dotted for longer."""
+    return SOLID if index == primary else DASHED if index < primary else DOTTED
 
 
 def reach(values: Sequence[float] | np.ndarray, least: float = 0.0) -> float:

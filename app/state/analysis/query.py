@@ -8,16 +8,20 @@ import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+import numpy as np
+
 import lensbench as lb
 from lensbench.analysis.field_conditions import FIELDS, Conditions, conditions
 from lensbench.analysis.traced_grid import RayGrid, ray_grid
 from lensbench.app.state.build import Setup, setup
 from lensbench.app.state.camera_kinds import LENS_MODELS
+from lensbench.app.state.ray_fans import lit_radius
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.text_values import format_distance
-from lensbench.kernels.figures import fixed
+from lensbench.kernels.figures import fixed, significant
 from lensbench.optics.finding import Kind
 
+EDGE = 0.98                     # of the radius of light: the last field is not quite dark
 NO_LENS = "This camera has no lens to analyse. Choose one with a lens in the left column"
 
 
@@ -38,13 +42,28 @@ class Query:
         """The lens, focused and stopped down."""
         return self.setup.lens
 
-    def conditions(self, fields=FIELDS) -> Conditions:
-        """Fields over the film; wavelengths of the lens. fields: as `lensbench.analysis.conditions` takes them."""
-        return _conditions(self.setup, self.object_distance, fields)
+    @property
+    def largest_height(self) -> float:
+        """The last field (mm): the film's corner, or just within the edge of light of a smaller image circle."""
+        corner = 0.5 * self.setup.film.diagonal
+        lit = lit_radius(self.setup)
+        return corner if lit >= corner or lit <= 0.0 else EDGE * lit
 
-    def grid(self, points: int) -> RayGrid:
-        """The rays that all analyses of this query share; LensError where there are none."""
-        return ray_grid(self.lens, self.setup.film_distance, self.conditions(), points)
+    def conditions(self, fields: int = FIELDS) -> Conditions:
+        """So many fields from the film's centre to the largest height; wavelengths of the lens."""
+        return _conditions(self.setup, self.object_distance, self.parts(*np.linspace(0.0, 1.0, fields).tolist()))
+
+    def parts(self, *parts: float) -> tuple[float, ...]:
+        """Image heights (mm) at these parts of the largest."""
+        return tuple(part * self.largest_height for part in parts)
+
+    def grid(self, points: int, heights: tuple[float, ...] | None = None) -> RayGrid:
+        """Rays with `points` across the pupil, of the fields that all analyses share, or of those at these heights.
+
+        LensError where there are none.
+        """
+        given = self.conditions() if heights is None else _conditions(self.setup, self.object_distance, heights)
+        return ray_grid(self.lens, self.setup.film_distance, given, points)
 
     def words(self, rays: RayGrid | None = None, *more: str) -> str:
         """The conditions in one line. more: what the analysis adds, such as its reference."""
@@ -62,6 +81,10 @@ class Query:
         if lost:
             said.append(f"{lost} of {launched} rays through the stop are lost at other rims "
                         f"({fixed(100.0 * lost / launched, 0)} %)")
+        corner = 0.5 * self.setup.film.diagonal
+        if self.largest_height < corner:
+            said.append(f"the fields end at the edge of light, {significant(self.largest_height, 3)} mm from the "
+                        f"centre: the film's corner, at {significant(corner, 3)} mm, is dark")
         if self.model:
             said.append(f"figures of the traced lens; the picture is taken with the model “{self.model}”")
         if self.setup.reason:
@@ -82,7 +105,7 @@ def query(settings: Settings) -> Query:
 
 
 @lru_cache(maxsize=64)
-def _conditions(built: Setup, object_distance: float, fields) -> Conditions:
+def _conditions(built: Setup, object_distance: float, fields: tuple[float, ...]) -> Conditions:
     given = conditions(built.lens, built.film, fields=fields, object_distance=object_distance)
     if all(finding.kind is not Kind.GLASS for finding in given.findings):
         return given

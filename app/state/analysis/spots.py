@@ -37,7 +37,7 @@ def spots_figure(query: Query, points: int, columns: str = "focus", reference: s
     LensError where no light reaches the film.
     """
     rays = query.grid(points)
-    fields = _chosen(len(rays.images), rows)
+    fields = chosen_fields(len(rays.images), rows)
     still = spots(rays, reference)
     shifts = np.array([0.0])
     if columns == "focus":
@@ -53,9 +53,15 @@ def spots_figure(query: Query, points: int, columns: str = "focus", reference: s
     return Figure("Spots", ((plot,),), _table(found), words, remarks)
 
 
-def _chosen(count: int, rows: int) -> np.ndarray:
+def chosen_fields(count: int, rows: int) -> np.ndarray:
     """Indices of so many of the fields, evenly spread with both ends."""
     return np.unique(np.round(np.linspace(0, count - 1, min(rows, count))).astype(int))
+
+
+def field_label(rays: RayGrid, f: int) -> str:
+    """A field by its image height, such as "axis" or "12.4 mm"."""
+    height = float(rays.image_heights[f])
+    return "axis" if height < 1e-9 else f"{significant(height, 3)} mm" if math.isfinite(height) else "dark"
 
 
 def _step(rays: RayGrid, still: Spots) -> float:
@@ -94,11 +100,13 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
     corner = len(across) - 0.5, 0.5 - len(fields)
     grid = [np.array([[x - 0.5, 0.5], [x - 0.5, corner[1]], [math.nan] * 2]) for x in range(len(across) + 1)]
     grid += [np.array([[-0.5, 0.5 - y], [corner[0], 0.5 - y], [math.nan] * 2]) for y in range(len(fields) + 1)]
-    lines = [Curve("", *np.concatenate(grid).T, "grid", weight=1.0)]
-    marks = [Points(wavelength_name(line), *np.concatenate(cloud).T, line, shape_of(c))
-             for c, (line, cloud) in enumerate(zip(given.wavelengths, clouds, strict=True))]
-    ends = [Curve("pixel", *np.concatenate(pixel).T, "text", weight=1.0),
-            Curve("Airy", *np.concatenate(airy).T, "strong", DASHED, 1.0)]
+    lines = [Curve.through("", np.concatenate(grid), "grid", weight=1.0)]
+    marks = []
+    for c, line in enumerate(given.wavelengths):
+        x, y = np.concatenate(clouds[c]).T
+        marks.append(Points(wavelength_name(line), x, y, line, shape_of(c)))
+    ends = [Curve.through("pixel", np.concatenate(pixel), "text", weight=1.0),
+            Curve.through("Airy", np.concatenate(airy), "strong", DASHED, 1.0)]
     heads = [Label(x, 0.5, _head(found, group, columns),
                    "amber" if _in_focus(found, group, columns) else "dim", "above") for x, group in enumerate(across)]
     return Plot(Axis(None, -0.52, corner[0] + 0.02), Axis(None, corner[1] - 0.02, 0.74),
@@ -123,22 +131,23 @@ def _head(found: Spots, group: list, columns: str) -> str:
     if columns != "focus":
         return wavelength_name(found.rays.conditions.wavelengths[group[0][0]])
     shift = found.shifts[group[0][1]]
-    return "film" if shift == 0.0 else true_minus(f"{significant(1000.0 * shift, 3, signed=True)} µm")
+    unit = " µm" if group[0][1] == len(found.shifts) - 1 else ""
+    return "film" if shift == 0.0 else true_minus(f"{significant(1000.0 * shift, 3, signed=True)}{unit}")
 
 
 def _words(found: Spots, f: int, group: list, column: int, row: int, columns: str) -> list:
     """Labels of one cell, and what is said of it under the cursor."""
     rays, k = found.rays, group[0][1]
     cell = (column - 0.5, column + 0.5), (-row - 0.5, 0.5 - row)
-    height, angle = rays.image_heights[f], math.degrees(rays.field_angles[f])
-    name = "axis" if height < 1e-9 else f"{significant(height, 3)} mm"
+    angle = math.degrees(rays.field_angles[f])
+    name = field_label(rays, f)
     made: list = [Label(column - 0.48, 0.48 - row, name, "text", "right below")] if column == 0 else []
     if not rays.lit[f]:
         made.append(Label(column, -row, "dark", "dim", "middle"))
         return [*made, Area(*cell, f"{name}: no light reaches this field")]
     rms = 1000.0 * (found.white_rms_radius[f, k] if columns == "focus" else found.rms_radius[f, group[0][0], k])
     made.append(Label(column + 0.47, -row - 0.48, significant(rms, 2), "dim", "left above"))
-    moved = f", film {_head(found, group, columns)}" if columns == "focus" and found.shifts[k] else ""
+    moved = true_minus(f", film {significant(1000.0 * found.shifts[k], 3, signed=True)} µm") if found.shifts[k] else ""
     said = [f"{name}, {fixed(angle, 1)}°{moved}"]
     if len(group) > 1:
         geo = significant(1000.0 * found.white_geo[f, k], 3)

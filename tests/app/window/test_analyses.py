@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.state.request import Request
 from lensbench.app.window.analyses import PANELS
 from lensbench.app.window.layouts import BENCH, LAYOUTS
 
@@ -53,16 +52,24 @@ def test_a_layout_is_chosen_and_the_bench_comes_back(drive):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", PANELS)
-def test_each_panel_shows_a_figure_and_says_why_there_is_none(drive, name):
+def test_each_panel_shows_a_figure_whose_data_are_copied_and_says_why_there_is_none(drive):
     def use(hand):
         hand.picture()
-        show(hand, name)
-        state = hand.session.analyses.states[name]
-        assert state.figure is not None and state.reason == ""
+        states = hand.session.analyses.states
+        for name in PANELS:
+            show(hand, name)
+            figure = states[name].figure
+            assert figure is not None and states[name].reason == "", name
+            hand.ctx.mouse_move_to_pos(inside(name, 0.5, 0.9))
+            hand.ctx.mouse_click(1)
+            hand.ctx.yield_(2)
+            hand.ctx.item_click("**/Copy data")
+            assert imgui.get_clipboard_text() == figure.table.text("\t"), name
         hand.session.take(replace(hand.settings, camera="perspective"))
-        settle(hand)
-        assert state.figure is None and "no lens" in state.reason
+        for name in PANELS:
+            hand.ctx.window_focus(f"//{name}")
+            hand.ctx.yield_(3)
+            assert states[name].figure is None and "no lens" in states[name].reason, name
 
     assert drive(use).view.messages == []
 
@@ -85,27 +92,50 @@ def test_numbers_of_a_spot_under_the_cursor_are_those_of_the_table(drive):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", PANELS)
-def test_every_figure_is_copied_and_saved(drive, name, tmp_path):
+def test_the_film_dragged_through_the_map_moves_the_focus_dial(drive):
     def use(hand):
         hand.picture()
-        show(hand, name)
-        hand.ctx.mouse_move_to_pos(inside(name, 0.5, 0.6))
-        hand.ctx.mouse_click(1)
+        show(hand, "MTF map")
+        before, window = hand.settings, imgui.internal.find_window_by_name("MTF map")
+        middle = _film(hand, window)
+        hand.drag(middle, ImVec2(middle.x + 0.2 * window.size.x, middle.y))
+        assert hand.settings.focus_distance < before.focus_distance         # the film is farther from the lens
+        settle(hand)
+        hand.ctx.key_press(imgui.Key.mod_ctrl | imgui.Key.z)
+        hand.ctx.yield_(3)
+        assert hand.settings == before                                      # the whole drag is one step
+
+    assert drive(use).view.messages == []
+
+
+def _film(hand, window) -> ImVec2:
+    """A place on the film's line: where the mouse turns it into a handle."""
+    state = hand.session.analyses.states["MTF map"]
+    y = window.pos.y + 0.55 * window.size.y
+    for x in range(int(window.pos.x + 0.4 * window.size.x), int(window.pos.x + 0.75 * window.size.x), 2):
+        hand.ctx.mouse_move_to_pos(ImVec2(x, y))
         hand.ctx.yield_(2)
-        hand.ctx.item_click("**/Copy data")
-        figure = hand.session.analyses.states[name].figure
-        assert imgui.get_clipboard_text() == figure.table.text("\t")
-        for request, suffix in ((Request.SAVE_PLOT_CSV, ".csv"), (Request.SAVE_PLOT_SVG, ".svg"),
-                                (Request.SAVE_PLOT_PNG, ".png")):
-            hand.session.analyses.sheet.saving = figure
-            path = tmp_path / f"figure{suffix}"
-            hand.session.analyses.save(path)
-            hand.wait(path.exists, f"the {request}")
-            hand.wait(lambda: hand.session.analyses._saving is None, "the end of the saving")
-        assert (tmp_path / "figure.csv").read_text() == figure.table.text()
-        assert "<svg" in (tmp_path / "figure.svg").read_text()[:600]
-        assert (tmp_path / "figure.png").read_bytes()[:4] == b"\x89PNG"
+        if state.figure is not None and not state.drawn.told:
+            return ImVec2(x, y)
+    raise AssertionError("no film in the map")
+
+
+@pytest.mark.slow
+def test_a_figure_is_saved_where_the_dialog_says(drive, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+
+    def use(hand):
+        hand.picture()
+        show(hand, "MTF")
+        figure = hand.session.analyses.states["MTF"].figure
+        hand.ctx.item_click("**/###MTF menu")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("**/Save as CSV…")
+        hand.ctx.yield_(3)
+        hand.press(imgui.Key.enter)
+        hand.wait((tmp_path / "analysis.csv").exists, "the file")
+        hand.wait(lambda: hand.session.view.messages, "the message")
+        assert (tmp_path / "analysis.csv").read_text() == figure.table.text()
 
     session = drive(use)
-    assert session.view.messages and set(session.view.messages) == session.view.done
+    assert session.view.messages == ["The figure was saved as analysis.csv"] and session.view.done

@@ -1,0 +1,64 @@
+"""Ray fans and OPD fans of the fields: across the whole stop, the part that other rims end in grey."""
+
+import math
+
+import numpy as np
+
+from lensbench.analysis.fans import Fans, ray_fans
+from lensbench.app.state.analysis.figure import SOLID, Axis, Curve, Figure, Plot, Table, dash_of, reach, wavelength_name
+from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.spots import chosen_fields, field_label
+
+KINDS = {"ray": "Transverse (µm)", "opd": "Path difference (waves)"}
+DIRECTIONS = ("sagittal", "tangential")         # the second axis of `Fans`
+
+
+def fans_figure(query: Query, points: int, kind: str = "ray", rows: int = 3) -> Figure:
+    """Fans of `rows` fields, tangential at the left and sagittal at the right; kind: a key of KINDS.
+
+    All plots have one scale. LensError as `Query.grid`.
+    """
+    rays = query.grid(16)
+    fans = ray_fans(rays, 2 * points + 1)
+    values = 1000.0 * fans.transverse if kind == "ray" else fans.waves
+    fields = chosen_fields(len(rays.images), rows)
+    seen = np.where(fans.passed, values, np.nan)[fields]
+    limit = reach(seen[np.isfinite(seen)], 1.0 if kind == "ray" else 0.05)
+    plots = tuple((_plot(fans, values, f, 1, limit, kind), _plot(fans, values, f, 0, limit, kind)) for f in fields)
+    words = query.words(None, "from the chief ray of the primary wavelength", f"{len(fans.heights)} rays a fan",
+                        "x: height in the stop over its radius")
+    return Figure("Ray fans" if kind == "ray" else "OPD fans", plots, _table(fans), words, query.remarks(rays))
+
+
+def _plot(fans: Fans, values: np.ndarray, f: int, fan: int, limit: float, kind: str) -> Plot:
+    given, rays = fans.rays.conditions, fans.rays
+    layers = [Curve("", np.array([-1.0, 1.0]), np.zeros(2), "faint", weight=1.0),
+              Curve("", np.zeros(2), np.array([-limit, limit]), "faint", weight=1.0)]
+    lost = fans.victim[f, fan] >= 0
+    for c in range(len(given.wavelengths)):
+        beyond = lost[c] | np.roll(lost[c], 1) | np.roll(lost[c], -1)       # one ray more, so that the parts meet
+        layers.append(Curve("vignetted" if beyond.any() else "", fans.heights,
+                            np.where(beyond, values[f, fan, c], np.nan), "faint", SOLID, 1.0))
+    for c, line in enumerate(given.wavelengths):
+        layers.append(Curve(wavelength_name(line), fans.heights, np.where(fans.passed[f, fan, c], values[f, fan, c],
+                                                                          np.nan), line, dash_of(c, given.primary)))
+    title = f"{field_label(rays, f)} {DIRECTIONS[fan][0].upper()}" + ("" if rays.lit[f] else ": dark")
+    ended = int((lost[given.primary] & (fans.victim[f, fan, given.primary] != rays.lens.stop_index)).sum())
+    if ended and rays.lit[f]:
+        title += f"  {ended} lost"
+    return Plot(Axis("Height in the stop", -1.0, 1.0), Axis(KINDS[kind], -limit, limit), tuple(layers), title)
+
+
+def _table(fans: Fans) -> Table:
+    head = ("field (mm)", "field (deg)", "fan", "wavelength (um)", "height in the stop", "transverse (um)",
+            "path difference (waves)", "ended by surface")
+    rays, rows = fans.rays, []
+    for f, height in enumerate(rays.image_heights):
+        for fan, name in enumerate(DIRECTIONS):
+            for c, line in enumerate(rays.conditions.wavelengths):
+                for k, at in enumerate(fans.heights):
+                    victim = int(fans.victim[f, fan, c, k])
+                    rows.append((height, math.degrees(rays.field_angles[f]), name, line, at,
+                                 1000.0 * fans.transverse[f, fan, c, k], fans.waves[f, fan, c, k],
+                                 str(victim + 1) if victim >= 0 else ""))
+    return Table(head, tuple(rows))

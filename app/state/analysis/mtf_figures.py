@@ -1,0 +1,113 @@
+"""MTF figures: against frequency, against the field as makers print it, and the map over field and focus."""
+
+import math
+
+import numpy as np
+
+from lensbench.analysis.focus_map import MtfMap, mtf_map
+from lensbench.analysis.transfer_function import Mtf, mtf
+from lensbench.app.state.analysis.figure import DASHED, DOTTED, SOLID, Axis, Curve, Figure, Map, Plot, Table, reach
+from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.spots import field_label
+from lensbench.kernels.figures import significant
+
+FINEST = 100.0                  # cycles/mm, of the curves against frequency
+STEPS = 51
+FIELD_POINTS = 25               # of the curves against the field
+PRINTED = (10.0, 20.0, 30.0, 40.0)
+PARTS, FIELD_TINTS = (0.0, 0.7, 1.0), ("field0", "field1", "field2")
+METHODS = {"diffraction": "diffraction", "geometric": "rays alone"}
+WAYS = ("sagittal", "tangential")
+DEPTHS = 8.0                    # × λN² and more: half the range of focus of the map
+LEVELS = (0.2, 0.4, 0.6, 0.8)
+
+
+def mtf_frequency_figure(query: Query, points: int, method: str = "diffraction") -> Figure:
+    """MTF of three fields against frequency, sagittal and tangential, with the diffraction limit of the axis."""
+    rays = query.grid(points, query.parts(*PARTS))
+    frequencies = np.linspace(0.0, FINEST, STEPS)
+    found = mtf(rays, frequencies, method)
+    curves = []
+    for f, tint in enumerate(FIELD_TINTS):
+        for a, dash in ((0, SOLID), (1, DASHED)):
+            name = f"{field_label(rays, f)} {WAYS[a][0].upper()}"
+            curves.append(Curve(name, frequencies, found.white_modulus[f, a], tint, dash))
+    curves.append(Curve("diffraction limit", frequencies, found.white_limit[0, 0], "dim", DOTTED, 1.2))
+    plot = Plot(Axis("Frequency (lp/mm)", 0.0, FINEST), Axis("Contrast", 0.0, 1.0), tuple(curves))
+    return Figure("MTF against frequency", ((plot,),), _table(found), _words(query, found), _remarks(query, found))
+
+
+def mtf_field_figure(query: Query, points: int, method: str = "diffraction") -> Figure:
+    """MTF at 10, 20, 30 and 40 lp/mm against the image height: S solid, T dashed, as makers print it."""
+    rays = query.grid(points, query.parts(*np.linspace(0.0, 1.0, FIELD_POINTS).tolist()))
+    found = mtf(rays, PRINTED, method)
+    heights, curves = rays.image_heights, []
+    for k, frequency in enumerate(PRINTED):
+        for a, dash in ((0, SOLID), (1, DASHED)):
+            name = f"{significant(frequency)} {WAYS[a][0].upper()}"
+            curves.append(Curve(name, heights, found.white_modulus[:, a, k], f"chart{(2, 3, 0, 1)[k]}", dash,
+                                1.9 - 0.2 * k))
+    plot = Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(heights))), Axis("Contrast", 0.0, 1.0), tuple(curves))
+    return Figure("MTF against the field", ((plot,),), _table(found), _words(query, found, "10, 20, 30, 40 lp/mm"),
+                  _remarks(query, found))
+
+
+def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str = "both") -> Figure:
+    """The map of the MTF over focus and field at one frequency (lp/mm), and the surfaces of best focus.
+
+    way: "sagittal", "tangential", or "both" for their mean. The film lies at 0.
+    """
+    reachable = focus_range(query)
+    shifts = np.linspace(-reachable, reachable, 2 * points + 1)
+    found = mtf_map(query.lens, query.setup.film_distance, query.conditions(), frequency, shifts, points + 1,
+                    min(points, 32))
+    white = found.white.mean(1) if way == "both" else found.white[:, WAYS.index(way)]
+    heights = found.heights
+    top, half = float(np.nanmax(heights)), 0.5 * (shifts[1] - shifts[0])
+    rise = 0.5 * top / max(len(heights) - 1, 1)
+    best = found.best_mean_shifts if way == "both" else found.best_shifts[:, WAYS.index(way)]
+    layers: list = [Map(f"MTF at {significant(frequency)} lp/mm", white, (shifts[0] - half, shifts[-1] + half),
+                        (-rise, top + rise), 0.0, 1.0, LEVELS)]
+    if way == "both":
+        layers += [Curve(f"best {name}", found.best_shifts[:, a], heights, "field2", dash)
+                   for a, (name, dash) in enumerate(zip(WAYS, (SOLID, DASHED), strict=True))]
+    else:
+        layers.append(Curve(f"best {way}", best, heights, "field2", SOLID if way == "sagittal" else DASHED))
+    plot = Plot(Axis("Film shift (mm)", -reachable, reachable), Axis("Image height (mm)", 0.0, top), tuple(layers),
+                across=True)
+    rays = found.rays
+    words = query.words(rays, "diffraction, white" if len(rays.conditions.wavelengths) > 1 else "diffraction",
+                        "sagittal and tangential mean" if way == "both" else way)
+    return Figure("MTF map", ((plot,),), _map_table(found), words, query.remarks(rays))
+
+
+def focus_range(query: Query) -> float:
+    """Half the range of focus of the map (mm): several depths of focus, and what the film's grid resolves."""
+    n = query.setup.f_number
+    return reach([DEPTHS * 2.0 * 0.00055 * n * n, 0.03 * n])
+
+
+def _words(query: Query, found: Mtf, *more: str) -> str:
+    colours = ("white",) if len(found.rays.conditions.wavelengths) > 1 else ()
+    return query.words(found.rays, METHODS[found.method], *colours, "S solid, T dashed", *more)
+
+
+def _remarks(query: Query, found: Mtf) -> tuple[str, ...]:
+    return (*query.remarks(found.rays), *(finding.message for finding in found.findings))
+
+
+def _table(found: Mtf) -> Table:
+    head = ("field (mm)", "field (deg)", "frequency (lp/mm)", "sagittal", "tangential", "limit sagittal",
+            "limit tangential")
+    rays, rows = found.rays, []
+    for f, height in enumerate(rays.image_heights):
+        for k, frequency in enumerate(found.frequencies):
+            rows.append((height, math.degrees(rays.field_angles[f]), frequency, *found.white_modulus[f, :, k],
+                         *found.white_limit[f, :, k]))
+    return Table(head, tuple(rows))
+
+
+def _map_table(found: MtfMap) -> Table:
+    head = ("field (mm)", "film shift (mm)", "frequency (lp/mm)", "sagittal", "tangential")
+    return Table(head, tuple((height, shift, found.frequency, *found.white[f, :, k])
+                             for f, height in enumerate(found.heights) for k, shift in enumerate(found.shifts)))

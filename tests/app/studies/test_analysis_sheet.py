@@ -1,0 +1,42 @@
+"""Figures of analyses in files: every layer in SVG and PNG, the numbers in CSV."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from lensbench.app.files.export import ExportError
+from lensbench.app.state.analysis.figure import Area, Axis, Bars, Curve, Figure, Label, Map, Plot, Points, Table
+from lensbench.app.studies.analysis_sheet import write_figure
+
+X = np.linspace(0.0, 1.0, 5)
+LAYERS = (Map("contrast", np.outer(X, X), (0.0, 1.0), (0.0, 1.0), levels=(0.5,)), Curve("587 nm", X, X**2, 0.5876),
+          Points("486 nm", X, X, 0.4861, "triangle"), Bars("S_I", X, X, 0.1, "chart2"), Label(0.5, 0.5, "axis"),
+          Area((0.0, 1.0), (0.0, 1.0), "said of it"))
+FIGURE = Figure("Everything", ((Plot(Axis("Field (mm)", 0.0, 1.0), Axis("Contrast", 0.0, 1.0), LAYERS, "One"),),),
+                Table(("field (mm)", "fan", "value"), ((0.0, "sagittal", 0.25), (1.0, "tangential", np.nan))),
+                "object 1.20 m", ("3 rays are lost",))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", [".svg", ".png"])
+def test_a_drawn_figure_has_its_words_and_is_the_same_each_time(tmp_path, suffix):
+    paths = tmp_path / f"one{suffix}", tmp_path / f"two{suffix}"
+    for path in paths:
+        write_figure(FIGURE, path, "A lens")
+    first, second = (path.read_bytes() for path in paths)
+    assert first == second and len(first) > 2000
+    if suffix == ".svg":
+        assert all(words in first.decode() for words in ("A lens: Everything", "587 nm", "3 rays are lost"))
+
+
+def test_numbers_are_read_back_and_a_missing_one_is_empty(tmp_path):
+    write_figure(FIGURE, tmp_path / "data.csv")
+    with (tmp_path / "data.csv").open(newline="") as file:
+        assert list(csv.reader(file)) == [["field (mm)", "fan", "value"], ["0", "sagittal", "0.25"],
+                                          ["1", "tangential", ""]]
+
+
+def test_another_suffix_is_refused(tmp_path):
+    with pytest.raises(ExportError, match="suffixes"):
+        write_figure(FIGURE, tmp_path / "figure.gif")
