@@ -179,9 +179,9 @@ class Screen:
         """A compiled shader of the package, with lines inserted after its version; made once."""
         key = (name, *inserted)
         if key not in self._programs:
-            source = _source(name).replace("#version 330\n", "#version 330\n" + "".join(inserted), 1)
+            source = shader_source(name).replace("#version 330\n", "#version 330\n" + "".join(inserted), 1)
             self._programs[key] = self._context.vertex_array(
-                self._context.program(_source("triangle.vert"), source), [])
+                self._context.program(shader_source("triangle.vert"), source), [])
         return self._programs[key]
 
     def _draw(self, array: moderngl.VertexArray, target: _Target, source: moderngl.Texture, **uniforms) -> None:
@@ -212,7 +212,8 @@ def _resized(depth: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.f
     return depth if depth.shape == shape else depth[np.ix_(rows, columns)]
 
 
-def _source(name: str) -> str:
+def shader_source(name: str) -> str:
+    """The text of a shader of the package."""
     return files("lensbench.shaders").joinpath(name).read_text(encoding="utf-8")
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lensbench.app.display.frame import Light, Mark, Picture, Pinned, View
 from lensbench.app.display.gl_texture import SQUARES, Development, Screen, softening
+from lensbench.app.display.solid_view import Drawing, SolidView
 from lensbench.app.state.circle_of_confusion import Blur
 from lensbench.app.state.exposure import AppliedExposure, applied_exposure, exposed, look
 from lensbench.app.state.false_colours import aov_codes
@@ -42,6 +43,7 @@ class Presenter:
         self._screen: Screen | None = None
         self._pinned_screen: Screen | None = None
         self._strip_screen: Screen | None = None
+        self._solid_view: SolidView | None = None       # from when the 3-D view is first looked at
         self._strip_of: Any = None                      # the key of its picture
         self._difference, self._apart, self._histogram = Memo(1), Memo(1), Memo(1)
         self._pins = 0                                  # counts the pictures A
@@ -96,6 +98,11 @@ class Presenter:
         texture = self._strip_screen.developed(Development(settings.exposure, settings.tone))
         self._strip_screen.draw_at(SQUARES)
         return texture
+
+    def solid_picture(self, drawing: Drawing, size: tuple[int, int]) -> int:
+        """The GL name of a texture with the 3-D view, of this size in pixels."""
+        self._solid_view = self._solid_view or SolidView(moderngl.get_context())
+        return self._solid_view.picture(drawing, size)
 
     def pin(self, present: Settings) -> bool:
         """Keep the shown picture as A, exposed and tone-mapped by `present`; False if there is none yet."""

@@ -21,6 +21,7 @@ from lensbench.app.panels.pixel import PixelState, pixel_panel
 from lensbench.app.panels.plan import PlanState, plan_panel
 from lensbench.app.panels.readouts import Status, readouts_panel
 from lensbench.app.panels.spaces import spaces_panel
+from lensbench.app.panels.view_3d import View3DState, view_3d_panel
 from lensbench.app.state.figures import lit
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings, differences
@@ -44,6 +45,7 @@ class Panels:
         self._coc_state, self._falloff_state, self._models_state = CocState(), FalloffState(), ModelsState()
         self._plan_state, self._pupil_state, self._section_state = PlanState(), PupilState(), SectionState()
         self._card_state, self._pixel_state = LensCardState(window.wake), PixelState()
+        self._view_3d_state = View3DState()
         self._field = 0.7                   # the film point of the exit pupil, as a part of the illuminated film
         self._logged: set[str] = set()
         self._failed: dict[str, Settings] = {}          # panels, and the settings at which they failed
@@ -56,6 +58,7 @@ class Panels:
             self._docked("Lens card", self._lens_card),
             self._docked("Spaces", self._spaces),
             self._docked("Section", self._section, padding=4.0),
+            self._docked("3-D", self._view_3d),
             self._docked("Stability", self._stability),
             self._docked("Circle of confusion", self._confusion),
             self._docked("Plan", self._plan),
@@ -203,6 +206,11 @@ class Panels:
         self._beside_browser()
         self._following(lambda before: lens_section_panel(before, self._section_state, self._field * lit(before),
                                                           self._state.view.links, self._other))
+
+    def _view_3d(self) -> None:
+        window = self._state
+        self._beside_browser()
+        view_3d_panel(window.history.present, window.view.links, self._view_3d_state, window.presenter.solid_picture)
 
     def _confusion(self) -> None:
         self._following(lambda before: circle_of_confusion_panel(before, self._coc_state, self._state.view.links,

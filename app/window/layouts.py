@@ -24,20 +24,20 @@ BENCH = "Bench"
 LAYOUTS = {
     BENCH: Layout(
         "Picture, section, blur and pupil", {
-            **LEFT, "Bottom": ("Section", "Stability"), "Right": ("Circle of confusion", "Plan", "Pixel"),
+            **LEFT, "Bottom": ("Section", "3-D", "Stability"), "Right": ("Circle of confusion", "Plan", "Pixel"),
             "RightBottom": ("Exit pupil", "Falloff", "Models", "Light field")}),
     "Photographer": Layout(
         "Picture, section, and how sharp the lens draws", {
-            **LEFT, "Bottom": ("Section",), "Right": ("MTF", "MTF map", "Circle of confusion"),
+            **LEFT, "Bottom": ("Section", "3-D"), "Right": ("MTF", "MTF map", "Circle of confusion"),
             "RightBottom": ("Spots", "Falloff", "Pixel")}, (0.25, 19.4, 46.0)),
     "Student": Layout(
         "Coordinate spaces, stability of the formulas, models of the lens", {
             "Left": ("Controls",), "LeftBottom": ("Spaces", "Read-outs", "Lens card"),
-            "Bottom": ("Section", "Stability"),
+            "Bottom": ("Section", "3-D", "Stability"),
             "Right": ("Models", "Circle of confusion", "Plan"), "RightBottom": ("Exit pupil", "Pixel", "Falloff")}),
     "Designer": Layout(
         "Spots and the aberrations behind them", {
-            **LEFT, "Bottom": ("Section",), "BottomRight": ("Field curves", "MTF map"),
+            **LEFT, "Bottom": ("Section", "3-D"), "BottomRight": ("Field curves", "MTF map"),
             "Right": ("Spots", "Falloff"), "RightBottom": ("Ray fans", "MTF")}, (0.30, 22.0, 70.0), 0.36),
 }
 

@@ -1,0 +1,174 @@
+"""The 3-D view on the graphics card: solid parts with a depth test, translucent ones over them, lines of any width.
+
+Knows moderngl and nothing of the window. The texture's first row is the lowest, as OpenGL has it.
+"""
+
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from lensbench.app.display.gl_texture import shader_source
+from lensbench.app.state.solid.shapes import Part, Strokes
+from lensbench.app.state.solid.turntable import Eye
+
+Rgba = tuple[float, float, float, float]
+SAMPLES = 4                     # of each pixel, against jagged edges
+LIGHT = np.array([0.35, 0.55, 0.76]) / np.linalg.norm([0.35, 0.55, 0.76])     # beside the eye: right, up, back
+SLACK = 64                      # buffers that are kept beyond those that are drawn
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A part with its colour on the screen.
+
+    rim: how much more opaque it is where it is seen along itself. of_world: its points are in the world's frame.
+    """
+
+    part: Part
+    tint: Rgba
+    rim: float = 0.0
+    of_world: bool = False
+
+
+@dataclass(frozen=True)
+class Line:
+    """Strokes with their colour on the screen and their width in pixels; of_world: in the world's frame."""
+
+    strokes: Strokes
+    tint: Rgba
+    width: float
+    of_world: bool = False
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Everything that the view shows; two equal ones give the same picture.
+
+    pose: of the camera in the world, world_from_camera (4, 4) row by row.
+    """
+
+    eye: Eye
+    pose: tuple[float, ...]
+    solids: tuple[Solid, ...]
+    lines: tuple[Line, ...]
+    ground: Rgba
+
+
+class SolidView:
+    """Draws in one GL context (3.3 core or later) into a texture of its own."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context = context
+        self._solid = context.program(shader_source("solid.vert"), shader_source("solid.frag"))
+        self._stroke = context.program(shader_source("stroke.vert"), shader_source("stroke.frag"))
+        self._arrays: dict[Part | Strokes, tuple[moderngl.VertexArray, moderngl.Buffer]] = {}
+        self._texture: moderngl.Texture | None = None
+        self._drawn: moderngl.Framebuffer | None = None         # with several samples a pixel
+        self._resolved: moderngl.Framebuffer | None = None
+        self._done: Drawing | None = None
+        self._frames: dict[bool, tuple] = {}    # of the camera and of the world: matrix, eye and light
+
+    def picture(self, drawing: Drawing, size: tuple[int, int]) -> int:
+        """The GL name of a texture with the drawing, of this size in pixels. Draws on a change."""
+        size = max(size[0], 1), max(size[1], 1)
+        if self._texture is None or self._texture.size != size:
+            self._resize(size)
+        if drawing != self._done:
+            self._draw(drawing, size)
+            self._done = drawing
+        assert self._texture is not None
+        return self._texture.glo
+
+    def read(self) -> np.ndarray:
+        """The picture (h, w, 3), the upper row first."""
+        assert self._resolved is not None and self._texture is not None
+        width, height = self._texture.size
+        pixels = np.frombuffer(self._resolved.read(components=3, alignment=1), np.uint8)
+        return pixels.reshape(height, width, 3)[::-1]
+
+    def _resize(self, size: tuple[int, int]) -> None:
+        context = self._context
+        for thing in (self._drawn, self._resolved, self._texture):
+            if thing is not None:
+                thing.release()
+        samples = min(SAMPLES, context.max_samples)
+        self._texture = context.texture(size, 4)
+        self._texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self._drawn = context.framebuffer([context.renderbuffer(size, 4, samples=samples)],
+                                          context.depth_renderbuffer(size, samples=samples))
+        self._resolved = context.framebuffer([self._texture])
+        self._done = None
+
+    def _draw(self, drawing: Drawing, size: tuple[int, int]) -> None:
+        assert self._drawn is not None and self._resolved is not None
+        context, eye = self._context, drawing.eye
+        before = context.detect_framebuffer()
+        self._drawn.use()
+        self._drawn.clear(*drawing.ground, depth=1.0)
+        clip, world = eye.clip_from_camera(*size), np.reshape(drawing.pose, (4, 4))
+        light = eye.axes.T @ LIGHT
+        self._frames = {of_world: (np.ascontiguousarray((clip @ np.linalg.inv(frame)).T, "f4").tobytes(),
+                                   tuple(frame[:3, :3] @ eye.place + frame[:3, 3]), tuple(frame[:3, :3] @ light))
+                        for of_world, frame in ((False, np.eye(4)), (True, world))}
+        self._stroke["size"].value = size
+        context.enable(moderngl.DEPTH_TEST | moderngl.BLEND)
+        context.disable(moderngl.CULL_FACE)
+        context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+
+        # Opaque parts, then lines, then translucent parts, which hide nothing behind them
+        for solid in drawing.solids:
+            if solid.tint[3] >= 1.0:
+                self._draw_solid(solid)
+        for line in drawing.lines:
+            self._draw_line(line)
+        self._drawn.depth_mask = False
+        for solid in sorted((solid for solid in drawing.solids if solid.tint[3] < 1.0),
+                            key=lambda solid: -self._away(solid)):
+            self._draw_solid(solid)
+        self._drawn.depth_mask = True
+        context.copy_framebuffer(self._resolved, self._drawn)
+        context.disable(moderngl.DEPTH_TEST)
+        before.use()
+        self._forget(drawing)
+
+    def _away(self, solid: Solid) -> float:
+        """How far the middle of a part is from the eye, for the order of translucent parts."""
+        points = solid.part.points
+        return float(np.linalg.norm(points.mean(0) - self._frames[solid.of_world][1])) if len(points) else 0.0
+
+    def _draw_solid(self, solid: Solid) -> None:
+        part = solid.part
+        if not len(part.points):
+            return
+        if part not in self._arrays:
+            data = np.hstack([part.points, part.normals]).astype("f4")
+            buffer = self._context.buffer(data.tobytes())
+            self._arrays[part] = self._context.vertex_array(self._solid, [(buffer, "3f 3f", "point", "normal")]), buffer
+        matrix, eye, light = self._frames[solid.of_world]
+        self._solid["clip_from_local"].write(matrix)
+        self._solid["eye"].value, self._solid["light"].value = eye, light
+        self._solid["tint"].value, self._solid["rim"].value = solid.tint, solid.rim
+        self._arrays[part][0].render(moderngl.TRIANGLES)
+
+    def _draw_line(self, line: Line) -> None:
+        pieces = line.strokes.pieces
+        if not len(pieces):
+            return
+        if line.strokes not in self._arrays:
+            buffer = self._context.buffer(pieces.reshape(len(pieces), 6).astype("f4").tobytes())
+            self._arrays[line.strokes] = self._context.vertex_array(
+                self._stroke, [(buffer, "3f 3f /i", "begin", "end")]), buffer
+        self._stroke["clip_from_local"].write(self._frames[line.of_world][0])
+        self._stroke["tint"].value, self._stroke["width"].value = line.tint, line.width
+        self._arrays[line.strokes][0].render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(pieces))
+
+    def _forget(self, drawing: Drawing) -> None:
+        """Release the buffers of parts that have gone by."""
+        if len(self._arrays) <= len(drawing.solids) + len(drawing.lines) + SLACK:
+            return
+        kept = {solid.part for solid in drawing.solids} | {line.strokes for line in drawing.lines}
+        for thing in [thing for thing in self._arrays if thing not in kept]:
+            array, buffer = self._arrays.pop(thing)
+            array.release()
+            buffer.release()

@@ -1,0 +1,88 @@
+"""The lens cut in half, with its stop and its film. Lengths in mm, camera frame: the film stands in z = 0.
+
+The cut is the section y–z; what lies at x < 0 is taken away, so that the section's rays lie open. From there the scene
+is at the left, as in the section.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.state.section_geometry import Sketch, elements, sag
+from lensbench.app.state.solid.shapes import Part, Strokes, flat_part, grid_part, strokes
+
+AROUND = 37                     # points about the axis, from +y past +x to −y
+TURNS = 0.5 * np.pi * np.linspace(1.0, -1.0, AROUND)
+RADII = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 15))        # parts of a rim, closer towards it
+
+
+def lens_parts(shown: Sketch) -> tuple[Part, ...]:
+    """The glass, the stop and the film of a section; without a lens the film and an opening alone."""
+    parts: list[Part] = []
+    if shown.lens is not None:
+        parts += _glass(shown.lens, shown.film_z)
+    if shown.stop_radius is not None:
+        outer = max(1.12 * (shown.open_radius or shown.stop_radius), 1.08 * shown.near_stop)
+        parts.append(_ring(shown.stop_z - shown.film_z, shown.stop_radius, outer))
+    return tuple(parts)
+
+
+@lru_cache(maxsize=8)
+def _glass(lens: lb.Lens, film_z: float) -> tuple[Part, ...]:
+    """Of each element the half shell and its cut face."""
+    found = []
+    for element in elements(lens):
+        glass = element.glass.n_d, element.glass.v_d if element.glass.v_d is not None else 60.0
+        front, rear = lens.surfaces[element.front], lens.surfaces[element.front + 1]
+        edge = float(np.abs(element.outline[:, 1]).max())
+        z = [lens.vertices[element.front] - film_z, lens.vertices[element.front + 1] - film_z]
+        shell = np.concatenate([_sheet(front, z[0], edge), _sheet(rear, z[1], edge)[::-1]])
+        found.append(grid_part("glass", shell, glass=glass))
+        quads = np.concatenate([np.zeros((*element.strips.shape[:2], 1)), element.strips[..., ::-1]], axis=2)
+        quads[..., 2] -= film_z
+        triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+        cut = flat_part("cut", triangles, glass=glass)
+        found.append(Part("cut", cut.points, np.tile([-1.0, 0.0, 0.0], (len(cut.points), 1)), glass))
+    return tuple(found)
+
+
+@lru_cache(maxsize=8)
+def lens_outlines(lens: lb.Lens, film_z: float) -> Strokes:
+    """The edges of the cut faces."""
+    closed = [np.vstack([element.outline, element.outline[:1]]) for element in elements(lens)]
+    return strokes("outline", [np.column_stack([np.zeros(len(edge)), edge[:, 1], edge[:, 0] - film_z])
+                               for edge in closed])
+
+
+def _sheet(surface: lb.Surface, z: float, edge: float) -> np.ndarray:
+    """Half a surface (radii, AROUND, 3) from its vertex to the edge of its element, flat beyond its rim."""
+    rim = min(surface.semi_diameter, edge)
+    radii = np.append(rim * RADII, edge) if edge > rim else rim * RADII
+    x, y = radii[:, None] * np.cos(TURNS), radii[:, None] * np.sin(TURNS)
+    if surface.is_rotationally_symmetric:
+        depth = np.broadcast_to(np.array([sag(surface, r) for r in radii])[:, None], x.shape)
+    else:
+        within = np.minimum(radii, rim)[:, None]
+        depth = np.nan_to_num(surface.sag(within * np.cos(TURNS), within * np.sin(TURNS)))
+    return np.stack([x, y, z + depth], axis=-1)
+
+
+def _ring(z: float, inner: float, outer: float) -> Part:
+    """Half a flat ring."""
+    radii = np.array([[inner], [outer]])
+    x, y = radii * np.cos(TURNS), radii * np.sin(TURNS)
+    return grid_part("stop", np.stack([x, y, np.full_like(x, z)], axis=-1))
+
+
+def film_part(film: lb.Film) -> Part:
+    """The film's rectangle."""
+    x, y = 0.5 * film.width, 0.5 * film.height
+    corners = np.array([[[-x, -y, 0.0], [x, -y, 0.0]], [[-x, y, 0.0], [x, y, 0.0]]])
+    return grid_part("film", corners)
+
+
+def film_outline(film: lb.Film) -> np.ndarray:
+    """Its edge, a closed path (5, 3)."""
+    x, y = 0.5 * film.width, 0.5 * film.height
+    return np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0]])

@@ -1,0 +1,73 @@
+"""Rays in space: the fans of the section, the beam of the pointed pixel, and one pointed ray. mm, camera frame."""
+
+import math
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.app.state.build import setup
+from lensbench.app.state.exit_pupil_geometry import from_film, region, turn
+from lensbench.app.state.pixel.beam import beam
+from lensbench.app.state.pixel.lens_rays import film_place, path_of
+from lensbench.app.state.pixel.pointed import Place, PointedRay
+from lensbench.app.state.section_geometry import Sketch
+from lensbench.app.state.settings import Settings
+from lensbench.app.state.solid.shapes import Strokes, strokes
+
+FIELDS = ("field0", "field1", "field2")
+RIM = 16                        # rays along the edge of a pixel's beam
+FARTHEST = 20_000.0             # mm
+
+
+def fan_lines(shown: Sketch, focus_distance: float, dead: bool) -> tuple[Strokes, ...]:
+    """The section's rays, from where they are in focus to the film; dead: the lost ones too."""
+    found = []
+    for kind, fan in zip(FIELDS, shown.fans, strict=True):
+        live = [_extended(_in_space(ray.path, shown.film_z), focus_distance) for ray in fan.rays if ray.kind != "dead"]
+        found.append(strokes(kind, live))
+        if dead:
+            found.append(strokes("dead", [_in_space(ray.path, shown.film_z) for ray in fan.rays if ray.kind == "dead"]))
+    return tuple(found)
+
+
+def _in_space(path: np.ndarray, film_z: float) -> np.ndarray:
+    """A path (n, 2) of the section as (n, 3)."""
+    return np.column_stack([np.zeros(len(path)), path[:, 1], path[:, 0] - film_z])
+
+
+def _extended(path: np.ndarray, focus_distance: float) -> np.ndarray:
+    """A path whose first stretch runs to the plane in focus, or far before the lens."""
+    way = path[0] - path[1]
+    way /= np.linalg.norm(way)
+    along = (-focus_distance - path[1, 2]) / way[2] if math.isfinite(focus_distance) and way[2] < -0.05 else FARTHEST
+    return np.vstack([path[1] + min(max(along, 0.0), FARTHEST) * way, path[1:]])
+
+
+def pixel_lines(settings: Settings, raster: Place) -> Strokes:
+    """The beam of a pixel, up to what it shows; ValueError or OSError where there is no camera."""
+    seen = beam(settings, raster)
+    pose = settings.present_pose
+    if settings.has_lens and settings.follows_lens:
+        built, at = setup(settings), film_place(settings, raster)
+        outline = region(built.lens, built.film_distance, math.hypot(*at), math.atan2(at[1], at[0])).outline
+        if not len(outline):
+            return strokes("pixel", [])
+        middle = outline.mean(0)
+        rim = middle + 0.995 * (outline[:: max(len(outline) // RIM, 1)] - middle)
+        trace = from_film(built.lens, built.film_distance, at, np.vstack([middle, rim]) @ turn(built.lens, at),
+                          record=True)
+        far = min(seen.along, FARTHEST) if seen.along > 0.0 else FARTHEST
+        paths = []
+        for i in np.flatnonzero(trace.fate == lb.Fate.PASSED):
+            path = path_of(built.lens, trace, int(i)) - [0.0, 0.0, built.film_z]
+            way = path[0] - path[1]
+            paths.append(np.vstack([path[1] + far * way / np.linalg.norm(way), path[1:]]))
+        return strokes("pixel", paths)
+    ends = seen.origins + np.minimum(seen.ends, FARTHEST)[:, None] * seen.directions
+    local = [(points - pose[:3, 3]) @ pose[:3, :3] for points in (ends, seen.origins)]
+    return Strokes("pixel", np.stack(local, axis=1))
+
+
+def pointed_line(ray: PointedRay, film_z: float) -> Strokes:
+    """One ray of a plot."""
+    return strokes("pointed", [ray.path - [0.0, 0.0, film_z]])
