@@ -111,7 +111,7 @@ class SolidView:
         self._frames = {of_world: (np.ascontiguousarray((clip @ np.linalg.inv(frame)).T, "f4").tobytes(),
                                    tuple(frame[:3, :3] @ eye.place + frame[:3, 3]), tuple(frame[:3, :3] @ light))
                         for of_world, frame in ((False, np.eye(4)), (True, world))}
-        self._stroke["size"].value = size
+        _uniform(self._stroke, "size").value = size
         context.enable(moderngl.DEPTH_TEST | moderngl.BLEND)
         context.disable(moderngl.CULL_FACE)
         context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
@@ -146,9 +146,9 @@ class SolidView:
             buffer = self._context.buffer(data.tobytes())
             self._arrays[part] = self._context.vertex_array(self._solid, [(buffer, "3f 3f", "point", "normal")]), buffer
         matrix, eye, light = self._frames[solid.of_world]
-        self._solid["clip_from_local"].write(matrix)
-        self._solid["eye"].value, self._solid["light"].value = eye, light
-        self._solid["tint"].value, self._solid["rim"].value = solid.tint, solid.rim
+        _uniform(self._solid, "clip_from_local").write(matrix)
+        for name, value in (("eye", eye), ("light", light), ("tint", solid.tint), ("rim", solid.rim)):
+            _uniform(self._solid, name).value = value
         self._arrays[part][0].render(moderngl.TRIANGLES)
 
     def _draw_line(self, line: Line) -> None:
@@ -159,8 +159,8 @@ class SolidView:
             buffer = self._context.buffer(pieces.reshape(len(pieces), 6).astype("f4").tobytes())
             self._arrays[line.strokes] = self._context.vertex_array(
                 self._stroke, [(buffer, "3f 3f /i", "begin", "end")]), buffer
-        self._stroke["clip_from_local"].write(self._frames[line.of_world][0])
-        self._stroke["tint"].value, self._stroke["width"].value = line.tint, line.width
+        _uniform(self._stroke, "clip_from_local").write(self._frames[line.of_world][0])
+        _uniform(self._stroke, "tint").value, _uniform(self._stroke, "width").value = line.tint, line.width
         self._arrays[line.strokes][0].render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(pieces))
 
     def _forget(self, drawing: Drawing) -> None:
@@ -172,3 +172,10 @@ class SolidView:
             array, buffer = self._arrays.pop(thing)
             array.release()
             buffer.release()
+
+
+def _uniform(program: moderngl.Program, name: str) -> moderngl.Uniform:
+    """A parameter of a shader."""
+    found = program[name]
+    assert isinstance(found, moderngl.Uniform)
+    return found
