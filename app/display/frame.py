@@ -9,6 +9,7 @@ from lensbench.app.state.picture_statistics import Difference
 from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
+from lensbench.app.workers.compilers import Part
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,7 @@ class Picture:
     recorded: Settings | None = None                # of a light field's picture: of a camera with this focus
     note: str = ""                                  # describes such a picture
     light: Light | None = None                      # that the texture shows, without overlays
+    plan: tuple[Part, ...] = ()                     # what is compiled for the first picture
 
 
 @dataclass

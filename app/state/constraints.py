@@ -10,6 +10,7 @@ from lensbench.app.state.build import design
 from lensbench.app.state.figures import colours, readings
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.zoom import focal_length, zoom_of
+from lensbench.kernels.cache import resumable
 
 SMALLEST_CROP = 0.05
 WIDEST_FISHEYE = math.radians(350.0)
@@ -17,6 +18,7 @@ LONGEST_SHOWN = 8192            # pixels: the smallest texture limit of graphics
 MARGIN = 1.0 + 1e-4             # of a clamped focus distance over the nearest, which is rounded
 
 
+@resumable
 def constrained(settings: Settings) -> Settings:
     """The settings with a zoom, an aperture and a focus distance that the camera has; the rest is kept.
 

@@ -18,6 +18,7 @@ from lensbench.app.state.constraints import MARGIN, constrained, with_camera, wi
 from lensbench.app.state.ray_fans import lit_radius
 from lensbench.app.state.scene_file import SceneFileError, cached_scene
 from lensbench.app.state.settings import Settings, placed
+from lensbench.kernels.cache import resumable
 from lensbench.optics.system import FieldKind
 
 FILM, APERTURE, FOCUS = "film", "aperture", "focus"     # what can be locked; FOCUS is the camera's place too
@@ -32,6 +33,7 @@ USUAL = (36.0, 24.0)
 STEEPEST = math.radians(60.0)   # a steeper stated field gives no image height without knowing the projection
 
 
+@resumable
 def with_lens(settings: Settings, lens: str, locked: Collection[str] = (), zoom: float = 0.0) -> Settings:
     """The settings with a lens at its best.
 

@@ -31,6 +31,7 @@ from lensbench.app.window.layouts import placed
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.state import WindowState
 from lensbench.app.window.status import status_bar
+from lensbench.kernels.cache import NotCompiledError
 
 RENDER = "Render"               # the panel in the middle: it needs none of the panels' kernels
 
@@ -89,6 +90,7 @@ class Panels:
         """
         def call() -> None:
             if panel and name != RENDER and not self._state.prepared:
+                self._compiling()
                 return
             if name in self._failed:
                 if self._failed[name] == self._state.edited:
@@ -101,6 +103,12 @@ class Panels:
                 imgui.internal.error_recovery_store_state(state)
             try:
                 draw()
+            except NotCompiledError as error:
+                if drawing:
+                    _recover(state)
+                self._state.postpone(error)
+                if panel:
+                    self._compiling()
             except Exception as error:
                 if drawing:
                     _recover(state)
@@ -114,6 +122,13 @@ class Panels:
             if panel:
                 self._state.hurry()
         return call
+
+    def _compiling(self) -> None:
+        """The progress of the compilers, in place of a panel that needs a kernel; nothing where none is compiled."""
+        if self._state.compilers.busy:
+            done, wanted = self._state.compilers.progress
+            imgui.progress_bar(done / wanted, ImVec2(-1.0, 0.0), f"Compiling  {done} of {wanted}")
+            imgui.set_item_tooltip("The kernels of this panel are compiled once for this version")
 
     def _window(self, name: str, draw: Callable[[], None], padding: float | None) -> None:
         """A panel in its window. The render lies in the central node and has no tab."""
@@ -146,6 +161,8 @@ class Panels:
         window.light_field.await_field_picture()
         window.presenter.take(window.view)    # the first picture of this frame's change may be there already
         picture = window.presenter.picture(window.edited, window.view)
+        if picture.first:
+            picture = replace(picture, plan=tuple(window.compilers.plan()))
         self._beside_browser()
         window.edited = image_panel(window.edited, picture, window.view)
 

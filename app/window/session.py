@@ -38,6 +38,7 @@ from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.menus import NOTHING_PINNED, Help, shortcuts
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.task import Task
+from lensbench.kernels.cache import NotCompiledError
 
 COMPILING_FPS = 8.0             # of the window while it waits for its first picture
 
@@ -67,6 +68,7 @@ class Session(WindowState):
 
     def opened(self) -> None:
         """The GL context is there."""
+        self.compilers.draw_here()
         sys.setswitchinterval(0.001)            # the worker gets its turn soon, also beside a busy window
         use_dials(self.dials)
         self.presenter.open()
@@ -92,6 +94,7 @@ class Session(WindowState):
 
     def closed(self) -> None:
         """The window is about to close."""
+        self.compilers.stop()                   # first: threads that wait for a kernel end with it
         self.export.cancel()
         self.browsing.closed()
         self.analyses.stop()
@@ -109,6 +112,8 @@ class Session(WindowState):
             while self.worker.newest() is None and self.worker.error is None and self.worker.alive:
                 sleep(0.01)
             prepare(self.history.present)
+            if self.remember:
+                self.compilers.compile_for_later()
         finally:
             self.prepared = True
 
@@ -138,6 +143,7 @@ class Session(WindowState):
     def begin(self) -> None:
         """Before the panels: results of the workers, keys, requests, files."""
         self.edited = self.history.present
+        self.resume()
         self._leave_room_to_compile()
         self._lay_out_once()
         self.presenter.take(self.view)
@@ -233,7 +239,7 @@ class Session(WindowState):
         for name in changed:
             self.view.messages = [message for message in self.view.messages if not is_about(message, name)]
             self.view.say(f"Reloaded {Path(name).name}", done=True)
-        with suppress(ValueError, OSError):
+        with suppress(ValueError, OSError, NotCompiledError):
             self.history.correct(constrained(present))
             self.edited = self.history.present
         self.charts.forget()

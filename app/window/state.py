@@ -4,6 +4,7 @@ Settings and their history, the picture and its view, the background workers, an
 adds the life of the window and its frames.
 """
 
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
@@ -25,7 +26,9 @@ from lensbench.app.widgets import theme
 from lensbench.app.widgets.dial import DialState
 from lensbench.app.window.layouts import BENCH
 from lensbench.app.workers.chart_worker import ChartWorker
+from lensbench.app.workers.compilers import Compilers
 from lensbench.app.workers.render_worker import RenderWorker
+from lensbench.kernels.cache import NotCompiledError
 
 
 class WindowState:
@@ -34,6 +37,8 @@ class WindowState:
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
         self.requests: set[Request] = set()
         self.view, self.chooser, self.dials = View(requests=self.requests), Chooser(requests=self.requests), DialState()
+        self.compilers = Compilers(self.wake)
+        self.compilers.begin()
         settings = self.showable(settings)
         with suppress(ValueError, OSError):             # the worker reports a lens that cannot be read
             self.say_findings(settings)
@@ -49,6 +54,7 @@ class WindowState:
         self.recent: list[Path] = []                    # files that were opened, the newest first
         self.reopened: Path | None = None               # a recent file that is to be opened
         self.screenshot: Path | None = None             # where a picture of the window is to be saved
+        self._postponed: tuple[Settings, Callable[[], Settings]] | None = None      # present settings, and a change
         self.prepared = False                           # the panels can be drawn without waiting for a compiler
 
     def wake(self) -> None:
@@ -58,6 +64,20 @@ class WindowState:
             glfw.post_empty_event()
 
     # Settings
+
+    def postpone(self, error: NotCompiledError) -> None:
+        """Do again, once its kernels are compiled, what the user has asked for and what this error has ended."""
+        if error.resume is not None:
+            self._postponed = self.history.present, error.resume
+
+    def resume(self) -> None:
+        """Edit the settings as postponed, unless they have changed since."""
+        if self._postponed is None:
+            return
+        (before, change), self._postponed = self._postponed, None
+        if before == self.history.present:
+            with suppress(ValueError, OSError):         # the lens is gone by now: the user sees no change
+                self.edited = self.showable(change())
 
     def take(self, settings: Settings) -> None:
         """Set other settings at once, as one step of undo, and render them."""

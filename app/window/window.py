@@ -83,6 +83,7 @@ def run(settings: Settings, screenshot: Path | str | None = None) -> int:
             _photograph(session, runner, Path(screenshot))
         immapp.run(runner, immapp.AddOnsParams(with_implot=True))
     finally:
+        session.compilers.stop()
         session.worker.stop()
     if screenshot is not None and session.shot_problem:
         raise OSError(session.shot_problem)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Generic, TypeVar
 
 from lensbench.app.workers.threads import lower_priority
+from lensbench.kernels.cache import NotCompiledError
 
 Result = TypeVar("Result")
 STEP = 0.01                     # of progress, at which the window is woken
@@ -27,8 +28,8 @@ def error_text(error: Exception, description: str) -> str:
 
 
 def report_unforeseen(error: Exception) -> None:
-    """Print the traceback of an error that neither the user nor the system has caused."""
-    if not isinstance(error, ValueError | OSError | MemoryError):
+    """Print the traceback of an error that neither the user nor the system nor the end of the window has caused."""
+    if not isinstance(error, ValueError | OSError | MemoryError | NotCompiledError):
         traceback.print_exception(error)
 
 

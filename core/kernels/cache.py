@@ -30,9 +30,9 @@ import time
 import warnings
 import zipfile
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cache, cached_property
+from functools import cache, cached_property, partial, wraps
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
@@ -42,10 +42,10 @@ import numba
 import numpy as np
 from llvmlite import binding
 from numba import njit
-from numba.core import caching, dispatcher, serialize
+from numba.core import caching, dispatcher, serialize, sigutils
 from numba.extending import _Intrinsic
 
-__all__ = ["KernelCache", "folder", "is_compiled", "level", "njit", "used", "version"]
+__all__ = ["KernelCache", "NotCompiledError", "folder", "is_compiled", "level", "njit", "resumable", "used", "version"]
 
 KEPT = 200                              # files of one function: signatures, versions, what its closure holds
 DAY = 24 * 3600.0                       # s; a file's time of last use is exact to a day
@@ -127,6 +127,24 @@ def _source(module: str) -> str:
 
 def _digest(*parts: str) -> str:
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
+
+
+class NotCompiledError(Exception):
+    """A kernel is being compiled, and this thread must not wait for it. resume: what to call then, or None."""
+
+    resume: Callable[[], Any] | None = None
+
+
+def resumable(change: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a `NotCompiledError` of a function carry the call as its `resume`."""
+    @wraps(change)
+    def tried(*arguments: Any, **named: Any) -> Any:
+        try:
+            return change(*arguments, **named)
+        except NotCompiledError as error:
+            error.resume = partial(tried, *arguments, **named)
+            raise
+    return tried
 
 
 class KernelCache(caching.FunctionCache):
@@ -247,9 +265,24 @@ def is_compiled(kernel: Any, signature: Any) -> bool:
     """Whether a kernel need not be compiled for this signature: this process, the folder or the package has it."""
     if signature.args in kernel.overloads:
         return True
+    return _is_stored(kernel, signature)
+
+
+def _is_stored(kernel: Any, signature: Any) -> bool:
+    """Whether the folder or the package has a kernel."""
     kernel.targetctx.refresh()
     path = kernel._cache.path(signature, kernel.targetctx.codegen())
     return path.exists() or path.name in _shipped_names()[path.name.rpartition("-")[0]]
+
+
+def _compile(kernel: Any, signature: Any) -> Any:
+    """`Dispatcher.compile`, which first asks `missing`, before it takes numba's lock."""
+    if missing is not None and isinstance(kernel._cache, KernelCache):
+        arguments, _ = sigutils.normalize_signature(signature)
+        if tuple(arguments) not in kernel.overloads:
+            if not _is_stored(kernel, signature):
+                missing(kernel.py_func, signature)
+    return _numba_compile(kernel, signature)
 
 
 def _last_use(path: Path) -> float:
@@ -304,3 +337,10 @@ folder = _open_folder()
 level = _choose_level()                 # of x86-64 that kernels are compiled for; "" for this very processor
 used: dict[str, tuple[FunctionType, Any]] = {}      # file names asked for by this process: function and signature
 dispatcher.FunctionCache = _cache_of
+missing: Callable[[FunctionType, Any], None] | None = None
+"""Called with a function and a signature before this process compiles them.
+
+It returns when another process has done so, or for this one to compile; or it raises `NotCompiledError`.
+"""
+_numba_compile = dispatcher.Dispatcher.compile
+dispatcher.Dispatcher.compile = _compile

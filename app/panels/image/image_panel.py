@@ -305,9 +305,11 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
     if picture.waiting < (0.15 if picture.first else SLOW):
         return
     pixel, colour, draw = theme.scale(), theme.colours(), imgui.get_window_draw_list()
-    text = "Preparing the picture"
-    if picture.first and picture.waiting > 2.0:
-        text = f"Compiling the render kernels, once for this version · {fixed(picture.waiting, 0)} s"
+    text, done, wanted = "Preparing the picture", 0, 0
+    if picture.plan:
+        done, wanted = sum(part.done for part in picture.plan), sum(part.wanted for part in picture.plan)
+        parts = " · ".join(f"{part.title} {part.done} of {part.wanted}" for part in picture.plan)
+        text = f"Compiling the kernels, once for this version · {fixed(picture.waiting, 0)} s\n{parts}"
     size = imgui.calc_text_size(text)
     width = max(size.x, theme.em(14.0))
     left, top = round(corner.x + 0.5 * (room.x - width)), round(corner.y + 0.5 * room.y - size.y)
@@ -317,9 +319,10 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
     draw.add_text(ImVec2(round(left + 0.5 * (width - size.x)), top), theme.packed(colour.text), text)
     y, thick = top + size.y + round(theme.em(0.55)), round(3.0 * pixel)
     draw.add_rect_filled(ImVec2(left, y), ImVec2(left + width, y + thick), theme.packed(colour.frame), 1.5 * pixel)
-    phase = 0.5 - 0.5 * math.cos(2.0 * picture.waiting)
-    begin = left + 0.75 * width * phase
-    draw.add_rect_filled(ImVec2(begin, y), ImVec2(begin + 0.25 * width, y + thick), theme.packed(colour.text),
+    begin, part = left + 0.75 * width * (0.5 - 0.5 * math.cos(2.0 * picture.waiting)), 0.25
+    if picture.plan:
+        begin, part = left, done / wanted
+    draw.add_rect_filled(ImVec2(begin, y), ImVec2(begin + part * width, y + thick), theme.packed(colour.text),
                          1.5 * pixel)
 
 

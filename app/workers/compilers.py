@@ -1,0 +1,209 @@
+"""Processes that compile the kernels which the window lacks, so that no thread of the window compiles any.
+
+Numba compiles one function at a time in a process, and a thread that loads a compiled kernel waits for it meanwhile. So
+other processes compile, as many as there are cores, and leave the kernels in the common cache. A thread of the window
+that needs such a kernel waits for it; the thread that draws does not: `NotCompiledError` ends the drawing of one panel,
+which shows the progress until the kernel is there. After the first picture one more process, at the lowest priority,
+compiles what later first uses need.
+
+Such a process is `python -m lensbench.app.workers.compilers`: it reads pickled kernels and answers each with a line.
+"""
+
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from queue import PriorityQueue
+from types import FunctionType
+from typing import Any, NamedTuple
+
+from lensbench.app.workers.shipped_kernels import Kernel
+from lensbench.app.workers.threads import thread_count
+from lensbench.kernels import cache
+from lensbench.kernels.cache import NotCompiledError
+
+LOWEST = 19                     # the nice value of the process that compiles for later
+LATER = "from lensbench.app.workers.shipped_kernels import exercise; exercise(str)"     # small pictures of every kind
+FIRST = {"lens": 26, "camera": 14, "scene": 30, "light": 8}     # kernels of a first picture, about: the plan of a start
+PARTS = {"optics": "lens", "pupils": "lens", "lens_models": "lens", "analysis": "lens", "scenery": "scene",
+         "rendering": "light"}  # what the kernels of a room are for; all others are for the camera
+
+
+class Part(NamedTuple):
+    """What is to be compiled for one purpose."""
+
+    title: str
+    done: int
+    wanted: int                 # so far, or as a first picture needs
+
+
+class Compilers:
+    """The processes of one window; `begin` them before its first kernel, and `stop` them at its end."""
+
+    def __init__(self, wake: Callable[[], None] = lambda: None):
+        self._wake = wake
+        self._change = threading.Condition()
+        self._wanted: dict[tuple, Kernel] = {}      # by module, name, argument and signature; also those that are done
+        self._done: set[tuple] = set()
+        self._queue: PriorityQueue[tuple[int, int, tuple]] = PriorityQueue()
+        self._processes: list[subprocess.Popen] = []
+        self._drawing: int | None = None            # the thread that never waits
+        self._threads: list[threading.Thread] = []
+        self._stopped = False
+        self._inside = threading.local()
+
+    def begin(self) -> None:
+        """Compile for this process from now on."""
+        cache.missing = self._want
+
+    def draw_here(self) -> None:
+        """Never let this thread wait: it draws the window."""
+        self._drawing = threading.get_ident()
+
+    def stop(self) -> None:
+        """End; threads that wait get a `NotCompiledError`."""
+        with self._change:
+            if self._stopped:
+                return
+            self._stopped = True
+            if cache.missing == self._want:
+                cache.missing = None
+            self._change.notify_all()
+        for _ in self._threads:
+            self._queue.put((-1, 0, ()))
+        for process in self._processes:
+            with suppress(OSError):
+                process.kill()
+                process.wait()
+        for thread in self._threads:
+            thread.join(1.0)                        # longer only where it compiles itself
+        for process in self._processes:
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    with suppress(OSError):
+                        pipe.close()
+        self._processes = []
+
+    def compile_for_later(self, code: str = LATER) -> None:
+        """If a kernel was missing in this session, compile those of all other first uses, at the lowest priority."""
+        with self._change:
+            if self._stopped or not self._wanted:
+                return
+            with suppress(OSError):
+                self._processes.append(subprocess.Popen(
+                    [sys.executable, "-c", f"import os; os.nice({LOWEST}); {code}"] if hasattr(os, "nice")
+                    else [sys.executable, "-c", code],
+                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+
+    # Progress
+
+    @property
+    def busy(self) -> bool:
+        """Whether a kernel is wanted that is not compiled yet."""
+        return len(self._done) < len(self._wanted)
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Kernels that are compiled, and wanted so far."""
+        return len(self._done), len(self._wanted)
+
+    def plan(self) -> list[Part]:
+        """What a first picture needs, part by part; empty where nothing was missing."""
+        with self._change:
+            wanted, done = list(self._wanted), set(self._done)
+        if not wanted:
+            return []
+        found = {title: [0, 0] for title in FIRST}
+        for key in wanted:
+            count = found[PARTS.get(key[0].split(".")[1], "camera")]
+            count[0] += key in done
+            count[1] += 1
+        return [Part(title, have, max(asked, FIRST[title])) for title, (have, asked) in found.items()]
+
+    # The threads that need a kernel
+
+    def _want(self, function: FunctionType, signature: Any) -> None:
+        """Return when a kernel is compiled; at once on a thread that itself compiles where no process can."""
+        if getattr(self._inside, "compiles", False):
+            return
+        kernel = Kernel.of(function, signature)
+        key = kernel.module, kernel.name, str(kernel.argument), str(signature)
+        waits = threading.get_ident() != self._drawing
+        with self._change:
+            if key in self._done and waits:         # and yet not in the cache: it cannot be kept there
+                return
+            if key not in self._wanted:
+                self._wanted[key] = kernel
+                self._queue.put((int(waits), len(self._wanted), key))
+                if len(self._threads) < thread_count():
+                    self._threads.append(threading.Thread(target=self._serve, name="lensbench compiler", daemon=True))
+                    self._threads[-1].start()
+            if waits:
+                self._change.wait_for(lambda: key in self._done or self._stopped)
+            if not waits or self._stopped:
+                raise NotCompiledError(f"{kernel.module}.{kernel.name} is being compiled")
+
+    def _serve(self) -> None:
+        """Hand kernels to one process until the end."""
+        process: subprocess.Popen | None = None
+        while True:
+            _, _, key = self._queue.get()
+            if self._stopped:
+                return
+            kernel = self._wanted[key]
+            if process is None or process.poll() is not None:
+                process = self._started()
+            if not (process is not None and _answered(process, kernel)) and not self._stopped:
+                self._inside.compiles = True        # no process can: this thread can, though the window stutters
+                with suppress(Exception):           # whoever needs the kernel gets the error
+                    kernel.compile()
+                self._inside.compiles = False
+            with self._change:
+                self._done.add(key)
+                self._change.notify_all()
+            self._wake()
+
+    def _started(self) -> subprocess.Popen | None:
+        with self._change:
+            if self._stopped:
+                return None
+            try:
+                process = subprocess.Popen([sys.executable, "-m", __name__], stdin=subprocess.PIPE,
+                                           stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+            except OSError:
+                return None
+            self._processes.append(process)
+            return process
+
+
+def _answered(process: subprocess.Popen, kernel: Kernel) -> bool:
+    """Whether a process has compiled a kernel."""
+    assert process.stdin is not None and process.stdout is not None
+    try:
+        pickle.dump(kernel, process.stdin)
+        process.stdin.flush()
+        return process.stdout.readline() == b"compiled\n"
+    except (OSError, ValueError, pickle.PicklingError):
+        return False
+
+
+def serve() -> None:
+    """Compile the kernels of standard input until it ends."""
+    answers, sys.stdout = sys.stdout, sys.stderr
+    while True:
+        try:
+            kernel = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        try:
+            kernel.compile()
+            print("compiled", file=answers, flush=True)
+        except Exception as error:              # of any kind: the window compiles it, and shows its own error
+            print(f"failed: {type(error).__name__}", file=answers, flush=True)
+
+
+if __name__ == "__main__":
+    serve()
