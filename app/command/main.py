@@ -101,7 +101,7 @@ def _mistakes() -> tuple[type[Exception], ...]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    from lensbench.app.command import chart, check, info, lens_files, library, light_field, render, stability
+    from lensbench.app.command import analyse, chart, check, info, lens_files, library, light_field, render, stability
 
     parser = _Parser("lensbench", description="A bench of lenses and cameras: a real lens, rendered live, beside its "
                      "section. Without a command it opens the bench.")
@@ -117,6 +117,8 @@ def _parser() -> argparse.ArgumentParser:
             ("convert", lens_files.convert, lens_files.add_convert_options,
              "Write a lens file in the format of another program."),
             ("trace", lens_files.trace, lens_files.add_trace_options, "Trace a table of rays through a lens."),
+            ("analyse", analyse.analyse, analyse.add_analyse_options,
+             "Draw spots, focus shift and other figures of a lens as a sheet, or write their numbers."),
             ("lightfield", None, light_field.add_light_field_options,
              "Record a light field through a lens; focus it afterwards."),
             ("chart", chart.chart, chart.add_chart_options, "Chart the speed of methods against their accuracy."),

@@ -7,7 +7,20 @@ import numpy as np
 
 from lensbench.app.files.export import ExportError, replacing
 from lensbench.app.state.analysis.figure import Bars, Curve, Figure, Label, Map, Plot, Points, Tint, wavelength_colour
-from lensbench.app.studies.plotting import AMBER, COLOURS, DIM, FAINT, GRID, INK, SUFFIXES, look, plot, save, sheet
+from lensbench.app.studies.plotting import (
+    AMBER,
+    COLOURS,
+    DIM,
+    FAINT,
+    GRID,
+    INK,
+    SUFFIXES,
+    look,
+    plot,
+    save,
+    sheet,
+    tick_finely,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,10 +49,52 @@ def write_figure(figure: Figure, path: Path, title: str = "") -> None:
         save(_drawn(figure, title), path)
 
 
-def _drawn(figure: Figure, title: str):
+def write_figures(figures: list[Figure], path: Path, title: str = "") -> None:
+    """Write several figures below each other; in a PDF each on a page, as CSV their tables with a heading each.
+
+    ExportError as for `write_figure`.
+    """
+    suffix = path.suffix.lower()
+    if len(figures) == 1 and suffix != ".pdf":
+        write_figure(figures[0], path, title)
+    elif suffix == ".csv":
+        with replacing(path) as part:
+            part.write_text("\n".join(f"{each.title}\n{each.table.text()}" for each in figures), encoding="utf-8")
+    elif suffix == ".pdf":
+        from matplotlib.backends.backend_pdf import PdfPages
+
+        with look(), replacing(path) as part, PdfPages(part, metadata={"CreationDate": None}) as pages:
+            for each in figures:
+                pages.savefig(_drawn(each, title))
+    else:
+        if suffix not in SUFFIXES:
+            raise ExportError(f"{path}: figures are written as {', '.join((*SUFFIXES, '.pdf', '.csv'))}: choose one of "
+                              "these suffixes")
+        heights = [_height(each) for each in figures]
+        with look():
+            whole = sheet(WIDTH, sum(heights))
+            parts = whole.subfigures(len(figures), 1, height_ratios=heights)
+            for part_of, each in zip(parts, figures, strict=True):
+                _fill(part_of, each, title)
+            save(whole, path)
+
+
+def _height(figure: Figure) -> float:
+    """Height of a figure on the sheet, inches."""
     weights = figure.heights or (1.0,) * len(figure.rows)
     shape = max((_shape(row) for row in figure.rows), default=0.6)
-    drawn = sheet(WIDTH, min(max(WIDTH * shape * sum(weights) / max(weights), 3.5), 14.0))
+    return min(max(WIDTH * shape * sum(weights) / max(weights), 3.5), 14.0)
+
+
+def _drawn(figure: Figure, title: str):
+    drawn = sheet(WIDTH, _height(figure))
+    _fill(drawn, figure, title)
+    return drawn
+
+
+def _fill(drawn, figure: Figure, title: str) -> None:
+    """Draw a figure into a sheet, or a part of one."""
+    weights = figure.heights or (1.0,) * len(figure.rows)
     grids = drawn.add_gridspec(len(figure.rows), 1, height_ratios=weights)
     for i, row in enumerate(figure.rows):
         cells = grids[i].subgridspec(1, len(row))
@@ -48,11 +103,11 @@ def _drawn(figure: Figure, title: str):
     named = {layer.name: layer for row in figure.rows for each in row for layer in each.named()}
     handles = [_handle(layer) for layer in named.values()]
     if handles:
-        drawn.legend(handles=handles, loc="outside upper right", ncols=min(len(handles), 6), frameon=False, fontsize=8)
+        drawn.legend(handles=handles, loc="outside upper right", ncols=len(handles) if len(handles) < 6 else 3,
+                     frameon=False, fontsize=8)
     words = f"{title}: {figure.title}" if title else figure.title
     drawn.suptitle(words, x=0.01, ha="left", fontsize=10.5)
     drawn.supxlabel("\n".join((figure.conditions, *figure.remarks)), x=0.01, ha="left", fontsize=7.5, color=DIM)
-    return drawn
 
 
 def _shape(row: tuple[Plot, ...]) -> float:
@@ -74,6 +129,9 @@ def _axes(axes: "Axes", each: Plot) -> None:
     plot(axes, each.x.label or "", each.y.label or "", each.title, (each.x.log, each.y.log))
     axes.set_xlim(each.x.low, each.x.high)
     axes.set_ylim(each.y.low, each.y.high)
+    for axis, drawn in ((each.x, axes.xaxis), (each.y, axes.yaxis)):
+        if axis.log:
+            tick_finely(drawn)
     if each.equal:
         axes.set_aspect("equal")
     if each.x.label is None:

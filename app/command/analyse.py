@@ -1,0 +1,111 @@
+"""The command `lensbench analyse`: figures of a lens as a sheet, and their numbers."""
+
+import argparse
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+SHEETS = (".pdf", ".svg", ".png", ".csv", ".json")
+POINTS = 64
+
+
+def add_analyse_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench analyse`."""
+    from lensbench.app.command.lens_options import LENS_HELP, add_lens_options, option
+    from lensbench.app.command.options import read_film, read_size
+    from lensbench.app.state.text_values import read_distance
+
+    add = parser.add_argument
+    add("lens", nargs="?", metavar="LENS", help=LENS_HELP)
+    add("--what", metavar="NAMES", help="analyses, separated by commas (default: all); --what list names them")
+    add("-o", "--output", metavar="FILE", help=f"the sheet ({', '.join(SHEETS[:3])}) or its numbers (.csv, .json)")
+    add_lens_options(parser)
+    add("--focus", type=option(read_distance), metavar="DISTANCE", default=math.inf,
+        help="distance from the film to the plane in focus (default: infinity)")
+    add("--film", type=option(read_film), metavar="FILM",
+        help="width x height in mm, or the name of a format (default: the film that the lens was made for)")
+    add("--size", type=option(read_size), metavar="WxH", help="pixels across and down, for the size of a pixel")
+    add("--points", type=int, default=POINTS, metavar="N", help=f"points across the pupil ({POINTS})")
+    add("--json", action="store_true", help="print the numbers as JSON")
+
+
+def analyse(arguments: argparse.Namespace) -> int:
+    """Compute the figures, print their conditions and remarks, and write the file if one is given."""
+    import lensbench as lb
+    from lensbench.app.command.errors import UsageError
+    from lensbench.app.command.output import print_json, progress, save_json
+    from lensbench.app.files.export import check_writable
+    from lensbench.app.state.analysis.catalogue import ANALYSES
+    from lensbench.app.state.analysis.query import query
+    from lensbench.app.studies.analysis_sheet import write_figures
+
+    if arguments.what == "list":
+        print("\n".join(f"{name:14}{each.shows}" for name, each in ANALYSES.items()))
+        return 0
+    if arguments.lens is None:
+        raise UsageError("which LENS? Name one of the library, or a file (see lensbench analyse --help)")
+    names = list(ANALYSES) if arguments.what is None else [name.strip() for name in arguments.what.split(",")]
+    unknown = [name for name in names if name not in ANALYSES]
+    if unknown:
+        raise UsageError(f"--what {unknown[0]!r}: choose from {', '.join(ANALYSES)}")
+    if not 8 <= arguments.points <= 512:
+        raise UsageError(f"--points {arguments.points}: choose 8 to 512 points across the pupil")
+    path = None if arguments.output is None else Path(arguments.output)
+    if path is not None:
+        if path.suffix.lower() not in SHEETS:
+            raise UsageError(f"{path}: a sheet is written as {', '.join(SHEETS)}: choose one of these suffixes")
+        check_writable(path)
+    asked = query(_settings(arguments))
+    if asked.setup.reason:                              # an aperture or a focus that this lens does not reach
+        raise UsageError(asked.setup.reason)
+    figures, left_out = {}, {}
+    with progress() as show:
+        for i, name in enumerate(names):
+            show(i / len(names))
+            try:
+                figures[name] = ANALYSES[name].figure(asked, arguments.points)
+            except lb.LensError as error:
+                left_out[name] = str(error)
+    for name, why in left_out.items():
+        print(f"Left out: {name}: {why}", file=sys.stderr)
+    if not figures:
+        raise UsageError("nothing of this lens can be shown: " + "; ".join(left_out.values()))
+    data = {"lens": asked.lens.name or arguments.lens, "left_out": left_out,
+            "analyses": {name: _plain(figure) for name, figure in figures.items()}}
+    if path is not None:
+        if path.suffix.lower() == ".json":
+            save_json(path, data)
+        else:
+            write_figures(list(figures.values()), path, data["lens"])
+    if arguments.json:
+        print_json(data)
+        return 0
+    for figure in figures.values():
+        print("\n  ".join((f"{figure.title}: {figure.conditions}", *figure.remarks)))
+    if path is not None:
+        print(f"{path}: written")
+    return 0
+
+
+def _settings(arguments: argparse.Namespace) -> Any:
+    """The settings of the lens in front of its film, as a picture of the same options has them."""
+    from dataclasses import replace
+
+    from lensbench.app.command.options import add_picture_options, settings_from
+
+    pictures = argparse.ArgumentParser()
+    pictures.add_argument("lens")
+    add_picture_options(pictures)
+    whole = pictures.parse_args([arguments.lens])       # the options of a picture, at their defaults
+    vars(whole).update({name: value for name, value in vars(arguments).items()
+                        if name in vars(whole) or name == "f_number"})
+    return replace(settings_from(whole), lens_model="trace")
+
+
+def _plain(figure: Any) -> dict[str, Any]:
+    """A figure for JSON: its words, and its numbers as columns."""
+    head, rows = figure.table.head, figure.table.rows
+    return {"title": figure.title, "conditions": figure.conditions, "remarks": list(figure.remarks),
+            "columns": {name: [value if isinstance(value, str) else float(value) for value in column]
+                        for name, column in zip(head, zip(*rows, strict=True), strict=True)}}

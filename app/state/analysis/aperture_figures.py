@@ -1,0 +1,70 @@
+"""Figures of a lens that is stopped down or focused: focus shift, breathing, relative illumination."""
+
+import math
+
+import numpy as np
+
+import lensbench as lb
+from lensbench.analysis.aperture_curves import breathing, focus_shift, relative_illumination
+from lensbench.app.state.analysis.figure import DASHED, DOTTED, Axis, Curve, Figure, Plot, Table, reach
+from lensbench.app.state.analysis.query import Query
+from lensbench.kernels.figures import fixed, significant
+
+FREQUENCY = 30.0                # lp/mm, at which the MTF chooses a focus
+STEP = 2.0**0.25                # from one f-number to the next: half a stop
+SLOWEST = 22.0
+
+
+def focus_shift_figure(query: Query, points: int) -> Figure:
+    """Best focus on the axis against the f-number, from that of the query to f/22; LensError for an afocal lens."""
+    widest = lb.first_order(query.lens.in_air).f_number
+    numbers = widest * math.sqrt(2.0) ** (0.5 * np.arange(1 + max(2, math.ceil(4 * math.log2(max(
+        SLOWEST / widest, 1.0))))))
+    found = focus_shift(query.lens, query.setup.film_distance, query.conditions(), numbers, FREQUENCY,
+                        2.0 * query.setup.film.pitch)
+    limit = reach(1000.0 * np.concatenate([found.least_blur, found.best_mtf, found.depth[:1]]))
+    curves = (Curve("least rms blur", numbers, 1000.0 * found.least_blur),
+              Curve(f"highest MTF at {FREQUENCY:.0f} lp/mm", numbers, 1000.0 * found.best_mtf, "field0", DASHED),
+              *(Curve("depth of focus" if sign > 0.0 else "", numbers,
+                      1000.0 * (found.least_blur + sign * found.depth), "faint", DOTTED) for sign in (1.0, -1.0)),
+              Curve("", numbers[[0, -1]], np.zeros(2), "amber", weight=1.0))
+    table = Table(("f-number", "least blur (mm)", "highest MTF (mm)", "depth of focus (mm)"), tuple(zip(
+        numbers, found.least_blur, found.best_mtf, found.depth, strict=True)))
+    said = f"depth of focus for a blur of {significant(1000.0 * found.limit, 2)} µm, two pixels"
+    return Figure("Focus shift", ((Plot(Axis("f-number", numbers[0], numbers[-1], log=True),
+                                        Axis("best focus behind the film (µm)", -limit, limit), curves),),), table,
+                  query.words(None, "axis", said))
+
+
+def breathing_figure(query: Query, points: int) -> Figure:
+    """Change of the field of view against the focus distance; FocusError for a lens that forms no image."""
+    found = breathing(query.lens, query.setup.film)
+    near = np.isfinite(found.distances) & np.isfinite(found.half_angles)
+    metres, change = found.distances[near] / 1000.0, found.change[near]
+    limit = reach(change, 1.0)
+    table = Table(("focus distance (m)", "half field (deg)", "change of the view (%)", "focal length (mm)",
+                   "magnification"), tuple(zip(found.distances / 1000.0, np.degrees(found.half_angles), found.change,
+                                               found.focal_lengths, found.magnifications, strict=True)))
+    ends = (metres.min(), metres.max()) if metres.size else (1.0, 2.0)
+    return Figure("Breathing", ((Plot(Axis("focus distance (m)", *ends, log=True),
+                                      Axis("field of view against infinity (%)", -limit, limit),
+                                      (Curve("", metres, change),
+                                       Curve("", np.array(ends), np.zeros(2), "grid", weight=1.0))),),), table,
+                  f"corner of the film, {fixed(0.5 * query.setup.film.diagonal, 2)} mm · tangent of the half field",
+                  tuple(map(str, found.findings)))
+
+
+def illumination_figure(query: Query, points: int) -> Figure:
+    """Relative illumination over the film at four apertures, split wide open; LensError for a toroid."""
+    found = relative_illumination(query.lens, query.setup.film_distance, query.setup.film, points=max(points, 9))
+    first = found[0][1]
+    curves = [Curve(name, light.radii, 100.0 * light.total, f"field{min(k, 2)}" if k else "strong")
+              for k, (name, light) in enumerate(found)]
+    curves += [Curve(f"natural, {found[0][0]}", first.radii, 100.0 * first.natural, "dim", DASHED),
+               Curve(f"vignetting, {found[0][0]}", first.radii, 100.0 * first.vignetting, "dim", DOTTED)]
+    table = Table(("aperture", "film radius (mm)", "total", "natural", "vignetting"), tuple(
+        (name, *row) for name, light in found
+        for row in zip(light.radii, light.total, light.natural, light.vignetting, strict=True)))
+    return Figure("Relative illumination", ((Plot(Axis("distance from the film's centre (mm)", 0.0, first.radii[-1]),
+                                                  Axis("illumination over that of the centre (%)", 0.0, 105.0),
+                                                  tuple(curves)),),), table, query.words(None, "d line"))

@@ -1,0 +1,26 @@
+"""The analyses by name: what `lensbench analyse` offers."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from lensbench.app.state.analysis.aperture_figures import breathing_figure, focus_shift_figure, illumination_figure
+from lensbench.app.state.analysis.axial_figures import axial_figure
+from lensbench.app.state.analysis.figure import Figure
+from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.spots import spots_figure
+
+
+class Analysis(NamedTuple):
+    """One analysis: its figure from a query and the points across the pupil, and what it shows in a few words."""
+
+    figure: Callable[[Query, int], Figure]
+    shows: str
+
+
+ANALYSES = {
+    "spots": Analysis(spots_figure, "spots of the fields through focus"),
+    "axial": Analysis(axial_figure, "longitudinal aberration and chromatic focal shift"),
+    "focus-shift": Analysis(focus_shift_figure, "best focus against the aperture"),
+    "breathing": Analysis(breathing_figure, "field of view against the focus distance"),
+    "illumination": Analysis(illumination_figure, "relative illumination, split into natural falloff and vignetting"),
+}

@@ -1,0 +1,58 @@
+"""`lensbench analyse`: numbers, sheets of every format, what is left out, and refusals."""
+
+import json
+
+import pytest
+
+from lensbench.app.command.main import main
+
+NAME = "lib-tronnier-1953"
+
+
+def test_the_numbers_of_the_analyses_are_written_as_json_and_csv(capsys, tmp_path):
+    path = tmp_path / "numbers.json"
+    ask = ["analyse", NAME, "--f-number", "5.6", "--points", "16", "--what", "spots,axial"]
+    assert main([*ask, "-o", str(path), "--json"]) == 0
+    printed, kept = json.loads(capsys.readouterr().out), json.loads(path.read_text(encoding="utf-8"))
+    assert printed == kept and list(kept["analyses"]) == ["spots", "axial"]
+    columns = kept["analyses"]["spots"]["columns"]
+    assert min(columns["rms radius (um)"]) > 0.0 and len(set(map(len, columns.values()))) == 1
+    assert main([*ask, "-o", str(tmp_path / "numbers.csv")]) == 0
+    text = (tmp_path / "numbers.csv").read_text(encoding="utf-8")
+    assert text.startswith("Spots\nfield (mm)") and "\nLongitudinal aberration and chromatic focal shift\n" in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("suffix", "begins"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")])
+def test_the_figures_are_drawn_on_a_sheet(tmp_path, suffix, begins):
+    path = tmp_path / f"sheet.{suffix}"
+    assert main(["analyse", NAME, "--points", "16", "-o", str(path)]) == 0
+    content = path.read_bytes()
+    assert content.startswith(begins) and len(content) > 10_000
+    if suffix == "pdf":
+        assert content.count(b"/Type /Page ") == 5
+
+
+def test_what_a_lens_does_not_have_is_left_out_with_its_reason(capsys):
+    lens = "lentil-schneider-anamorphic-31-2001"
+    assert main(["analyse", lens, "--points", "8", "--what", "spots,axial"]) == 0
+    captured = capsys.readouterr()
+    assert "Left out: axial: " in captured.err and "cylinder" in captured.err and captured.out.startswith("Spots: ")
+    assert main(["analyse", lens, "--what", "axial"]) == 2
+    assert "nothing of this lens can be shown" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("arguments", "said"), [
+    (["--what", "bokeh"], "choose from spots"), (["-o", "sheet.gif"], ".json: choose one"),
+    (["--points", "3"], "8 to 512"), (["--f-number", "0.1"], "opens no further"),
+])
+def test_impossible_demands_end_with_2_and_one_line(capsys, arguments, said):
+    assert main(["analyse", NAME, *arguments]) == 2
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1
+
+
+def test_the_names_are_listed_without_a_lens(capsys):
+    assert main(["analyse", "--what", "list"]) == 0
+    assert capsys.readouterr().out.startswith("spots ")
+    assert main(["analyse"]) == 2 and "which LENS?" in capsys.readouterr().err
