@@ -1,11 +1,15 @@
 """The analyses by name: what `lensbench analyse` offers."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from lensbench.app.state.analysis.aperture_figures import breathing_figure, focus_shift_figure, illumination_figure
 from lensbench.app.state.analysis.axial_figures import axial_figure
+from lensbench.app.state.analysis.fans import fans_figure
+from lensbench.app.state.analysis.field_figures import field_figure
 from lensbench.app.state.analysis.figure import Figure
+from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.state.analysis.query import Query
 from lensbench.app.state.analysis.spots import spots_figure
 
@@ -19,6 +23,12 @@ class Analysis(NamedTuple):
 
 ANALYSES = {
     "spots": Analysis(spots_figure, "spots of the fields through focus"),
+    "fans": Analysis(fans_figure, "transverse aberration over the height in the stop"),
+    "opd": Analysis(partial(fans_figure, kind="opd"), "optical path difference over the height in the stop"),
+    "field": Analysis(field_figure, "field curvature, distortion and lateral colour"),
+    "mtf": Analysis(mtf_field_figure, "MTF over the field at 10, 20, 30 and 40 lp/mm"),
+    "mtf-frequency": Analysis(mtf_frequency_figure, "MTF against the frequency"),
+    "mtf-map": Analysis(mtf_map_figure, "MTF over focus and field"),
     "axial": Analysis(axial_figure, "longitudinal aberration and chromatic focal shift"),
     "focus-shift": Analysis(focus_shift_figure, "best focus against the aperture"),
     "breathing": Analysis(breathing_figure, "field of view against the focus distance"),
