@@ -71,13 +71,14 @@ def analyse(arguments: argparse.Namespace) -> int:
         print(f"Left out: {name}: {why}", file=sys.stderr)
     if not figures:
         raise UsageError("nothing of this lens can be shown: " + "; ".join(left_out.values()))
-    data = {"lens": asked.lens.name or arguments.lens, "left_out": left_out,
+    title = asked.lens.name or arguments.lens
+    data = {"lens": title, "left_out": left_out,
             "analyses": {name: _plain(figure) for name, figure in figures.items()}}
     if path is not None:
         if path.suffix.lower() == ".json":
             save_json(path, data)
         else:
-            write_figures(list(figures.values()), path, data["lens"])
+            write_figures(list(figures.values()), path, title)
     if arguments.json:
         print_json(data)
         return 0

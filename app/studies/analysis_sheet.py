@@ -73,8 +73,8 @@ def write_figures(figures: list[Figure], path: Path, title: str = "") -> None:
         heights = [_height(each) for each in figures]
         with look():
             whole = sheet(WIDTH, sum(heights))
-            parts = whole.subfigures(len(figures), 1, height_ratios=heights)
-            for part_of, each in zip(parts, figures, strict=True):
+            parts = whole.subfigures(len(figures), 1, squeeze=False, height_ratios=heights)
+            for part_of, each in zip(parts[:, 0], figures, strict=True):
                 _fill(part_of, each, title)
             save(whole, path)
 

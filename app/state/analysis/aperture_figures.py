@@ -45,11 +45,11 @@ def breathing_figure(query: Query, points: int) -> Figure:
     table = Table(("focus distance (m)", "half field (deg)", "change of the view (%)", "focal length (mm)",
                    "magnification"), tuple(zip(found.distances / 1000.0, np.degrees(found.half_angles), found.change,
                                                found.focal_lengths, found.magnifications, strict=True)))
-    ends = (metres.min(), metres.max()) if metres.size else (1.0, 2.0)
-    return Figure("Breathing", ((Plot(Axis("focus distance (m)", *ends, log=True),
+    low, high = (float(metres.min()), float(metres.max())) if metres.size else (1.0, 2.0)
+    return Figure("Breathing", ((Plot(Axis("focus distance (m)", low, high, log=True),
                                       Axis("field of view against infinity (%)", -limit, limit),
                                       (Curve("", metres, change),
-                                       Curve("", np.array(ends), np.zeros(2), "grid", weight=1.0))),),), table,
+                                       Curve("", np.array([low, high]), np.zeros(2), "grid", weight=1.0))),),), table,
                   f"corner of the film, {fixed(0.5 * query.setup.film.diagonal, 2)} mm · tangent of the half field",
                   tuple(map(str, found.findings)))
 
