@@ -38,9 +38,10 @@ class FieldCurves:
     lateral_colour
         (n, C) height of each wavelength's chief ray less that of the primary one, mm.
     ideal
-        (n,) height of an ideal projection: f tan θ, or the paraxial magnification for a near object; inf from 90° on.
+        (n,) height of an ideal projection, that of the paraxial chief ray on this film: f tan θ on one at the rear
+        focus; inf from 90° on.
     ideal_f_theta
-        (n,) f θ; NaN for a near object.
+        (n,) the same in proportion to the angle, f θ; NaN for a near object.
     """
 
     conditions: Conditions
@@ -134,18 +135,26 @@ def field_curves(lens: Lens, film_distance: float, conditions: Conditions, point
     angles = chief.angles[:, 1]
     return FieldCurves(conditions, angles, heights, foci[0].T - film_z, foci[1].T - film_z,
                        heights**2 / (2.0 * fo.petzval_radius), lateral.T,
-                       *_ideal(lens, conditions, angles, sources[:, 1]))
+                       *_ideal(lens, film_distance, conditions, angles, sources[:, 1]))
 
 
-def _ideal(lens: Lens, conditions: Conditions, angles: np.ndarray,
+def _ideal(lens: Lens, film_distance: float, conditions: Conditions, angles: np.ndarray,
            sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) ideal heights: f tan θ or by the paraxial magnification, and f θ."""
+    """(n,) ideal heights: of the paraxial chief ray on this film, and in proportion to the angle.
+
+    On a film at the paraxial focus of a far object they are f tan θ and f θ; a film elsewhere has another scale, which
+    is no distortion.
+    """
     fo, distance = first_order(lens, conditions.primary_wavelength), conditions.object_distance
-    scale = lens.front_index * fo.efl
+    pupil = fo.entrance_pupil.z
+    away = 0.0 if isinf(pupil) else pupil - fo.ffl
+    scale = lens.front_index * fo.efl + away * (film_distance - fo.bfl) / fo.efl
     if isinf(distance):
         with np.errstate(invalid="ignore"):
             return np.where(np.abs(angles) < 0.5 * np.pi, scale * np.tan(angles), inf), scale * angles
-    return -sources * scale / (fo.ffl + distance), np.full(len(angles), np.nan)
+    if isinf(pupil):
+        return -sources * lens.front_index * fo.efl / (fo.ffl + distance), np.full(len(angles), np.nan)
+    return -sources / (distance + pupil) * scale, np.full(len(angles), np.nan)
 
 
 def _percent(heights: np.ndarray, ideal: np.ndarray) -> np.ndarray:

@@ -29,7 +29,10 @@ def test_foci_and_heights_over_the_field_agree_with_forty_digits(name):
         assert found.heights[-1] == pytest.approx(image, abs=1e-11)
         assert found.tangential[-1, 1] == pytest.approx(tangential, abs=1e-9)
         assert found.sagittal[-1, 1] == pytest.approx(sagittal, abs=1e-9)
-        ideal = lb.first_order(stack).efl * tan(radians(float(degrees)))
+        # The paraxial chief ray, from the entrance pupil, on the film beside the focus
+        fo = lb.first_order(stack)
+        beside = (fo.entrance_pupil.z - fo.ffl) * (film - stack.length - fo.bfl) / fo.efl
+        ideal = (fo.efl + beside) * tan(radians(float(degrees)))
         assert found.distortion[-1] == pytest.approx(100.0 * (image / ideal - 1.0), abs=1e-9)
         if name == "codev":
             assert found.distortion[-1] == pytest.approx(CODEV[float(degrees)][0], abs=5e-3)
@@ -56,6 +59,18 @@ def test_foci_of_a_near_object_are_where_close_rays_meet():
         quadratic = np.column_stack([m, np.ones(len(m)), s[close]**2, s[close] * t[close], t[close]**2])
         # The slope of the fit is −focus; terms of third order are left, a part in (0.03 / 0.25)² of those at the rim
         assert -np.linalg.lstsq(quadratic, e, rcond=None)[0][0] == pytest.approx(focus[2, 0], abs=0.01)
+
+
+@pytest.mark.parametrize("distance", [inf, 700.0])
+def test_a_film_beside_the_paraxial_focus_has_another_scale_and_no_distortion_for_it(distance):
+    stack = lenses.load("lib-tronnier-1953")
+    away = lb.film_distance(stack, distance if distance == inf else distance + stack.length + 40.0) - 0.3
+    given = lb.analysis.conditions(stack, None, [0.0, 15.0], [lb.D_LINE], object_distance=distance)
+    found = lb.analysis.field_curves(stack, away, given, 301)
+    assert abs(found.distortion[1]) < 1e-3 and found.distortion[0] == 0.0
+    if distance == inf:
+        np.testing.assert_allclose(found.distortion[100:], lb.distortion(stack, away, found.heights[100:]).percent,
+                                   atol=1e-8)
 
 
 def test_the_petzval_surface_bends_with_its_radius():
