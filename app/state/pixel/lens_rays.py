@@ -79,9 +79,11 @@ def _traced_fan(lens: lb.Lens, film_distance: float, film_xy: Place) -> Fan:
     offsets = np.concatenate([np.linspace(low, high, COUNT), dead])
     trace = from_film(lens, film_distance, film_xy, rear(offsets), record=True)
     ended = blockers(lens, trace, forward=False)
-    rays = []
+    assert trace.paths is not None
+    far = _upright(trace.points + _beginning(lens, film_distance) * trace.directions, back)
+    paths, rays = _upright(trace.paths, back), []
     for i, passes in enumerate(trace.fate == lb.Fate.PASSED):
-        path = _upright(path_of(lens, trace, i), back)
+        path = np.concatenate([far[i:i + 1], paths[i, ::-1]]) if passes else paths[i, np.isfinite(paths[i, :, 0])]
         if passes:
             kind = "chief" if i == COUNT // 2 else "marginal" if i in (0, COUNT - 1) else ""
             rays.append(Ray(path, kind, f"{kind} ray".strip() if kind else "ray"))
@@ -99,13 +101,18 @@ def path_of(lens: lb.Lens, trace: lb.Trace, i: int) -> np.ndarray:
     path = trace.paths[i][np.isfinite(trace.paths[i][:, 0])]
     if trace.fate[i] != lb.Fate.PASSED:
         return path
-    beginning = 4.0 * path[0, 2] + 20.0 * lens.surfaces[0].semi_diameter
+    beginning = _beginning(lens, path[0, 2] - lens.length)
     return np.vstack([trace.points[i] + beginning * trace.directions[i], path[::-1]])
 
 
-def _upright(path: np.ndarray, back: np.ndarray) -> np.ndarray:
-    """A path of the lens frame as (z, y) of the section."""
-    return np.column_stack([path[:, 2], path[:, :2] @ back[1]])
+def _beginning(lens: lb.Lens, film_distance: float) -> float:
+    """How far before the lens (mm) its rays begin."""
+    return 4.0 * (lens.length + film_distance) + 20.0 * lens.surfaces[0].semi_diameter
+
+
+def _upright(points: np.ndarray, back: np.ndarray) -> np.ndarray:
+    """Points (..., 3) of the lens frame as (z, y) of the section."""
+    return np.stack([points[..., 2], points[..., :2] @ back[1]], axis=-1)
 
 
 def in_section(settings: Settings, raster: Place | None, ray: PointedRay) -> np.ndarray:

@@ -19,7 +19,7 @@ from lensbench.app.state.pixel.pointed import Place
 from lensbench.app.state.ray_fans import blockers
 from lensbench.app.state.settings import Settings
 
-SAMPLES = 900                   # rays aimed at the box about the beam
+SAMPLES = 700                   # rays aimed at the box about the beam
 MARGIN = 1.15                   # of that box; it grows while light passes near its edges
 EDGE = 0.92                     # of the half box: light farther out may be cut
 GROWN, TRIALS = 1.6, 4

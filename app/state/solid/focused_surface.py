@@ -5,6 +5,7 @@ across its middle ray. For ideal lenses and for lenses with cylinders it is draw
 """
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -80,7 +81,8 @@ def best_focus(lens: lb.Lens, film_distance: float, film_radius: float) -> tuple
 @lru_cache(maxsize=8)
 def _plane(settings: Settings, lens: Stamp) -> np.ndarray:
     """Points of the plane in focus, where the rays of the film meet it."""
-    of = camera(settings)
+    traced = settings.has_lens and settings.follows_lens        # a polynomial would have to be fitted first
+    of = camera(replace(settings, lens_model="trace") if traced else settings)
     x, y = np.meshgrid(np.linspace(0.0, of.film.pixels_x, ACROSS), np.linspace(0.0, of.film.pixels_y, DOWN))
     raster = np.column_stack([x.ravel(), y.ravel()])
     rays = of.generate_rays(raster, np.tile(of.pupil_centre, (len(raster), 1)))

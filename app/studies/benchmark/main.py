@@ -234,11 +234,12 @@ def main(argv: list[str] | None = None) -> int:
     from lensbench.app.studies.benchmark.lens_files import files
     from lensbench.app.studies.benchmark.light_field import choices, light_fields
     from lensbench.app.studies.benchmark.motion import motion
+    from lensbench.app.studies.benchmark.pixel import pixels
     from lensbench.app.studies.benchmark.ray_differentials import differentials
     from lensbench.app.studies.benchmark.window import drag, starts, window
 
     parts = {"start": starts, "drag": drag, "window": window, **PARTS, "models": polynomials,
-             "choice": choices, "light-field": light_fields, "motion": motion,
+             "choice": choices, "pixel": pixels, "light-field": light_fields, "motion": motion,
              "exposure": exposure, "differentials": differentials, "files": files}
     parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
     usual = [name for name in parts if name not in LONG]

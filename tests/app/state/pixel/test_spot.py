@@ -12,6 +12,7 @@ from lensbench.app.state.constraints import with_camera
 from lensbench.app.state.pixel.beam import beam, distances
 from lensbench.app.state.pixel.readings import colour_of, pixel_readings
 from lensbench.app.state.pixel.spot import spot, spot_of
+from lensbench.app.state.scene_file import scene_stamp
 from lensbench.app.state.settings import Settings
 
 START = Settings()
@@ -24,7 +25,7 @@ def test_the_blur_of_an_axis_point_is_that_of_the_axial_bundle(distance):
     target = None if math.isinf(distance) else (0.0, 0.0, built.film_z - distance)
     found = spot_of(built.lens, built.film_distance, (0.0, 0.0), target)
     expected = lb.real_circle_of_confusion(built.lens, built.film_distance, [distance])[0][0]
-    # 500 rays spread evenly: the mean square of their radii is known to about a percent
+    # 400 rays spread evenly: the mean square of their radii is known to about a percent
     assert found.diameter == pytest.approx(expected, rel=0.01)
     assert found.centroid == pytest.approx((0.0, 0.0), abs=0.02 * expected)
     assert found.extent >= found.diameter / math.sqrt(2.0)
@@ -44,7 +45,7 @@ def test_every_ray_of_a_spot_goes_from_the_point_to_where_it_lands():
     back = lb.trace(built.lens, found.paths[:, -1], ways)
     ahead = (target - back.points) / np.linalg.norm(target - back.points, axis=1)[:, None]
     assert np.abs(ahead - back.directions).max() < 1e-8
-    assert sum(found.lost.values()) + len(found.landings) == 900
+    assert sum(found.lost.values()) + len(found.landings) == 700
 
 
 def test_rays_of_an_ideal_camera_meet_in_its_plane_of_focus():
@@ -73,7 +74,8 @@ def test_a_moving_scene_is_met_where_it_is_at_the_moment():
     directions = np.column_stack([np.linspace(-0.3, 0.3, 60), np.full(60, 0.02), -np.ones(60)])
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     for moment in (0.0, 1.5):
-        found, expected = distances(scene, origins, directions, moment), scene.distance(origins, directions, moment)
+        found = distances("fairground", scene_stamp("fairground"), origins, directions, moment)
+        expected = scene.distance(origins, directions, moment)
         agree = np.isclose(found, expected, rtol=1e-5)
         assert agree.mean() > 0.95                  # a ray along an edge may take either side in float32
     assert not np.allclose(scene.distance(origins, directions, 0.0), scene.distance(origins, directions, 1.5))
