@@ -1,11 +1,13 @@
 """The lens browser, with a real mouse and keyboard: search, try, keep and return."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from imgui_bundle import imgui
 
 from lensbench.app.state.lens_choice import with_lens
+from lensbench.app.window import lens_browsing
 from tests.app.conftest import SMALL
 
 Key = imgui.Key
@@ -93,3 +95,34 @@ def test_a_camera_without_a_lens_gets_one(drive):
         assert hand.settings.camera == "lens" and hand.settings.lens == TESSAR
 
     assert drive(use, replace(SMALL, camera="perspective")).view.messages == []
+
+
+def test_favourites_and_recent_lenses_outlive_the_session(monkeypatch):
+    kept = {}
+    monkeypatch.setattr(lens_browsing.hello_imgui, "load_lasting_pref", lambda name: kept.get(name, ""))
+    monkeypatch.setattr(lens_browsing.hello_imgui, "save_lasting_pref", kept.__setitem__)
+    window = SimpleNamespace(remember=True)
+    first = lens_browsing.LensBrowsing(window)
+    first.load()
+    assert (first.state.favourites, first.state.recent) == ([], [])
+    first.state.favourites, first.state.recent = [TESSAR], [BIOGON, TESSAR]
+    first._answer()
+    second = lens_browsing.LensBrowsing(window)
+    second.load()
+    assert (second.state.favourites, second.state.recent) == ([TESSAR], [BIOGON, TESSAR])
+
+    # A lens that left the library is forgotten; preferences that are damaged, or of no other session, are no error
+    kept["lenses"] = kept["lenses"].replace(TESSAR, "no-such-lens")
+    third = lens_browsing.LensBrowsing(window)
+    third.load()
+    assert (third.state.favourites, third.state.recent) == ([], [BIOGON])
+    for damaged in ("{", "[]", '{"favourites": 3}'):
+        kept["lenses"] = damaged
+        lens_browsing.LensBrowsing(window).load()
+
+    # Another session does not write where it is not to remember
+    before = dict(kept)
+    silent = lens_browsing.LensBrowsing(SimpleNamespace(remember=False))
+    silent.state.favourites = [BIOGON]
+    silent._answer()
+    assert kept == before
