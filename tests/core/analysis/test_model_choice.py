@@ -134,3 +134,13 @@ def test_colour_of_a_lens_counts_where_pictures_show_it():
     without, with_colour = (ModelErrors(each, depths).rung("thick") for each in (plain, coloured))
     assert with_colour.error_px > 2.0 * without.error_px and "colour" in with_colour.worst
     assert ModelErrors(coloured, depths).rung("polynomial", 9).error_px < 0.1
+
+
+@pytest.mark.parametrize(("a", "b"), [(0.02, 0.0), (0.0, 1e-4), (-0.01, 2e-5)])
+def test_a_light_is_brighter_by_the_area_that_a_distortion_takes_from_its_image(a, b):
+    """Of the shift s(r) = a r + b r³ the Jacobian is (1 + s′)(1 + s / r), in closed form."""
+    errors = ModelErrors(lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), lb.Film(), 2000.0, 4.0), (500.0, 5000.0))
+    r = errors._radii
+    found = errors._stretched((a * r + b * r**3)[None])[0]
+    wanted = np.log2((1.0 + a + 3.0 * b * r**2) * (1.0 + a + b * r**2))
+    np.testing.assert_allclose(found, wanted, atol=0.02 + 0.15 * np.abs(wanted).max() * (b != 0.0))

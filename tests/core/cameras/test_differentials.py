@@ -9,8 +9,11 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.cameras.differentials import spread_step
-from lensbench.kernels.block import PIXEL_SPREAD, X, Y
+from lensbench.kernels.block import PIXEL_SPREAD, B, Step, X, Y, lane_buffer
 from lensbench.kernels.program import Program
+from lensbench.kernels.sampling import sampling_steps
+from lensbench.kernels.tile_order import raster_image
+from lensbench.rendering.aovs import show_rows
 
 FILM = lb.Film(36.0, 24.0, 90, 60)
 TURN = lb.look_at((30.0, 20.0, 10.0), (-100.0, 50.0, -400.0))
@@ -154,3 +157,19 @@ def test_the_rim_of_an_orthographic_fisheye_has_no_slope_and_its_samples_a_size(
         warnings.simplefilter("error")
         step = spread_step(of, np.float32)
     assert np.isfinite(step.parameters).all() and (step.parameters[3:] > 0.0).all()
+
+
+def test_samples_that_share_a_pixel_cover_less_of_it_by_the_power_three_quarters():
+    """n samples cover the nth part each; the stage shortens sides by n^¾, so that the first ones are soon forgotten."""
+    of = lb.PerspectiveCamera(FILM, fov=0.9)
+    steps = [*sampling_steps(FILM.pixels_x, FILM.pixels_y, lit=False), spread_step(of, np.float64), *of.steps(),
+             Step(show_rows, [1.0, 0.0], [PIXEL_SPREAD] * 3)]
+    sizes = {}
+    for sample in (0, 1, 7, 255):
+        film = np.zeros((-(-FILM.pixels_x * FILM.pixels_y // B), 3 * B))
+        Program(steps, np.float64).expose(film, lane_buffer(np.float64), 0, len(film), sample, 1, np.uint32(1))
+        sizes[sample] = raster_image(film, FILM.pixels_x, FILM.pixels_y)[..., 0].mean()
+    for sample, size in sizes.items():
+        assert size == pytest.approx(sizes[0] * (sample + 1.0) ** -0.75, rel=0.01)
+    # The first covers a pixel: its angle in the middle of the picture is the pitch over the focal length
+    assert sizes[0] == pytest.approx(0.45 * 2.0 / FILM.pixels_y, rel=0.2)

@@ -310,3 +310,24 @@ def test_the_fairground_is_the_same_in_single_precision_at_every_moment():
     # an edge falls to the other side, or a mirrored ray finds another light, for a few rays in a thousand
     apart = np.any(abs(single - double) > 2e-3 + 0.01 * double, 1)
     assert np.isfinite(single).all() and np.mean(apart) < 0.012
+
+
+def test_what_is_seen_at_a_moment_does_not_depend_on_when_the_shutter_opened():
+    """A wheel of plates that swing about a pivot and fly: at 0.7 s after 0, and at 0.2 s after 0.5."""
+    spokes = tuple(lb.Rectangle((80.0 * math.cos(a), 80.0 * math.sin(a), -900.0 - 20.0 * k),
+                                (60.0 * math.cos(a), 60.0 * math.sin(a), 10.0),
+                                (-9.0 * math.sin(a), 9.0 * math.cos(a), 0.0),
+                                velocity=(40.0, -30.0, 20.0), spin=(0.3, 0.0, 1.9), pivot=(0.0, 0.0, -900.0))
+                   for k, a in enumerate(np.linspace(0.0, 5.0, 5)))
+    balls = tuple(lb.Sphere((150.0, 10.0 * k, -950.0), 25.0, velocity=(0.0, 20.0, 0.0), spin=(0.0, 0.0, -1.1),
+                            pivot=(0.0, 0.0, -950.0)) for k in range(3))
+    scene = Scene("wheel", sky=DARK, spheres=balls, plates=spokes)
+    film = lb.Film(36.0, 24.0, 90, 60)
+    early, late = (lb.depth_map(lb.PerspectiveCamera(film, fov=0.6, shutter_open=opening, shutter_close=opening + 1.0),
+                                scene, 0.7 - opening) for opening in (0.0, 0.5))
+    moved = lb.depth_map(lb.PerspectiveCamera(film, fov=0.6, shutter_close=1.0), scene, 0.2)
+    there = np.isfinite(early)
+    assert 0.02 < there.mean() < 0.9 and (np.isfinite(moved) != there).mean() > 0.01
+    same = np.isfinite(late) == there               # but for rays along an edge
+    assert same.mean() > 0.998
+    np.testing.assert_allclose(late[same & there], early[same & there], rtol=1e-3)
