@@ -133,19 +133,28 @@ def _compared(settings: Settings, status: Status, other: Settings, other_status:
 
 
 def paired_rows(settings: Settings, status: Status, other: Settings, other_status: Status) -> list[PairedRow]:
-    """The rows of two settings by their names, in the order of the present ones."""
+    """The rows of two settings by their names, in the order of the present ones.
+
+    What follows a comma in a name, as the coating of a T-stop, may differ; it then stands in the meaning alone.
+    """
     mine = rows(settings, readings(settings), status)
-    theirs = {row.name: row for row in rows(other, readings(other), other_status)}
+    theirs = {_key(row): row for row in rows(other, readings(other), other_status)}
     found = []
     for row in mine:
-        a = theirs.pop(row.name, None)
+        a = theirs.pop(_key(row), None)
         value, b = (a.value if a is not None else NONE), row.value
         same_unit = a is None or a.unit == row.unit
         apart = difference(value, b) if same_unit else ""
         apart += f" {row.unit}" if apart and row.unit and apart[-1].isdigit() else ""
-        found.append(PairedRow(row.name, value, b, apart, row.unit, row.meaning, row.gap))
+        name = row.name if a is None or a.name == row.name else _key(row)
+        meaning = row.meaning if name == row.name or a is None else f"{row.meaning}\n\nA: {a.name}. B: {row.name}"
+        found.append(PairedRow(name, value, b, apart, row.unit, meaning, row.gap))
     found += [PairedRow(row.name, row.value, NONE, "", row.unit, row.meaning) for row in theirs.values()]
     return found
+
+
+def _key(row: Row) -> str:
+    return row.name.partition(",")[0]
 
 
 def _explain(row: Row) -> None:

@@ -59,11 +59,11 @@ class Comparing:
         assert a is not None
         if b is None or b.generation != window.worker.generation:
             return                                      # B's first picture comes first
-        complete = b.samples >= b.settings.samples or window.worker.paused
+        complete = b.samples >= b.settings.samples
         wanted = replace(a, samples=a.samples if complete else min(b.samples, a.samples))
         if self._worker is None:
             self._worker = RenderWorker(wanted, window.wake, self._threads, urgent=False)
-        self._worker.hold(held)
+        self._worker.hold(held or window.worker.paused)
         self._worker.restart(wanted)
         failure = self._worker.error
         if failure is not None and self._kept is not None:

@@ -77,5 +77,8 @@ def test_read_outs_of_a_and_b_stand_side_by_side():
     near = table["Entrance pupil"]
     apart = float(near.apart.removesuffix(" mm").replace("−", "-"))
     assert math.isclose(apart, float(near.b[2:]) - float(near.a[2:]), abs_tol=1e-9)
+    coated = {row.name: row for row in paired_rows(replace(a, coating="multi-layer"), Status(),
+                                                   replace(a, coating="uncoated"), Status())}
+    assert coated["T-stop"].apart.startswith("+") and "uncoated" in coated["T-stop"].meaning
     without = {row.name: row for row in paired_rows(replace(b, camera="environment"), Status(), a, Status())}
     assert without["Focal length"].a == "50.4" and without["Focal length"].b == "–"
