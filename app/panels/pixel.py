@@ -69,7 +69,7 @@ def pixel_panel(settings: Settings, links: Pointed, image: NDArray[np.float32] |
         except (ValueError, OSError):               # a row of the table says why
             pass
     if found is not None:
-        chosen = _plot(settings, got, found, room, state)
+        chosen = _plot(settings, got, found, room, links.surfaces, state)
         if chosen is not None:
             links.point_at_ray(_ray(settings, found, chosen))
     _table(table)
@@ -85,8 +85,9 @@ def _ray(settings: Settings, found: Spot, i: int) -> PointedRay:
 # The spot
 
 
-def _plot(settings: Settings, got: PixelReadings, found: Spot, size: ImVec2, state: PixelState) -> int | None:
-    """Draw the spot; returns the index of the ray under the mouse."""
+def _plot(settings: Settings, got: PixelReadings, found: Spot, size: ImVec2, lit: tuple[int, ...],
+          state: PixelState) -> int | None:
+    """Draw the spot; returns the index of the ray under the mouse. lit: surfaces whose lost rays are counted."""
     film, chosen = settings.film, None
     pitch = 1000.0 * np.array([film.width / film.pixels_x, film.height / film.pixels_y])
     away = 1000.0 * (np.asarray(got.film) - found.landings)             # the picture is the film turned by 180°
@@ -123,9 +124,13 @@ def _plot(settings: Settings, got: PixelReadings, found: Spot, size: ImVec2, sta
             chosen = int(distance.argmin())
             x, y = points[chosen]
             draw.add_circle(ImVec2(x, y), 4.0 * pixel, theme.packed(theme.pointed()), 0, 2.0 * pixel)
-    lost = sum(found.lost.values())
-    text(draw, ImVec2(plot.left + 4.0 * pixel, plot.top + 2.0 * pixel), colour.dim,
-         f"{len(points)} rays, of a box of {len(points) + lost}", plate=True)
+    aimed = len(points) + sum(found.lost.values())
+    words, ended = f"{len(points)} rays, of a box of {aimed}", sum(found.lost.get(surface, 0) for surface in lit)
+    if lit:
+        names = " and ".join(f"{surface + 1}" for surface in lit)
+        words = f"Surface{'s' if len(lit) > 1 else ''} {names}: {ended} of {aimed} rays end there"
+    text(draw, ImVec2(plot.left + 4.0 * pixel, plot.top + 2.0 * pixel), colour.warning if ended else colour.dim, words,
+         plate=True)
     implot.pop_plot_clip_rect()
     implot.end_plot()
     if chosen is not None and imgui.begin_tooltip():

@@ -18,7 +18,7 @@ from lensbench.app.state.section_geometry import Sketch, sketch
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.solid.focused_surface import focused_surface
 from lensbench.app.state.solid.lens_solid import film_outline, film_part, lens_outlines, lens_parts
-from lensbench.app.state.solid.ray_lines import fan_lines, pixel_lines, pointed_line
+from lensbench.app.state.solid.ray_lines import fan_lines, lost_lines, pixel_lines, pointed_line
 from lensbench.app.state.solid.scene_solid import scene_parts
 from lensbench.app.state.solid.shapes import Part, Strokes, grid_part, strokes
 from lensbench.app.state.solid.turntable import Eye
@@ -158,11 +158,11 @@ def composed(settings: Settings, shown: Sketch | None, links: Pointed, state: Vi
         problems.append("This camera has no lens")
     else:
         for part in memo.of(("lens", shown), lambda: lens_parts(shown)):
-            solids.append(_lens_solid(part, shown.ideal))
+            solids.append(_lens_solid(part, shown.ideal, links.surfaces))
         if shown.lens is not None:
             lines.append(Line(lens_outlines(shown.lens, shown.film_z), (*colour.glass_outline[:3], 0.9), pixel))
         for each in memo.of(("fans", shown, settings.focus_distance),
-                            lambda: fan_lines(shown, settings.focus_distance, dead=False)):
+                            lambda: fan_lines(shown, settings.focus_distance)):
             tint = getattr(colour, each.kind)
             lines.append(Line(each, (*tint[:3], FADED if links.pixel(film.pixels_x, film.pixels_y) else 0.7), pixel))
     lines += _pointed_lines(settings, shown, links, memo, problems, pixel)
@@ -193,6 +193,9 @@ def _pointed_lines(settings: Settings, shown: Sketch | None, links: Pointed, mem
             found.append(Line(each, (*colour.strong[:3], 0.9), 1.2 * pixel))
         except (ValueError, OSError) as error:
             problems.append(str(error))
+    if links.surfaces and shown is not None:
+        each = memo.of(("lost", shown, links.surfaces), lambda: lost_lines(shown, links.surfaces))
+        found.append(Line(each, (*colour.warning[:3], 1.0), 1.5 * pixel))
     if links.ray is not None and shown is not None and not shown.ideal:
         ray = links.ray
         each = memo.of(("ray", ray), lambda: pointed_line(ray, shown.film_z))
@@ -201,9 +204,11 @@ def _pointed_lines(settings: Settings, shown: Sketch | None, links: Pointed, mem
     return found
 
 
-def _lens_solid(part: Part, ideal: bool) -> Solid:
-    """A part of the lens in its colour."""
+def _lens_solid(part: Part, ideal: bool, lit: tuple[int, ...]) -> Solid:
+    """A part of the lens in its colour; lit: surfaces under the mouse in the section, whose glass is opaque."""
     colour = theme.colours()
+    if set(lit) & set(part.surfaces) and (len(lit) < 2 or part.surfaces == lit):
+        return Solid(part, (*colour.strong[:3], 0.9 if part.kind == "cut" else 0.35), 0.5)
     if part.glass is None:
         return Solid(part, (*colour.strong[:3], OPAQUE))
     red, green, blue = (min(1.15 * c + 0.05, 1.0) for c in colour.glass(*part.glass)[:3])

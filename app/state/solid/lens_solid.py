@@ -38,12 +38,13 @@ def _glass(lens: lb.Lens, film_z: float) -> tuple[Part, ...]:
         edge = float(np.abs(element.outline[:, 1]).max())
         z = [lens.vertices[element.front] - film_z, lens.vertices[element.front + 1] - film_z]
         shell = np.concatenate([_sheet(front, z[0], edge), _sheet(rear, z[1], edge)[::-1]])
-        found.append(grid_part("glass", shell, glass=glass))
+        both = element.front, element.front + 1
+        found.append(grid_part("glass", shell, glass=glass, surfaces=both))
         quads = np.concatenate([np.zeros((*element.strips.shape[:2], 1)), element.strips[..., ::-1]], axis=2)
         quads[..., 2] -= film_z
         triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
         cut = flat_part("cut", triangles, glass=glass)
-        found.append(Part("cut", cut.points, np.tile([-1.0, 0.0, 0.0], (len(cut.points), 1)), glass))
+        found.append(Part("cut", cut.points, np.tile([-1.0, 0.0, 0.0], (len(cut.points), 1)), glass, surfaces=both))
     return tuple(found)
 
 

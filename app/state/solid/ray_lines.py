@@ -19,15 +19,16 @@ RIM = 16                        # rays along the edge of a pixel's beam
 FARTHEST = 20_000.0             # mm
 
 
-def fan_lines(shown: Sketch, focus_distance: float, dead: bool) -> tuple[Strokes, ...]:
-    """The section's rays, from where they are in focus to the film; dead: the lost ones too."""
-    found = []
-    for kind, fan in zip(FIELDS, shown.fans, strict=True):
-        live = [_extended(_in_space(ray.path, shown.film_z), focus_distance) for ray in fan.rays if ray.kind != "dead"]
-        found.append(strokes(kind, live))
-        if dead:
-            found.append(strokes("dead", [_in_space(ray.path, shown.film_z) for ray in fan.rays if ray.kind == "dead"]))
-    return tuple(found)
+def fan_lines(shown: Sketch, focus_distance: float) -> tuple[Strokes, ...]:
+    """The section's rays that reach the film, from where they are in focus, one of the FIELDS after the other."""
+    return tuple(strokes(kind, [_extended(_in_space(ray.path, shown.film_z), focus_distance) for ray in fan.rays
+                                if ray.kind != "dead"]) for kind, fan in zip(FIELDS, shown.fans, strict=True))
+
+
+def lost_lines(shown: Sketch, surfaces: tuple[int, ...]) -> Strokes:
+    """The section's rays that one of these surfaces ends."""
+    return strokes("lost", [_in_space(ray.path, shown.film_z) for fan in shown.fans for ray in fan.rays
+                            if ray.kind == "dead" and ray.surface in surfaces])
 
 
 def _in_space(path: np.ndarray, film_z: float) -> np.ndarray:

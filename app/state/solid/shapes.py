@@ -17,6 +17,7 @@ class Part:
 
     kind: what it is, which decides its colour: "glass", "cut", "stop", "film", "focus", "floor", "thing" or "shining".
     points, normals (n, 3): three rows a triangle. glass: n_d and V_d of a glass. tint: of a thing's own colour, linear.
+    surfaces: indices of the surfaces of the lens that bound it.
     """
 
     kind: str
@@ -24,6 +25,7 @@ class Part:
     normals: np.ndarray
     glass: tuple[float, float] | None = None
     tint: Rgb | None = None
+    surfaces: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

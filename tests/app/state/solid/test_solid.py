@@ -15,7 +15,7 @@ from lensbench.app.state.section_geometry import elements, sag, sketch
 from lensbench.app.state.settings import Settings
 from lensbench.app.state.solid.focused_surface import best_focus, focused_surface
 from lensbench.app.state.solid.lens_solid import lens_parts
-from lensbench.app.state.solid.ray_lines import fan_lines, pixel_lines
+from lensbench.app.state.solid.ray_lines import fan_lines, lost_lines, pixel_lines
 from lensbench.app.state.solid.scene_solid import scene_parts
 from lensbench.app.state.solid.turntable import FARTHEST, Eye
 
@@ -106,9 +106,18 @@ def test_lines_of_a_pixel_run_from_what_it_shows_to_its_film_point():
 
 def test_the_fans_of_the_section_meet_in_the_plane_of_focus():
     shown = sketch(replace(START, f_number=8.0))
-    for strokes_ in fan_lines(shown, START.focus_distance, dead=False):
+    for strokes_ in fan_lines(shown, START.focus_distance):
         starts = strokes_.pieces[np.abs(strokes_.pieces[:, 0, 2] + START.focus_distance) < 1e-6][:, 0]
         assert len(starts) >= 5 and np.ptp(starts[:, 1]) < 1.0
+
+
+def test_lost_lines_are_the_rays_that_a_surface_ends():
+    shown = sketch(START)
+    ended = [ray.surface for fan in shown.fans for ray in fan.rays if ray.kind == "dead"]
+    assert ended and len(lost_lines(shown, (-1,)).pieces) == 0
+    for surface in set(ended):
+        rays = [ray for fan in shown.fans for ray in fan.rays if ray.surface == surface]
+        assert len(lost_lines(shown, (surface,)).pieces) == sum(len(ray.path) - 1 for ray in rays)
 
 
 def test_things_of_the_scene_keep_their_size_and_a_wall_about_the_camera_is_left_out():
