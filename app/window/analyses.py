@@ -3,12 +3,18 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from lensbench.app.panels.analysis.axial import axial_panel
+from lensbench.app.panels.analysis.bokeh import bokeh_panel
 from lensbench.app.panels.analysis.fans import fans_panel
 from lensbench.app.panels.analysis.field_curves import field_curves_panel
+from lensbench.app.panels.analysis.focus_shift import focus_shift_panel
 from lensbench.app.panels.analysis.frame import AnalysisState, Sheet
+from lensbench.app.panels.analysis.illumination import illumination_panel
 from lensbench.app.panels.analysis.mtf import mtf_panel
 from lensbench.app.panels.analysis.mtf_map import mtf_map_panel
+from lensbench.app.panels.analysis.seidel import seidel_panel
 from lensbench.app.panels.analysis.spots import spots_panel
+from lensbench.app.panels.analysis.wavefront import wavefront_panel
 from lensbench.app.state.build import design
 from lensbench.app.state.settings import Settings
 from lensbench.app.window.state import WindowState
@@ -21,6 +27,12 @@ PANELS: dict[str, Callable[[Settings, AnalysisState, Sheet], Settings | None]] =
     "Field curves": field_curves_panel,
     "MTF": mtf_panel,
     "MTF map": mtf_map_panel,
+    "Bokeh": bokeh_panel,
+    "Wavefront": wavefront_panel,
+    "Seidel": seidel_panel,
+    "On the axis": axial_panel,
+    "Focus shift": focus_shift_panel,
+    "Illumination": illumination_panel,
 }
 
 
@@ -30,7 +42,7 @@ class Analyses:
     def __init__(self, window: WindowState):
         self._window = window
         self.worker = AnalysisWorker(window.wake)
-        self.sheet = Sheet(self.worker, window.requests)
+        self.sheet = Sheet(self.worker, window.requests, window.view.links)
         self.states = {name: AnalysisState() for name in PANELS}
         self._saving: Task[None] | None = None
         self._path = Path()

@@ -28,8 +28,9 @@ LAYOUTS = {
             "RightBottom": ("Exit pupil", "Falloff", "Models", "Light field")}),
     "Photographer": Layout(
         "Picture, section, and how sharp the lens draws", {
-            **LEFT, "Bottom": ("Section", "3-D"), "Right": ("MTF", "MTF map", "Circle of confusion"),
-            "RightBottom": ("Spots", "Falloff", "Pixel")}, (0.25, 19.4, 46.0)),
+            **LEFT, "Bottom": ("Section", "3-D"),
+            "Right": ("MTF", "MTF map", "Focus shift", "Illumination"),
+            "RightBottom": ("Bokeh", "Spots", "Pixel")}, (0.25, 19.4, 46.0)),
     "Student": Layout(
         "Coordinate spaces, stability of the formulas, models of the lens", {
             "Left": ("Controls",), "LeftBottom": ("Spaces", "Read-outs", "Lens card"),
@@ -37,8 +38,9 @@ LAYOUTS = {
             "Right": ("Models", "Circle of confusion", "Plan"), "RightBottom": ("Exit pupil", "Pixel", "Falloff")}),
     "Designer": Layout(
         "Spots and the aberrations behind them", {
-            **LEFT, "Bottom": ("Section", "3-D"), "BottomRight": ("Field curves", "MTF map"),
-            "Right": ("Spots", "Falloff"), "RightBottom": ("Ray fans", "MTF")}, (0.30, 22.0, 70.0), 0.36),
+            **LEFT, "Bottom": ("Section", "3-D"), "BottomRight": ("Seidel", "Illumination"),
+            "Right": ("Spots", "Wavefront", "Field curves"), "RightBottom": ("Ray fans", "MTF", "MTF map")},
+        (0.30, 22.0, 70.0), 0.36),
 }
 
 

@@ -28,6 +28,7 @@ from lensbench.kernels.figures import significant, true_minus
 MARKERS = {"triangle": implot.Marker_.up, "square": implot.Marker_.square, "diamond": implot.Marker_.diamond}
 DOT = 1.3                       # half a mark of a point, pixels
 SHADES = 64
+NAMED = 6                       # levels of a map, at most, that have their values on the contours
 
 
 @dataclass
@@ -260,11 +261,8 @@ def _map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, state: 
     implot.plot_heatmap("##map", np.ascontiguousarray(known[::-1], float), shades.low, shades.high, "",
                         implot.Point(shades.x[0], shades.y[0]), implot.Point(shades.x[1], shades.y[1]))
     implot.pop_colormap()
-    # What is not known is a gap
-    rise = (shades.y[1] - shades.y[0]) / len(known)
-    for row in np.flatnonzero(np.isnan(shades.values).all(1)).tolist():
-        a, b = shown.at(shades.x[0], shades.y[0] + row * rise), shown.at(shades.x[1], shades.y[0] + (row + 1) * rise)
-        draw.add_rect_filled(ImVec2(a.x, b.y), ImVec2(b.x, a.y), theme.packed(theme.colours().well))
+    for x0, y0, x1, y1 in state.memo.of((name, "gaps", shades, shown), lambda: _gaps(shades, shown)):
+        draw.add_rect_filled(ImVec2(x0, y1), ImVec2(x1, y0), theme.packed(theme.colours().well))
     strokes = state.memo.of((name, "contours", shades, shown), lambda: [
         (level, [pieces(shown.pixels(*line.T)) for line in _contours(shades, level)]) for level in shades.levels])
     tint = theme.packed(theme.colours().ground, 0.8)
@@ -272,9 +270,24 @@ def _map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, state: 
         for line in lines:
             for stroke in line:
                 draw.add_polyline(stroke, tint, theme.scale(), imgui.ImDrawFlags_.none)
-        if lines and lines[0]:
+        if lines and lines[0] and len(shades.levels) <= NAMED:
             middle = lines[0][0][len(lines[0][0]) // 2]
             text(draw, ImVec2(middle.x, middle.y), theme.colours().text, significant(level, 2), plate=True)
+
+
+def _gaps(shades: Map, shown: PlotMap) -> list[list[float]]:
+    """Boxes in pixels of the runs of unknown values in each row: left, bottom, right, top."""
+    rows, columns = shades.values.shape
+    missing = np.pad(np.isnan(shades.values), ((0, 0), (1, 1))).astype(int)
+    found = []
+    for row in np.flatnonzero(missing.any(1)).tolist():
+        ends = np.flatnonzero(np.diff(missing[row]))
+        x = shades.x[0] + ends / columns * (shades.x[1] - shades.x[0])
+        y = shades.y[0] + np.array([row, row + 1]) / rows * (shades.y[1] - shades.y[0])
+        for a, b in zip(x[::2], x[1::2], strict=True):
+            (left, bottom), (right, top) = shown.pixels([a, b], y)
+            found.append([float(left), float(bottom), float(right), float(top)])
+    return found
 
 
 def _shades(dark: bool) -> int:
@@ -341,7 +354,7 @@ def _told(plot: Plot, x: float, y: float) -> str:
     if lines:
         return "\n".join(lines)
     for layer in plot.layers:
-        if isinstance(layer, Map) and layer.x[0] <= x < layer.x[1] and layer.y[0] <= y < layer.y[1]:
+        if isinstance(layer, Map) and layer.name and layer.x[0] <= x < layer.x[1] and layer.y[0] <= y < layer.y[1]:
             rows, columns = layer.values.shape
             row = int((y - layer.y[0]) / (layer.y[1] - layer.y[0]) * rows)
             column = int((x - layer.x[0]) / (layer.x[1] - layer.x[0]) * columns)

@@ -9,6 +9,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from lensbench.app.panels.analysis.drawing import Drawn, Grip, Under, draw_figure
 from lensbench.app.state.analysis.figure import Figure
 from lensbench.app.state.analysis.query import query
+from lensbench.app.state.pixel.pointed import Pointed
 from lensbench.app.state.request import Request
 from lensbench.app.state.settings import Settings
 from lensbench.app.widgets import theme
@@ -31,10 +32,14 @@ class AnalysisState:
 
 @dataclass
 class Sheet:
-    """What all analysis panels of a window share: the worker, the requests, and the figure that is to be saved."""
+    """What all analysis panels of a window share: the worker, the requests, and the figure that is to be saved.
+
+    links: what the mouse points at in all panels.
+    """
 
     worker: AnalysisWorker
     requests: set[Request]
+    links: Pointed
     saving: Figure | None = None
 
 

@@ -15,8 +15,11 @@ STEP = 2.0**0.25                # from one f-number to the next: half a stop
 SLOWEST = 22.0
 
 
-def focus_shift_figure(query: Query, points: int) -> Figure:
-    """Best focus on the axis against the f-number, from that of the query to f/22; LensError for an afocal lens."""
+def focus_shift_figure(query: Query, points: int, f_number: float | None = None) -> Figure:
+    """Best focus on the axis against the f-number, from that of the query to f/22; LensError for an afocal lens.
+
+    f_number: marked, where it is not that of the query.
+    """
     widest = lb.first_order(query.lens.in_air).f_number
     numbers = widest * math.sqrt(2.0) ** (0.5 * np.arange(1 + max(2, math.ceil(4 * math.log2(max(
         SLOWEST / widest, 1.0))))))
@@ -27,12 +30,15 @@ def focus_shift_figure(query: Query, points: int) -> Figure:
               Curve(f"highest MTF at {FREQUENCY:.0f} lp/mm", numbers, 1000.0 * found.best_mtf, "field0", DASHED),
               *(Curve("depth of focus" if sign > 0.0 else "", numbers,
                       1000.0 * (found.least_blur + sign * found.depth), "faint", DOTTED) for sign in (1.0, -1.0)),
-              Curve("", numbers[[0, -1]], np.zeros(2), "amber", weight=1.0))
+              Curve("film", numbers[[0, -1]], np.zeros(2), "amber", weight=1.0))
+    if f_number is not None and numbers[0] < f_number <= numbers[-1]:
+        curves += (Curve("", np.full(2, f_number), np.array([-limit, limit]), "dim", DASHED, 1.0),)
     table = Table(("f-number", "least blur (mm)", "highest MTF (mm)", "depth of focus (mm)"), tuple(zip(
         numbers, found.least_blur, found.best_mtf, found.depth, strict=True)))
     said = f"depth of focus for a blur of {significant(1000.0 * found.limit, 2)} µm, two pixels"
     return Figure("Focus shift", ((Plot(Axis("f-number", numbers[0], numbers[-1], log=True),
-                                        Axis("best focus behind the film (µm)", -limit, limit), curves),),), table,
+                                        Axis("Focus (µm)", -limit, limit), curves,
+                                        "Best focus behind the film"),),), table,
                   query.words(None, "axis", said))
 
 
@@ -46,9 +52,9 @@ def breathing_figure(query: Query, points: int) -> Figure:
                    "magnification"), tuple(zip(found.distances / 1000.0, np.degrees(found.half_angles), found.change,
                                                found.focal_lengths, found.magnifications, strict=True)))
     low, high = (float(metres.min()), float(metres.max())) if metres.size else (1.0, 2.0)
-    return Figure("Breathing", ((Plot(Axis("focus distance (m)", low, high, log=True),
-                                      Axis("field of view against infinity (%)", -limit, limit),
-                                      (Curve("", metres, change),
+    return Figure("Breathing", ((Plot(Axis("Focus distance (m)", low, high, log=True),
+                                      Axis("Field (%)", -limit, limit),
+                                      (Curve("wider than at infinity", metres, change),
                                        Curve("", np.array([low, high]), np.zeros(2), "grid", weight=1.0))),),), table,
                   f"corner of the film, {fixed(0.5 * query.setup.film.diagonal, 2)} mm · tangent of the half field",
                   tuple(map(str, found.findings)))
@@ -65,6 +71,6 @@ def illumination_figure(query: Query, points: int) -> Figure:
     table = Table(("aperture", "film radius (mm)", "total", "natural", "vignetting"), tuple(
         (name, *row) for name, light in found
         for row in zip(light.radii, light.total, light.natural, light.vignetting, strict=True)))
-    return Figure("Relative illumination", ((Plot(Axis("distance from the film's centre (mm)", 0.0, first.radii[-1]),
-                                                  Axis("illumination over that of the centre (%)", 0.0, 105.0),
+    return Figure("Relative illumination", ((Plot(Axis("Image height (mm)", 0.0, first.radii[-1]),
+                                                  Axis("Light (%)", 0.0, 105.0),
                                                   tuple(curves)),),), table, query.words(None, "d line"))

@@ -21,14 +21,14 @@ def axial_figure(query: Query, points: int) -> Figure:
     zero = Curve("", np.zeros(2), np.array([0.0, 1.0]), "grid", weight=1.0)
     colours = 1000.0 * shift.wavelengths
     rest = Curve("", np.zeros(2), colours[[0, -1]], "grid", weight=1.0)
-    focus = Axis("focus behind the film (mm)", -limit, limit)
+    focus = Axis("Focus (mm)", -limit, limit)
     table = Table(("wavelength (um)", "height in the stop", "focus behind the film (mm)"),
                   tuple((line, height, at) for line, foci in zip(given.wavelengths, along.foci, strict=True)
                         for height, at in zip(along.heights, foci, strict=True))
                   + tuple((line, 0.0, at) for line, at in zip(shift.wavelengths, shift.foci, strict=True)))
     return Figure("Longitudinal aberration and chromatic focal shift", ((
-        Plot(focus, Axis("height in the stop / radius", 0.0, 1.0), (zero, *curves), "Longitudinal aberration",
+        Plot(focus, Axis("Height in the stop", 0.0, 1.0), (zero, *curves), "Longitudinal aberration",
              across=True),
-        Plot(focus, Axis("wavelength (nm)", colours[0], colours[-1]), (rest, Curve("", shift.foci, colours)),
+        Plot(focus, Axis("Wavelength (nm)", colours[0], colours[-1]), (rest, Curve("paraxial focus", shift.foci, colours)),
              "Paraxial focus", across=True)),), table, query.words(None, "axis"),
         tuple(str(finding) for finding in given.findings if "dispersion" in str(finding)))

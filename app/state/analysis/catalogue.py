@@ -6,12 +6,15 @@ from typing import NamedTuple
 
 from lensbench.app.state.analysis.aperture_figures import breathing_figure, focus_shift_figure, illumination_figure
 from lensbench.app.state.analysis.axial_figures import axial_figure
+from lensbench.app.state.analysis.bokeh_figure import bokeh_figure
 from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
 from lensbench.app.state.analysis.figure import Figure
 from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.seidel_figure import seidel_figure
 from lensbench.app.state.analysis.spots import spots_figure
+from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
 
 
 class Analysis(NamedTuple):
@@ -29,6 +32,9 @@ ANALYSES = {
     "mtf": Analysis(mtf_field_figure, "MTF over the field at 10, 20, 30 and 40 lp/mm"),
     "mtf-frequency": Analysis(mtf_frequency_figure, "MTF against the frequency"),
     "mtf-map": Analysis(mtf_map_figure, "MTF over focus and field"),
+    "bokeh": Analysis(bokeh_figure, "pictures of points of light over field and distance"),
+    "wavefront": Analysis(wavefront_figure, "wavefront of the axis, with Zernike coefficients"),
+    "seidel": Analysis(seidel_figure, "Seidel sums of each surface"),
     "axial": Analysis(axial_figure, "longitudinal aberration and chromatic focal shift"),
     "focus-shift": Analysis(focus_shift_figure, "best focus against the aperture"),
     "breathing": Analysis(breathing_figure, "field of view against the focus distance"),

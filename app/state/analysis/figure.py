@@ -65,7 +65,7 @@ class Bars:
 class Map:
     """Values (rows, columns) between low and high as shades, over x0 to x1 and y0 to y1; row 0 lies at y0.
 
-    levels: values at which contours are drawn.
+    levels: values at which contours are drawn. name: of the value, for the cursor; "" leaves it out.
     """
 
     name: str

@@ -7,13 +7,19 @@ import pytest
 
 import lensbench as lb
 from lensbench.analysis.transfer_function import mtf
+from lensbench.analysis.wavefront import wavefronts
+from lensbench.app.state.analysis.aperture_figures import focus_shift_figure, illumination_figure
+from lensbench.app.state.analysis.bokeh_figure import bokeh_figure
 from lensbench.app.state.analysis.fans import fans_figure
 from lensbench.app.state.analysis.field_figures import field_figure
-from lensbench.app.state.analysis.figure import Curve, Map
+from lensbench.app.state.analysis.figure import Bars, Curve, Map
 from lensbench.app.state.analysis.film_drag import focus_at
 from lensbench.app.state.analysis.mtf_figures import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.state.analysis.query import query
+from lensbench.app.state.analysis.seidel_figure import seidel_figure
+from lensbench.app.state.analysis.wavefront_figure import wavefront_figure
 from lensbench.app.state.settings import Settings
+from lensbench.optics.depth_of_field import real_circle_of_confusion
 
 ASKED = query(Settings())
 
@@ -71,3 +77,43 @@ def test_the_film_dragged_to_a_shift_of_the_map_is_focused_there():
     moved = query(replace(Settings(), focus_distance=near, focus_position="paraxial"))
     still = query(replace(Settings(), focus_position="paraxial"))
     assert moved.setup.film_distance - still.setup.film_distance == pytest.approx(0.1, abs=1e-3)
+
+
+def test_seidel_bars_add_up_to_those_of_the_lens():
+    figure = seidel_figure(ASKED, 16)
+    bars = {layer.name: layer for layer in figure.rows[0][0].layers if isinstance(layer, Bars)}
+    for name, bar in bars.items():
+        assert bar.y[-1] == pytest.approx(bar.y[:-1].sum(), abs=1e-9), name
+    assert len(bars) == 5 and len(figure.table.rows) == len(ASKED.lens.surfaces) + 1     # no colour without dispersion
+
+
+def test_the_bokeh_far_from_focus_is_as_wide_as_the_circle_of_confusion():
+    figure = bokeh_figure(ASKED, 16)
+    row = next(row for row in figure.table.rows if row[0] == 0.0 and np.isinf(row[1]))
+    diameter = real_circle_of_confusion(ASKED.lens, ASKED.setup.film_distance, [np.inf])[0][0]
+    assert 2.0 * np.sqrt(2.0) * np.hypot(row[3], row[4]) == pytest.approx(1000.0 * diameter, rel=0.02)
+    shades = [layer for layer in figure.rows[0][0].layers if isinstance(layer, Map)]
+    assert len(shades) == 2 * 16 and max(float(np.nanmax(each.values)) for each in shades) == pytest.approx(1.0)
+
+
+def test_the_wavefront_of_the_axis_has_its_strehl_ratio_in_the_title():
+    figure = wavefront_figure(ASKED, 24)
+    strehl = wavefronts(ASKED.grid(24, ASKED.parts(0.0, 0.7, 1.0))).strehl[0, 0]
+    assert f"Strehl {strehl:.3f}" in figure.rows[0][0].title
+    assert [row[1] for row in figure.table.rows[:3]] == [1.0, 2.0, 3.0]
+
+
+def test_focus_shift_and_illumination_are_those_of_the_lens_wide_open():
+    open_ = query(replace(Settings(), f_number=None))
+    shift = focus_shift_figure(open_, 16, 2.8)
+    assert shift.table.rows[0][0] == pytest.approx(open_.setup.f_number)
+    light = illumination_figure(open_, 16)
+    corners = [row[2] for row in light.table.rows if row[1] == light.table.rows[-1][1]]
+    assert light.table.rows[0][2:] == pytest.approx((1.0, 1.0, 1.0))
+    assert len(corners) == 4 and corners[0] < corners[1] < corners[2]
+
+
+@pytest.mark.parametrize("make", [fans_figure, mtf_field_figure, mtf_map_figure, bokeh_figure, wavefront_figure])
+def test_a_field_beyond_the_image_circle_does_not_stop_a_figure(make):
+    phone = query(replace(Settings(), lens="apple-phone-6-elements-4-f18", f_number=None))
+    assert make(phone, 16).rows

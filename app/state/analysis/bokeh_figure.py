@@ -1,0 +1,95 @@
+"""The bokeh gallery: images of points of light over field and distance, with the rims that cut them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from lensbench.analysis.point_spread import PointSpread, psf
+from lensbench.analysis.spot_diagram import spots
+from lensbench.app.state.analysis.figure import Area, Axis, Figure, Label, Map, Plot, Table
+from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.spots import field_label
+from lensbench.app.state.text_values import format_distance
+from lensbench.kernels.figures import significant
+
+FIELDS = (0.0, 0.5, 0.8, 1.0)
+AWAY = (0.6, 1.0, 1.6, math.inf)        # × the focus distance
+SHADE = 0.48                            # half a picture, of its cell
+FAINT = 1e-4                            # of the brightest, the black of the logarithmic view
+
+
+def bokeh_figure(query: Query, points: int, view: str = "linear") -> Figure:
+    """Pictures of points at four distances (across) and four fields (down), each as bright as its brightest place.
+
+    view: "linear", or "log" over four decades. LensError where no light reaches the film.
+    """
+    built, samples = query.setup, 2 * points
+    layers: list = []
+    rows: list[tuple] = []
+    distances = [query.focus_distance * part for part in AWAY] if math.isfinite(query.focus_distance) else \
+        [20.0 * built.first_order.efl * step for step in (1.0, 3.0, 10.0)] + [math.inf]
+    rays = None
+    for column, distance in enumerate(distances):
+        away = distance - built.film_z if math.isfinite(distance) else math.inf
+        if not away > 0.0:
+            layers.append(Label(column, 0.0, "in the lens", "dim", "middle"))
+            continue
+        there = replace(query, object_distance=away, focus_distance=distance)
+        rays = there.grid(max(points, 24), query.parts(*FIELDS))
+        spread = psf(rays, samples)
+        width = 1000.0 * samples * float(np.nanmax(spread.pitch))           # of the cells of this column
+        in_focus = distance == query.focus_distance
+        layers.append(Label(column, 0.5, format_distance(distance), "amber" if in_focus else "text", "above"))
+        layers.append(Label(column, 0.5 - len(FIELDS), f"{significant(width, 2)} µm", "dim", "below"))
+        for row in range(len(FIELDS)):
+            layers += _cell(spread, row, column, distance, view)
+            rows.append((rays.image_heights[row], distance / 1000.0, width,
+                         *(float(each) for each in _sizes(spread, row)), _ended(spread, row)))
+    edge = len(distances) - 0.5, 0.5 - len(FIELDS)
+    plot = Plot(Axis(None, -0.52, edge[0] + 0.02), Axis(None, edge[1] - 0.2, 0.72), tuple(layers), equal=True)
+    head = ("field (mm)", "distance (m)", "window (um)", "rms sagittal (um)", "rms tangential (um)", "cut by surface")
+    words = query.words(rays, "one scale a column", "log, 4 decades" if view == "log" else "linear",
+                        "waves near focus, rays far from it")
+    return Figure("Bokeh", ((plot,),), Table(head, tuple(rows)), words, query.remarks(rays) if rays is not None else ())
+
+
+def _cell(spread: PointSpread, row: int, column: int, distance: float, view: str) -> list:
+    rays = spread.rays
+    box = (column - SHADE, column + SHADE), (-row - SHADE, -row + SHADE)
+    name = f"{field_label(rays, row)}, {format_distance(distance)}"
+    if not rays.lit[row]:
+        return [Label(column, -row, "dark", "dim", "middle"), Area(*box, f"{name}: no light reaches this field")]
+    light = spread.white[row] / max(float(spread.white[row].max()), 1e-30)
+    if view == "log":
+        light = 1.0 + np.log10(np.maximum(light, FAINT)) / -math.log10(FAINT)
+    # Each pattern has a window of its own; that of the largest fills the cell
+    half = SHADE * float(spread.pitch[row] / np.nanmax(spread.pitch))
+    made: list = [Map("", np.zeros((2, 2)), *box),
+                  Map("", light, (column - half, column + half), (-row - half, -row + half))]
+    if column == 0:
+        made.append(Label(column - 0.47, 0.47 - row, field_label(rays, row), "text", "right below"))
+    s, t = _sizes(spread, row)
+    said = [name, f"RMS {significant(s, 3)} µm sagittal, {significant(t, 3)} µm tangential",
+            f"open pupil {significant(100.0 * rays.open_area[row] / rays.open_area[0], 2)} % of the axis"]
+    cut = _ended(spread, row)
+    if cut:
+        said.append(f"cut by the rim of surface {cut}")
+    waves = float(np.nanmean(spread.diffraction[row]))
+    said.append("by diffraction" if waves == 1.0 else "by rays" if waves == 0.0 else "by rays and diffraction")
+    return [*made, Area(*box, "\n".join(said))]
+
+
+def _sizes(spread: PointSpread, row: int) -> tuple[float, float]:
+    """The rms widths (µm) of the pattern, sagittal and tangential."""
+    found = spots(spread.rays, "centroid").rms[row, spread.rays.conditions.primary, 0]
+    return 1000.0 * float(found[0]), 1000.0 * float(found[1])
+
+
+def _ended(spread: PointSpread, row: int) -> str:
+    """Numbers of the surfaces, besides the stop, whose rims cut the pattern."""
+    rays = spread.rays
+    ends = rays.victim[row, rays.conditions.primary]
+    within = rays.stop_share[row, rays.conditions.primary] <= 1.0
+    found = np.unique(ends[within & (ends >= 0) & (ends != rays.lens.stop_index)])
+    return ", ".join(str(int(each) + 1) for each in found)

@@ -1,0 +1,65 @@
+"""The wavefront of one field: a map over the exit pupil, and its Zernike coefficients."""
+
+import numpy as np
+
+from lensbench.analysis.wavefront import wavefronts
+from lensbench.analysis.zernike import noll_indices, zernike_name
+from lensbench.app.state.analysis.figure import Area, Axis, Bars, Curve, Figure, Map, Plot, Table, reach
+from lensbench.app.state.analysis.query import Query
+from lensbench.app.state.analysis.spots import field_label
+from lensbench.kernels.figures import fixed, significant, true_minus
+
+FIELDS = {"axis": 0.0, "middle": 0.7, "full": 1.0}
+FIRST, LAST = 4, 22             # Noll's polynomials with bars: without piston and tilt
+LEVELS = 9                      # contours of the map
+
+
+def wavefront_figure(query: Query, points: int, field: str = "axis") -> Figure:
+    """Map and coefficients of the primary wavelength, in wavelengths, at a field of FIELDS."""
+    heights = query.parts(*FIELDS.values())
+    rays = query.grid(points, heights)
+    found, f, c = wavefronts(rays), list(FIELDS).index(field), rays.conditions.primary
+    line = 1e-3 * rays.conditions.primary_wavelength
+    noll = found.noll[f, c] / line
+    if rays.lit[f]:
+        rms, strehl = found.rms_waves[f, c], found.strehl[f, c]
+        title = f"{field_label(rays, f)}   Strehl {fixed(strehl, 3)}   RMS {significant(rms, 3)} waves"
+    else:
+        title = f"{field_label(rays, f)}: no light reaches this field"
+    map_ = _map(found.waves[f, c], title, found.peak_to_valley[f, c] / line)
+    words = query.words(rays, f"{1000.0 * rays.conditions.primary_wavelength:.0f} nm alone",
+                        "reference sphere about the primary chief ray", "Noll's Zernike, unit rms")
+    remarks = query.remarks(rays)
+    if rays.lit[f] and not np.isfinite(noll).any():
+        remarks = (*remarks, "too few rays pass for the Zernike coefficients")
+    head = ("field (mm)", "Noll index", "n", "m", "aberration", "coefficient (waves)", "Strehl", "rms (waves)")
+    rows = tuple((rays.image_heights[g], float(j), *map(float, noll_indices(j)), zernike_name(*noll_indices(j)),
+                  found.noll[g, c, j - 1] / line, found.strehl[g, c], found.rms_waves[g, c])
+                 for g in range(len(heights)) for j in range(1, found.noll.shape[-1] + 1))
+    return Figure("Wavefront", ((map_,), (_bars(noll),)), Table(head, rows), words, remarks, (0.62, 0.38))
+
+
+def _map(waves: np.ndarray, title: str, range_: float) -> Plot:
+    """W over the exit pupil, lowest dark and highest light; contours at round parts of a wave."""
+    known = waves[np.isfinite(waves)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    step = reach([max(high - low, 1e-4) / LEVELS])
+    levels = tuple(step * k for k in range(int(np.ceil(low / step)), int(np.floor(high / step)) + 1))
+    shown = np.where(np.isfinite(waves), waves, np.nan)
+    layers = (Map("W in waves", shown, (-1.0, 1.0), (-1.0, 1.0), low, max(high, low + 1e-6), levels[:24]),)
+    side = f"Contours {significant(step, 2)} waves apart"
+    return Plot(Axis(None, -1.03, 1.03), Axis(None, -1.03, 1.13), layers, f"{title}   {side}", equal=True)
+
+
+def _bars(noll: np.ndarray) -> Plot:
+    """Bars of Noll's polynomials FIRST to LAST."""
+    indices = np.arange(FIRST, LAST + 1)
+    values = noll[FIRST - 1:LAST]
+    limit = 1.1 * reach(values, 0.01)
+    layers: list = [Curve("", np.array([FIRST - 1.0, LAST + 1.0]), np.zeros(2), "faint", weight=1.0),
+                    Bars("", indices.astype(float), values, 0.7, "field0")]
+    for j, value in zip(indices.tolist(), values, strict=True):
+        said = f"Z{j}, {zernike_name(*noll_indices(j))}\n" + true_minus(f"{significant(value, 3)} waves"
+                                                                      if np.isfinite(value) else "unknown")
+        layers.append(Area((j - 0.5, j + 0.5), (-limit, limit), said))
+    return Plot(Axis("Zernike term (Noll)", FIRST - 0.7, LAST + 0.7), Axis("Waves", -limit, limit), tuple(layers))
