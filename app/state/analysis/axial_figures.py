@@ -29,6 +29,7 @@ def axial_figure(query: Query, points: int) -> Figure:
     return Figure("Longitudinal aberration and chromatic focal shift", ((
         Plot(focus, Axis("Height in the stop", 0.0, 1.0), (zero, *curves), "Longitudinal aberration",
              across=True),
-        Plot(focus, Axis("Wavelength (nm)", colours[0], colours[-1]), (rest, Curve("paraxial focus", shift.foci, colours)),
+        Plot(focus, Axis("Wavelength (nm)", colours[0], colours[-1]),
+             (rest, Curve("paraxial focus", shift.foci, colours)),
              "Paraxial focus", across=True)),), table, query.words(None, "axis"),
         tuple(str(finding) for finding in given.findings if "dispersion" in str(finding)))

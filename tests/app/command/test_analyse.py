@@ -44,7 +44,7 @@ def test_what_a_lens_does_not_have_is_left_out_with_its_reason(capsys):
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    (["--what", "bokeh"], "choose from spots"), (["-o", "sheet.gif"], ".json: choose one"),
+    (["--what", "sunstar"], "choose from spots"), (["-o", "sheet.gif"], ".json: choose one"),
     (["--points", "3"], "8 to 512"), (["--f-number", "0.1"], "opens no further"),
 ])
 def test_impossible_demands_end_with_2_and_one_line(capsys, arguments, said):
