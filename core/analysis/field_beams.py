@@ -92,21 +92,19 @@ class FieldBeams:
         object.__setattr__(made, "stop_slopes", made._stop_slopes())
         return made
 
-    def forward(self, wavelength: float, of_field: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rays of the object in one wavelength (µm), of fields (n,) at places (n, 2).
+    def forward(self, wavelength: float, of_field: np.ndarray, begun: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rays of the object in one wavelength (µm), of fields (n,), as `starts` (8, n) gives them.
 
         Returns the rows (9, n) of LANDED, and the surface (n,) that ends each, −1 for one that passes. The chief rays
         of this wavelength have the path difference 0.
         """
-        count = len(self.axes)
+        count, n = len(self.axes), len(of_field)
         own = self.chief_of(wavelength)
-        rays = [np.concatenate(pair) for pair in zip(
-            self.starts(of_field, places),
-            self.starts(np.arange(count), self.across(own.points, own.directions)), strict=True)]
-        rays = [np.where(np.isfinite(rays[0]), each, 0.0) for each in rays]
+        places = self.across(own.points.T[:, :, None], own.directions.T[:, :, None])[:, 0]
+        rays = np.concatenate([begun, self.starts(np.arange(count), places)], 1)
         out = Program(path_steps(self.lens, self.film_distance, wavelength), np.float64).run(
-            dict(zip(_GIVEN, rays, strict=True)), _WANTED, len(places) + count)
-        values, victim = np.empty((LANDED, len(places))), np.empty(len(places), np.int16)
+            dict(zip(_GIVEN, rays, strict=True)), _WANTED, n + count)
+        values, victim = np.empty((LANDED, n)), np.empty(n, np.int16)
         _finish(out, of_field, self.chief.images, self.axes, self.sphere_curvatures, values, victim)
         return values, victim
 
@@ -125,28 +123,21 @@ class FieldBeams:
         return np.einsum("fk,fak->fa", vectors, self.axes)
 
     def across(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Places (F, …, 2) of rays given by points and directions (F, …, 3) in the lens frame."""
-        shape = (len(self.axes),) + (1,) * (points.ndim - 2)
-        u = self.chief.directions.reshape(*shape, 3)
-        offset = points - self.chief.points.reshape(*shape, 3)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            away = -(offset * u).sum(-1) / (directions * u).sum(-1)
-        return np.einsum("f...k,fak->f...a", offset + away[..., None] * directions, self.frames)
+        """Places (F, n, 2) of rays given by points and directions (3, F, n) in the lens frame."""
+        out = np.empty((*points.shape[1:], 2))
+        _across(points, directions, self.chief.points, self.chief.directions, self.frames, out)
+        return out
 
-    def starts(self, of_field: np.ndarray, places: np.ndarray) -> list[np.ndarray]:
-        """Rows of `_GIVEN` of the object's rays of fields (n,) at places (n, 2)."""
-        offset = (places[:, :, None] * self.frames[of_field]).sum(1)
-        x, y, z = (self.chief.points[of_field] + offset).T
-        u = self.chief.directions[of_field]
-        path = np.zeros(len(places))
+    def starts(self, of_field: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Rows (8, n) of `_GIVEN` of the object's rays of fields (n,) at places (n, 2); 0 for a place that is NaN."""
+        reach = np.zeros(len(self.axes))                # of the object point, 0 at infinity
         if not isinf(self.object_distance):
             point = np.column_stack([self.sources, np.full(len(self.sources), -self.object_distance)])
-            reach = np.linalg.norm(self.chief.points - point, axis=1)[of_field]
-            across2 = (places**2).sum(1)
-            far = np.sqrt(reach**2 + across2)
-            u = (offset + reach[:, None] * u) / far[:, None]
-            path = self.lens.front_index * across2 / (far + reach)
-        return [x, y, z - self.lens.length - self.film_distance, *u.T, np.ones(len(places)), path]
+            reach = np.linalg.norm(self.chief.points - point, axis=1)
+        out = np.zeros((len(_GIVEN), len(of_field)))
+        _start(of_field, places, self.chief.points, self.chief.directions, self.frames, reach, self.lens.front_index,
+               self.lens.length + self.film_distance, out)
+        return out
 
     def towards_scene(self, s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rays from the reference points with pupil coordinates s and t (F, …), backwards to the scene.
@@ -157,8 +148,10 @@ class FieldBeams:
         given, dark = self._from_film(s, t)
         x, y, z, l, m, n, clearance = self.backward.run(given, [X, Y, Z, L, M, N, CLEARANCE], s.size).reshape(
             7, *s.shape)
-        points = np.stack([x, y, z + self.lens.length + self.film_distance], -1)
-        places = self.across(points, np.stack([l, m, n], -1))
+        flat = len(self.axes), -1
+        points = np.stack([x.reshape(flat), y.reshape(flat), z.reshape(flat) + self.lens.length + self.film_distance])
+        places = self.across(points, np.stack([l.reshape(flat), m.reshape(flat), n.reshape(flat)]))
+        places = places.reshape(*s.shape, 2)
         with np.errstate(invalid="ignore"):
             level = np.sqrt(clearance)
         return places, np.where(np.isnan(level) | dark, inf, level)
@@ -264,6 +257,44 @@ def field_name(conditions: Conditions, i: int) -> str:
     x, y = conditions.fields[i]
     unit = "°" if conditions.field_kind is FieldKind.ANGLE else " mm"
     return f"{significant(y, 4)}{unit}" if x == 0.0 else f"({significant(x, 4)}, {significant(y, 4)}){unit}"
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _across(points, directions, middles, axes, frames, out):
+    """Places (F, n, 2) of rays (3, F, n) on the planes through `middles`, perpendicular to `axes`, both (F, 3)."""
+    for f in range(points.shape[1]):
+        for i in range(points.shape[2]):
+            x, y, z = points[0, f, i] - middles[f, 0], points[1, f, i] - middles[f, 1], points[2, f, i] - middles[f, 2]
+            l, m, n = directions[0, f, i], directions[1, f, i], directions[2, f, i]
+            u, v, w = axes[f, 0], axes[f, 1], axes[f, 2]
+            away = -(x * u + y * v + z * w) / (l * u + m * v + n * w)
+            x, y, z = x + away * l, y + away * m, z + away * n
+            for a in range(2):
+                out[f, i, a] = x * frames[f, a, 0] + y * frames[f, a, 1] + z * frames[f, a, 2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _start(of_field, places, middles, axes, frames, reach, index, film_z, out):
+    """Rows of `_GIVEN` (8, n) of rays of fields (n,) at places (n, 2); reach (F,) of the object points, 0: infinite."""
+    for i in range(of_field.size):
+        f = of_field[i]
+        s, t = places[i, 0], places[i, 1]
+        out[6, i] = 1.0
+        if not abs(s) + abs(t) < np.inf:
+            continue
+        x = s * frames[f, 0, 0] + t * frames[f, 1, 0]
+        y = s * frames[f, 0, 1] + t * frames[f, 1, 1]
+        z = s * frames[f, 0, 2] + t * frames[f, 1, 2]
+        out[0, i], out[1, i], out[2, i] = middles[f, 0] + x, middles[f, 1] + y, middles[f, 2] + z - film_z
+        if reach[f] == 0.0:
+            out[3, i], out[4, i], out[5, i] = axes[f, 0], axes[f, 1], axes[f, 2]
+            continue
+        across2 = s * s + t * t
+        far = sqrt(reach[f] * reach[f] + across2)
+        out[3, i] = (x + reach[f] * axes[f, 0]) / far
+        out[4, i] = (y + reach[f] * axes[f, 1]) / far
+        out[5, i] = (z + reach[f] * axes[f, 2]) / far
+        out[7, i] = index * across2 / (far + reach[f])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

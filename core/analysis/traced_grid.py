@@ -236,7 +236,8 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
     _cover(level, s, t, grid, open_cells, unused)
     near = (level <= 1.0 + BEYOND / pupil) | (beams.linear_stop_share(s, t) <= 1.0)
     keep = np.flatnonzero((near & np.isfinite(places).all(-1)).ravel())
-    of_field, places_kept = keep // pupil**2, places.reshape(-1, 2)[keep]
+    of_field = keep // pupil**2
+    begun = beams.starts(of_field, places.reshape(-1, 2)[keep])
 
     # The rays of the object, forward in each wavelength
     count, colours = len(grid), conditions.wavelengths
@@ -248,7 +249,7 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
     def trace_colour(c: int) -> None:
         """Fill the arrays of one wavelength."""
         chiefs[c] = beams.on_axes(beams.chief_of(colours[c]).images - chief.images)
-        landed, victim[c].reshape(-1)[keep] = beams.forward(colours[c], of_field, places_kept)
+        landed, victim[c].reshape(-1)[keep] = beams.forward(colours[c], of_field, begun)
         values[c].reshape(LANDED, -1)[:, keep] = landed
         _cover(values[c, LEVEL], values[c, PUPIL_S], values[c, PUPIL_T], grid, coverage[c], unused)
         _cover(values[c, LEVEL], s, t, grid, weight[c], centre[:, c])
