@@ -221,7 +221,7 @@ class FieldBeams:
         findings = []
         dark = np.flatnonzero(~np.isfinite(boxes).all((1, 2)))
         if dark.size:
-            names = ", ".join(field_name(conditions, i) for i in dark)
+            names = ", ".join(field_name(conditions, int(i)) for i in dark)
             findings.append(Finding(
                 Kind.DARK, None, f"no light reaches {'these fields' if dark.size > 1 else 'the field'} {names}: beyond "
                 "what the lens sees, or beyond its image circle", figures={"fields": float(dark.size)}))

@@ -29,7 +29,20 @@ from math import inf, isinf, nan
 import numpy as np
 
 from lensbench.analysis.chief_rays import find_chief_rays
-from lensbench.analysis.field_beams import LANDED, LEVEL, PUPIL_S, PUPIL_T, SHARE, FieldBeams, cell_slope
+from lensbench.analysis.field_beams import (
+    LANDED,
+    LEVEL,
+    OFFSET_S,
+    OFFSET_T,
+    OPD,
+    PUPIL_S,
+    PUPIL_T,
+    SHARE,
+    SLOPE_S,
+    SLOPE_T,
+    FieldBeams,
+    cell_slope,
+)
 from lensbench.analysis.field_conditions import Conditions, wanted_chief_rays
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
@@ -133,7 +146,7 @@ class RayGrid:
     @property
     def passed(self) -> np.ndarray:
         """(F, C, N, N) whether a ray passes all rims."""
-        return self.victim == -1
+        return np.asarray(self.victim == -1)
 
     @property
     def lit(self) -> np.ndarray:
@@ -263,12 +276,14 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
                                         for each in (victim, weight, coverage, chiefs))
     arrays = np.ascontiguousarray(values.transpose(1, 2, 0, 3, 4))
     within = arrays[SHARE] <= 1.0
-    made = RayGrid(lens, film_distance, conditions, chief.angles, chief.images, beams.axes, chiefs, beams.chief_pupil,
-                   grid, *arrays[:SHARE], weight, centre, coverage,
-                   _of_mean_1(beam, coverage[:, conditions.primary] > 0.0),
-                   victim, arrays[SHARE], _open_areas(open_cells, grid),
-                   beams, beams.sphere_curvatures, within.sum((2, 3)), (within & (victim >= 0)).sum((2, 3)),
-                   (*conditions.findings, *findings))
+    made = RayGrid(
+        lens, film_distance, conditions, chief.angles, chief.images, beams.axes, chiefs, beams.chief_pupil, grid,
+        offset_s=arrays[OFFSET_S], offset_t=arrays[OFFSET_T], slope_s=arrays[SLOPE_S], slope_t=arrays[SLOPE_T],
+        pupil_s=arrays[PUPIL_S], pupil_t=arrays[PUPIL_T], opd=arrays[OPD], weight=weight, open_centre=centre,
+        coverage=coverage, intensity=_of_mean_1(beam, coverage[:, conditions.primary] > 0.0), victim=victim,
+        stop_share=arrays[SHARE], open_area=_open_areas(open_cells, grid), beams=beams,
+        sphere_curvatures=beams.sphere_curvatures, launched=within.sum((2, 3)),
+        lost=(within & (victim >= 0)).sum((2, 3)), findings=(*conditions.findings, *findings))
     if not made.lit.any():
         raise LensError("no light of these fields reaches the film" + (f": {findings[-1]}" if findings else ""))
     return made

@@ -229,6 +229,7 @@ FORMER = {"splats": "light-tracing"}        # former: present name of a part
 
 def main(argv: list[str] | None = None) -> int:
     """Run the named parts, or all of them; print a table or JSON."""
+    from lensbench.app.studies.benchmark.analysis import analysis
     from lensbench.app.studies.benchmark.camera_models import polynomials
     from lensbench.app.studies.benchmark.exposure import exposure
     from lensbench.app.studies.benchmark.lens_files import files
@@ -240,7 +241,7 @@ def main(argv: list[str] | None = None) -> int:
 
     parts = {"start": starts, "drag": drag, "window": window, **PARTS, "models": polynomials,
              "choice": choices, "pixel": pixels, "light-field": light_fields, "motion": motion,
-             "exposure": exposure, "differentials": differentials, "files": files}
+             "exposure": exposure, "analysis": analysis, "differentials": differentials, "files": files}
     parser = argparse.ArgumentParser("lensbench bench", description="Measure the program's speed on this machine.")
     usual = [name for name in parts if name not in LONG]
     parser.add_argument("part", nargs="*", help=f"parts to run: {', '.join(parts)} (default: all but the long ones, "
