@@ -146,12 +146,12 @@ class RayGrid:
     @property
     def passed(self) -> np.ndarray:
         """(F, C, N, N) whether a ray passes all rims."""
-        return np.asarray(self.victim == -1)
+        return self.victim == -1
 
     @property
     def lit(self) -> np.ndarray:
         """(F,) whether any light reaches a field in the primary wavelength."""
-        return self.coverage[:, self.conditions.primary].any((1, 2))
+        return np.asarray(self.coverage[:, self.conditions.primary].any((1, 2)))
 
     @cached_property
     def light(self) -> np.ndarray:
