@@ -103,7 +103,7 @@ class RayGrid:
         (F, C, N, N) squared distance from the axis in the stop over that of the stop's rim; NaN as the others.
     open_area
         (F,) area of the open region that the reference point sees, in pupil coordinates: the irradiance of the film
-        under a scene of radiance 1; 0 for a dark field.
+        under a scene of radiance 1, blades included; 0 for a dark field.
     beams
         How rays of these fields are given and traced; for analyses that trace more of them.
     sphere_curvatures

@@ -164,8 +164,8 @@ def neighbours_apart(rays: RayGrid, shift: float = 0.0) -> np.ndarray:
     for offset, slope, a in ((rays.offset_s, rays.slope_s, 3), (rays.offset_t, rays.slope_t, 2)):
         at = np.where(rays.passed, offset + shift * slope, np.nan)
         gap = np.abs(np.diff(at, axis=a))
-        far = np.maximum(far, [np.quantile(each[np.isfinite(each)], KEPT) if lit else 0.0
-                               for each, lit in zip(gap, rays.lit, strict=True)])
+        known = [each[np.isfinite(each)] for each in gap]
+        far = np.maximum(far, [np.quantile(each, KEPT) if each.size else 0.0 for each in known])
     return np.where(rays.lit, far, np.nan)
 
 

@@ -76,6 +76,28 @@ def add_path(lanes, p, ints, key):
         share[i] = (x[i] * x[i] + y[i] * y[i]) * rim if at_stop else share[i]
 
 
+def open_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> list[Step]:
+    """Steps that trace unit vectors from the film to the scene, with one CLEARANCE of all rims and of the blades.
+
+    film_distance: last vertex → film (mm). wavelength: µm.
+    """
+    enter, *runs, leave = surface_steps(lens, film_distance, wavelength, "scene")
+    steps, met, stop = [enter], 0, len(lens.surfaces) - lens.stop_index     # surfaces met up to the stop, included
+    for run in runs:
+        length = _LENGTHS[id(run.kernel)]
+        count = run.parameters.size // length
+        here = stop - met
+        if 0 < here <= count:
+            steps += [Step(run.kernel, run.parameters[:here * length]), *lens.iris.blocking(lens.stop.semi_diameter)]
+            if here < count:
+                steps.append(Step(run.kernel, run.parameters[here * length:]))
+        else:
+            steps.append(run)
+        met += count
+    return [*steps, leave] if lens.front_index == 1.0 else [*steps, leave, Step(scale_directions,
+                                                                                [1.0 / lens.front_index])]
+
+
 def path_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE) -> list[Step]:
     """Steps that trace unit vectors from the scene to the last surface, with PATH, VICTIM and STOP_SHARE.
 

@@ -110,6 +110,19 @@ def test_the_open_area_is_the_irradiance_that_the_exit_pupil_gives():
     np.testing.assert_allclose(grid.open_area, expected, rtol=1e-3)     # the cells at corners of the region
 
 
+def test_the_blades_of_the_stop_bound_the_open_pupil():
+    from dataclasses import replace
+    stack = lb.stopped_down(replace(lenses.load("pbrt-dgauss-50mm"), blades=6), 5.6)
+    away = lb.film_distance(stack, inf)
+    grid = of_angles(stack, away, 0.0, pupil=64)
+    expected = lb.falloff(stack, away, [0.0]).irradiance[0] * stack.iris.area / np.pi       # of the circle about them
+    assert grid.open_area[0] == pytest.approx(expected, rel=4e-3)
+    covered = grid.coverage[0, 0].sum() * grid.steps[0].prod()
+    assert covered == pytest.approx(grid.open_area[0], rel=1e-2)
+    box = grid.pupil[0, :, -1] - grid.pupil[0, :, 0]
+    assert box[1] / box[0] == pytest.approx(2.0 / np.sqrt(3.0), rel=0.05)                   # a corner points up
+
+
 def test_spots_through_focus_are_those_of_the_shifted_film():
     stack = lens("cooke")
     away = REFERENCE["cooke"]["film_z"] - stack.length
