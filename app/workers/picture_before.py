@@ -4,6 +4,7 @@ Its light layer stands in for small lights that are not traced yet, and its samp
 complete picture holds nothing of either.
 """
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import Any
 
@@ -29,13 +30,14 @@ class PictureBefore:
         lit = self._lit
         return lit[1] if lit is not None and lit[0] is scene else None
 
-    def own_light(self, rendering: Any, scene: Any, pool: Executor, threads: int) -> Any:
+    def own_light(self, rendering: Any, scene: Any, pool: Executor, threads: int, wanted: Callable[[], bool]) -> Any:
         """The light image of a rendering; its layer is lent from now on, also where the picture has gone by.
 
         Not where the camera's rays would see other light: samples of the pictures of a drag could not be reused.
+        None when `wanted` cancelled.
         """
-        light_image = rendering.own_light(pool, threads)
-        if rendering.leaves_out(light_image.left_out):
+        light_image = rendering.own_light(pool, threads, wanted)
+        if light_image is not None and rendering.leaves_out(light_image.left_out):
             self.lend(scene, light_image.layer())
         return light_image
 

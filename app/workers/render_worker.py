@@ -280,7 +280,7 @@ class RenderWorker:
         """
         if self._making is None or self._making[1].done():
             self._making = job.rendering, self._lights.submit(self._before.own_light, job.rendering, job.scene,
-                                                              self._pool, self._threads)
+                                                              self._pool, self._threads, lambda: self.alive)
 
     def _light(self, job: _Job, finished: Finished) -> None:
         """Give the picture its own light."""

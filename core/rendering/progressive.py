@@ -157,12 +157,16 @@ class Rendering:
             return self._borrowed
         return None if self._light_image is None else self._light_image.layer()
 
-    def own_light(self, pool: Executor, threads: int) -> LightImage:
-        """The picture's own light image, with the passes of the samples so far; from any thread."""
+    def own_light(self, pool: Executor, threads: int, wanted: Callable[[], bool] = _always) -> LightImage | None:
+        """The picture's own light image, with the passes of the samples so far; from any thread.
+
+        None when `wanted`, called from any thread, cancelled.
+        """
         light_image = LightImage(self._camera, self._scene, self.seed, self._real, self._light_passes)
         if not light_image.is_empty:
             for number in self._numbers_so_far():
-                light_image.add([number], False, pool, threads, _always)
+                if not light_image.add([number], False, pool, threads, wanted):
+                    return None
         return light_image
 
     def adopt(self, light_image: LightImage) -> None:
