@@ -17,7 +17,10 @@ FAR = 1e5                       # pixels, to which points far outside are clippe
 
 @dataclass(frozen=True)
 class PlotMap:
-    """The plot being drawn: its corners in pixels and in plot coordinates (their logarithms on logarithmic axes)."""
+    """The plot being drawn: its corners in pixels and in plot coordinates (their logarithms on logarithmic axes).
+
+    log: of both axes, or of the horizontal one alone where log_y is given.
+    """
 
     left: float
     top: float
@@ -28,20 +31,26 @@ class PlotMap:
     y0: float
     y1: float
     log: bool
+    log_y: bool | None = None
 
     @classmethod
-    def current(cls, log: bool) -> "PlotMap":
+    def current(cls, log: bool, log_y: bool | None = None) -> "PlotMap":
         """The plot between begin_plot and end_plot."""
         limits, at, size = implot.get_plot_limits(), implot.get_plot_pos(), implot.get_plot_size()
         ends = np.array([limits.x.min, limits.x.max, limits.y.min, limits.y.max])
-        x0, x1, y0, y1 = (float(v) for v in (np.log10(np.maximum(ends, 1e-12)) if log else ends))
-        return cls(at.x, at.y, at.x + size.x, at.y + size.y, x0, x1, y0, y1, log)
+        for part, is_log in ((ends[:2], log), (ends[2:], log if log_y is None else log_y)):
+            if is_log:
+                part[:] = np.log10(np.maximum(part, 1e-12))
+        x0, x1, y0, y1 = (float(v) for v in ends)
+        return cls(at.x, at.y, at.x + size.x, at.y + size.y, x0, x1, y0, y1, log, log_y)
 
     def pixels(self, x, y) -> np.ndarray:
         """Arrays (n,) of plot coordinates to (n, 2) pixels."""
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         if self.log:
-            x, y = np.log10(np.maximum(x, 1e-12)), np.log10(np.maximum(y, 1e-12))
+            x = np.log10(np.maximum(x, 1e-12))
+        if self.log if self.log_y is None else self.log_y:
+            y = np.log10(np.maximum(y, 1e-12))
         px = self.left + (x - self.x0) / (self.x1 - self.x0) * (self.right - self.left)
         py = self.bottom - (y - self.y0) / (self.y1 - self.y0) * (self.bottom - self.top)
         return np.clip(np.stack([px, py], axis=-1), -FAR, FAR)

@@ -153,7 +153,7 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None =
     shown = PlotMap.current(log=False)
     state.limits[name] = (shown.x0, shown.x1), (shown.y0, shown.y1)
     if plot.x.log or plot.y.log:
-        shown = PlotMap.current(log=True)
+        shown = PlotMap.current(plot.x.log, plot.y.log)
     draw, at = implot.get_plot_draw_list(), None
     implot.push_plot_clip_rect()
     for layer in plot.layers:
@@ -194,7 +194,7 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
     refit = state.fitted.get(name) != key
     roomy = size.x > theme.em(11) and size.y > theme.em(7)
     for index, axis, length, room in ((implot.ImAxis_.x1, plot.x, size.x, 3.4),
-                                      (implot.ImAxis_.y1, plot.y, size.y, 1.9)):
+                                      (implot.ImAxis_.y1, plot.y, size.y, 1.4)):
         flags = AXIS_FLAGS | (implot.AxisFlags_.no_decorations if axis.label is None else implot.AxisFlags_.none)
         fits = roomy and axis.label is not None and imgui.calc_text_size(axis.label).x < 0.85 * length
         implot.setup_axis(index, axis.label if fits else None, flags)

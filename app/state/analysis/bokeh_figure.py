@@ -24,7 +24,7 @@ def bokeh_figure(query: Query, points: int, view: str = "linear") -> Figure:
 
     view: "linear", or "log" over four decades. LensError where no light reaches the film.
     """
-    built, samples = query.setup, 2 * points
+    built, samples = query.setup, max(points, 32)
     layers: list = []
     rows: list[tuple] = []
     distances = [query.focus_distance * part for part in AWAY] if math.isfinite(query.focus_distance) else \

@@ -1,0 +1,20 @@
+"""The map from plot coordinates to pixels on linear, logarithmic and mixed axes, and the ticks of linear ones."""
+
+import pytest
+
+from lensbench.app.widgets.plot_axes import PlotMap, linear_ticks
+
+
+def test_a_logarithmic_and_a_linear_axis_each_have_their_own_scale():
+    plot = PlotMap(0.0, 0.0, 100.0, 100.0, 0.0, 2.0, -1.0, 1.0, True, False)        # x from 1 to 100, y from −1 to 1
+    assert plot.pixels([1.0, 10.0, 100.0], [-1.0, 0.0, 0.5]).tolist() == [[0.0, 100.0], [50.0, 50.0], [100.0, 25.0]]
+    both = PlotMap(0.0, 0.0, 100.0, 100.0, 0.0, 2.0, 0.0, 2.0, True)
+    assert both.pixels([10.0], [10.0]).tolist() == [[50.0, 50.0]]
+
+
+@pytest.mark.parametrize(("low", "high", "pixels", "expected"), [
+    (-150.0, 150.0, 60.0, ["−100", "0", "100"]), (0.0, 21.6, 250.0, ["0", "5", "10", "15", "20"]),
+    (-0.1, 0.1, 40.0, ["−0.1", "0", "0.1"])])
+def test_ticks_are_round_numbers_within_the_axis_that_do_not_touch(low, high, pixels, expected):
+    values, labels = linear_ticks(low, high, pixels, 17.0 if low < 0.0 else 42.0)
+    assert labels == expected and min(values) >= low and max(values) <= high
