@@ -6,6 +6,8 @@
 # make fuzz       damage every sample file of every reader 2,000 times in each way (half an hour;
 #                 LENSBENCH_LENS_FILES=FOLDER adds files of your own); the tests run a short form
 # make abuse      4,000 random commands of odd and impossible values (a quarter of an hour); the tests run a short form
+# make numbers    trace 20,000 random lenses and cameras: finite numbers and unit directions, or a refusal
+# make mutants    put known kinds of one-line faults into the core, and list those that the nearest tests miss
 # make choices    choose the model of 400 random cameras: good enough, and the simplest that is? (ten minutes)
 # make peers      trace the same rays in rayoptics, Optiland and batoid, in an environment of its own
 #
@@ -16,7 +18,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxext6
 
-.PHONY: run test test-slow wheel lint fuzz abuse choices peers needs clean
+.PHONY: run test test-slow wheel lint fuzz abuse numbers mutants choices peers needs clean
 
 run: $(VENV)/.installed
 	@$(BIN)/lensbench
@@ -49,6 +51,12 @@ fuzz: $(VENV)/.installed-test
 
 abuse: $(VENV)/.installed-test
 	$(BIN)/python -m pytest trials/test_abuse.py
+
+numbers: $(VENV)/.installed-test
+	$(BIN)/python -m pytest trials/test_numbers.py
+
+mutants: $(VENV)/.installed-test
+	$(BIN)/python -m trials.mutants
 
 choices: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -s trials/test_choices.py

@@ -8,6 +8,7 @@ from typing import Any
 from lensbench.app.command.lens_options import add_close_option, add_lens_options
 from lensbench.app.command.output import print_json
 from lensbench.kernels.figures import f_number_text, fixed, significant
+from lensbench.kernels.quotation import escaped
 
 PIXELS = 960                            # across a picture, for intrinsics: as the bench has it
 
@@ -75,10 +76,11 @@ def info(arguments: argparse.Namespace) -> int:
         rows.insert(0, ("Figures at the primary wavelength", f"{significant(1000.0 * data['wavelength'])} nm"
                         + (", its pictures too" if seen_at is not None else "")))
     year = f"{data['year']}{lens_card.star(card, 'year')}" if data["year"] else ""
-    print(", ".join(word for word in (data["name"] or arguments.lens, data["kind"], year) if word))
-    print("\n".join([*lens_card.card_lines(card, data["source"]),
-                     *(f"{label:{lens_card.WIDTH}}{text}{lens_card.star(card, label)}" for label, text in rows),
-                     *station_lines(data["positions"]), *lens_card.glass_lines(card)]))
+    print(escaped(", ".join(word for word in (data["name"] or arguments.lens, data["kind"], year) if word)))
+    print("\n".join(map(escaped, [
+        *lens_card.card_lines(card, data["source"]),
+        *(f"{label:{lens_card.WIDTH}}{text}{lens_card.star(card, label)}" for label, text in rows),
+        *station_lines(data["positions"]), *lens_card.glass_lines(card)])))
     print("".join(f"Found: {finding}\n" for finding in data["findings"]), end="")
     return 0
 

@@ -59,3 +59,18 @@ def test_json_has_glasses_counts_and_findings(capsys, tmp_path):
 @pytest.mark.parametrize("options", [("--f-number", "8"), ("--zoom", "1", "--close", "1")])
 def test_the_check_is_that_of_the_design_at_any_setting(capsys, options):
     assert value(lines(capsys, ZOOM, *options), "Check") == "nothing found"
+
+
+@pytest.mark.parametrize("command", ["info", "check", "convert"])
+def test_terminal_escapes_of_a_lens_file_are_shown_and_not_sent(tmp_path, capsys, command):
+    evil = "red\x1b[31m\nline"
+    lens = lenses.load("pbrt-dgauss-50mm")
+    glass = replace(lens.surfaces[0].glass, name=evil)
+    lens = replace(lens, name=evil, notes=evil, maker=evil, patent=evil,
+                   surfaces=(replace(lens.surfaces[0], glass=glass), *lens.surfaces[1:]))
+    lenses.save(lens, tmp_path / "evil.toml")
+    assert lenses.load(tmp_path / "evil.toml").name == evil
+    target = [str(tmp_path / "a.zmx")] if command == "convert" else []
+    assert main([command, str(tmp_path / "evil.toml"), *target]) == 0
+    told = "".join(capsys.readouterr())
+    assert "\x1b" not in told and (command != "info" or r"red\x1b[31m\nline" in told)
