@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from lensbench.app.state import tone
 from lensbench.app.state.pixel.beam import landing
-from lensbench.app.state.pixel.pointed import Pointed, PointedRay
+from lensbench.app.state.pixel.lens_rays import film_place
+from lensbench.app.state.pixel.pointed import Place, Pointed, PointedRay
 from lensbench.app.state.pixel.readings import PixelReadings, colour_of, pixel_readings
 from lensbench.app.state.pixel.spot import Spot, spot
 from lensbench.app.state.settings import Settings
@@ -66,10 +67,10 @@ def pixel_panel(settings: Settings, links: Pointed, image: NDArray[np.float32] |
     if room.y > theme.em(4.0):
         try:
             found = spot(settings, raster)
-        except (ValueError, OSError):               # a row of the table says why
-            pass
+        except (ValueError, OSError) as error:
+            paragraph(str(error))
     if found is not None:
-        chosen = _plot(settings, got, found, room, links.surfaces, state)
+        chosen = _plot(settings, got, film_place(settings, raster), found, room, links.surfaces, state)
         if chosen is not None:
             links.point_at_ray(_ray(settings, found, chosen))
     _table(table)
@@ -85,12 +86,15 @@ def _ray(settings: Settings, found: Spot, i: int) -> PointedRay:
 # The spot
 
 
-def _plot(settings: Settings, got: PixelReadings, found: Spot, size: ImVec2, lit: tuple[int, ...],
+def _plot(settings: Settings, got: PixelReadings, at: Place, found: Spot, size: ImVec2, lit: tuple[int, ...],
           state: PixelState) -> int | None:
-    """Draw the spot; returns the index of the ray under the mouse. lit: surfaces whose lost rays are counted."""
+    """Draw the spot; returns the index of the ray under the mouse.
+
+    at: the middle of the pixel on the film (mm). lit: surfaces whose lost rays are counted.
+    """
     film, chosen = settings.film, None
     pitch = 1000.0 * np.array([film.width / film.pixels_x, film.height / film.pixels_y])
-    away = 1000.0 * (np.asarray(got.film) - found.landings)             # the picture is the film turned by 180°
+    away = 1000.0 * (np.asarray(at) - found.landings)             # the picture is the film turned by 180°
     reach = max(1.05 * float(np.abs(away).max()), 550.0 * (got.diameter or 0.0), float(pitch.max()))
     decade = 10.0 ** math.floor(math.log10(reach))
     half = decade * next(step for step in STEPS if decade * step >= 0.999 * reach)
@@ -114,7 +118,7 @@ def _plot(settings: Settings, got: PixelReadings, found: Spot, size: ImVec2, lit
         draw.add_rect_filled(ImVec2(x - r, y - r), ImVec2(x + r, y + r), dot)
     state.places = points
     if got.diameter is not None:
-        centre = 1000.0 * (np.asarray(got.film) - found.centroid)
+        centre = 1000.0 * (np.asarray(at) - found.centroid)
         radius = plot.at(500.0 * got.diameter, 0.0).x - plot.at(0.0, 0.0).x
         draw.add_circle(plot.at(*centre), radius, theme.packed(colour.amber), 0, 1.5 * pixel)
     mouse = imgui.get_mouse_pos()
@@ -147,8 +151,8 @@ def _plot(settings: Settings, got: PixelReadings, found: Spot, size: ImVec2, lit
 def rows(got: PixelReadings, light: tuple[float, float, float] | None, pinned: bool) -> list[tuple[str, str, str]]:
     """Name, value and meaning of each figure of a pixel."""
     x, y = int(got.raster[0]), int(got.raster[1])
-    table = [("Pinned" if pinned else "Pixel",
-              true_minus(f"{x}, {y}   film {fixed(got.film[0], 2)}, {fixed(got.film[1], 2)} mm"),
+    film = "" if got.film is None else f"   film {fixed(got.film[0], 2)}, {fixed(got.film[1], 2)} mm"
+    table = [("Pinned" if pinned else "Pixel", true_minus(f"{x}, {y}{film}"),
               "Column and row, and the point on the film, whose image is upside down"),
              ("Shows", got.thing or "no light", "What the ray through the middle of the pupil meets")]
     distance = "–" if math.isnan(got.ahead) else format_distance(got.ahead)

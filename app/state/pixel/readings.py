@@ -20,7 +20,8 @@ from lensbench.app.state.settings import Settings
 class PixelReadings:
     """Figures of a raster point; None where a figure has no meaning.
 
-    film: the film point (mm), as the lens forms its image. thing: what the pixel shows; "sky", or "" without light.
+    film: the film point (mm), as the lens forms its image;
+    of a panorama, which has no film, None. thing: what the pixel shows; "sky", or "" without light.
     ahead, along: its distance (mm) along the axis from where the focus is measured, and along the ray. diameter: of
     its circle of confusion on the film (mm); pixels: the same in pixels; traced: by rays of the real lens, not by the
     formula of an ideal one; no_blur: why there is none. light: of the axis without vignetting, as a part; open: the
@@ -28,7 +29,7 @@ class PixelReadings:
     """
 
     raster: Place
-    film: Place
+    film: Place | None
     thing: str
     ahead: float
     along: float
@@ -58,8 +59,9 @@ def pixel_readings(settings: Settings, raster: Place) -> PixelReadings:
             diameter = pitch * blur.gain * abs(nearness - blur.focus)
         else:
             why = "this camera has no plane in focus"
-    return PixelReadings(raster, film_place(settings, raster), _named(seen.thing, seen.along), seen.ahead, seen.along,
-                         diameter, None if diameter is None else diameter / pitch, traced, why, seen.light,
+    film = film_place(settings, raster) if settings.kind.on_film else None
+    return PixelReadings(raster, film, _named(seen.thing, seen.along), seen.ahead, seen.along, diameter,
+                         None if diameter is None else diameter / pitch, traced, why, seen.light,
                          _open(settings, raster))
 
 

@@ -104,6 +104,7 @@ def test_the_blur_of_an_ideal_camera_is_that_of_the_thin_lens():
 def test_what_has_no_blur_says_why(camera, why):
     got = pixel_readings(with_camera(START, camera), (30.5, 30.5))
     assert got.diameter is None and why in got.no_blur and got.open is None
+    assert (got.film is None) == (camera == "environment")
 
 
 def test_a_dark_pixel_and_a_window_into_water_say_so():
