@@ -80,7 +80,8 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
         ("Sensor", "Exposure by f-number, time and ISO; noise", sensor_popup.in_use(settings),
          lambda given: sensor_popup.sensor_popup(given, chooser.applied_exposure))]
     if settings.has_stop:
-        parts.append(("Stop", "The shape of the iris", iris_popup.in_use(settings), iris_popup.stop_popup))
+        parts.append(("Stop", "The shape of the iris, and the coating for the T-stop", iris_popup.in_use(settings),
+                      iris_popup.stop_popup))
     if settings.follows_lens:
         parts.append(("Focus", "Position of the film: paraxial, or of least blur", settings.focus_position != "auto",
                       focus_popup))
