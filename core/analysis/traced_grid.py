@@ -42,11 +42,12 @@ from lensbench.analysis.field_beams import (
     SLOPE_T,
     FieldBeams,
     cell_slope,
+    field_name,
 )
 from lensbench.analysis.field_conditions import Conditions, wanted_chief_rays
 from lensbench.kernels.cache import njit
 from lensbench.kernels.figures import significant
-from lensbench.optics.finding import Finding
+from lensbench.optics.finding import Finding, Kind
 from lensbench.optics.paraxial import first_order
 from lensbench.optics.prescription import Lens, LensError
 
@@ -271,11 +272,17 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
         list(pool.map(trace_colour, range(len(colours))))
     beam = beams.beam_areas(places)
     weight = _of_mean_1(weight * beam, weight > 0.0)
+    coverage[~weight.any((2, 3))] = 0.0                 # the rims end all rays that the object point sends
     centre = np.ascontiguousarray(centre.transpose(0, 2, 1, 3, 4))
     victim, weight, coverage, chiefs = (np.ascontiguousarray(np.swapaxes(each, 0, 1))
                                         for each in (victim, weight, coverage, chiefs))
     arrays = np.ascontiguousarray(values.transpose(1, 2, 0, 3, 4))
     within = arrays[SHARE] <= 1.0
+    ended = np.flatnonzero(np.isfinite(grid).all((1, 2)) & ~coverage[:, conditions.primary].any((1, 2)))
+    if ended.size:
+        names = ", ".join(field_name(conditions, int(i)) for i in ended)
+        findings.append(Finding(Kind.DARK, None, "rims end all rays of the object points whose chief rays meet "
+                                f"{names}: these fields are dark", figures={"fields": float(ended.size)}))
     made = RayGrid(
         lens, film_distance, conditions, chief.angles, chief.images, beams.axes, chiefs, beams.chief_pupil, grid,
         offset_s=arrays[OFFSET_S], offset_t=arrays[OFFSET_T], slope_s=arrays[SLOPE_S], slope_t=arrays[SLOPE_T],

@@ -175,6 +175,16 @@ def test_fields_that_no_light_reaches_are_named_and_left_empty():
     assert np.isnan(spot.rms_radius[1]).all() and np.isfinite(spot.rms_radius[0]).all()
 
 
+def test_a_field_whose_rays_all_end_at_rims_is_dark_and_named():
+    """Beyond the field of a phone lens: its film sees light there, but of no point whose chief ray meets it."""
+    stack = lenses.load("phone-73-f4")
+    grid = lb.analysis.ray_grid(stack, lb.film_distance(stack, inf), lb.analysis.conditions(stack, lb.Film()), 16)
+    dark = [finding for finding in grid.findings if finding.kind is Kind.DARK]
+    assert any("rims end all rays" in str(finding) for finding in dark)
+    assert (grid.lit == grid.weight[:, 1].any((1, 2))).all() and (grid.lit == grid.coverage.any((1, 2, 3))).all()
+    assert np.isfinite(lb.analysis.spots(grid).rms_radius[grid.lit]).all()
+
+
 def test_a_lens_state_is_traced_once():
     stack = lenses.load("pbrt-dgauss-50mm")
     given = lb.analysis.conditions(stack, lb.Film(), 4)
