@@ -13,6 +13,7 @@ from lensbench.kernels.figures import significant, true_minus
 NAMES = ("spherical", "coma", "astigmatism", "Petzval", "distortion")
 COLOURS = ("axial colour", "lateral colour")
 TINTS = ("chart2", "chart3", "chart0", "chart1", "chart4", "chart5", "chart7")
+WIDEST = math.radians(45.0)     # field of the sums: those of the third order grow with its tangent beyond any use
 BAR = 0.12                      # wide, of the distance between two surfaces
 
 
@@ -23,7 +24,7 @@ def seidel_figure(query: Query, points: int) -> Figure:
     """
     rays = query.grid(points)
     lit = rays.field_angles[np.isfinite(rays.field_angles)]
-    angle, given = float(lit[-1]), rays.conditions
+    angle, given = min(float(lit[-1]), WIDEST), rays.conditions
     pair = (min(given.wavelengths), max(given.wavelengths)) if len(given.wavelengths) > 1 else None
     found = seidel(query.lens, angle, wavelength=given.primary_wavelength, colour=pair)
     columns = [1000.0 * each for each in found.surfaces.T]
@@ -49,6 +50,9 @@ def seidel_figure(query: Query, points: int) -> Figure:
     plot = Plot(Axis("Surface", 0.4, count + 2.2), Axis("Seidel sum (µm)", -limit, limit), tuple(layers))
     words = replace(query, focus_distance=math.inf).words(None, f"field {significant(math.degrees(angle), 3)}°",
                         "third order, stop as set")
+    remarks = () if float(lit[-1]) <= WIDEST else (
+        f"the sums are those of a field of 45°: at {significant(math.degrees(lit[-1]), 3)}°, the edge, the "
+        "third order says nothing",)
     head = ("surface", *(f"{name} (um)" for name in names))
     rows = (*((str(i + 1), *row) for i, row in enumerate(values)), ("sum", *total))
-    return Figure("Seidel sums", ((plot,),), Table(head, rows), words, ())
+    return Figure("Seidel sums", ((plot,),), Table(head, rows), words, remarks)

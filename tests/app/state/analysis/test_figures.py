@@ -117,3 +117,10 @@ def test_focus_shift_and_illumination_are_those_of_the_lens_wide_open():
 def test_a_field_beyond_the_image_circle_does_not_stop_a_figure(make):
     phone = query(replace(Settings(), lens="apple-phone-6-elements-4-f18", f_number=None))
     assert make(phone, 16).rows
+
+
+def test_seidel_sums_of_a_fisheye_are_those_of_45_degrees_and_say_so():
+    wide = query(replace(Settings(), lens="canon-rf-l-dual-fisheye-52-f28", f_number=None))
+    figure = seidel_figure(wide, 16)
+    assert "field 45°" in figure.conditions and "third order says nothing" in figure.remarks[0]
+    assert figure.rows[0][0].y.high < 1e5
