@@ -10,7 +10,8 @@ import pytest
 
 import lensbench as lb
 from lensbench.app.command.main import main
-from lensbench.app.files.export import export_render, read_settings
+from lensbench.app.files.export import read_settings
+from lensbench.app.files.picture_render import export_render
 from lensbench.app.state.auto_model import choice_details, choice_summary, record
 from lensbench.app.state.build import camera
 from lensbench.app.state.settings import Settings

@@ -53,7 +53,7 @@ def test_what_ends_the_light_is_told_along_the_film_s_diagonal():
 def test_info_tells_both_sections(capsys):
     assert main(["info", NAME]) == 0
     told = capsys.readouterr().out
-    assert "60.555 mm\n  across, in the section x–z                  31.488 mm" in told and "59.5° × 22.4°" in told
+    assert "60.555 mm\n  across, in the section x–z                  31.488 mm" in told and "43.1° × 17.5°" in told
     assert main(["info", "pbrt-dgauss-50mm"]) == 0
     assert "across" not in capsys.readouterr().out
 
