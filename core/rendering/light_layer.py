@@ -119,7 +119,7 @@ def _placed(camera: Camera, centres: np.ndarray) -> Placed:
     """Images of points (n, 3) of the world (mm); NaN for those behind the camera."""
     lens = first_order_map(camera)
     assert lens is not None
-    points = transform_points(np.linalg.inv(camera.world_from_camera), centres)
+    points = transform_points(np.linalg.inv(camera.world_from_camera_at(0.0)), centres)         # it does not move
     before = lens.z - points[:, 2]
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = np.where(before > 0.0, 1.0 / (lens.origin_film + before * lens.slope_film), np.nan)

@@ -92,6 +92,10 @@ DIALS: dict[str, tuple[str, Callable[[Settings, int], Settings]]] = {
 }
 
 
+def _nth(turned: Callable[[Settings, int], Settings], turn: int, settings: Settings) -> Settings:
+    return turned(settings, turn)
+
+
 def latencies(dial: str = "focus") -> list[tuple[float, float]]:
     """Seconds from a move of a dial to its first picture on the screen, and CPU seconds of all cores."""
     scene, turned = DIALS[dial]
@@ -105,7 +109,7 @@ def latencies(dial: str = "focus") -> list[tuple[float, float]]:
         elif not session.moved and session.move is None and session.current:
             rest[0] -= 1
             if rest[0] <= 0:
-                session.move = partial(turned, turn=len(found))
+                session.move = partial(_nth, turned, len(found))
         return len(found) > MOVES
 
     _run(replace(SMALL, scene=scene), watch)
