@@ -126,7 +126,7 @@ def linear_ticks(low: float, high: float, pixels: float, room: float) -> tuple[l
     decade = 10.0 ** floor(np.log10(max(least, 1e-300)))
     step = next(decade * part for part in (1.0, 2.0, 5.0, 10.0) if decade * part >= least)
     values = [step * k for k in range(-floor(-min(low, high) / step), floor(max(low, high) / step) + 1)]
-    return values, [true_minus(f"{value + 0.0:.6g}") for value in values]
+    return values, [true_minus(significant(value)) for value in values]
 
 
 def log_ticks(low: float, high: float, pixels: float, room: float) -> tuple[list[float], list[str]]:

@@ -27,7 +27,7 @@ def focus_shift_figure(query: Query, points: int, f_number: float | None = None)
                         2.0 * query.setup.film.pitch)
     limit = reach(1000.0 * np.concatenate([found.least_blur, found.best_mtf, found.depth[:1]]))
     curves = (Curve("least rms blur", numbers, 1000.0 * found.least_blur),
-              Curve(f"highest MTF at {FREQUENCY:.0f} lp/mm", numbers, 1000.0 * found.best_mtf, "field0", DASHED),
+              Curve(f"highest MTF at {fixed(FREQUENCY, 0)} lp/mm", numbers, 1000.0 * found.best_mtf, "field0", DASHED),
               *(Curve("depth of focus" if sign > 0.0 else "", numbers,
                       1000.0 * (found.least_blur + sign * found.depth), "faint", DOTTED) for sign in (1.0, -1.0)),
               Curve("film", numbers[[0, -1]], np.zeros(2), "amber", weight=1.0))

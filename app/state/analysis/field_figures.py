@@ -20,6 +20,7 @@ from lensbench.app.state.analysis.figure import (
     wavelength_name,
 )
 from lensbench.app.state.analysis.query import Query
+from lensbench.kernels.figures import fixed
 
 SHOWN = ("curvature", "distortion", "colour")
 HEIGHT = "Image height (mm)"
@@ -105,7 +106,7 @@ def _airy(rays: RayGrid) -> np.ndarray:
 
 
 def _table(found: FieldCurves) -> Table:
-    lines = [f"{1000.0 * line:.1f} nm" for line in found.conditions.wavelengths]
+    lines = [f"{fixed(1000.0 * line, 1)} nm" for line in found.conditions.wavelengths]
     head = ("field (deg)", "image height (mm)", *(f"sagittal focus {line} (mm)" for line in lines),
             *(f"tangential focus {line} (mm)" for line in lines), "Petzval (mm)", "distortion f tan (%)",
             "distortion f theta (%)", *(f"lateral colour {line} (um)" for line in lines))

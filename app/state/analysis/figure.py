@@ -12,7 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lensbench.kernels.figures import fixed
+
 Tint = str | float
+DIGITS = 7                      # of a number in a table that is copied or saved
 SOLID, DASHED, DOTTED = (0.0, 0.0), (6.0, 3.0), (1.5, 3.0)      # dashes and gaps, pixels
 
 # Colours of wavelengths up to each µm, for a dark and for a light ground; none is the amber of what is in focus
@@ -163,7 +166,7 @@ class Figure:
 def _cell(value) -> str:
     if isinstance(value, str):
         return value
-    return "" if not np.isfinite(value) else f"{float(value):.7g}"
+    return "" if not np.isfinite(value) else f"{float(value):.{DIGITS}g}"
 
 
 def wavelength_colour(micrometres: float, dark: bool) -> str:
@@ -173,7 +176,7 @@ def wavelength_colour(micrometres: float, dark: bool) -> str:
 
 def wavelength_name(micrometres: float) -> str:
     """A wavelength in nm."""
-    return f"{1000.0 * micrometres:.0f} nm"
+    return f"{fixed(1000.0 * micrometres, 0)} nm"
 
 
 def shape_of(index: int) -> str:

@@ -68,7 +68,7 @@ class Query:
     def words(self, rays: RayGrid | None = None, *more: str) -> str:
         """The conditions in one line. more: what the analysis adds, such as its reference."""
         given = self.conditions() if rays is None else rays.conditions
-        lines = ", ".join(f"{1000.0 * line:.0f}" for line in given.wavelengths)
+        lines = ", ".join(fixed(1000.0 * line, 0) for line in given.wavelengths)
         parts = [f"object {format_distance(self.focus_distance)}", f"{lines} nm", *more]
         if rays is not None:
             parts.append(f"{rays.opd.shape[-1]} × {rays.opd.shape[-1]} rays")

@@ -27,7 +27,7 @@ def wavefront_figure(query: Query, points: int, field: str = "axis") -> Figure:
     else:
         title = f"{field_label(rays, f)}: no light reaches this field"
     map_ = _map(found.waves[f, c], title, found.peak_to_valley[f, c] / line)
-    words = query.words(rays, f"{1000.0 * rays.conditions.primary_wavelength:.0f} nm alone",
+    words = query.words(rays, f"{fixed(1000.0 * rays.conditions.primary_wavelength, 0)} nm alone",
                         "reference sphere about the primary chief ray", "Noll's Zernike, unit rms")
     remarks = query.remarks(rays)
     if rays.lit[f] and not np.isfinite(noll).any():
