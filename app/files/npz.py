@@ -76,14 +76,15 @@ def save_arrays(path: str | Path, settings: Settings, **arrays) -> None:
 
 
 def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], set[str]],
-                fits: Callable[[Mapping[str, ArrayHeader], Settings], bool], say: Callable[[str], object]
-                ) -> tuple[dict[str, np.ndarray], Settings]:
+                fits: Callable[[Mapping[str, ArrayHeader], Settings], bool], say: Callable[[str], object],
+                light: bool = True) -> tuple[dict[str, np.ndarray], Settings]:
     """The arrays of a file, by name, and its settings.
 
-    what: the kind of file, in words. maker: the command that records one. wanted: maps the
-    names in the file to those that such a file holds; to none for another kind of file. fits: whether arrays of these
-    headers are those of the settings. `say` receives a sentence if names of an earlier version occur. ExportError if
-    the file is missing, of another kind, incomplete, damaged, too large, or has invalid settings.
+    what: the kind of file, in words. maker: the command that records one. wanted: maps the names in the file to those
+    that such a file holds; to none for another kind of file. fits: whether arrays of these headers are those of the
+    settings. `say` receives a sentence if names of an earlier version occur. light: whether the numbers must be finite
+    and not negative. ExportError if the file is missing, of another kind, incomplete, damaged, too large, or has
+    invalid settings.
     """
     try:
         with path.open("rb") as file:
@@ -107,7 +108,7 @@ def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], 
                 if size > max(LARGEST, os.fstat(file.fileno()).st_size):
                     raise ExportError(f"{path}: its arrays take {significant(size / 1e9, 3)} GB, more than the file: "
                                       f"at most {significant(LARGEST / 1e9)} GB are unpacked")
-                return {name: _array(archive, members[name], headers[name]) for name in known}, settings
+                return {name: _array(archive, members[name], headers[name], light) for name in known}, settings
     except ExportError:
         raise
     except OSError as error:
@@ -183,8 +184,8 @@ def _text(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> str:
     return data[header.begins:].decode("utf-32-le").rstrip("\0")
 
 
-def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeader) -> np.ndarray:
-    """The array of a member; DamagedError for other numbers than finite ones from 0."""
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeader, light: bool) -> np.ndarray:
+    """The array of a member; DamagedError for other numbers than finite ones from 0 where they are of light."""
     values = np.empty(header.shape[::-1] if header.transposed else header.shape, header.kind)
     into = values.reshape(-1).view(np.uint8).data
     with archive.open(member) as file:
@@ -199,7 +200,7 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeade
             at += len(part)
         if file.read(1):                # at the end, where the CRC is checked
             raise DamagedError(f"{excerpt(member.filename)} is too long")
-    if header.kind in FLOATS and values.size:
+    if light and header.kind in FLOATS and values.size:
         bits, infinity = FLOATS[header.kind]
         if values.view(bits).max() >= infinity:         # nan and negative numbers have larger bits
             raise DamagedError(f"{excerpt(member.filename)} holds numbers that are negative or not finite")

@@ -215,7 +215,7 @@ def _restore(rendering: lb.Rendering, kept: Path, settings: Settings, made_by: n
     """Begin with the kept samples; ExportError where they are not of this picture."""
     arrays, former = load_arrays(kept, "render that was stopped", "render --resume",
                                  lambda names: names - set(TEXTS) if "made_by" in names else set(),
-                                 lambda headers, former: True, lambda note: None)
+                                 lambda headers, former: True, lambda note: None, light=False)
     if replace(former, samples=settings.samples) != settings or int(arrays.pop("made_by")) != made_by:
         raise ExportError(f"{kept}: these are samples of other settings or of another version: remove the file, or "
                           "render without --resume")

@@ -70,6 +70,7 @@ def test_an_export_that_cannot_be_written_fails_before_it_renders(tmp_path):
 
 LIT = replace(SMALL, scene="night-lights", samples=12)
 STOPPED = {"a picture": SMALL, "lights traced to the film": LIT, "means over what arrives": replace(SMALL, view="time"),
+           "negative numbers": replace(SMALL, view="origin"),
            "a lens that disperses": replace(SMALL, dispersion="on", lens="lv-leica-summicron-m-50f2-v5")}
 
 
