@@ -269,8 +269,10 @@ def is_compiled(kernel: Any, signature: Any) -> bool:
 
 
 def _is_stored(kernel: Any, signature: Any) -> bool:
-    """Whether the folder or the package has a kernel."""
-    kernel.targetctx.refresh()
+    """Whether the folder or the package has a kernel.
+
+    Threads ask without numba's lock, so this calls nothing of numba's that fills its tables.
+    """
     path = kernel._cache.path(signature, kernel.targetctx.codegen())
     return path.exists() or path.name in _shipped_names()[path.name.rpartition("-")[0]]
 
