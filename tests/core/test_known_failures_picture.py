@@ -174,7 +174,8 @@ def test_pbrt_v4_102_points_are_reconstructed_from_two_pictures_by_their_calibra
         np.testing.assert_allclose(eyes[0] + s * a, point, atol=1e-8)
 
 
-@pytest.mark.parametrize("name", CLASSICS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if "anamorphic" in name else name
+                                  for name in CLASSICS])
 def test_pbrt_v3_331_and_v4_349_no_weight_is_no_number_and_none_is_a_firefly(name):
     """At every stop, from the axis to beyond the light, at every corner of the unit square."""
     lens = lenses.load(name)

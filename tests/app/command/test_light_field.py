@@ -14,6 +14,8 @@ from lensbench.app.files.light_field_file import load_light_field, save_light_fi
 from lensbench.app.state.build import camera
 from lensbench.app.state.false_colours import depth_codes, ends
 
+pytestmark = pytest.mark.slow
+
 SMALL = ["--size", "36x24", "--views", "3x2", "--samples", "2"]
 
 
@@ -24,7 +26,6 @@ def recorded(tmp_path_factory):
     return path
 
 
-@pytest.mark.slow
 def test_a_light_field_comes_back_bit_for_bit(recorded, tmp_path):
     recording = load_light_field(recorded)
     field, settings = recording.field, recording.settings

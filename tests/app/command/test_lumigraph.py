@@ -11,6 +11,8 @@ from lensbench.app.files.export import read_settings
 from lensbench.app.files.lumigraph_file import load_lumigraph, save_lumigraph
 from lensbench.app.state.build import camera
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
@@ -33,7 +35,6 @@ def test_a_lumigraph_comes_back_bit_for_bit(recorded, tmp_path):
     assert np.array_equal(again.camera.placement(), made.camera.placement())
 
 
-@pytest.mark.slow
 def test_a_novel_view_says_how_much_of_it_was_recorded(recorded, tmp_path, capsys):
     def said(*arguments):
         picture = tmp_path / "novel.png"

@@ -17,6 +17,7 @@ MOVING = ["render", "pbrt-dgauss-50mm", "--scene", "white-wall", "--end-position
           "--size", "12x8", "--samples", "1", "--threads", "1"]
 
 
+@pytest.mark.slow
 def test_frames_are_evenly_spaced_over_the_duration(tmp_path, capsys):
     assert main([*MOVING, "--frames", "4", "--json", "-o", str(tmp_path / "a.png")]) == 0
     names = [f"a-000{i}.png" for i in (1, 2, 3, 4)]
@@ -25,6 +26,7 @@ def test_frames_are_evenly_spaced_over_the_duration(tmp_path, capsys):
     assert [read_settings(tmp_path / name).moment for name in names] == [0.0, 0.5, 1.0, 1.5]
 
 
+@pytest.mark.slow
 def test_frames_that_are_there_are_left_out(tmp_path, capsys):
     words = [*MOVING, "--frames", "3", "--resume", "-o", str(tmp_path / "a.png")]
     assert main(words) == 0

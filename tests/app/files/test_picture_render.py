@@ -158,6 +158,7 @@ def test_the_noise_is_the_error_of_the_developed_picture():
     assert 300 < looks[-1] < 700            # 0.02 / √n in codes of slope 1.16: 540 samples bring it to 0.001
 
 
+@pytest.mark.slow
 def test_a_render_ends_at_a_wanted_noise_and_says_so(tmp_path):
     settings = replace(SMALL, samples=4096)
     found = export_render(settings, tmp_path / "a.png", noise=0.02)

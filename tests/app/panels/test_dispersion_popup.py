@@ -74,6 +74,7 @@ def test_on_the_command_line(viewed, capsys, tmp_path):  # noqa: F811
     assert "no dispersion is known" in error and error.count("\n") == 1 and not (tmp_path / "a.png").exists()
 
 
+@pytest.mark.slow
 def test_by_hand(drive, tmp_path):
     def test(hand):
         hand.picture()

@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import pytest
 from imgui_bundle import imgui
 
 from lensbench.app.state.settings import Settings
 from tests.app.conftest import SMALL
 
 
+@pytest.mark.slow
 def test_small_lights_are_left_to_the_cameras_rays_where_a_person_says_so(drive):
     def use(hand):
         hand.picture()
@@ -25,6 +27,7 @@ def test_the_choice_is_kept_with_the_settings():
     assert not Settings.from_dict({"version": 1, "splats": False}).light_tracing
 
 
+@pytest.mark.slow
 def test_every_row_of_the_spaces_is_seen_in_a_small_window(drive):
     def use(hand):
         hand.picture()

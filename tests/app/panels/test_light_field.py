@@ -27,6 +27,8 @@ from lensbench.app.state.picture_statistics import decibels
 from lensbench.app.state.tone import develop, linear
 from tests.app.conftest import SMALL
 
+pytestmark = pytest.mark.slow
+
 START = replace(SMALL, lens_model="thin")
 
 
@@ -99,7 +101,6 @@ def test_colours_of_depth_run_from_far_to_near_and_what_is_not_sure_is_dark():
     assert np.abs(again[0] - codes).max() < 1e-3
 
 
-@pytest.mark.slow
 def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it_focuses(drive, tmp_path):
     seen = {}
 
@@ -143,7 +144,6 @@ def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it
     assert np.array_equal(seen["image"], direct.refocus(look.distance, look.f_number, look.view))
 
 
-@pytest.mark.slow
 def test_the_camera_renders_the_same_picture_and_the_difference_is_shown(drive):
     def use(hand):
         controller = hand.session.light_field
@@ -171,7 +171,6 @@ def test_the_camera_renders_the_same_picture_and_the_difference_is_shown(drive):
     assert drive(use, START).view.messages == []
 
 
-@pytest.mark.slow
 def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(drive, tmp_path):
     def use(hand):
         controller = hand.session.light_field
@@ -217,7 +216,6 @@ def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(dr
     assert session.view.messages == ["The picture was saved as there.exr"]
 
 
-@pytest.mark.slow
 def test_a_plenoptic_camera_is_recorded_by_buttons_and_its_sensor_shown(drive):
     def use(hand):
         controller = hand.session.light_field
@@ -249,7 +247,6 @@ def test_a_plenoptic_camera_is_recorded_by_buttons_and_its_sensor_shown(drive):
     assert drive(use, START).view.messages == []
 
 
-@pytest.mark.slow
 def test_an_array_is_recorded_by_buttons_and_seen_from_elsewhere(drive, tmp_path):
     def use(hand):
         controller = hand.session.light_field

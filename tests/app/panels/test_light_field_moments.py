@@ -12,6 +12,8 @@ from lensbench.app.files.light_field_file import load_light_field, save_light_fi
 from lensbench.app.state.light_field_query import Look, light_field_picture, radiance, radiance_over_time
 from tests.app.conftest import SMALL
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
@@ -22,7 +24,6 @@ def recorded(tmp_path_factory):
     return path
 
 
-@pytest.mark.slow
 def test_moments_come_back_from_their_file_and_are_focused_one_by_one(recorded, tmp_path, capsys):
     recording = load_light_field(recorded)
     field = recording.field
@@ -55,7 +56,6 @@ def test_what_has_no_moments_says_so(tmp_path, capsys):
         assert says in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_moments_are_recorded_by_buttons_and_looked_at(drive):
     start = replace(SMALL, lens_model="thin", scene="fairground", shutter=1.0 / 15.0)
 

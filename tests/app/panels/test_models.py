@@ -113,6 +113,7 @@ def test_the_panel_lives_in_any_window_and_any_state(size):
     drive(panel.show, test, size)
 
 
+@pytest.mark.slow
 def test_a_measurement_that_is_cancelled_leaves_the_settings_alone_until_they_change():
     panel = Panel()
 

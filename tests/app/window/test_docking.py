@@ -78,6 +78,7 @@ def test_every_camera_finds_room_for_its_controls_in_a_small_window(drive):
         "pinhole", *(name for name, kind in CAMERA_KINDS.items() if not kind.f_number)}
 
 
+@pytest.mark.slow
 def test_the_words_of_the_help_stand_within_it(drive):
     def test(hand):
         hand.picture()

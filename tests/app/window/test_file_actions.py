@@ -50,6 +50,7 @@ def test_a_dropped_lens_is_opened_and_a_broken_one_is_said_and_changes_nothing(d
     drive(use)
 
 
+@pytest.mark.slow
 def test_what_a_reader_had_to_assume_is_said(drive, tmp_path):
     older = tmp_path / "older.dat"
     older.write_text("# pbrt, old\n# thickness before the surface\n40 0 1.6 24\n-40 5 1 24\n0 4 1 12\n60 4 1.6 22\n"
@@ -66,6 +67,7 @@ def test_what_a_reader_had_to_assume_is_said(drive, tmp_path):
     drive(use)
 
 
+@pytest.mark.slow
 def test_a_picture_larger_than_a_window_can_show_is_opened_smaller_and_said(drive, tmp_path):
     path = tmp_path / "wide.png"
     text = PngInfo()
@@ -188,6 +190,7 @@ def test_an_export_can_be_cancelled_and_finished(drive, tmp_path):
     drive(use)
 
 
+@pytest.mark.slow
 def test_an_export_that_cannot_be_written_says_why(drive, tmp_path):
     path = tmp_path / "no" / "large.png"
 

@@ -42,6 +42,7 @@ def test_a_drag_turns_a_dial_and_is_one_step_of_undo(drive, dial, field):
     assert drive(use).view.messages == []
 
 
+@pytest.mark.slow
 def test_a_slower_lens_opens_as_far_as_it_can_and_focuses_as_near_as_it_can(drive):
     def use(hand):
         hand.session.chooser.locked |= {"aperture", "focus"}
@@ -210,6 +211,7 @@ def test_an_error_in_a_panel_is_shown_and_the_window_lives_on(drive, monkeypatch
     assert capsys.readouterr().err.count("RuntimeError: a panel in pieces") == 1
 
 
+@pytest.mark.slow
 def test_settings_that_cannot_be_rendered_are_said_and_taken_back(drive, tmp_path):
     def use(hand):
         hand.picture()

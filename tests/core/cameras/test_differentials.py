@@ -78,8 +78,8 @@ def test_differentials_are_the_slopes_of_the_rays_of_a_place_in_the_pupil(camera
 
 @pytest.mark.parametrize(("name", "model", "tolerance"), [
     ("pbrt-dgauss-50mm", "trace", 1e-7), ("pbrt-fisheye-10mm", "trace", 1e-7),
-    ("lentil-schneider-anamorphic-31-2001", "trace", 1e-7),
-    ("pbrt-dgauss-50mm", "polynomial", 5e-3)])
+    pytest.param("lentil-schneider-anamorphic-31-2001", "trace", 1e-7, marks=pytest.mark.slow),
+    pytest.param("pbrt-dgauss-50mm", "polynomial", 5e-3, marks=pytest.mark.slow)])
 def test_differentials_of_a_lens_are_those_of_traced_rays_through_one_point_behind_it(name, model, tolerance):
     camera = lb.LensCamera(lenses.load(name), FILM, 1200.0, model=model, world_from_camera=TURN)
     raster, uv = places(camera, 5, 200)

@@ -82,6 +82,7 @@ def test_each_channel_lies_where_rays_of_its_wavelengths_meet(spots):
     assert np.hypot(*(expected[0] - expected[2])[:2]) > PIXEL
 
 
+@pytest.mark.slow
 def test_each_channel_is_as_blurred_as_rays_of_its_wavelengths(spots):
     """Longitudinal colour: the d line is in focus, so that the rest is not, blue most; within sampling noise."""
     seen, expected = spots["axis"]

@@ -85,6 +85,7 @@ def test_a_window_stands_only_where_the_index_changes():
     assert kernels(lb.PerspectiveCamera(FILM, medium=WATER).steps()) == [*kernels(plain), "port"]
 
 
+@pytest.mark.slow
 def test_small_lights_in_water_are_where_the_cameras_rays_find_them():
     scene = lb.builtin_scene("night-lights")
     assert lb.Rendering(lb.PerspectiveCamera(FILM), scene).light_traced

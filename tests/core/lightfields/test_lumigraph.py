@@ -92,6 +92,7 @@ def waving(depth, views=(3, 3)):
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [700.0, 1200.0, 6000.0])
 def test_a_wall_is_where_it_is_by_similar_triangles(depth):
     made, (u, v) = waving(depth), (1.7, -2.4)

@@ -36,8 +36,9 @@ def schlick(cosine):
 
 # Sky
 
-@pytest.mark.parametrize("material", [PAPER, lb.Material((1.0,) * 3, "coat"), lb.Material((1.0,) * 3, "coat", 0.9),
-                                      lb.Material((1.0,) * 3, "metal")])
+@pytest.mark.parametrize("material", [PAPER, *(
+    pytest.param(lb.Material((1.0,) * 3, *kind), marks=pytest.mark.slow)
+    for kind in (("coat",), ("coat", 0.9), ("metal",)))])
 def test_white_things_vanish_before_a_white_sky(material):
     # the furnace: whatever reflects all of the light is as bright as what lights it
     scene = lb.Scene("furnace", sky=WHITE, spheres=(lb.Sphere((0.0, 0.0, -500.0), 150.0, material),),

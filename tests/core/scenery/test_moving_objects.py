@@ -121,6 +121,7 @@ def test_no_block_passes_by_what_crosses_it_meanwhile():
             assert found[mine] == pytest.approx(frozen(scene, moment).distance(o[mine], d[mine]), rel=1e-6)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=25)
 @given(triples, triples, triples, st.floats(-2.0, 2.0))
 def test_the_distance_to_a_moving_thing_is_that_to_one_that_stands_there(velocity, spin, pivot, time):
@@ -162,6 +163,7 @@ def test_light_and_shadow_are_those_of_the_scene_as_it_stands_then(moment, shado
     assert np.mean(np.any(abs(here - wanted) > 1e-7 + 1e-7 * wanted, 1)) < 2e-3
 
 
+@pytest.mark.slow
 def test_a_coat_mirrors_a_lamp_where_it_is():
     scene = Scene("mirror", sky=DARK, plates=(TABLE, LAMPS[0]), spheres=(LAMPS[1],))
     moments = np.linspace(0.0, 0.7, 8)
