@@ -44,7 +44,7 @@ def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
                          "the stop is marked at the wrong surface", f"the stop at surface {i} in place of {marked}",
                          there, 1.0 if i in planes else 4.0)
     efl = first_order(lens).efl
-    sound = bool(lens.stated_efl) and abs(efl / lens.stated_efl - 1.0) <= SAME_FOCAL_LENGTH
+    sound = abs(efl / lens.stated_efl - 1.0) <= SAME_FOCAL_LENGTH if lens.stated_efl else False
     if not (stated and sound and isfinite(here) and abs(here / stated - 1.0) > SAME):
         return
     ratio = here / stated
