@@ -21,6 +21,7 @@ MOST = 32.0             # old samples of a pixel that count at most
 GHOST = 12.0            # variance of an old sample whose circle of confusion has doubled, in units of a new one's
 SHARP = 1.0             # pixels: a circle of confusion smaller than a pixel is none
 FARTHEST = 1e9          # mm; what lies farther is as far
+LARGEST = 1e6           # pixels; a circle of confusion is no larger
 SPREAD = 0.2            # of the diameter of the circle of confusion: distance of the new pixels that are averaged,
 FARTHEST_TAP = 3        # at most (pixels)
 GONE = 16               # new samples from which on the old ones have no weight
@@ -143,9 +144,10 @@ def _scale(lens, far):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _diameter(lens, far):
-    """Diameter (pixels) of the circle of confusion at a depth."""
-    return abs(np.float32(2) * (lens[ORIGIN_PUPIL] + (lens[PLANE_Z] + far) * lens[SLOPE_PUPIL])
-               / (_scale(lens, far) * lens[PITCH_X]))
+    """Diameter (pixels) of the circle of confusion at a depth, LARGEST at most: it has no bound at the lens."""
+    diameter = abs(np.float32(2) * (lens[ORIGIN_PUPIL] + (lens[PLANE_Z] + far) * lens[SLOPE_PUPIL])
+                   / (_scale(lens, far) * lens[PITCH_X]))
+    return diameter if diameter < np.float32(LARGEST) else np.float32(LARGEST)      # nan too, at a pinhole itself
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.rendering.temporal_reuse import GHOST, GONE, MOST, SHARP, Reusable
+from lensbench.rendering.temporal_reuse import GHOST, GONE, LARGEST, MOST, SHARP, Reusable, _diameter
 
 FILM = lb.Film(32.0, 18.0, 96, 54)
 
@@ -97,3 +97,13 @@ def test_new_samples_are_averaged_only_where_the_lens_blurs(pool):
     np.testing.assert_array_equal(found.image[:, :48], new[:, :48])         # none of the blurred side bleeds over
     assert found.image[4:50, 56:90].std() < 0.4 * new[4:50, 56:90].std()    # nine samples: a third
     assert (found.counts[:, :48] == 1.0).all() and (found.counts[4:50, 56:90] == 9.0).all()
+
+
+@pytest.mark.parametrize("pupil", [0.0, 3.0])
+def test_a_circle_of_confusion_without_bound_is_large_and_its_pixels_stay_numbers(pupil, pool):
+    at_the_lens = np.array([0.0, 0.0, pupil, 0.0, 0.0, 0.01, 16.0, 0.01, 9.0], np.float32)     # no scene mm a film mm
+    assert _diameter(at_the_lens, np.float32(700.0)) == LARGEST
+    lent = reusable(lb.PerspectiveCamera(FILM, fov=0.6), 1000.0)._replace(blur=np.full((54, 96), LARGEST, np.float32))
+    for samples in (1, GONE):
+        mixed = lent.mixed(coordinates(), samples, pool, 2)
+        assert np.isfinite(mixed.image).all() and np.isfinite(mixed.counts).all()
