@@ -79,7 +79,8 @@ def render(arguments: argparse.Namespace) -> int:
     done: list[dict[str, Any]] = []
     with compiling_ahead(settings.scene), progress() as show, _stop_signals(arguments.resume) as signals:
         for i, (picture, path) in enumerate(pictures):
-            if arguments.resume and arguments.frames is not None and _is_there(picture, path):
+            if arguments.resume and arguments.frames is not None and _is_there(
+                    picture, path, arguments.until_noise is not None):
                 continue
             started = perf_counter()
             found = export_render(picture, path, arguments.bits, partial(_show_part, show, i, len(pictures)),
@@ -126,12 +127,13 @@ def _show_part(show: Callable[[float], object], i: int, count: int, part: float)
     show((i + part) / count)
 
 
-def _is_there(settings: "Settings", path: Path) -> bool:
-    """Whether a frame has been rendered: a picture of these settings, of any number of samples."""
+def _is_there(settings: "Settings", path: Path, any_samples: bool) -> bool:
+    """Whether a frame has been rendered: a picture of these settings, of any number of samples or of theirs."""
     from lensbench.app.files.export import ExportError, read_settings
 
     try:
-        return path.exists() and replace(read_settings(path), samples=settings.samples) == settings
+        there = read_settings(path) if path.exists() else None
+        return there is not None and (replace(there, samples=settings.samples) if any_samples else there) == settings
     except ExportError:                     # a picture of something else, which is rendered over
         return False
 

@@ -39,6 +39,16 @@ def test_frames_that_are_there_are_left_out(tmp_path, capsys):
     assert (tmp_path / "a-0002.png").exists()
 
 
+@pytest.mark.slow
+def test_frames_of_fewer_samples_are_rendered_again(tmp_path, capsys):
+    words = [*MOVING, "--frames", "2", "--resume", "-o", str(tmp_path / "a.png")]
+    assert main(words) == 0
+    capsys.readouterr()
+    assert main([*words, "--samples", "3"]) == 0
+    assert "were there already" not in capsys.readouterr().out
+    assert read_settings(tmp_path / "a-0002.png").samples == 3
+
+
 @pytest.mark.parametrize(("words", "message"), [
     (["--frames", "1"], "2 to 100000 frames make a sequence"),
     (["--frames", "3", "--moment", "2s"], "is not before the end")])
