@@ -1,6 +1,6 @@
 """The picture before: what it lends to the first samples of the next one, while a dial is dragged.
 
-Its light layer stands in for small lights that are not traced yet, and its samples hide the noise of the new ones. A
+Its light layer shows small lights until they are traced, and its samples hide the noise of the new ones. A
 complete picture holds nothing of either.
 """
 

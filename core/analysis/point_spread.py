@@ -165,7 +165,7 @@ def _findings(share: np.ndarray, method: str) -> tuple[Finding, ...]:
     if method != "auto" or not rough:
         return ()
     return (Finding(Kind.SAMPLING, None, f"{rough} field{'s' if rough > 1 else ''}: the blur is too large for the grid "
-                                         "of the pupil, and the density of rays stands for the diffraction pattern",
+                                         "of the pupil, and the density of rays is taken for the diffraction pattern",
                     figures={"fields": float(rough)}),)
 
 

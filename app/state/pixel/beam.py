@@ -58,7 +58,7 @@ def beam(settings: Settings, raster: Place) -> Beam:
 def _still_camera(settings: Settings, lens: Stamp) -> lb.Camera:
     """The camera at the world's origin: its pupils are solved once for every place of it.
 
-    A fitted polynomial is replaced by the lens that it stands for: to fit it would hold up the frame.
+    A fitted polynomial is replaced by the lens that it was fitted to: to fit it would hold up the frame.
     """
     return camera(replace(settings, lens_model="trace") if settings.has_lens and settings.follows_lens else settings)
 

@@ -1,4 +1,4 @@
-"""The lens cut in half, with its stop and its film. Lengths in mm, camera frame: the film stands in z = 0.
+"""The lens cut in half, with its stop and its film. Lengths in mm, camera frame: the film lies in z = 0.
 
 The cut is the section y–z; what lies at x < 0 is taken away, so that the section's rays lie open. From there the scene
 is at the left, as in the section.
