@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from lensbench.analysis.vignetting import Vignetting, vignetting
     from lensbench.cameras.bare_sensor import BareSensor
     from lensbench.cameras.base import Camera
+    from lensbench.cameras.custom import CustomCamera
     from lensbench.cameras.differentials import Differentials
     from lensbench.cameras.environment import EnvironmentCamera
     from lensbench.cameras.finite_pinhole import PinholeCamera, best_pinhole
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from lensbench.imaging.film import FORMATS, Film, FilmError
     from lensbench.imaging.sensor import Sensor
     from lensbench.imaging.transform import TransformError, look_at
+    from lensbench.kernels.concentric_map import unit_disk
     from lensbench.lightfields.capture import capture_light_field, picture_through
     from lensbench.lightfields.depth import Depth, find_depth
     from lensbench.lightfields.light_field import LightField, LightFieldError, light_field_bytes
@@ -111,6 +113,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "analysis.vignetting": "Vignetting vignetting",
     "cameras.bare_sensor": "BareSensor",
     "cameras.base": "Camera",
+    "cameras.custom": "CustomCamera",
     "cameras.differentials": "Differentials",
     "cameras.environment": "EnvironmentCamera",
     "cameras.finite_pinhole": "PinholeCamera best_pinhole",
@@ -127,6 +130,7 @@ _HOMES = {           # the imports above, as they are made at run time
     "imaging.film": "FORMATS Film FilmError",
     "imaging.sensor": "Sensor",
     "imaging.transform": "TransformError look_at",
+    "kernels.concentric_map": "unit_disk",
     "lightfields.capture": "capture_light_field picture_through",
     "lightfields.depth": "Depth find_depth",
     "lightfields.light_field": "LightField LightFieldError light_field_bytes",
@@ -155,20 +159,20 @@ __getattr__, __dir__ = lazy_names(__name__, _HOMES)
 
 __all__ = [
     "AIR", "C_LINE", "D_LINE", "FORMATS", "F_LINE", "SCENES", "VIEWS", "AnimatedTransform", "Aperture", "ApertureKind",
-    "BareSensor", "Camera", "CameraError", "ChiefRay", "Choice", "Depth", "Differentials", "Disk", "Distortion",
-    "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure", "ExposureError", "Falloff", "Fate", "FieldKind",
-    "FieldPoint", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError", "Glass", "GlassError",
-    "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera", "LensError", "LightField",
-    "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "NovelView", "OrthographicCamera", "Pattern",
-    "PerspectiveCamera", "PinholeCamera", "Places", "PlenopticCamera", "Positions", "PositionsError", "RawPicture",
-    "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky", "Spaces", "Sphere", "Sun",
-    "Surface", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting", "Wavelength", "analysis",
-    "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field", "capture_lumigraph",
-    "chief_ray", "choose_model", "circle_of_confusion", "depth_map", "depth_of_field", "depth_resolution", "distortion",
-    "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours", "field_of_view", "film_distance",
-    "film_extent", "find_depth", "first_order", "focal_length", "focused", "focused_distance", "hyperfocal",
-    "irradiance", "light_field_bytes", "look_at", "lumigraph_pinhole", "luminance", "metered_stops", "nearest_focus",
-    "open_region", "picture_through", "pixel_energy", "radiant_exposure", "real_circle_of_confusion", "render",
-    "section_foci", "seidel", "stopped_down", "t_number", "thick_circle_of_confusion", "trace", "transmission",
-    "vignetting", "working_f_number",
+    "BareSensor", "Camera", "CameraError", "ChiefRay", "Choice", "CustomCamera", "Depth", "Differentials", "Disk",
+    "Distortion", "EnvironmentCamera", "Equivalent", "ExitPupil", "Exposure", "ExposureError", "Falloff", "Fate",
+    "FieldKind", "FieldPoint", "Film", "FilmError", "FirstOrder", "FisheyeCamera", "Floor", "FocusError", "Glass",
+    "GlassError", "Image", "Importance", "Intrinsics", "Iris", "IrisError", "Lens", "LensCamera", "LensError",
+    "LightField", "LightFieldError", "Lumigraph", "Material", "Medium", "MediumError", "NovelView",
+    "OrthographicCamera", "Pattern", "PerspectiveCamera", "PinholeCamera", "Places", "PlenopticCamera", "Positions",
+    "PositionsError", "RawPicture", "Rays", "Rectangle", "Rendering", "Scene", "SceneError", "Seidel", "Sensor", "Sky",
+    "Spaces", "Sphere", "Sun", "Surface", "SystemData", "SystemDataError", "Trace", "TransformError", "Vignetting",
+    "Wavelength", "analysis", "array_camera", "astigmatic_foci", "best_pinhole", "builtin_scene", "capture_light_field",
+    "capture_lumigraph", "chief_ray", "choose_model", "circle_of_confusion", "depth_map", "depth_of_field",
+    "depth_resolution", "distortion", "distortion_grid", "equivalent", "ev100", "exit_pupil", "falloff", "fate_colours",
+    "field_of_view", "film_distance", "film_extent", "find_depth", "first_order", "focal_length", "focused",
+    "focused_distance", "hyperfocal", "irradiance", "light_field_bytes", "look_at", "lumigraph_pinhole", "luminance",
+    "metered_stops", "nearest_focus", "open_region", "picture_through", "pixel_energy", "radiant_exposure",
+    "real_circle_of_confusion", "render", "section_foci", "seidel", "stopped_down", "t_number",
+    "thick_circle_of_confusion", "trace", "transmission", "unit_disk", "vignetting", "working_f_number",
 ]

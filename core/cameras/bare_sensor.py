@@ -42,6 +42,10 @@ class BareSensor(Camera):
         return [Step(hemisphere, [self.gain])]
 
     @property
+    def _not_projective(self) -> str:
+        return "a sensor without a lens forms no picture"
+
+    @property
     def gain(self) -> float:
         """Weight of every ray."""
         return math.pi / self._normaliser(math.pi, 1.0)

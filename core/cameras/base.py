@@ -180,7 +180,12 @@ class Camera:
     @property
     def gaussian(self) -> Gaussian:
         """First-order map from film and pupil to rays; CameraError for a camera that is not projective."""
-        raise CameraError("this camera is not projective: straight lines are curves in its pictures")
+        raise CameraError(f"this camera is not projective: {self._not_projective}")
+
+    @property
+    def _not_projective(self) -> str:
+        """Reason why a camera kind without a `gaussian` has none."""
+        return "straight lines are curves in its pictures"
 
     @property
     def _is_projective(self) -> bool:
@@ -337,6 +342,18 @@ class Camera:
         """Step from the shutter sample TIME in [0, 1) and raster X, Y to TIME in seconds since shutter_open."""
         return shutter_step(self.exposure_time, self.shutter_ramp, self.readout, self.readout_direction,
                             self.film.pixels_x, self.film.pixels_y)
+
+    def check_overrides(self) -> None:
+        """Raise CameraError where a camera kind overrides a method that pictures do not call.
+
+        Pictures run the camera's stages; `generate_rays` and `generate_ray_differentials` run the same stages and
+        return what they computed.
+        """
+        for name in ("generate_rays", "generate_ray_differentials"):
+            if getattr(getattr(self, name), "__func__", None) is not getattr(Camera, name):
+                raise CameraError(f"{type(self).__name__} overrides {name}, which pictures do not call: give the "
+                                  "function of its rays to lb.CustomCamera(film, rays), or override camera_steps "
+                                  "with a stage")
 
     def _normaliser(self, on_axis: float, z: float) -> float:
         """Divisor of cos⁴θ · area; on_axis: ∫ cos⁴θ dA (mm²) seen from the film's centre, z: film distance (mm)."""

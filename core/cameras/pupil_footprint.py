@@ -72,7 +72,7 @@ def footprint_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
     between neighbouring cells of the film. real: the precision of the camera's stages.
     """
     world_from_camera = camera.world_from_camera
-    if isinstance(world_from_camera, AnimatedTransform):
+    if isinstance(world_from_camera, AnimatedTransform) or camera.moves:
         return [], []
     pupil = _measured_pupil(camera, real)
     if pupil is None:

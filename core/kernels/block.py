@@ -27,6 +27,7 @@ float64 come from one source, and float32 is never widened. (math.floor widens: 
 returns an integer, and an integer times a float32 is a float64. Use np.floor.)
 """
 
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,17 +73,25 @@ LOST = 2                        # value of key[ALIVE] where no lane has a WEIGHT
 
 
 class Step(NamedTuple):
-    """A stage with its parameters and integers; a gated step is skipped while key[ALIVE] is 0."""
+    """A stage with its parameters and integers; a gated step is skipped while key[ALIVE] is 0.
+
+    calls: the `PythonStage` that the step calls, which must live as long as the step; None for compiled stages.
+    """
 
     kernel: Any
     parameters: Any = ()
     integers: Any = ()
     gated: bool = False
+    calls: Any = None
 
 
 def stage(kernel):
-    """A stage compiled for speed, in which NaN and infinity keep their meaning."""
-    return njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy", nogil=True, cache=True)(kernel)
+    """A stage compiled for speed, in which NaN and infinity keep their meaning.
+
+    One that was typed at a prompt or in a notebook is compiled once in every session; the others are cached.
+    """
+    kept = Path(kernel.__code__.co_filename).is_file()
+    return njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy", nogil=True, cache=kept)(kernel)
 
 
 def lane_buffer(real=np.float32) -> np.ndarray:

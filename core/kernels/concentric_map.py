@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from lensbench.kernels.cache import njit
 
 
@@ -22,3 +24,29 @@ def concentric_disk(real, u, v):
     cosine = real(1) + s * (real(-1 / 2) + s * (real(1 / 24) + s * (real(-1 / 720) + s * real(1 / 40320))))
     x, y = (sine, cosine) if steep else (cosine, sine)
     return far * x, far * y
+
+
+def unit_disk(uv) -> np.ndarray:
+    """Points of the unit disk of pupil samples, by the map of every camera: (0.5, 0.5) is the centre.
+
+    Parameters
+    ----------
+    uv : (n, 2) array
+        Pupil samples in [0, 1]².
+
+    Returns
+    -------
+    (n, 2) array
+        Points x, y of the unit disk; equal areas of the square have equal areas.
+
+    References
+    ----------
+    Shirley and Chiu 1997, A low distortion map between disk and square.
+    """
+    u, v = np.asarray(uv, float).T
+    a, b = 2.0 * v - 1.0, 2.0 * u - 1.0
+    steep = np.abs(b) > np.abs(a)
+    far, near = np.where(steep, (b, a), (a, b))
+    angle = near / np.where(far != 0.0, far, 1.0) * (math.pi / 4)
+    sine, cosine = far * np.sin(angle), far * np.cos(angle)
+    return np.stack(np.where(steep, (sine, cosine), (cosine, sine)), 1)

@@ -34,6 +34,7 @@ from lensbench.kernels.block import (
     stage,
 )
 from lensbench.kernels.cache import is_compiled, njit
+from lensbench.kernels.python_stage import raise_pending
 
 
 def _signature(real):
@@ -86,6 +87,7 @@ class Program:
         numbers = [np.ravel(np.asarray(step.parameters, real)) for step in steps]
         integers = [np.ravel(np.asarray(step.integers, np.int64)) for step in steps]
         self.real = real
+        self._called = [step.calls for step in steps if step.calls is not None]
         self.code = Code(np.array([stage_address(step.kernel, real) for step in steps], np.int64),
                          np.array([step.gated for step in steps], np.bool_),
                          np.concatenate([*numbers, np.zeros(1, real)]), np.concatenate([*integers, [0]]),
@@ -95,6 +97,8 @@ class Program:
                sample: int, samples: int, seed: np.uint32) -> None:
         """Add samples `sample` … `sample` + `samples` − 1 to the blocks first … last − 1 of the film, (blocks, 3 B)."""
         _expose(film, lanes, self.code, first, last, sample, samples, seed)
+        if self._called:
+            raise_pending()
 
     def run(self, given: dict[int, np.ndarray], wanted: Sequence[int], n: int) -> np.ndarray:
         """The wanted rows, (len(wanted), n), of n lanes after one run of the steps.
@@ -108,6 +112,8 @@ class Program:
         out = np.empty((len(wanted), n), self.real)
         _run(table, np.array(list(given), np.int64), out, np.array(list(wanted), np.int64), lane_buffer(self.real),
              self.code)
+        if self._called:
+            raise_pending()
         return out
 
 

@@ -87,6 +87,7 @@ class Rendering:
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
                  view: str = "", light_tracing: bool = True, filtered: bool = True, light_passes: int | None = None,
                  layer: LightLayer | None = None):
+        camera.check_overrides()
         camera = camera if view else resolved(camera, scene)
         film = camera.film
         self.shape = (film.pixels_y, film.pixels_x)
@@ -396,6 +397,7 @@ def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
         where the camera passes no light. Of a camera that also sees sideways or behind itself, such as a panorama or
         a fisheye over 180°, the distance along each ray in mm.
     """
+    camera.check_overrides()
     camera, film = resolved(camera, scene), camera.film
     h, w = film.pixels_y, film.pixels_x
     y, x = np.mgrid[0:h, 0:w] + 0.5
