@@ -49,4 +49,4 @@ def unit_disk(uv) -> np.ndarray:
     far, near = np.where(steep, (b, a), (a, b))
     angle = near / np.where(far != 0.0, far, 1.0) * (math.pi / 4)
     sine, cosine = far * np.sin(angle), far * np.cos(angle)
-    return np.stack(np.where(steep, (sine, cosine), (cosine, sine)), 1)
+    return np.where(steep, (sine, cosine), (cosine, sine)).T.copy()

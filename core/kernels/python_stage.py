@@ -8,6 +8,7 @@ import ctypes
 import threading
 from collections.abc import Callable
 from itertools import count
+from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -49,8 +50,8 @@ def raise_pending() -> None:
 
 def _dispatch(number: int, lanes: int, size: int, key: int) -> None:
     """Run the function with this number on the block at these addresses; size: bytes of a number in the lanes."""
-    table = np.frombuffer((ctypes.c_char * (ROWS * PITCH * size)).from_address(lanes),
-                          np.float64 if size == 8 else np.float32).reshape(ROWS, PITCH)[:, :B]
+    memory: Any = (ctypes.c_char * (ROWS * PITCH * size)).from_address(lanes)
+    table = np.frombuffer(memory, f"f{size}").reshape(ROWS, PITCH)[:, :B]
     try:
         if getattr(_pending, "error", None) is None:
             _STAGES[number].function(table)
@@ -58,7 +59,8 @@ def _dispatch(number: int, lanes: int, size: int, key: int) -> None:
     except BaseException as error:          # KeyboardInterrupt too: C cannot pass it on
         _pending.error = error
     table[WEIGHT] = 0.0
-    np.frombuffer((ctypes.c_char * (KEYS * 4)).from_address(key), np.uint32)[ALIVE] = LOST
+    memory = (ctypes.c_char * (KEYS * 4)).from_address(key)
+    np.frombuffer(memory, "u4")[ALIVE] = LOST
 
 
 _CALLBACK = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 4)(_dispatch)
