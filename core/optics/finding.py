@@ -59,6 +59,11 @@ class Kind(StrEnum):
     LEFT_OUT = "left-out"
     TEXT = "text"                           # names and notes are written in another form
 
+    # Of an edited lens
+    UNSOLVED = "unsolved"                   # a solve or pickup that has no solution
+    NO_IMAGE = "no-image"                   # no real image behind the lens
+    MOVED_STOP = "moved-stop"               # an edit has taken away the stop, or moved it
+
     # Of an analysis
     ASSUMED = "assumed"                     # a condition, and its source
     DARK = "dark"                           # fields that no light reaches

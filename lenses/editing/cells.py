@@ -1,0 +1,186 @@
+"""Edits of single numbers of a document: radius, thickness, glass, rim, coefficients, comment, solves and pickups.
+
+Lengths in mm. Each function returns a new document, with the solves and pickups settled.
+"""
+
+from dataclasses import replace
+from math import isfinite
+
+from lensbench.kernels.figures import significant
+from lensbench.kernels.quotation import excerpt
+from lensbench.lenses import glass_catalogue
+from lensbench.lenses.editing.document import (
+    CURVATURE,
+    CURVATURE_X,
+    QUANTITIES,
+    THICKNESS,
+    EditError,
+    LensDocument,
+    Pickup,
+    Solve,
+    with_surfaces,
+    with_value_of,
+    words,
+)
+from lensbench.lenses.editing.solves import settled
+from lensbench.lenses.rows import RowError, check_sizes, curvature
+from lensbench.optics.glass import AIR, Glass, GlassError
+from lensbench.optics.prescription import Lens, LensError
+from lensbench.optics.zoom_positions import Positions
+
+LONGEST_COMMENT = 200
+
+
+def with_value(document: LensDocument, surface: int, quantity: str, value: float) -> LensDocument:
+    """The document with one number changed.
+
+    Parameters
+    ----------
+    document : LensDocument
+        The document before.
+    surface : int
+        Number of the surface, from 0.
+    quantity : str
+        "curvature" (1/mm), "thickness", "semi_diameter" (mm), "conic", "r2" … "r20" (mm^(1 − p)), or "curvature_x".
+    value : float
+        The new number. A gap that varies with zoom or focus is changed at the position of the document's lens.
+
+    Returns
+    -------
+    LensDocument
+        With everything that follows from the number.
+
+    Raises
+    ------
+    EditError
+        For a number that a surface cannot have, one that follows from a solve or pickup, or a gap of a zoom between
+        two stations.
+    """
+    if quantity not in QUANTITIES:
+        raise EditError(f"quantity {excerpt(quantity)}: choose one of {', '.join(QUANTITIES)}")
+    before = _surface(document, surface)
+    rule = document.rule(surface, quantity)
+    if rule is not None:
+        raise EditError(f"the {words(quantity)} of surface {surface} follows from a rule ({rule}): remove it first")
+    if not isfinite(value):
+        raise EditError(f"{words(quantity)} {value}: type a finite number")
+    try:
+        made = with_value_of(before, quantity, value)
+        check_sizes(made)
+    except (LensError, RowError, ArithmeticError) as error:
+        raise EditError(f"surface {surface}: {error}") from None
+    if made == before:
+        return document
+    lens = with_surfaces(document.lens, [(surface, made)])
+    if document.lens.positions is not None:
+        lens = _at_station(lens, surface, quantity, value)
+    return settled(replace(document, lens=lens))
+
+
+def _at_station(lens: Lens, surface: int, quantity: str, value: float) -> Lens:
+    """The lens with a number of its table of positions changed too, where that number is one of the table."""
+    positions = lens.positions
+    assert positions is not None
+    stop_varies = bool(positions.stops) and surface == lens.stop_index and quantity == "semi_diameter"
+    gap_varies = quantity == THICKNESS and surface in positions.gaps
+    if not (stop_varies or gap_varies):
+        return lens
+    i, j = station(positions)
+    if stop_varies:
+        grid = [list(row) for row in positions.stops]
+        grid[i][j] = value
+        return replace(lens, positions=replace(positions, stops=tuple(map(tuple, grid))))
+    k = positions.gaps.index(surface)
+    table = [[list(gaps) for gaps in row] for row in positions.thicknesses]
+    table[i][j][k] = value
+    return replace(lens, positions=replace(positions, thicknesses=tuple(
+        tuple(tuple(gaps) for gaps in row) for row in table)))
+
+
+def station(positions: Positions) -> tuple[int, int]:
+    """Numbers of the zoom and focus station at which a lens stands; EditError between two of them."""
+    if positions.zoom not in positions.zoom_stations or positions.close not in positions.focus_stations:
+        names = ", ".join(positions.label(i) for i in range(len(positions.zoom_stations)))
+        raise EditError(f"this gap varies with the zoom: set the zoom to a station of the lens to edit it ({names})")
+    return positions.zoom_stations.index(positions.zoom), positions.focus_stations.index(positions.close)
+
+
+def with_radius(document: LensDocument, surface: int, radius: object, section: str = "y") -> LensDocument:
+    """The document with a radius (mm), a number or its text; 0 and inf are a plane. section: "y", or "x" of a toroid.
+
+    EditError as of `with_value`, and for a text that is no number.
+    """
+    try:
+        c = curvature(radius)
+    except RowError as error:
+        raise EditError(f"surface {surface}: {error}") from None
+    return with_value(document, surface, CURVATURE if section == "y" else CURVATURE_X, c)
+
+
+def with_glass(document: LensDocument, surface: int, glass: Glass | str) -> LensDocument:
+    """The document with another medium behind a surface.
+
+    glass: a value, or a name of a catalogue, a six-digit code, or n_d and V_d such as "1.5168 64.17"; "" or "air" is
+    air. EditError for an unknown one; it names the nearest.
+    """
+    before = _surface(document, surface)
+    made = named_glass(glass) if isinstance(glass, str) else glass
+    try:
+        changed = replace(before, glass=made)
+        check_sizes(changed)
+    except RowError as error:
+        raise EditError(f"surface {surface}: {error}") from None
+    return settled(replace(document, lens=with_surfaces(document.lens, [(surface, changed)])))
+
+
+def named_glass(text: str) -> Glass:
+    """The glass of a text: a name, a name with its maker, a code, or n_d with V_d; EditError names the nearest."""
+    text = text.strip()
+    if text.lower() in ("", "air"):
+        return AIR
+    numbers = [part for part in text.replace(";", " ").split() if part]
+    try:
+        figures = [float(part.replace(",", ".")) for part in numbers]
+    except ValueError:
+        figures = []
+    try:
+        if figures and (len(figures) == 2 or "." in text or "," in text) and figures[0] < 100.0:
+            if len(figures) > 2:
+                raise EditError(f"glass {excerpt(text)}: type a name, or n_d and V_d such as 1.5168 64.17")
+            return Glass(figures[0], figures[1] if len(figures) == 2 and figures[1] else None)
+        return glass_catalogue.resolve(text).glass
+    except GlassError as error:
+        raise EditError(str(error)) from None
+
+
+def with_comment(document: LensDocument, surface: int, comment: str) -> LensDocument:
+    """The document with a comment on a surface, at most LONGEST_COMMENT characters, in one line."""
+    _surface(document, surface)
+    comments = list(document.comments or ("",) * len(document.surfaces))
+    comments[surface] = " ".join(comment.split())[:LONGEST_COMMENT]
+    return replace(document, comments=tuple(comments))
+
+
+def with_rule(document: LensDocument, rule: Solve | Pickup) -> LensDocument:
+    """The document with a solve or pickup, in place of another one of the same number; EditError as of LensDocument."""
+    kept = without_rule(document, rule.surface, rule.quantity)
+    if isinstance(rule, Solve):
+        return settled(replace(kept, solves=(*kept.solves, rule)))
+    return settled(replace(kept, pickups=(*kept.pickups, rule)))
+
+
+def without_rule(document: LensDocument, surface: int, quantity: str) -> LensDocument:
+    """The document with a number set free; it keeps its value."""
+    def other(each: Solve | Pickup) -> bool:
+        return (each.surface, each.quantity) != (surface, quantity)
+
+    return settled(replace(document, solves=tuple(filter(other, document.solves)),
+                           pickups=tuple(filter(other, document.pickups)),
+                           findings=tuple(f for f in document.findings if f.surface != surface)))
+
+
+def _surface(document: LensDocument, surface: int):
+    if not 0 <= surface < len(document.surfaces):
+        raise EditError(f"there is no surface {significant(surface)}: they are numbered from 0 to "
+                        f"{len(document.surfaces) - 1}")
+    return document.surfaces[surface]

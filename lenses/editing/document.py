@@ -1,0 +1,227 @@
+"""The document of an edited lens: its prescription, comments, and the numbers that follow from others.
+
+Lengths in mm, in the lens frame; surfaces are numbered from 0. A document is a frozen value: every edit returns a new
+one. The lens of a document may be one that cannot be built; `faults` says where.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from lensbench.kernels.figures import significant
+from lensbench.optics.finding import Finding
+from lensbench.optics.prescription import Lens, Surface
+from lensbench.optics.surfaces import HIGHEST_POWER
+
+CURVATURE, CURVATURE_X, THICKNESS, SEMI_DIAMETER, CONIC = ("curvature", "curvature_x", "thickness", "semi_diameter",
+                                                           "conic")
+QUANTITIES = (CURVATURE, CURVATURE_X, THICKNESS, SEMI_DIAMETER, CONIC,
+              *(f"r{power}" for power in range(2, HIGHEST_POWER + 1)))
+WORDS = {CURVATURE: "radius", CURVATURE_X: "radius of the section x–z", THICKNESS: "thickness",
+         SEMI_DIAMETER: "semi-diameter", CONIC: "conic constant"}
+# What a solve keeps, and the quantity of a surface that it adjusts for that
+SOLVES = {"image": THICKNESS, "edge": THICKNESS, "efl": CURVATURE, "marginal slope": CURVATURE,
+          "f-number": SEMI_DIAMETER}
+TARGETS = {"image": "the gap ends at the paraxial image", "edge": "edge thickness (mm)", "efl": "focal length (mm)",
+           "marginal slope": "slope of the paraxial marginal ray behind the surface", "f-number": "f-number"}
+
+
+class EditError(ValueError):
+    """An edit that the document does not allow; the message says why, and what to do."""
+
+
+@dataclass(frozen=True)
+class Solve:
+    """A number that follows from a target.
+
+    Parameters
+    ----------
+    surface : int
+        The surface whose number is adjusted.
+    kind : str
+        "image" (thickness: the gap ends at the paraxial image), "edge" (thickness: that of the edge, rim to rim),
+        "efl" (curvature: focal length), "marginal slope" (curvature: slope of the paraxial marginal ray behind the
+        surface), "f-number" (semi-diameter of the stop).
+    target : float
+        Edge thickness or focal length in mm, a slope or an f-number; for "image" the distance (mm) from the end of
+        the gap to the image, usually 0.
+
+    Raises
+    ------
+    EditError
+        For an unknown kind or a target that cannot be met by any lens.
+    """
+
+    surface: int
+    kind: str
+    target: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.kind not in SOLVES:
+            raise EditError(f"solve {self.kind!r}: choose one of {', '.join(SOLVES)}")
+        if not abs(self.target) < 1e9:
+            raise EditError(f"target {self.target} of a solve: it must be a finite number")
+        if (self.kind == "efl" and self.target == 0.0) or (self.kind == "f-number" and self.target <= 0.0):
+            raise EditError(f"{TARGETS[self.kind]} {significant(self.target)}: it must not be 0" if self.kind == "efl"
+                            else f"f-number {significant(self.target)}: it must be positive")
+
+    @property
+    def quantity(self) -> str:
+        """The quantity that is adjusted, one of QUANTITIES."""
+        return SOLVES[self.kind]
+
+    def __str__(self) -> str:
+        if self.kind == "image" and not self.target:
+            return TARGETS["image"]
+        return f"{TARGETS[self.kind]} {significant(self.target)}"
+
+
+@dataclass(frozen=True)
+class Pickup:
+    """A number that is a multiple of the same quantity of another surface.
+
+    Parameters
+    ----------
+    surface : int
+        The surface whose number follows.
+    quantity : str
+        One of QUANTITIES.
+    source : int
+        The surface that it follows.
+    factor, offset : float
+        Value = factor × value of the source + offset, in the unit of the quantity (1/mm for a curvature).
+
+    Raises
+    ------
+    EditError
+        For an unknown quantity, a source that is the surface itself, or numbers that are not finite.
+    """
+
+    surface: int
+    quantity: str
+    source: int
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.quantity not in QUANTITIES:
+            raise EditError(f"quantity {self.quantity!r}: choose one of {', '.join(QUANTITIES)}")
+        if self.surface == self.source:
+            raise EditError(f"surface {self.surface}: a number cannot follow itself")
+        if not (abs(self.factor) < 1e9 and abs(self.offset) < 1e9):
+            raise EditError("factor and offset of a pickup must be finite numbers")
+
+    def __str__(self) -> str:
+        factor = "" if self.factor == 1.0 else f"{significant(self.factor)} × "
+        offset = "" if self.offset == 0.0 else f" {'+' if self.offset > 0.0 else '-'} {significant(abs(self.offset))}"
+        return f"{factor}that of surface {self.source}{offset}"
+
+
+@dataclass(frozen=True)
+class LensDocument:
+    """A lens that is edited.
+
+    Parameters
+    ----------
+    lens : Lens
+        The prescription, at the positions of its first zoom and focus station.
+    comments : tuple of str
+        One a surface; () for none.
+    solves, pickups : tuple
+        Numbers that follow from others, by surface.
+    findings : tuple of Finding
+        Solves that have no solution, and what the latest edit assumed; ignored in comparisons.
+
+    Raises
+    ------
+    EditError
+        For a solve or pickup of a surface that the lens does not have, two for one number, or a circle of pickups.
+    """
+
+    lens: Lens
+    comments: tuple[str, ...] = ()
+    solves: tuple[Solve, ...] = ()
+    pickups: tuple[Pickup, ...] = ()
+    findings: tuple[Finding, ...] = field(default=(), compare=False)
+
+    def __post_init__(self) -> None:
+        count = len(self.lens.surfaces)
+        if self.comments and len(self.comments) != count:
+            raise EditError(f"{len(self.comments)} comments for {count} surfaces")
+        if self.comments and not any(self.comments):
+            object.__setattr__(self, "comments", ())
+        for each in (*self.solves, *self.pickups):
+            sources = (each.surface, each.source) if isinstance(each, Pickup) else (each.surface,)
+            if not all(0 <= i < count for i in sources):
+                raise EditError(f"a solve or pickup names surface {max(sources)}: they are numbered from 0 to "
+                                f"{count - 1}")
+            if isinstance(each, Solve) and each.kind == "edge" and each.surface == count - 1:
+                raise EditError("behind the last surface there is no edge")
+            if isinstance(each, Solve) and each.kind == "f-number" and each.surface != self.lens.stop_index:
+                raise EditError(f"surface {each.surface} is not the stop: only the stop's semi-diameter follows from "
+                                "the f-number")
+            if each.quantity == THICKNESS and varies(self.lens, each.surface):
+                raise EditError(f"the gap behind surface {each.surface} varies with zoom or focus: it cannot follow "
+                                "from others")
+        cells = [(each.surface, each.quantity) for each in (*self.solves, *self.pickups)]
+        twice = next((cell for cell in cells if cells.count(cell) > 1), None)
+        if twice is not None:
+            raise EditError(f"the {words(twice[1])} of surface {twice[0]} follows from two rules: remove one first")
+        follows = {(p.surface, p.quantity): (p.source, p.quantity) for p in self.pickups}
+        for start in follows:
+            cell, steps = start, 0
+            while cell in follows and steps <= len(follows):
+                cell, steps = follows[cell], steps + 1
+            if cell in follows:
+                raise EditError(f"the {words(start[1])} of surface {start[0]} would follow itself, in a circle")
+        object.__setattr__(self, "solves", tuple(sorted(self.solves, key=lambda s: (s.surface, s.kind))))
+        object.__setattr__(self, "pickups", tuple(sorted(self.pickups, key=lambda p: (p.surface, p.quantity))))
+
+    @property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """Those of the lens."""
+        return self.lens.surfaces
+
+    def comment(self, surface: int) -> str:
+        """The comment on a surface, "" for none."""
+        return self.comments[surface] if self.comments else ""
+
+    def rule(self, surface: int, quantity: str) -> Solve | Pickup | None:
+        """What a number follows from; None for a free one."""
+        return next((each for each in (*self.solves, *self.pickups)
+                     if (each.surface, each.quantity) == (surface, quantity)), None)
+
+
+def words(quantity: str) -> str:
+    """A quantity in words: "radius", "coefficient of r⁴"."""
+    raised = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+    return WORDS.get(quantity) or f"coefficient of r{quantity[1:].translate(raised)}"
+
+
+def value_of(surface: Surface, quantity: str) -> float:
+    """A number of a surface; for `curvature_x` of a rotationally symmetric one its curvature."""
+    if quantity == CURVATURE_X:
+        return surface.curvature if surface.curvature_x is None else surface.curvature_x
+    if quantity in WORDS:
+        return float(getattr(surface, quantity))
+    return dict(surface.aspheric).get(int(quantity[1:]), 0.0)
+
+
+def with_value_of(surface: Surface, quantity: str, value: float) -> Surface:
+    """The surface with another number; LensError for one that a surface cannot have."""
+    if quantity in WORDS:
+        return replace(surface, **{quantity: value})
+    power = int(quantity[1:])
+    return replace(surface, aspheric=(*((p, a) for p, a in surface.aspheric if p != power), (power, value)))
+
+
+def with_surfaces(lens: Lens, changed: Sequence[tuple[int, Surface]]) -> Lens:
+    """The lens with some surfaces replaced."""
+    surfaces = list(lens.surfaces)
+    for i, surface in changed:
+        surfaces[i] = surface
+    return replace(lens, surfaces=tuple(surfaces))
+
+
+def varies(lens: Lens, surface: int) -> bool:
+    """Whether the gap behind a surface moves with zoom or focus."""
+    return lens.positions is not None and surface in lens.positions.gaps

@@ -1,0 +1,108 @@
+"""Documents as text: the project's own lens file with comments, solves and pickups.
+
+    [comments]
+    3 = "cemented"
+
+    [[solves]]
+    surface = 5
+    kind = "efl"
+    target = 50.0
+
+    [[pickups]]
+    surface = 4
+    quantity = "curvature"
+    source = 1
+    factor = -1.0
+    offset = 0.0
+
+A document reads back equal to the last bit. Other formats hold the lens alone.
+"""
+
+import tomllib
+from typing import Any
+
+from lensbench.kernels.quotation import excerpt
+from lensbench.lenses import toml_format
+from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
+from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.toml_header import line_of
+from lensbench.lenses.toml_text import digits, quoted
+from lensbench.optics.finding import Finding, Kind, note
+
+TABLES = ("comments", "solves", "pickups")
+
+
+def to_text(document: LensDocument) -> str:
+    """The document as the text of a lens file (TOML)."""
+    lines = [toml_format.write(document.lens)[0].rstrip("\n")]
+    if document.comments:
+        lines += ["", "[comments]", *(f"{i} = {quoted(text)}" for i, text in enumerate(document.comments) if text)]
+    for solve in document.solves:
+        lines += ["", "[[solves]]", f"surface = {solve.surface}", f"kind = {quoted(solve.kind)}",
+                  f"target = {digits(solve.target)}"]
+    for pickup in document.pickups:
+        lines += ["", "[[pickups]]", f"surface = {pickup.surface}", f"quantity = {quoted(pickup.quantity)}",
+                  f"source = {pickup.source}", f"factor = {digits(pickup.factor)}",
+                  f"offset = {digits(pickup.offset)}"]
+    return "\n".join([*lines, ""])
+
+
+def from_text(text: str, path: str = "edited lens") -> LensDocument:
+    """The document of a text; LensFileError names `path`, the line and the mistake. Nothing is solved anew."""
+    lens = toml_format.read(text, path)
+    data = tomllib.loads(text)
+    for table in TABLES:
+        try:
+            if table == "comments":
+                comments = _comments(data.get(table, {}), len(lens.surfaces))
+            elif table == "solves":
+                solves = tuple(Solve(**_entry(row, {"surface": int, "kind": str, "target": float}))
+                               for row in _list(data.get(table, [])))
+            else:
+                pickups = tuple(Pickup(**_entry(row, {"surface": int, "quantity": str, "source": int, "factor": float,
+                                                      "offset": float})) for row in _list(data.get(table, [])))
+        except (EditError, TypeError) as error:
+            raise LensFileError(path, line_of(text, table), f"{table}: {error}") from None
+    try:
+        return LensDocument(lens, comments, solves, pickups)
+    except EditError as error:
+        raise LensFileError(path, line_of(text, "solves") or line_of(text, "pickups"), str(error)) from None
+
+
+def lost_edits(document: LensDocument) -> tuple[Finding, ...]:
+    """What a format other than the project's own cannot hold of a document."""
+    what = [name for name, values in zip(TABLES, (document.comments, document.solves, document.pickups), strict=True)
+            if values]
+    return (note(Kind.LEFT_OUT, f"left out: {', '.join(what)}; only .toml holds them"),) if what else ()
+
+
+def _comments(table: object, count: int) -> tuple[str, ...]:
+    if not isinstance(table, dict) or not all(isinstance(text, str) for text in table.values()):
+        raise EditError('they are written [comments], then a line `2 = "…"` for surface 2')
+    made = [""] * count
+    for key, text in table.items():
+        if not (key.isascii() and key.isdecimal() and len(key) < 6 and int(key) < count):
+            raise EditError(f"there is no surface {excerpt(key)}: they are numbered from 0 to {count - 1}")
+        made[int(key)] = text
+    return tuple(made) if table else ()
+
+
+def _list(value: object) -> list[Any]:
+    if not isinstance(value, list):
+        raise EditError("each is a table of its own, with its name in double brackets")
+    return value
+
+
+def _entry(row: object, kinds: dict[str, type]) -> dict[str, Any]:
+    """The values of one solve or pickup, checked by their kinds."""
+    if not isinstance(row, dict):
+        raise EditError("each is a table of its own, with its name in double brackets")
+    made = {}
+    for key, value in row.items():
+        if key not in kinds:
+            raise EditError(f"{excerpt(key)} is unknown; there are {', '.join(kinds)}")
+        kind = kinds[key]
+        if isinstance(value, bool) or not isinstance(value, (int, float) if kind is float else kind):
+            raise EditError(f"{key} is {excerpt(value)}: it must be a {'text' if kind is str else 'number'}")
+        made[key] = kind(value)
+    return made

@@ -1,0 +1,63 @@
+"""What is wrong with an edited lens, surface by surface: crossing glass, no image, lost rays, unsolved solves."""
+
+from dataclasses import replace
+from math import isfinite
+
+import numpy as np
+
+from lensbench.kernels.figures import significant
+from lensbench.lenses.checks.geometry import geometry_findings
+from lensbench.lenses.checks.rays import ray_findings
+from lensbench.lenses.editing.document import LensDocument
+from lensbench.lenses.paraxial import FAR, at_reference, image_distance
+from lensbench.optics.finding import Finding, Kind, Severity
+from lensbench.optics.glass import GlassError
+from lensbench.optics.prescription import Lens
+
+
+@np.errstate(all="ignore")          # an infinite or undefined figure fails every comparison
+def faults(document: LensDocument) -> tuple[Finding, ...]:
+    """Why a lens cannot be built, or gives no picture; empty for a sound one.
+
+    Parameters
+    ----------
+    document : LensDocument
+        Any document.
+
+    Returns
+    -------
+    tuple of Finding
+        Solves without a solution, rims beyond their surface, elements and neighbours that cross (Kind.HEMISPHERE,
+        EDGE, CROSSING, THICKNESS), no real image (NO_IMAGE), and the lowest ray of the axial beam that is lost (RAY).
+        All but NO_IMAGE name a surface, from 0.
+    """
+    lens = document.lens
+    found = [f for f in document.findings if f.kind is Kind.UNSOLVED]
+    found += [f for f in geometry_findings(lens) if f.severity is Severity.WARNING]
+    seen, _ = at_reference(lens)
+    try:
+        seen.indices()
+    except GlassError as error:
+        return *found, Finding(Kind.GLASS, None, str(error))
+    distance = seen.system.object_distances[0]
+    found += _image(seen, distance if abs(distance) < FAR else np.inf)
+    if abs(distance) >= FAR:
+        open_wide = replace(seen, stated_f_number=None)         # the figure belongs to the lens before the edits
+        found += [f for f in ray_findings(open_wide) if f.kind is Kind.RAY]
+    return tuple(found)
+
+
+def _image(lens: Lens, distance: float) -> list[Finding]:
+    """The finding about a lens that throws no real image behind its last surface."""
+    for section in lens.sections:
+        try:
+            image = image_distance(section.surfaces, distance)
+        except ArithmeticError:
+            image = np.inf
+        if not isfinite(image) or abs(image) >= FAR:
+            return [Finding(Kind.NO_IMAGE, None, "the lens is afocal: it throws no image")]
+        if image <= 0.0:
+            return [Finding(Kind.NO_IMAGE, None, "its image is virtual: it lies "
+                                                 f"{significant(-image, 4)} mm before the last surface",
+                            figures={"image": image})]
+    return []

@@ -1,0 +1,93 @@
+"""Solves meet their targets to 1e-12 in forty digits; pickups follow; what has no solution is said."""
+
+import pytest
+
+from lensbench import lenses
+from lensbench.lenses.editing.cells import with_rule, with_value, without_rule
+from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
+from lensbench.lenses.editing.structure import deleted, inserted_plane, scaled, with_stop
+from lensbench.optics.finding import Kind
+from tests.lenses.editing import oracle
+
+TRIPLET = LensDocument(lenses.load("lenshh-cooke-triplet-50"))
+NAMES = ("lenshh-cooke-triplet-50", "pbrt-dgauss-50mm", "lv-czj-tessar-50-f28")
+EXACT = 1e-12
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_focal_length_is_kept_by_any_curvature_after_every_edit(name):
+    document = LensDocument(lenses.load(name))
+    last = len(document.surfaces) - 1
+    for solved in (last, next(i for i, s in enumerate(document.surfaces) if s.curvature)):
+        kept = with_rule(document, Solve(solved, "efl", 60.0))
+        assert abs(oracle.efl(kept.lens) / 60 - 1) < EXACT
+        other = with_value(kept, 1, "thickness", kept.surfaces[1].thickness * 1.07)
+        assert abs(oracle.efl(other.lens) / 60 - 1) < EXACT and not other.findings
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_last_gap_ends_at_the_image_of_an_object_at_infinity(name):
+    document = LensDocument(lenses.load(name))
+    last = len(document.surfaces) - 1
+    kept = with_rule(document, Solve(last, "image"))
+    assert abs(oracle.bfl(kept.lens) / kept.surfaces[last].thickness - 1) < EXACT
+    bent = with_value(kept, 0, "curvature", document.surfaces[0].curvature * 1.05)
+    assert bent.surfaces[last].thickness != kept.surfaces[last].thickness
+    assert abs(oracle.bfl(bent.lens) / bent.surfaces[last].thickness - 1) < EXACT
+
+
+def test_f_number_edge_and_marginal_slope_meet_their_targets():
+    kept = TRIPLET
+    for rule in (Solve(0, "edge", 1.5), Solve(5, "efl", 50.0), Solve(3, "f-number", 4.5)):
+        kept = with_rule(kept, rule)
+    assert abs(oracle.edge(*kept.surfaces[:2]) - oracle.mpf("1.5")) < EXACT
+    stop = kept.lens.stop
+    pupil = 2 * oracle.mpf(stop.semi_diameter) / oracle.bent(kept.lens)[2][3]
+    assert abs(oracle.efl(kept.lens) / pupil - oracle.mpf("4.5")) < EXACT
+    sloped = with_rule(without_rule(kept, 5, "curvature"), Solve(5, "marginal slope", -0.1))
+    y, u, heights = oracle.bent(sloped.lens)
+    assert abs(u * oracle.mpf(sloped.lens.stop.semi_diameter) / heights[3] + oracle.mpf("0.1")) < EXACT
+    # Before the stop the entrance pupil moves with the curvature too: no linear equation
+    before = with_rule(TRIPLET, Solve(1, "marginal slope", -0.02))
+    slope = oracle.bent(before.lens, 1)[1] * oracle.mpf(before.lens.stop.semi_diameter)
+    assert abs(slope / oracle.bent(before.lens)[2][3] + oracle.mpf("0.02")) < EXACT
+
+
+def test_pickups_follow_in_chains_and_free_numbers_keep_their_value():
+    chain = with_rule(with_rule(TRIPLET, Pickup(4, "curvature", 0, -1.0)), Pickup(5, "curvature", 4, -0.5, 0.001))
+    moved = with_value(chain, 0, "curvature", 0.04)
+    assert [moved.surfaces[i].curvature for i in (4, 5)] == [-0.04, 0.021]
+    with pytest.raises(EditError, match="radius of surface 4 follows from a rule .*surface 0.*remove it first"):
+        with_value(chain, 4, "curvature", 0.02)
+    free = without_rule(moved, 4, "curvature")
+    assert with_value(free, 0, "curvature", 0.05).surfaces[4].curvature == -0.04
+
+
+def test_rules_that_cannot_be_are_refused_and_those_without_a_solution_are_findings():
+    with pytest.raises(EditError, match="in a circle"):
+        with_rule(with_rule(TRIPLET, Pickup(4, "curvature", 0)), Pickup(0, "curvature", 4))
+    for wrong in (lambda: Solve(0, "height"), lambda: Solve(0, "efl", 0.0), lambda: Solve(0, "efl", float("nan")),
+                  lambda: Pickup(2, "curvature", 2), lambda: with_rule(TRIPLET, Solve(9, "efl", 50.0)),
+                  lambda: with_rule(TRIPLET, Solve(5, "edge", 1.0)),
+                  lambda: with_rule(TRIPLET, Solve(0, "f-number", 4))):
+        with pytest.raises(EditError):
+            wrong()
+    plane = inserted_plane(TRIPLET, 6)                      # air on both sides: it has no power to give
+    stuck = with_rule(plane, Solve(6, "efl", 80.0))
+    assert stuck.surfaces == plane.surfaces
+    assert [(f.kind, f.surface) for f in stuck.findings] == [(Kind.UNSOLVED, 6)]
+    two = with_rule(with_rule(TRIPLET, Solve(5, "efl", 50.0)), Solve(4, "efl", 60.0))
+    assert [f.kind for f in two.findings] == [Kind.UNSOLVED] and "contradict" in str(two.findings[0])
+
+
+def test_rules_go_with_their_surfaces_and_scale_with_the_lens():
+    kept = with_rule(with_rule(TRIPLET, Solve(5, "efl", 50.0)), Pickup(4, "thickness", 0, 1.0, 0.5))
+    grown = inserted_plane(kept, 1)
+    assert grown.solves == (Solve(6, "efl", 50.0),) and grown.pickups == (Pickup(5, "thickness", 0, 1.0, 0.5),)
+    larger = scaled(kept, 2.0)
+    assert larger.solves == (Solve(5, "efl", 100.0),) and larger.pickups[0].offset == 1.0
+    assert abs(oracle.efl(larger.lens) / 100 - 1) < EXACT
+    gone = deleted(kept, [5])
+    assert not gone.solves and any("1 solve or pickup of deleted surfaces" in str(f) for f in gone.findings)
+    stopped = with_stop(with_rule(TRIPLET, Solve(3, "f-number", 5.0)), 2)
+    assert stopped.solves == (Solve(2, "f-number", 5.0),)
