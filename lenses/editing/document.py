@@ -6,6 +6,7 @@ one. The lens of a document may be one that cannot be built; `faults` says where
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from lensbench.kernels.figures import significant
 from lensbench.optics.finding import Finding
@@ -149,7 +150,7 @@ class LensDocument:
             raise EditError(f"{len(self.comments)} comments for {count} surfaces")
         if self.comments and not any(self.comments):
             object.__setattr__(self, "comments", ())
-        for each in (*self.solves, *self.pickups):
+        for each in self.rules:
             sources = (each.surface, each.source) if isinstance(each, Pickup) else (each.surface,)
             if not all(0 <= i < count for i in sources):
                 raise EditError(f"a solve or pickup names surface {max(sources)}: they are numbered from 0 to "
@@ -162,7 +163,7 @@ class LensDocument:
             if each.quantity == THICKNESS and varies(self.lens, each.surface):
                 raise EditError(f"the gap behind surface {each.surface} varies with zoom or focus: it cannot follow "
                                 "from others")
-        cells = [(each.surface, each.quantity) for each in (*self.solves, *self.pickups)]
+        cells = [(each.surface, each.quantity) for each in self.rules]
         twice = next((cell for cell in cells if cells.count(cell) > 1), None)
         if twice is not None:
             raise EditError(f"the {words(twice[1])} of surface {twice[0]} follows from two rules: remove one first")
@@ -181,14 +182,19 @@ class LensDocument:
         """Those of the lens."""
         return self.lens.surfaces
 
+    @property
+    def rules(self) -> list[Solve | Pickup]:
+        """Solves and pickups."""
+        return [*self.solves, *self.pickups]
+
     def comment(self, surface: int) -> str:
         """The comment on a surface, "" for none."""
         return self.comments[surface] if self.comments else ""
 
     def rule(self, surface: int, quantity: str) -> Solve | Pickup | None:
         """What a number follows from; None for a free one."""
-        return next((each for each in (*self.solves, *self.pickups)
-                     if (each.surface, each.quantity) == (surface, quantity)), None)
+        return next((each for each in self.rules if (each.surface, each.quantity) == (surface, quantity)),
+                    None)
 
 
 def words(quantity: str) -> str:
@@ -209,7 +215,8 @@ def value_of(surface: Surface, quantity: str) -> float:
 def with_value_of(surface: Surface, quantity: str, value: float) -> Surface:
     """The surface with another number; LensError for one that a surface cannot have."""
     if quantity in WORDS:
-        return replace(surface, **{quantity: value})
+        changed: dict[str, Any] = {quantity: value}
+        return replace(surface, **changed)
     power = int(quantity[1:])
     return replace(surface, aspheric=(*((p, a) for p, a in surface.aspheric if p != power), (power, value)))
 

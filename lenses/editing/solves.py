@@ -26,7 +26,7 @@ def settled(document: LensDocument) -> LensDocument:
     Pickups come first, then solves from the scene to the film; they are repeated until nothing changes. A solve
     without a solution leaves its number, and becomes a finding; so do rules that contradict each other.
     """
-    if not (document.solves or document.pickups):
+    if not document.rules:
         return document
     lens, unsolved = document.lens, dict[tuple[int, str], Finding]()
     for _ in range(PASSES):
@@ -39,7 +39,7 @@ def settled(document: LensDocument) -> LensDocument:
         if lens == before or _close(lens, before):
             break
     else:
-        surface = min(each.surface for each in (*document.solves, *document.pickups))
+        surface = min(each.surface for each in document.rules)
         unsolved[surface, ""] = Finding(Kind.UNSOLVED, surface, "the solves and pickups contradict each other: they "
                                                                 "find no common solution")
     return replace(document, lens=lens, findings=(
