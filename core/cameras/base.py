@@ -174,8 +174,29 @@ class Camera:
 
     @property
     def pupil_centre(self) -> tuple[float, float]:
-        """Pupil sample (U0, U1) of the ray through the centre of the pupil."""
+        """Pupil sample of the ray through the centre of the pupil: (0.5, 0.5) in every camera."""
         return 0.5, 0.5
+
+    @property
+    def stage_centre(self) -> tuple[float, float]:
+        """U0, U1 of the ray through the centre of the pupil, as the camera's stages take them."""
+        return 0.5, 0.5
+
+    def stage_uv(self, film_xy: np.ndarray, pupil_uv: np.ndarray) -> np.ndarray:
+        """U0, U1 of pupil samples, as the camera's stages take them.
+
+        Parameters
+        ----------
+        film_xy : (n, 2) array
+            Film points (mm).
+        pupil_uv : (n, 2) array
+            Pupil samples in [0, 1]², as `generate_rays` takes them.
+
+        Returns
+        -------
+        (n, 2) array
+        """
+        return pupil_uv
 
     @property
     def gaussian(self) -> Gaussian:
@@ -371,7 +392,9 @@ class Camera:
         raster_xy : (n, 2) array
             Raster points (pixels), the origin at the top left and pixel centres at +0.5.
         pupil_uv : (n, 2) array
-            Pupil samples in [0, 1]².
+            Pupil samples in [0, 1]², by which equal areas of the square have equal areas of the pupil. In every camera
+            (0.5, 0.5) is the pupil's centre, and `unit_disk` maps them to the pupil: to a disk, or to the exit-pupil
+            region of the film point.
         time : float or (n,) array
             Shutter samples in [0, 1]: the part of the light that the shutter has let through, 0 as it begins to open
             and 1 as it has closed.
@@ -400,9 +423,16 @@ class Camera:
             raise CameraError("raster points must be finite numbers")
         n = len(raster_xy)
         times = np.broadcast_to(checked_times(time), (n,))
+        pupil_uv = self._stage_uv_of_raster(raster_xy, pupil_uv, dtype)
         given = {X: raster_xy[:, 0], Y: raster_xy[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1], TIME: times}
         out = Program(self.steps(wavelength, timed=True), dtype).run(given, [X, Y, Z, L, M, N, WEIGHT, TIME], n)
         return Rays(out[:3].T, out[3:6].T, out[6], self.shutter_open + out[7].astype(float))
+
+    def _stage_uv_of_raster(self, raster_xy: np.ndarray, pupil_uv: np.ndarray, dtype) -> np.ndarray:
+        """`stage_uv` of raster points (n, 2), within the unit square for numbers of this type."""
+        film = Program([self.film_step], np.float64).run({X: raster_xy[:, 0], Y: raster_xy[:, 1]}, [X, Y],
+                                                         len(raster_xy)).T
+        return unit_square(self.stage_uv(film, pupil_uv), dtype)
 
     def generate_ray_differentials(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE
                                    ) -> tuple[Rays, Differentials, Differentials]:
@@ -431,7 +461,8 @@ class Camera:
             As for `generate_rays`.
         """
         rays = self.generate_rays(raster_xy, pupil_uv, time, dtype, wavelength)
-        raster, uv = np.atleast_2d(np.asarray(raster_xy, float)), unit_square(pupil_uv, dtype)
+        raster = np.atleast_2d(np.asarray(raster_xy, float))
+        uv = self._stage_uv_of_raster(raster, unit_square(pupil_uv, dtype), dtype)
         given = {X: raster[:, 0], Y: raster[:, 1], U0: uv[:, 0], U1: uv[:, 1],
                  TIME: np.broadcast_to(checked_times(time), (len(raster),))}
         slopes = ray_slopes(self, given, dtype, wavelength, timed=True)
@@ -527,7 +558,8 @@ class Camera:
     def _film_by_newton(self, steps: list[Step], points: np.ndarray, pupil_uv: np.ndarray):
         """`film_from_point` by Newton's method, with steps from the film to the ray in the camera frame."""
         program = Program(steps, np.float64)
-        return solve_film_points(program, points, pupil_uv, self.pupil_centre, self.film.diagonal / 2.0)
+        return solve_film_points(program, points, pupil_uv, self.stage_uv, self.stage_centre,
+                                 self.film.diagonal / 2.0)
 
     def raster_from_film(self, film_xy: np.ndarray) -> np.ndarray:
         """Raster points of film points: the inverse of `film_step`.

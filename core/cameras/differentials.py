@@ -181,7 +181,7 @@ def spread_step(camera: CameraProtocol, real) -> Step:
     film = camera.film
     nodes = (np.arange(CELLS) + 0.5) / CELLS
     x, y = (values.ravel() for values in np.meshgrid(nodes * film.pixels_x, nodes * film.pixels_y))
-    middle = [np.full(x.size, number) for number in (*camera.pupil_centre, 0.5)]
+    middle = [np.full(x.size, number) for number in (*camera.stage_centre, 0.5)]
     given = {X: x, Y: y, U0: middle[0], U1: middle[1], TIME: middle[2]}
     rays = Program(camera.steps(), real).run(given, _RAY, x.size).astype(float)
     with np.errstate(invalid="ignore", over="ignore"):      # rays that do not arrive hold any numbers

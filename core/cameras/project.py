@@ -6,6 +6,7 @@ points beside and behind the front of a fisheye are found as well. Camera frame,
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -18,15 +19,17 @@ ITERATIONS = 60         # of Newton's method; five or six suffice except near th
 RESTARTS = 12           # further starting points after a failure
 CONVERGED = 1e-10       # radians
 
+StageUV = Callable[[np.ndarray, np.ndarray], np.ndarray]        # film points (n, 2) and pupil samples → U0, U1 (n, 2)
 
-def solve_film_points(program: Program, points: np.ndarray, pupil_uv: np.ndarray, middle: tuple[float, float],
-                      film_radius: float) -> tuple[np.ndarray, np.ndarray]:
+
+def solve_film_points(program: Program, points: np.ndarray, pupil_uv: np.ndarray, stage_uv: StageUV,
+                      middle: tuple[float, float], film_radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Film points (n, 2) in mm for points (n, 3) in mm, and which of them the camera sees, (n,) bool.
 
-    program: the camera's steps from the film to the ray, in float64. pupil_uv: pupil samples (n, 2). middle: U0, U1 of
-    the central ray, with which the search begins. NaN where no film point is found within BEYOND · film_radius.
-    Exit-pupil regions rotate with the film point, so several film points may see a point that is far out of focus; the
-    result is one of them.
+    program: the camera's steps from the film to the ray, in float64. pupil_uv: pupil samples (n, 2), which stage_uv
+    turns into U0, U1 for a film point. middle: U0, U1 of the central ray, with which the search begins. NaN where no
+    film point is found within BEYOND · film_radius. The place of a pupil sample in its region depends on the film
+    point, so several film points may see a point that is far out of focus; the result is one of them.
     """
     reach = BEYOND * film_radius
     film = _starting_points(program, points, middle, reach)
@@ -36,21 +39,22 @@ def solve_film_points(program: Program, points: np.ndarray, pupil_uv: np.ndarray
         if again:                                       # start on a spiral that fills the film
             angle, radius = again * math.pi * (3.0 - math.sqrt(5.0)), film_radius * math.sqrt(again / (RESTARTS + 1))
             film[todo] = radius * math.cos(angle), radius * math.sin(angle)
-        film[todo], seen[todo] = _newton(program, film[todo], points[todo], pupil_uv[todo], axes[todo], film_radius)
+        film[todo], seen[todo] = _newton(program, film[todo], points[todo], pupil_uv[todo], stage_uv, axes[todo],
+                                         film_radius)
         todo = todo[np.isnan(film[todo, 0])]
         if not todo.size:
             break
     return film, seen
 
 
-def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np.ndarray, axes: np.ndarray,
-            film_radius: float) -> tuple[np.ndarray, np.ndarray]:
+def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np.ndarray, stage_uv: StageUV,
+            axes: np.ndarray, film_radius: float) -> tuple[np.ndarray, np.ndarray]:
     """`solve_film_points` with Newton's method, from starting film points (n, 2)."""
     step, reach = 1e-6 * film_radius, BEYOND * film_radius
 
     def miss(film, which):
         """Angles (m, 2) between rays and points (radians), and weights (m,), −1 where a ray runs away."""
-        o, d, weight = _rays(program, film, pupil_uv[which])
+        o, d, weight = _rays(program, film, stage_uv(film, pupil_uv[which]))
         wanted = points[which] - o
         with np.errstate(invalid="ignore"):
             wanted /= np.sqrt((wanted * wanted).sum(1))[:, None]

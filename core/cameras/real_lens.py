@@ -14,6 +14,7 @@ from lensbench.cameras.rays import CameraError
 from lensbench.imaging.film import Film
 from lensbench.imaging.spectrum import WAVELENGTHS
 from lensbench.kernels.block import WEIGHT, L, M, N, Step, X, Y, Z
+from lensbench.kernels.concentric_map import unit_disk
 from lensbench.kernels.figures import significant
 from lensbench.kernels.program import Program
 from lensbench.lens_models.polynomial import DEGREES, Polynomial
@@ -214,9 +215,33 @@ class LensCamera(Camera):
         return lens._replace(origin_pupil=0.0, slope_pupil=0.0) if model == "pinhole" else lens
 
     @property
-    def pupil_centre(self) -> tuple[float, float]:
-        """Pupil sample (U0, U1) of the ray through the centre of the pupil or region."""
+    def stage_centre(self) -> tuple[float, float]:
+        """U0, U1 of the central ray: the samplers of exit-pupil regions take an angle and a squared radius."""
         return (0.0, 0.0) if self.follows_rays else (0.5, 0.5)
+
+    def stage_uv(self, film_xy, pupil_uv):
+        """Angle and squared radius of pupil samples in an exit-pupil region; see `Camera.stage_uv`.
+
+        The point of the region has the direction that the point of `unit_disk` has, so that the same sample is nearly
+        the same point of the pupil for every film point and every model.
+        """
+        if not self.follows_rays:
+            return pupil_uv
+        disk = unit_disk(pupil_uv) * self._pupil_side
+        if self.lens.is_rotationally_symmetric:         # regions rotate with the film point, and halves are mirrored
+            azimuth = np.where((film_xy * film_xy).sum(1) > 1e-12, np.arctan2(film_xy[:, 1], film_xy[:, 0]), 0.0)
+            angle = np.arctan2(disk[:, 1], disk[:, 0]) - azimuth
+            turn = np.arctan2(np.sin(angle), np.cos(angle)) / (2.0 * math.pi)
+            turn = np.where(turn < 0.0, 0.5 - turn, np.minimum(turn, np.nextafter(0.5, 0.0)))
+        else:                                           # regions are mirrored into the first quadrant of the film
+            disk = disk * np.where(film_xy < 0.0, -1.0, 1.0)
+            turn = np.arctan2(disk[:, 1], disk[:, 0]) / (2.0 * math.pi) % 1.0
+        return np.stack([np.clip(turn, 0.0, 1.0), np.minimum((disk * disk).sum(1), 1.0)], 1)
+
+    @cached_property
+    def _pupil_side(self) -> float:
+        """Sign of the height of a point of the stop in the exit pupil: −1 where that is an inverted image of it."""
+        return math.copysign(1.0, ray_matrix(self.lens, self.lens.stop_index, len(self.lens.surfaces))[3])
 
     @property
     def has_port(self) -> bool:

@@ -103,7 +103,7 @@ def sees_behind(camera: Camera) -> bool:
     film = camera.film
     shares = np.linspace(1e-6, 1.0 - 1e-6, PLACES)
     x, y = (values.ravel() for values in np.meshgrid(shares * film.pixels_x, shares * film.pixels_y))
-    u, v = camera.pupil_centre
+    u, v = camera.stage_centre
     given = {X: x, Y: y, U0: np.full(x.size, u), U1: np.full(x.size, v), TIME: np.full(x.size, 0.5)}
     slope, weight = Program([camera.clock, camera.film_step, *camera.aimed()]).run(given, [N, WEIGHT], x.size)
     return bool((slope[weight > 0.0] > -STEEPEST).any())

@@ -402,7 +402,7 @@ def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
     h, w = film.pixels_y, film.pixels_x
     y, x = np.mgrid[0:h, 0:w] + 0.5
     n = w * h
-    middle = camera.pupil_centre
+    middle = camera.stage_centre
     given = {X: x.ravel(), Y: y.ravel(), U0: np.full(n, middle[0]), U1: np.full(n, middle[1]), TIME: np.full(n, time)}
     # Distance along the ray, and whether there is a hit
     steps = [*camera.steps(timed=scene.moves), *scene.depth_steps(camera.shutter_open)]

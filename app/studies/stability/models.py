@@ -61,7 +61,7 @@ def angle(camera: lb.LensCamera, radius: float) -> float:
     It is the angle of the ray through the middle of the exit-pupil region.
     """
     width, pixels = camera.film.width, camera.film.pixels_x
-    rays = camera.generate_rays([[pixels * (0.5 - radius / width), 0.5 * camera.film.pixels_y]], [[0.0, 0.0]])
+    rays = camera.generate_rays([[pixels * (0.5 - radius / width), 0.5 * camera.film.pixels_y]], [[0.5, 0.5]])
     return math.degrees(math.acos(-float(rays.directions[0, 2])))
 
 

@@ -112,7 +112,7 @@ def differentials() -> Sweep:
                                          "at the same place of the pupil, float32": []}
     neighbour: list[float | str] = []
     for left in values:
-        uv = np.column_stack([turn, edge * (1.0 - left)])
+        uv = _pupil_uv(turn, edge * (1.0 - left))
         truth = _slopes(camera, raster, uv)
         for name, real in zip(own, (np.float64, np.float32), strict=True):
             _, dx, _ = camera.generate_ray_differentials(raster, uv, dtype=real)
@@ -133,13 +133,19 @@ def differentials() -> Sweep:
 
 
 def _edge(camera: lb.LensCamera, raster: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Largest second pupil coordinate at which rays in these directions still pass, by halving."""
+    """Largest share of the pupil's area, from its centre, at which rays in these directions still pass, by halving."""
     low, high = np.zeros(len(turn)), np.ones(len(turn))
     for _ in range(50):
         middle = 0.5 * (low + high)
-        passed = camera.generate_rays(raster, np.column_stack([turn, middle])).weights > 0.0
+        passed = camera.generate_rays(raster, _pupil_uv(turn, middle)).weights > 0.0
         low, high = np.where(passed, middle, low), np.where(passed, high, middle)
     return low
+
+
+def _pupil_uv(turn: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Pupil samples (n, 2) in directions (n,), as parts of a turn, on rings that enclose shares (n,) of the area."""
+    way = np.stack([np.cos(2.0 * math.pi * turn), np.sin(2.0 * math.pi * turn)], 1)
+    return 0.5 + 0.5 * np.sqrt(share)[:, None] * way / np.abs(way).max(1)[:, None]
 
 
 def _slopes(camera: lb.LensCamera, raster: np.ndarray, uv: np.ndarray) -> np.ndarray:

@@ -320,3 +320,17 @@ def test_the_depth_of_field_ends_where_the_traced_blur_crosses_the_limit(focus, 
             middle = 0.5 * (inner + outer)
             inner, outer = (middle, outer) if blur(middle) < limit else (inner, middle)
         assert end == pytest.approx(inner, rel=0.005)
+
+
+@pytest.mark.parametrize("name, f_number", [("pbrt-dgauss-50mm", 4.0), ("pbrt-telephoto-250mm", 8.0)])
+def test_a_pupil_sample_is_the_same_point_of_the_pupil_in_every_camera(name, f_number):
+    """The point of the entrance pupil, for film points near the axis; aberrations of the pupil are a few percent."""
+    raster, uv = np.random.default_rng(0).random((2, 500, 2))
+    raster = [480.0, 320.0] + (raster - 0.5) * [150.0, 150.0]
+    for model in ("trace", "thick", "thin"):
+        camera = lb.LensCamera(lenses.load(name), FILM, 5000.0, f_number, model=model)
+        pupil, origin = camera.first_order.entrance_pupil, camera.lens.length + camera.film_distance
+        points = meet(camera.generate_rays(raster, uv), pupil.z - origin)
+        assert np.hypot(*(points / pupil.radius - lb.unit_disk(uv)).T).max() < 0.05
+        middle = meet(camera.generate_rays(raster, np.full((500, 2), 0.5)), pupil.z - origin)
+        assert np.hypot(*middle.T).max() < 0.05 * pupil.radius

@@ -56,15 +56,15 @@ def test_a_point_on_a_ray_leads_back_through_the_lens_to_the_raster_point_of_the
 
 
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "lib-miyamoto-fisheye-1964", "lenshh-petzval"])
-def test_a_point_with_several_film_points_projects_to_one_of_them(name):
-    """Points just before the lens, and a fisheye that shows the rim of its field twice: the ray meets the point."""
+def test_the_ray_of_the_film_point_of_a_near_point_meets_it(name):
+    """Points just before the lens, and a fisheye that shows the rim of its field twice: one of two film points."""
     taken = camera(name, film=lb.Film(36.0, 36.0, 700, 700)) if "fisheye" in name else camera(name)
     raster, uv, origins, directions = lit_rays(taken, 1500)
     points = origins + directions * 10.0 ** np.random.default_rng(2).uniform(1.5, 3.0, (len(raster), 1))
     back, visible = taken.raster_from_point(points, uv)
     assert visible.mean() > 0.98
     assert passes(taken, back[visible], uv[visible], points[visible]).max() < 1e-13
-    assert (np.hypot(*(back - raster)[visible].T) > 1.0).any()
+    assert (np.hypot(*(back - raster)[visible].T) > 1.0).any() == ("fisheye" in name)
 
 
 def test_what_the_lens_blocks_or_the_film_does_not_reach_is_not_visible():

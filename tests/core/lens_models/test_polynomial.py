@@ -139,7 +139,7 @@ def test_a_white_wall_is_as_bright_as_through_the_trace():
 
 def test_the_camera_shows_what_the_trace_shows():
     raster = np.random.default_rng(2).random((500, 2)) * [9000.0, 6000.0]
-    middle = np.zeros((500, 2))
+    middle = np.full((500, 2), 0.5)
     traced, fitted = (lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), FILM, 2000.0, 2.8, model=model).generate_rays(
         raster, middle) for model in ("trace", "polynomial"))
     # 0.1 px of 4 µm behind 50 mm

@@ -228,7 +228,7 @@ def test_a_camera_moves_the_groups_and_keeps_the_zoom():
     again = replace(camera, focus_distance=inf, f_number=None)
     assert again.lens.surfaces[1].thickness == SEPARATIONS[2]
     # the middle of the film and the middle of the pupil look along the axis, at 6 m
-    rays = camera.generate_rays([[6.0, 4.0]], [[0.0, 0.0]], [0.0])
+    rays = camera.generate_rays([[6.0, 4.0]], [[0.5, 0.5]], [0.0])
     assert abs(rays.directions[0, :2]).max() < 1e-3
     with pytest.raises(lb.FocusError, match="nearest distance"):
         replace(camera, focus_distance=50.0)

@@ -26,8 +26,10 @@ def seen(of, view, n=N):
     """Samples anywhere on film and pupil, the colours (n, 3) and weights (n,) of the AOV, in double."""
     random = np.random.default_rng(5)
     xy, uv, time = random.uniform(0, [60, 40], (n, 2)), random.uniform(0, 1, (n, 2)), random.uniform(0, 1, n)
+    film = (0.5 - xy / [60.0, 40.0]) * [36.0, -24.0]
+    place = uv if view == "fate" else of.stage_uv(film, uv)        # which aims into the whole opening
     out = Program(aov_steps(of, SCENE, view), np.float64).run(
-        {X: xy[:, 0], Y: xy[:, 1], U0: uv[:, 0], U1: uv[:, 1], TIME: time}, [RED, GREEN, BLUE, WEIGHT], n)
+        {X: xy[:, 0], Y: xy[:, 1], U0: place[:, 0], U1: place[:, 1], TIME: time}, [RED, GREEN, BLUE, WEIGHT], n)
     return xy, uv, time, out[:3].T, out[3]
 
 

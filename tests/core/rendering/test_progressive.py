@@ -105,7 +105,7 @@ def test_a_known_grid_lands_where_the_traced_chief_rays_say():
         guess = np.array([film.pixels_x * (0.5 + x / 2000.0), film.pixels_y * (0.5 - y / 2000.0)])
         for _ in range(30):
             points = guess + np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]])
-            rays = stop_down.generate_rays(points, np.zeros((3, 2)))
+            rays = stop_down.generate_rays(points, np.full((3, 2), 0.5))
             t = (-2000.0 - rays.origins[:, 2]) / rays.directions[:, 2]
             hit = (rays.origins + t[:, None] * rays.directions)[:, :2]
             jacobian = np.column_stack([(hit[1] - hit[0]) / 0.5, (hit[2] - hit[0]) / 0.5])

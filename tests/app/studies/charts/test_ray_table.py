@@ -68,7 +68,7 @@ def test_between_its_nodes_the_table_is_within_half_a_pixel_of_the_trace():
     rays = []
     for kind in (lb.LensCamera, TableCamera):
         camera = kind(lenses.load("pbrt-dgauss-50mm"), FILM, 1200.0, 2.8)
-        middle = np.zeros((len(uv), 2))                 # of the regions: theirs differ by a hair in size
+        middle = np.full((len(uv), 2), 0.5)               # of the regions: theirs differ by a hair in size
         rays.append(camera.generate_rays(raster * [600.0, 400.0], middle))
     off = np.linalg.norm(rays[0].directions - rays[1].directions, axis=1) * 50.0 / 0.006
     assert math.sqrt((off**2).mean()) < 0.5
